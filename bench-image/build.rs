@@ -1,5 +1,5 @@
-//! Hands the linker cortex-m-rt's script; nothing on a host. The memory map is the firmware's own,
-//! found where the library's build script put it.
+//! Build script: passes cortex-m-rt's linker script to the linker for the chip; does nothing for a host. The
+//! memory map is the firmware's own, which the library's build script provides.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -1,14 +1,14 @@
-//! The answer of one scan: what stands ahead. What it is worth says [`crate::verdict`].
+//! Answer of one scan: direction, steps, drop, and possible further steps. Its status is in [`crate::verdict`].
 
 use crate::estimate::COVERAGE_FACTOR;
 
-/// Most steps of one report.
+/// Maximum number of steps of one answer.
 pub const MAX_STEPS: usize = 16;
 
-/// Most places of an answer where something may stand that it does not hold.
+/// Maximum number of possible steps or drops besides the answer.
 pub const MAX_MAYBES: usize = 6;
 
-/// Where the stairs lead.
+/// Direction of the stairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Direction {
     /// No stairs.
@@ -35,12 +35,12 @@ pub struct Step {
     pub distance_sigma_m: f32,
     /// Standard deviation of the height.
     pub height_sigma_m: f32,
-    /// How much of the step was seen, 0…100.
+    /// Detection quality of the step, 0…100.
     pub quality: u8,
 }
 
-/// An estimator's answer: direction, steps, where the ground ends, and places where more may stand. Its status, horizon and confidence are its
-/// [`Verdict`](crate::verdict::Verdict).
+/// An estimator's answer: direction, steps, drop, and possible further steps. Status, horizon and confidence
+/// are in its [`Verdict`](crate::verdict::Verdict).
 ///
 /// ```
 /// use stairscan::answer::{Answer, Step};
@@ -56,19 +56,19 @@ pub struct Step {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
-    /// Where the stairs lead.
+    /// Direction of the stairs.
     pub direction: Direction,
-    /// The steps, nearest first.
+    /// Steps, nearest first.
     pub steps: heapless::Vec<Step, MAX_STEPS>,
-    /// Where the ground ends or falls and no staircase going down is told; `None` where no such place is told.
+    /// Edge where the ground ends or falls; `None` without one, or where a staircase going down is reported.
     pub drop: Option<DropEdge>,
-    /// What may stand there though the answer does not hold it, nearest first.
+    /// Possible steps and drops that the answer does not contain, nearest first.
     pub maybes: heapless::Vec<Maybe, MAX_MAYBES>,
 }
 
-/// Edge where the ground ends, or falls by more than 4 cm, and no staircase going down is told.
+/// Edge where the ground ends, or falls by more than 4 cm, and no staircase going down is reported.
 ///
-/// Its promise is one-sided: the ground does not end before [`DropEdge::nearest_m`].
+/// The guarantee is one-sided: the ground does not end before [`DropEdge::nearest_m`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DropEdge {
     /// Horizontal distance from the mirror's centre to the edge, metres.
@@ -82,26 +82,25 @@ pub struct DropEdge {
 }
 
 impl DropEdge {
-    /// Nearest place of the edge that its standard deviation allows, distance − 3σ, metres from the mirror's centre.
+    /// Returns the lower limit of the edge's distance, distance − 3σ, metres from the mirror's centre.
     pub fn nearest_m(&self) -> f32 {
         self.distance_m - COVERAGE_FACTOR * self.distance_sigma_m
     }
 }
 
-/// Something that may stand there though the answer does not hold it.
+/// A possible step or drop that the answer does not contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maybe {
     /// Horizontal distance from the mirror's centre, metres.
     pub distance_m: f32,
-    /// Height above the ground, metres; [`Maybe::DROP_M`] where the ground may end, of which the depth
-    /// is not known.
+    /// Height above the ground, metres; [`Maybe::DROP_M`] for a possible drop, whose depth is unknown.
     pub height_m: f32,
-    /// How likely, 0…1.
+    /// Probability, 0…1.
     pub probability: f32,
 }
 
 impl Maybe {
-    /// Height that stands for ground that ends: the least depth that is a drop to a wheelchair.
+    /// Height of a possible drop, metres: the minimum depth that is a drop to a wheelchair.
     pub const DROP_M: f32 = -0.1;
 }
 
@@ -114,7 +113,7 @@ impl Answer {
         maybes: heapless::Vec::new(),
     };
 
-    /// Makes it [`Answer::NONE`].
+    /// Resets to [`Answer::NONE`].
     pub fn clear(&mut self) {
         self.direction = Direction::None;
         self.steps.clear();
@@ -122,8 +121,8 @@ impl Answer {
         self.maybes.clear();
     }
 
-    /// Tread depths and riser heights of the steps in the order of their distance: a tread reaches
-    /// to the next step's edge, a riser from the level before; the first stands on the ground.
+    /// Computes tread depths and riser heights of the steps, which are sorted by distance: a tread extends to
+    /// the next step's edge, a riser begins at the level before, the first one at the ground.
     pub fn link(&mut self) {
         let mut level = 0.0;
         for step in &mut self.steps {

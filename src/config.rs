@@ -1,8 +1,8 @@
-//! One configuration for everything: what a recording, a command or the radar module may set.
+//! Configuration of a scan: the settings of recordings, commands and radar module.
 //!
-//! Values travel as fixed-point numbers (lengths in 0.01 mm, angles in 0.001°), so that a recording
-//! replayed on the host and a command sent to the scanner mean exactly the same. [`to_fixed`] is
-//! the one function that rounds to them. Defaults are the paper's (sections II-A, II-B, III).
+//! Values are fixed-point numbers (lengths in 0.01 mm, angles in 0.001°), so that a recording replayed on the
+//! host and a command to the scanner have exactly the same effect. [`to_fixed`] is the only function that
+//! rounds to them. Defaults are the paper's (sections II-A, II-B, III).
 
 pub use crate::setting::ConfigError;
 pub(crate) use crate::setting::check;
@@ -11,14 +11,14 @@ use crate::setting::{settings, words};
 /// Speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT: f32 = 299_792_458.0;
 
-/// Fewest and most samples a chirp may have.
+/// Permitted number of samples per chirp.
 pub const SAMPLES: core::ops::RangeInclusive<u16> = 16..=256;
 
-/// Most samples of one chirp, and the largest transform.
+/// Maximum number of samples of one chirp, and size of the largest transform.
 pub const MAX_SAMPLES: usize = 256;
 
 settings! {
-    /// What the radar module is set to: it decides what a chirp means. Defaults: the paper's (section II-A).
+    /// Settings of the radar module, which define a chirp. Defaults: the paper's (section II-A).
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct RadarConfig
     parts {}
@@ -31,17 +31,17 @@ settings! {
         samples: u16 = 200, "radar-samples" "" [] Module;
     }
     also {
-        /// Whether the module samples one channel and not I and Q: a chirp of 2 Ns real values
-        /// x₀, x₁, … is carried as Ns pairs (x₀, x₁), (x₂, x₃), … in the place of I and Q.
+        /// Whether the module samples one channel instead of I and Q. A chirp of 2 Ns real values x₀, x₁, … is
+        /// then stored as Ns pairs (x₀, x₁), (x₂, x₃), … in place of I and Q.
         ///
-        /// Bin k of its transform has k periods in the padded chirp, as bin k of a complex chirp has: the
-        /// Ns bins below half the sampling rate have the range axis of Ns complex samples.
+        /// Bin k of its transform has k periods in the padded chirp, as bin k of a complex chirp has: the Ns
+        /// bins below half the sampling rate have the range axis of Ns complex samples.
         real: bool = false;
     }
 }
 
 impl RadarConfig {
-    /// Checks that the buffers hold such a chirp and that it has a range axis.
+    /// Checks that the buffers can hold such a chirp and that it has a range axis.
     pub fn validate(&self) -> Result<(), ConfigError> {
         check(
             SAMPLES.contains(&self.samples),
@@ -55,12 +55,13 @@ impl RadarConfig {
         )
     }
 
-    /// Range resolution c / 2B in metres (eq. 1).
+    /// Returns the range resolution c / 2B, metres (eq. 1).
     pub fn range_resolution_m(&self) -> f32 {
         SPEED_OF_LIGHT / (2000.0 * self.bandwidth_khz.max(1) as f32)
     }
 
-    /// The same with ranges larger by `scale` parts of a million: a sweep that is narrower than it is said to be.
+    /// Returns the settings with ranges increased by `scale` parts per million: the module's bandwidth is
+    /// smaller than its nominal value.
     pub fn scaled(self, scale: i32) -> Self {
         Self {
             bandwidth_khz: (self.bandwidth_khz as f32 / (1.0 + scale as f32 * 1e-6)) as u32,
@@ -68,20 +69,20 @@ impl RadarConfig {
         }
     }
 
-    /// Length of the transform: the next power of two that holds a chirp.
+    /// Returns the length of the transform: the next power of two that holds a chirp.
     pub fn fft_len(&self) -> usize {
         usize::from(self.samples)
             .next_power_of_two()
             .clamp(16, MAX_SAMPLES)
     }
 
-    /// Range from one bin of the zero-padded transform to the next, metres.
+    /// Returns the range difference between bins of the zero-padded transform, metres.
     pub fn bin_spacing_m(&self) -> f32 {
         self.range_resolution_m() * f32::from(self.samples) / self.fft_len() as f32
     }
 }
 
-/// The plane that the mirror sweeps.
+/// Plane in which the mirror turns the beam.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Plane {
     /// Angles from the horizontal, positive downwards, looking forward: stairs going up.
@@ -91,10 +92,10 @@ pub enum Plane {
     Height,
 }
 
-/// The planes of a scanner's scans: the setting `plane`.
+/// Planes of the scanner's scans: the setting `plane`.
 ///
-/// A single scan is of one [`Plane`]; what makes the second one follow the first under `both` says
-/// `scanner::planes`.
+/// A single scan is of one [`Plane`]. Under `both`, `scanner::planes` decides when a scan of the second one
+/// follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Planes {
     /// Every scan in the depth plane.
@@ -109,7 +110,7 @@ pub enum Planes {
 words!(Planes: "depth" Planes::Depth, "height" Planes::Height, "both" Planes::Both);
 
 impl Planes {
-    /// The plane of every scan that does not follow another: with `both` the depth plane.
+    /// Returns the plane of every scan that does not follow another: with `both` the depth plane.
     pub const fn first(self) -> Plane {
         match self {
             Self::Depth | Self::Both => Plane::Depth,
@@ -128,7 +129,7 @@ impl From<Plane> for Planes {
 }
 
 impl Plane {
-    /// Its name in settings, sentences and recordings.
+    /// Returns the name in settings, sentences and recordings.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Depth => "depth",
@@ -138,7 +139,7 @@ impl Plane {
 }
 
 settings! {
-    /// How the scanner is mounted.
+    /// Mounting of the scanner.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct MountConfig
     parts {}
@@ -162,27 +163,27 @@ settings! {
 }
 
 impl MountConfig {
-    /// Radar lens to mirror centre, metres.
+    /// Returns the distance from radar lens to mirror centre, metres.
     pub fn mirror_offset_m(&self) -> f32 {
         self.mirror_offset as f32 * 1e-5
     }
 
-    /// Mirror centre above the ground, metres.
+    /// Returns the height of the mirror centre above the ground, metres.
     pub fn mount_height_m(&self) -> f32 {
         self.mount_height as f32 * 1e-5
     }
 
-    /// Two-sided 3 dB beam width, radians.
+    /// Returns the two-sided 3 dB beamwidth, radians.
     pub fn beamwidth_rad(&self) -> f32 {
         self.beamwidth as f32 * 1e-3 * crate::math::RAD_PER_DEG
     }
 }
 
-/// Most rows (angles) of one scan: those of a map with the fewest range bins.
+/// Maximum number of rows (angles) of one scan: that of a map with the minimum number of range bins.
 pub const MAX_ROWS: usize = 8192;
 
 settings! {
-    /// The angles of one scan: `first`, `first + step`, ….
+    /// Angles of one scan: `first`, `first + step`, ….
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct SweepConfig
     parts {}
@@ -198,7 +199,7 @@ settings! {
 }
 
 impl SweepConfig {
-    /// Checks that the shaft can turn so far and that the map holds so many rows.
+    /// Checks that the shaft can reach all angles and that the map can hold all rows.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.limits()?;
         let last = i64::from(self.first_angle)
@@ -210,7 +211,7 @@ impl SweepConfig {
         )
     }
 
-    /// Scheduled angle of row `k`, 0.001°.
+    /// Returns the scheduled angle of row `k`, 0.001°.
     pub fn angle(&self, k: u16) -> i32 {
         self.first_angle
             .saturating_add(self.angle_step.saturating_mul(i32::from(k)))
@@ -235,10 +236,10 @@ settings! {
     also {}
 }
 
-/// How particles are spread before the first resampling (paper III-A).
+/// Initial distribution of the particles before the first resampling (paper III-A).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spread {
-    /// Evenly over the map.
+    /// Uniform over the map.
     Uniform,
     /// Gaussian modes around high-intensity cells of the raw map.
     GmmRaw,
@@ -248,7 +249,7 @@ pub enum Spread {
 }
 
 impl Spread {
-    /// The paper's number of resampling rounds for this spread: 15, 5 and 2.
+    /// Returns the paper's number of resampling rounds for this distribution: 15, 5 and 2.
     pub const fn rounds(self) -> u8 {
         match self {
             Spread::Uniform => 15,
@@ -258,15 +259,15 @@ impl Spread {
     }
 }
 
-/// Most particles of one scan.
+/// Maximum number of particles of one scan.
 pub const MAX_PARTICLES: usize = 1000;
-/// Most Gaussian modes.
+/// Maximum number of Gaussian modes.
 pub const MAX_MODES: usize = 32;
 
 words!(Spread: "uniform" Spread::Uniform, "gmm-raw" Spread::GmmRaw, "gmm-cfar" Spread::GmmCfar);
 
 settings! {
-    /// The paper's particle filter and clustering.
+    /// Particle filter and clustering of the paper.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ParticleConfig
     parts {}
@@ -289,26 +290,26 @@ settings! {
 
 const _: () = assert!(MAX_ROWS == 8_192 && MAX_PARTICLES == 1_000 && MAX_MODES == 32);
 
-/// Which estimator turns the map into steps.
+/// Estimator that turns the map into steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EstimatorKind {
-    /// Scatterers by matched filter and particles, staircases by likelihood.
+    /// Scatterers by matched filter, staircases by likelihood and particles.
     #[default]
     Likelihood,
-    /// The paper's: particles, clusters, top particle with the 3 dB beam correction.
+    /// The paper's estimator: particles, clusters, top particle with the 3 dB beam correction.
     #[cfg(feature = "paper")]
     Paper,
 }
 
 impl EstimatorKind {
-    /// Every estimator.
+    /// All estimators.
     pub const ALL: &'static [EstimatorKind] = &[
         EstimatorKind::Likelihood,
         #[cfg(feature = "paper")]
         EstimatorKind::Paper,
     ];
 
-    /// The name that commands and options use.
+    /// Returns the name in commands and options.
     pub const fn as_str(self) -> &'static str {
         match self {
             EstimatorKind::Likelihood => "likelihood",
@@ -317,7 +318,7 @@ impl EstimatorKind {
         }
     }
 
-    /// The estimator of that name.
+    /// Returns the estimator of this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|kind| kind.as_str() == name)
     }
@@ -336,7 +337,7 @@ impl crate::setting::Word for EstimatorKind {
 }
 
 settings! {
-    /// What a scan is.
+    /// Configuration of a scan.
     ///
     /// ```
     /// use stairscan::config::{Config, Planes, to_fixed};
@@ -353,15 +354,15 @@ settings! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Config
     parts {
-        /// How the scanner is mounted.
+        /// Mounting of the scanner.
         mount: MountConfig;
-        /// The angles of a scan.
+        /// Angles of a scan.
         sweep: SweepConfig;
         /// Detection in range.
         cfar: CfarConfig;
-        /// The paper's particle filter.
+        /// Particle filter of the paper.
         particles: ParticleConfig;
-        /// The radar module.
+        /// Radar module.
         radar: RadarConfig;
     }
     rows {
@@ -374,7 +375,7 @@ settings! {
 }
 
 impl Config {
-    /// Checks every field, and that the map holds such a scan.
+    /// Checks every field, and that the map can hold the scan.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.radar.validate()?;
         self.limits()?;
@@ -382,10 +383,10 @@ impl Config {
     }
 }
 
-/// Rounds `value` to whole `unit`s (both in the same physical unit), half away from zero: the one
-/// way in which a metre or degree of a recording becomes the fixed-point number of a command.
+/// Converts `value` to a whole number of `unit`s (both in the same physical unit), rounded half away from zero.
+/// Every length and angle of a recording becomes a command's fixed-point number by this function.
 ///
-/// `None` when the value is not finite or does not fit.
+/// Returns `None` if the value is not finite or does not fit.
 pub fn to_fixed(value: f64, unit: f64) -> Option<i32> {
     let scaled = value / unit;
     let limit = f64::from(i32::MAX);

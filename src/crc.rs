@@ -1,10 +1,9 @@
-//! The checksum of everything that the scanner says and hears.
+//! Checksum of sentences, commands, records and the radar link's frames.
 
-/// CRC-32 (ISO-HDLC) of sentences, commands and the radar link's frames, by a table of 256 words:
-/// some eight instructions a byte.
+/// CRC-32 (ISO-HDLC) by a table of 256 words: some eight instructions a byte.
 pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// CRC-32 of all parts, one behind the other.
+/// Returns the CRC-32 of all parts, concatenated.
 pub fn of_parts(parts: &[&[u8]]) -> u32 {
     let mut digest = CRC32.digest();
     for part in parts {
@@ -13,7 +12,7 @@ pub fn of_parts(parts: &[&[u8]]) -> u32 {
     digest.finalize()
 }
 
-/// CRC-32 of words, each little-endian.
+/// Returns the CRC-32 of words, each little-endian.
 pub fn of_words(words: &[u32]) -> u32 {
     let mut digest = CRC32.digest();
     for byte in words.iter().flat_map(|word| word.to_le_bytes()) {

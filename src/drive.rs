@@ -1,17 +1,17 @@
-//! What is known of the chair's motion when a scan ends, and what holds where nothing is.
+//! Motion of the chair during a scan, as the estimators receive it, and the rules where it is unknown.
 
 use crate::track::Track;
 
-/// What holds where nothing is known of the chair's motion.
+/// Rule for scans whose motion input is not good.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
-    /// Two sweeps over the same scene must agree before anything is `ok`, but where motion input and echoes say that
-    /// the chair stands.
+    /// Two sweeps over the same scene must agree before an answer is `ok`, unless motion input and phases show
+    /// that the chair stands.
     #[default]
     Auto,
-    /// Nothing is `ok` without motion input.
+    /// No answer is `ok` without motion input.
     Required,
-    /// The chair is known to stand: a bench, a recording of a single scan.
+    /// The chair is known to stand: a bench, or a recording of a single scan.
     Standing,
 }
 
@@ -23,39 +23,39 @@ pub enum Retention {
     Kept,
     /// Discarded: this scan counts as the first.
     Anew,
-    /// Neither used nor kept.
+    /// Neither used nor kept: evidence of earlier scans is discarded, and this scan adds none.
     Off,
-    /// Neither used nor changed: a scan of the other plane comes in between.
+    /// Neither used nor changed: a scan of the other plane in between.
     Aside,
 }
 
-/// What became of the motion input during a scan.
+/// State of the motion input during a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Input {
-    /// There never was any.
+    /// No motion sentence has been received yet.
     #[default]
     Absent,
-    /// Every row's place is known.
+    /// The position of every row is known.
     Good,
-    /// Too long between two sentences, or none any more.
+    /// Too much time between two sentences, or since the last one.
     Late,
-    /// Travel or pitch changed faster than a chair can.
+    /// Travel or pitch changed faster than those of a chair can.
     Jumping,
-    /// The same sentence again and again.
+    /// The same sentence was received again and again.
     Frozen,
-    /// A sentence came damaged.
+    /// A sentence was received damaged.
     Garbled,
-    /// An older sentence came after a newer one.
+    /// An older sentence was received after a newer one.
     Disordered,
 }
 
 impl Input {
-    /// Whether there was an input, and a scan could not be put where it was seen by it.
+    /// Returns whether there was an input that did not give the position of every row.
     pub const fn is_bad(self) -> bool {
         !matches!(self, Self::Good | Self::Absent)
     }
 
-    /// Its name in sentences.
+    /// Returns the name in sentences.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Absent => "absent",
@@ -69,22 +69,22 @@ impl Input {
     }
 }
 
-/// What is known of the chair's motion when a scan ends.
+/// Motion of the chair during a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive<'a> {
-    /// What holds where the input is not good.
+    /// Rule where the input is not good.
     pub mode: Mode,
-    /// What became of the motion input.
+    /// State of the motion input.
     pub input: Input,
-    /// When each row was seen, and where; none where the chair is known to stand.
+    /// Time and position of each row; `None` where the chair is known to stand.
     pub track: Option<&'a Track>,
-    /// Forward travel from the last row of the scan before to that of this one, metres, where the
-    /// input was good all the way.
+    /// Forward travel from the last row of the scan before to that of this one, metres; `None` if the input was
+    /// not good all the way.
     pub moved_m: Option<f32>,
-    /// Time between these two rows, seconds; none for the first scan.
+    /// Time between these two rows, seconds; `None` for the first scan.
     pub since_s: Option<f32>,
-    /// Whether the chair stood during the scan by the motion input, and by the phases of the echoes, which the
-    /// data path adds.
+    /// Whether the chair stood during the scan by the motion input and by the phases of the echoes; set by the
+    /// data path.
     pub stood: bool,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
@@ -93,7 +93,7 @@ pub struct Drive<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// That of a chair which is known to stand: on a bench, where each scan is by itself.
+    /// Motion of a chair that is known to stand, without earlier scans: on a bench.
     pub const STANDING: Self = Self {
         mode: Mode::Standing,
         input: Input::Absent,
@@ -105,7 +105,7 @@ impl<'a> Drive<'a> {
         memory: Retention::Off,
     };
 
-    /// The track, if it says where the chair was.
+    /// Returns the track if the motion input was good.
     pub fn known(&self) -> Option<&'a Track> {
         self.track.filter(|_| self.input == Input::Good)
     }

@@ -1,15 +1,16 @@
-//! A measured value and how well it is known.
+//! A measured value with its variance, and the tolerances of a reported length.
 
 use crate::math;
 
-/// Least expanded uncertainty of a reported length, metres: design contract of `ok`.
+/// Minimum expanded uncertainty of a reported length, metres: design contract of `ok`.
 pub const RIGHT_M: f32 = 0.03;
-/// Largest expanded uncertainty of a length that counts as measured, metres: design contract of `ok`.
+/// Maximum expanded uncertainty of a length that counts as measured, metres: design contract of `ok`.
 pub const MOST_UNCERTAIN_M: f32 = 0.08;
-/// Standard deviations of an expanded uncertainty.
+/// Coverage factor: standard deviations of an expanded uncertainty.
 pub const COVERAGE_FACTOR: f32 = 3.0;
 
-/// Expanded uncertainty U of a reported length of standard deviation `sigma_m`, metres: U = max(3 cm, 3σ).
+/// Returns the expanded uncertainty U of a reported length of standard deviation `sigma_m`, metres: U = max(3
+/// cm, 3σ).
 pub fn expanded(sigma_m: f32) -> f32 {
     math::max(RIGHT_M, COVERAGE_FACTOR * sigma_m)
 }
@@ -32,7 +33,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// From a value and its standard deviation.
+    /// Creates an estimate from a value and its standard deviation.
     pub const fn new(value: f32, sigma: f32) -> Self {
         Self {
             value,
@@ -40,7 +41,7 @@ impl Estimate {
         }
     }
 
-    /// The standard deviation.
+    /// Returns the standard deviation.
     pub fn sigma(&self) -> f32 {
         math::sqrt(self.variance)
     }

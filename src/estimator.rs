@@ -1,5 +1,5 @@
-//! What an estimator is to the scanner: it takes in the rows of the map during the scan and gives the
-//! answer after the last one.
+//! Interface of an estimator: it takes the rows of the map during the scan, and gives the answer after the last
+//! one.
 
 use crate::answer::Answer;
 use crate::config::Config;
@@ -9,31 +9,32 @@ use crate::observer::Observer;
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Evidence, Outcome, Sight};
 
-/// A scan whose rows have all come or are lost.
+/// A scan whose rows are all final: received or lost.
 #[derive(Clone, Copy, Debug)]
 pub struct MappedScan<'a> {
-    /// Its map.
+    /// Map of the scan.
     pub map: &'a PolarMap,
-    /// The configuration that it was made with.
+    /// Configuration of the scan.
     pub config: &'a Config,
-    /// Its number.
+    /// Number of the scan.
     pub number: u32,
-    /// The chair's motion during the scan, as far as it is known.
+    /// Motion of the chair during the scan.
     pub drive: &'a Drive<'a>,
 }
 
-/// Works a scan's map off. The same map, configuration and scan number give the same answer.
+/// Estimator of stairs. The same map, configuration and scan number give the same answer.
 pub trait Estimator {
-    /// Ready for the first row of the scan that `map` has been shaped for.
+    /// Prepares for the first row of the scan that `map` has been shaped for.
     fn begin(&mut self, map: &PolarMap);
 
-    /// Takes in row `k` of the map. Rows come one after the other from either end; one whose chirp
-    /// was lost comes too, empty as it is.
+    /// Takes row `k` of the map. Rows come one after the other from either end; a lost one comes too, and is
+    /// empty.
     fn row(&mut self, map: &PolarMap, k: usize);
 
-    /// Makes `answer`, which is empty and large for a small stack, and returns what it says of its worth; `None` if
-    /// there was nothing to work on. `past` is the evidence of earlier scans, to which this one is
-    /// added; without it the scan is by itself. Meanwhile `observer` looks.
+    /// Fills `answer`, which is empty on entry (a large value, passed by reference because the stack is small),
+    /// and returns the evidence for its status; `None` if there was no data. `past` is the evidence of earlier
+    /// scans, to which this one is added; without it the scan stands alone. `observer` receives intermediate
+    /// results.
     fn conclude(
         &mut self,
         scan: &MappedScan<'_>,
@@ -42,7 +43,7 @@ pub trait Estimator {
         answer: &mut Answer,
     ) -> Option<Sight>;
 
-    /// The same with its verdict where the instrument is well.
+    /// Calls [`Estimator::conclude`] and decides the status as if no health check had failed.
     fn outcome(
         &mut self,
         scan: &MappedScan<'_>,
@@ -58,7 +59,7 @@ pub trait Estimator {
         outcome
     }
 
-    /// The same for a chair that is known to stand, without earlier scans.
+    /// Calls [`Estimator::outcome`] for a chair that is known to stand, without earlier scans.
     fn finish(
         &mut self,
         map: &PolarMap,

@@ -15,8 +15,8 @@ use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
 use crate::verdict::{FreeGround, Sight};
 
-/// What one estimator keeps beside the map, during the scan and after it. Only one works at a
-/// time, so they share their memory.
+/// Working memory of one estimator beside the map, during the scan and after it. Only one is in use at a time,
+/// so they share their memory.
 #[derive(Debug)]
 #[repr(u8)]
 #[allow(
@@ -24,17 +24,17 @@ use crate::verdict::{FreeGround, Sight};
     reason = "only one works at a time, and there is no heap to box the larger one on"
 )]
 enum Scratch {
-    /// Before the first scan: tag 0, so that a static of it costs no flash.
+    /// Before the first scan. The tag is 0, so that a static of this type takes no flash.
     Idle,
     Likelihood(Likelihood),
     #[cfg(feature = "paper")]
     Paper(Paper),
-    /// No estimator of stairs: the guard has the memory while it sweeps.
+    /// No estimator of stairs: the guard uses the memory while it sweeps.
     Guard(Guard),
 }
 
 impl Scratch {
-    /// Makes room for the estimator of `kind`, if it is not the one that is there.
+    /// Creates the estimator of `kind`, unless it is the present one.
     fn choose(&mut self, kind: EstimatorKind) {
         match (&self, kind) {
             #[cfg(feature = "paper")]
@@ -46,13 +46,14 @@ impl Scratch {
         }
     }
 
-    /// The default estimator, without anything. By itself, because it comes over the stack.
+    /// Creates the default estimator. Not inlined, because the new value passes over the stack.
     #[inline(never)]
     fn renew(&mut self) {
         *self = Self::Likelihood(Likelihood::with(current()));
     }
 
-    /// The guard, where it is not there without anything. By itself, because it comes over the stack.
+    /// Creates the guard, unless it is the present one. Not inlined, because the new value passes over the
+    /// stack.
     #[inline(never)]
     fn guard(&mut self) {
         if !matches!(self, Self::Guard(_)) {
@@ -70,11 +71,11 @@ impl Scratch {
     }
 }
 
-/// Finds stairs: rows in, outcome out.
+/// Stair finder: rows of a scan in, answer out.
 ///
-/// [`StairFinder::begin`] a scan, [`StairFinder::fill`] each row that comes, call
-/// [`StairFinder::complete`] for each lost one, from either end of the sweep, then
-/// [`StairFinder::finish`]. The configuration names the estimator.
+/// A scan is [`StairFinder::begin`], then for each row from either end of the scan [`StairFinder::fill`] or, if
+/// it is lost, [`StairFinder::complete`], then [`StairFinder::finish`]. The configuration selects the
+/// estimator.
 #[derive(Debug)]
 pub struct StairFinder {
     map: PolarMap,
@@ -82,7 +83,7 @@ pub struct StairFinder {
 }
 
 impl StairFinder {
-    /// A finder without a scan.
+    /// Creates a finder without a scan.
     pub const fn new() -> Self {
         Self {
             map: PolarMap::new(),
@@ -93,7 +94,7 @@ impl StairFinder {
     /// Empties the map and gives it the shape of `config`'s scan.
     ///
     /// # Errors
-    /// Names the field that makes the scan larger than the map.
+    /// Returns the field that makes the scan larger than the map.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
         self.scratch.choose(config.estimator);
@@ -103,29 +104,28 @@ impl StairFinder {
         Ok(())
     }
 
-    /// Lets `fill` write row `k`, once a scan, and works off what can be during the scan; `None`
-    /// beyond the last row.
+    /// Writes row `k` by `fill`, once per scan, and lets the estimator process it; `None` beyond the last row.
     pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         let filled = self.write(k, fill)?;
         self.complete(k);
         Some(filled)
     }
 
-    /// Lets `fill` write row `k` without completing it: [`StairFinder::complete`] follows.
+    /// Writes row `k` by `fill` without completing it; [`StairFinder::complete`] must follow.
     pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         self.map.fill(k, fill)
     }
 
-    /// Row `k` is final: received or lost. The estimator takes it in.
+    /// Marks row `k` as final, received or lost, and lets the estimator process it.
     pub fn complete(&mut self, k: usize) {
         if let Some(estimator) = self.scratch.estimator() {
             estimator.row(&self.map, k);
         }
     }
 
-    /// Makes the answer of scan number `number` with the configuration that it began with, what is known of the
-    /// chair's motion, and the evidence of earlier scans (`past`), while `observer` looks. Returns what the
-    /// estimator says of its worth; `None` without an estimator.
+    /// Fills `answer` for scan number `number` with the configuration of [`StairFinder::begin`], the chair's
+    /// motion, and the evidence of earlier scans (`past`). `observer` receives intermediate results. Returns
+    /// the evidence for the answer's status; `None` without an estimator.
     pub fn finish(
         &mut self,
         config: &Config,
@@ -148,25 +148,25 @@ impl StairFinder {
         sight
     }
 
-    /// [`StairFinder::begin`] of a guard sweep.
+    /// Begins a guard sweep, in place of [`StairFinder::begin`].
     ///
     /// # Errors
-    /// Names the field that makes the sweep larger than the map.
+    /// Returns the field that makes the sweep larger than the map.
     pub fn begin_guard(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
         self.scratch.guard();
         Ok(())
     }
 
-    /// The next guard sweep is a first one.
+    /// Discards the evidence of earlier guard sweeps.
     pub fn forget_guard(&mut self) {
         if let Scratch::Guard(guard) = &mut self.scratch {
             guard.forget();
         }
     }
 
-    /// How far the ground is free after a guard sweep, by it and by those before; `None` where none was begun. In place of
-    /// [`StairFinder::finish`].
+    /// Ends a guard sweep, in place of [`StairFinder::finish`]. Returns the free distance by this sweep and
+    /// those before; `None` if no guard sweep was begun.
     pub fn guard(&mut self, config: &Config, drive: &Drive<'_>) -> Option<FreeGround> {
         match &mut self.scratch {
             Scratch::Guard(guard) => Some(guard.sweep(&self.map, config, drive)),
@@ -174,8 +174,8 @@ impl StairFinder {
         }
     }
 
-    /// The echoes of the map after the last row, placed as the configuration has it and with nothing taken
-    /// out; none of an estimator that knows no echoes. In place of [`StairFinder::finish`].
+    /// Returns the echoes of the map after the last row, placed by the configuration and without any
+    /// calibration; empty for an estimator without echoes. In place of [`StairFinder::finish`].
     pub fn echoes(&mut self, config: &Config) -> &[Echo] {
         match &mut self.scratch {
             Scratch::Likelihood(estimator) => estimator.echoes(&self.map, config),
@@ -183,7 +183,7 @@ impl StairFinder {
         }
     }
 
-    /// The map as it stands.
+    /// Returns the map in its present state.
     pub fn map(&self) -> &PolarMap {
         &self.map
     }

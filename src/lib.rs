@@ -1,48 +1,50 @@
 //! A radar stair scanner for powered wheelchairs: recorded or live FMCW chirps in, steps out.
 //!
-//! The library is the whole scanner less the chip: it has no allocator, no global state, no clock
-//! and no randomness of its own. Time, seed and hardware come in as arguments, so the same call
-//! gives the same bits on the host, in the emulator and on the Cortex-M4F.
+//! The library is the whole scanner without the chip-specific code: it has no allocator, no global state, no
+//! clock and no source of random numbers. Time, seed and hardware are arguments, so the same call gives the same
+//! bits on the host, in the emulator and on the Cortex-M4F.
 //!
-//! The way of the data, one module a stage:
+//! The stages in the order of the data:
 //!
 //! | module | from → to |
 //! |---|---|
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
-//! | [`config`] | what a recording, a command or the radar module may set, checked once |
-//! | [`schedule`], [`time`], [`port`] | which microstep belongs to which row; microseconds that wrap; a serial port |
+//! | [`config`] | settings of a scan, by recording, command or radar module, and their limits |
+//! | [`schedule`], [`time`], [`port`] | microstep of each row; microseconds that wrap; a serial port |
 //! | [`scanner`] | mirror motor, settings, commands, the scanner's loop |
-//! | [`drive`], [`track`] | what is known of the chair's motion; when and where each row was seen |
-//! | [`motion`] | what the chair's controller says of its motion → [`drive`] and [`track`], and whether two sweeps agree |
-//! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
-//! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
+//! | [`drive`], [`track`] | motion of the chair during a scan; time and position of each row |
+//! | [`motion`] | motion sentences of the chair's controller → [`drive`] and [`track`], and whether two sweeps agree |
+//! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, with positions finer than a cell |
+//! | [`mount`] | echoes of the ground → mounting of the scanner: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
-//! | [`model`] | what may stand there, and how likely the echoes are if it does |
-//! | [`infer`] | echoes → the staircase that explains them best, its steps with their σ, how far it is valid; from scan to scan |
+//! | [`model`] | scene types, and the likelihood of the echoes given each |
+//! | [`infer`] | echoes → the most likely staircase, its steps with their σ, how far it is valid; from scan to scan |
+//! | [`guard`] | maps of coarse sweeps of the ground, and the travel in between → free distance ahead |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
-//! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
+//! | [`estimator`], [`observer`] | interface of all estimators, and of observers of their intermediate results |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
-//! | [`answer`] | steps, direction, what may stand there besides: the answer of a scan |
+//! | [`answer`] | the answer of a scan: steps, direction, drop, possible further steps |
 //! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
 //! | [`report`] | sentences out, motion in |
-//! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
+//! | [`math`], [`sort`] | the few f32 functions that `core` lacks, with their error bounds; a sort without panics |
 //! | [`crc`] | the checksum of sentences, records and the radar link's frames |
 //!
-//! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
+//! `board` and `main.rs` are not part of the library: they belong to the image and contain all chip-specific
+//! code.
 //!
-//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
-//! [`crc`] and [`schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
-//! [`signal::echoes`], then [`mount`] and [`model`], then [`infer`] and `paper` side by side, then [`finder`] and
-//! [`pipeline`]. `paper` knows of [`infer`] only [`infer::past`], which the trait of all estimators hands on.
-//! Estimators, pipeline and scanner hand their evidence to [`verdict`], which knows none of them.
-//! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
-//! [`infer::trace`] and `paper` have to tell.
+//! Dependencies: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
+//! [`crc`] and [`schedule`] depend on no stage. On them build [`signal::grid`], then [`signal::range`] and
+//! [`signal::echoes`], then [`mount`] and [`model`], then [`infer`] and `paper` side by side, then [`finder`]
+//! and [`pipeline`]. `paper` uses of [`infer`] only [`infer::past`], which the trait of all estimators passes
+//! on. Estimators, pipeline and scanner give their evidence to [`verdict`], which depends on none of them.
+//! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. The events of [`observer`]
+//! contain the intermediate results of [`infer::trace`] and `paper`.
 //!
-//! Where to begin: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
-//! [`signal::range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] reads what the
-//! scanner reports. `examples/` has a program for each, and `docs/estimator.md` the words and the
-//! equations of the default estimator.
+//! Entry points: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
+//! [`signal::range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] parses the
+//! scanner's sentences. `examples/` has a program for each, and `docs/estimator.md` the terms and equations of
+//! the default estimator.
 #![cfg_attr(not(test), no_std)]
 
 pub mod answer;
@@ -75,7 +77,7 @@ pub mod time;
 pub mod track;
 pub mod verdict;
 
-/// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).
+/// Git revision of the build; `unknown` without git, with `-dirty` appended for a changed tree.
 pub const REVISION: &str = env!("STAIRSCAN_REVISION");
 
 /// One complex sample of a chirp: in-phase and quadrature part of the down-converted signal.

@@ -1,4 +1,4 @@
-//! The one image for the STM32F405; on a host it only says how to flash.
+//! Firmware image for the STM32F405; on a host it only prints how to flash it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(any(target_os = "none", test))]
@@ -12,8 +12,9 @@ fn main() {
     );
 }
 
-/// The interrupts, by priority: the radar module's bytes come every 10 µs and wait for nobody; the
-/// motor's three interrupts share it; commands and the motor's driver have 87 µs a byte. The scanner has the rest.
+/// Interrupts, by priority. The radar module's bytes come every 10 µs and cannot wait; the motor's three
+/// interrupts share this priority. Commands and the motor's driver have 87 µs a byte. The scanner's loop has
+/// the rest.
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
@@ -61,7 +62,7 @@ mod app {
         (Shared { motor }, local)
     }
 
-    // Map and estimator are zero bits, so they cost no flash.
+    // Map and estimator are all zero bits, so they take no flash.
     #[idle(
         shared = [motor],
         local = [

@@ -1,7 +1,7 @@
 //! The few f32 functions that `core` lacks, with error bounds that the tests assert.
 //!
-//! Everything here is plain IEEE single precision without fused operations, so that host, emulator
-//! and chip agree to the last bit.
+//! All functions use plain IEEE single precision without fused operations, so that host, emulator and chip give
+//! identical bits.
 
 /// One degree in radians.
 pub const RAD_PER_DEG: f32 = core::f32::consts::PI / 180.0;
@@ -12,13 +12,12 @@ pub fn sqrt(x: f32) -> f32 {
     if x > 0.0 { sqrt_positive(x) } else { 0.0 }
 }
 
-/// The FPU's own square root: 14 cycles where the portable one takes some 200 instructions.
+/// Square root by the FPU: 14 cycles, where the portable one takes some 200 instructions.
 #[cfg(target_arch = "arm")]
 #[inline]
 fn sqrt_positive(x: f32) -> f32 {
     let bits: u32;
-    // The stable compiler offers no operands in FPU registers here, so that one is borrowed and
-    // given back.
+    // The stable compiler offers no operands in FPU registers here, so one register is saved and restored.
     // SAFETY: no register but the operands is changed, no memory is touched; the
     // target has the FPU (eabihf).
     unsafe {
@@ -42,50 +41,50 @@ fn sqrt_positive(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
-/// The least whole number that is not below `x`: exact.
+/// Returns the smallest whole number that is not below `x`: exact.
 #[inline]
 pub fn ceil(x: f32) -> f32 {
     micromath::F32(x).ceil().0
 }
 
-/// The largest whole number that is not above `x`: exact.
+/// Returns the largest whole number that is not above `x`: exact.
 #[inline]
 pub fn floor(x: f32) -> f32 {
     micromath::F32(x).floor().0
 }
 
-/// The nearest whole number, halves away from zero: exact for |x| < 2²² but for ±0.49999997, the
+/// Returns the nearest whole number, halves away from zero. Exact for |x| < 2²² except for ±0.49999997, the
 /// largest number below a half, which rounds to ±1.
 #[inline]
 pub fn round(x: f32) -> f32 {
     micromath::F32(x).round().0
 }
 
-/// The larger of two numbers. Three instructions; `f32::max`, which cares for NaN, is a call on this
+/// Returns the larger of two numbers in three instructions; `f32::max`, which handles NaN, is a call on this
 /// core.
 #[inline]
 pub const fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two numbers, like [`max`].
+/// Returns the smaller of two numbers, like [`max`].
 #[inline]
 pub const fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// Hypotenuse of the two legs, without care for overflow: metres and radians never come near.
+/// Returns the hypotenuse without handling overflow: values are metres and radians.
 #[inline]
 pub fn hypot(x: f32, y: f32) -> f32 {
     sqrt(x * x + y * y)
 }
 
-/// Sine and cosine of `angle` (radians, |angle| ≤ 100), absolute error below 3e-7; the largest seen
-/// is 1.1e-7.
+/// Returns sine and cosine of `angle` (radians, |angle| ≤ 100). Absolute error below 3e-7; maximum in the tests
+/// 1.1e-7.
 ///
 /// Reduced to ±π/4 by the nearest quarter turn, then Taylor polynomials to the 9th and 8th order.
 pub const fn sin_cos(angle: f32) -> (f32, f32) {
-    // π/2 in two parts: k times the first, whose mantissa ends with many zeros, is exact.
+    // π/2 in two parts: k times the first one is exact, because its mantissa ends with many zeros.
     const HALF_PI_HIGH: f32 = 1.570_312_5;
     const HALF_PI_LOW: f32 = 4.838_268e-4;
     let turns = angle * core::f32::consts::FRAC_2_PI;
@@ -103,8 +102,8 @@ pub const fn sin_cos(angle: f32) -> (f32, f32) {
     }
 }
 
-/// Angle of the point (x, y) from the x axis, radians in -π…π, absolute error below 1e-6; 0 at the
-/// origin.
+/// Returns the angle of the point (x, y) from the x axis, radians in -π…π; 0 at the origin. Absolute error
+/// below 1e-6.
 ///
 /// Reduced to the first octant and then by atan(1/2), where a short Taylor series suffices.
 pub fn atan2(y: f32, x: f32) -> f32 {
@@ -120,7 +119,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     if y < 0.0 { -half } else { half }
 }
 
-/// Arctangent of 0…1.
+/// Returns the arctangent of `t` in 0…1.
 fn atan_unit(t: f32) -> f32 {
     const ATAN_HALF: f32 = 0.463_647_6;
     // atan t = atan ½ + atan u with |u| ≤ 1/2 … 1/3 of the argument's distance from ½.
@@ -134,12 +133,12 @@ fn atan_unit(t: f32) -> f32 {
     base + u * (1.0 + z * (-1.0 / 3.0 + z * (0.2 + z * (-1.0 / 7.0 + z * series))))
 }
 
-/// 2 to the power `x`, relative error below 1e-6; 0 below -126, the largest finite value above 127.
+/// Returns 2 to the power `x`, relative error below 1e-6; 0 below -126, the largest finite value above 127.
 pub fn exp2(x: f32) -> f32 {
     if x >= 127.0 {
         return f32::MAX;
     }
-    // Not a number is not above anything.
+    // False for NaN, too.
     let above = x > -126.0;
     if !above {
         return 0.0;
@@ -152,22 +151,22 @@ pub fn exp2(x: f32) -> f32 {
     p * f32::from_bits(((whole + 127) as u32) << 23)
 }
 
-/// e to the power `x`, with [`exp2`]'s bounds.
+/// Returns e to the power `x`, with [`exp2`]'s bounds.
 #[inline]
 pub fn exp(x: f32) -> f32 {
     exp2(x * core::f32::consts::LOG2_E)
 }
 
-/// Natural logarithm, with [`log2`]'s bounds.
+/// Returns the natural logarithm, with [`log2`]'s bounds.
 #[inline]
 pub const fn ln(x: f32) -> f32 {
     core::f32::consts::LN_2 * log2(x)
 }
 
-/// Natural logarithm of the gamma function of a positive number, absolute error below 2e-5 up to 30: Stirling's series, moved
-/// up by the recurrence.
+/// Returns the natural logarithm of the gamma function of a positive number, absolute error below 2e-5 up to
+/// 30: Stirling's series, shifted by the recurrence.
 pub fn ln_gamma(x: f32) -> f32 {
-    /// From here on the series' third term is below 1e-6.
+    /// Minimum argument of the series: its third term is below 1e-6.
     const FAR: f32 = 6.0;
     /// ln √(2π).
     const LN_ROOT_TAU: f32 = 0.918_938_5;
@@ -180,10 +179,10 @@ pub fn ln_gamma(x: f32) -> f32 {
     (x - 0.5) * ln(x) - x + LN_ROOT_TAU + per * (1.0 / 12.0 - per * per / 360.0) - ln(product)
 }
 
-/// Decibels of one octave of power: 10 lg 2.
+/// Decibels of a doubled power: 10 lg 2.
 pub const DB_PER_OCTAVE: f32 = 3.010_3;
 
-/// Power ratio of `db` decibels, with [`exp2`]'s bounds.
+/// Returns the power ratio of `db` decibels, with [`exp2`]'s bounds.
 #[inline]
 pub fn power_ratio(db: f32) -> f32 {
     exp2(db / DB_PER_OCTAVE)
@@ -192,13 +191,13 @@ pub fn power_ratio(db: f32) -> f32 {
 /// Decibels of a doubled amplitude: 20 lg 2.
 const DB_PER_DOUBLING: f32 = 6.020_6;
 
-/// Amplitude ratio of `db` decibels, with [`exp2`]'s bounds.
+/// Returns the amplitude ratio of `db` decibels, with [`exp2`]'s bounds.
 #[inline]
 pub fn amplitude(db: f32) -> f32 {
     exp2(db * (1.0 / DB_PER_DOUBLING))
 }
 
-/// Binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
+/// Returns the binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
 /// error below 1e-6 elsewhere; -127 for anything else.
 #[inline(never)]
 pub const fn log2(x: f32) -> f32 {

@@ -1,6 +1,6 @@
-//! What an estimator tells on its way to the answer, for pictures, `inspect` and the benchmark.
+//! Intermediate results of an estimator, for plots, `inspect` and the benchmark.
 //!
-//! The scanner's own calls pass `()`, which listens to nothing.
+//! The scanner itself passes `()`, which ignores them.
 
 use crate::answer::Maybe;
 use crate::infer::Cloud;
@@ -11,73 +11,74 @@ use crate::mount::{Calibration, Floor};
 use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
 use crate::signal::echoes::Lobes;
 
-/// What an estimator tells. Each says which of these it has to tell.
+/// An intermediate result, marked with the estimators that report it.
 #[derive(Debug)]
 pub enum Event<'a> {
-    /// Either estimator: a stage after the last row is done.
+    /// Both estimators: a stage after the last row is complete.
     Done(Stage),
     /// `likelihood`: the noise, median of the filtered map, map units (1/8 octave).
     Noise(f32),
-    /// `likelihood`: what the floor says about the scanner's own errors.
+    /// `likelihood`: errors of angle and height, estimated on the ground.
     Calibration(Calibration),
-    /// `likelihood`: how well echoes support a floor in its place, and one elsewhere.
+    /// `likelihood`: evidence for a ground at its configured place, and for one elsewhere.
     Floor(Floor),
-    /// `likelihood`: how wide the lobes of strong echoes are over the rows.
+    /// `likelihood`: widths of the strong echoes' main lobes over the rows.
     Lobes(Lobes),
     /// `likelihood`: one scatterer, strongest first.
     Scatterer(&'a Scatterer),
-    /// `likelihood`: one flight of the search, the best of each number of steps, or level ground.
+    /// `likelihood`: one hypothesis of the search, the best of each number of steps, or level ground.
     Candidate(&'a Candidate<'a>),
-    /// `likelihood`: a cell of the way ahead and what the verdict knows of it, the nearest first.
+    /// `likelihood`: a cell of the way ahead with the evidence that its verdict uses, nearest first.
     Cell(&'a Cell),
-    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe`] maps that.
+    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe`]
+    /// maps that.
     ///
     /// [`Weights::maybe`]: crate::params::hazard::Weights::maybe
     Maybe(&'a Maybe),
-    /// `likelihood` in the depth plane: what the posterior says once it is complete.
+    /// `likelihood` in the depth plane: the posterior, once it is complete.
     Posterior {
-        /// Its particles with their probabilities, and the probability of each number of steps.
+        /// Particles with their probabilities, and the probability of each number of steps.
         cloud: &'a Cloud,
-        /// What can be seen: only such edges count as steps.
+        /// Field of view: only edges within it count as steps.
         view: &'a View,
     },
-    /// `paper`: the particles after a stage, and the clusters where there are any.
+    /// `paper`: the particles after a stage, and the clusters once there are any.
     #[cfg(feature = "paper")]
     Particles {
-        /// After which stage.
+        /// The stage.
         stage: CloudStage,
         /// The particles.
         cloud: &'a PointCloud,
-        /// The map that they are weighed with.
+        /// The map that the particles are weighted with.
         field: &'a Field<'a>,
         /// The clusters.
         clusters: &'a [Extent],
     },
 }
 
-/// How far the paper's particles have come.
+/// Stages of the paper's particles.
 #[cfg(feature = "paper")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CloudStage {
-    /// As they were drawn, in cells of the map (angle, range).
+    /// Initial particles, in cells of the map (angle, range).
     Drawn,
-    /// The same after a round of resampling.
+    /// Particles after a round of resampling, in cells of the map.
     Resampled,
-    /// In the sagittal plane (along, across, see [`crate::paper::Places`]), marked with their
+    /// Particles in the sagittal plane (along, across, see [`crate::paper::Places`]), labelled with their
     /// clusters.
     Clustered,
-    /// The same after fusion and rejection; particles of rejected clusters keep their marks.
+    /// Particles after fusion and rejection of clusters; those of rejected clusters keep their labels.
     Rejected,
 }
 
-/// Listens to an estimator.
+/// Receiver of an estimator's intermediate results.
 pub trait Observer {
-    /// Whether it wants to hear about scatterers and candidates, which take time to tell.
+    /// Returns whether it wants scatterers and hypotheses, which take time to compute.
     fn listens(&self) -> bool {
         true
     }
 
-    /// Something to tell.
+    /// Receives an intermediate result.
     fn event(&mut self, event: Event<'_>);
 }
 

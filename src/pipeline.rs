@@ -1,4 +1,4 @@
-//! All stages in one value: chirp, row of the map, health, estimator, outcome.
+//! All stages in one value: chirp, row of the map, health checks, estimator, outcome.
 
 use crate::Iq;
 use crate::answer::Answer;
@@ -19,8 +19,8 @@ use crate::verdict::{Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
-/// A scan is [`DataPath::begin`], for each row its samples and [`DataPath::row`] (or
-/// [`DataPath::lost`]), and [`DataPath::finish`]. Samples without any signal give no all-clear:
+/// A scan is [`DataPath::begin`], for each row its samples and [`DataPath::row`] (or [`DataPath::lost`]), and
+/// [`DataPath::finish`]. Samples without any signal end in a fault:
 ///
 /// ```
 /// use stairscan::Iq;
@@ -51,14 +51,15 @@ pub struct Pipeline {
     range: RangeProcessor,
     finder: StairFinder,
     health: Health,
-    /// What earlier scans said.
+    /// Evidence of earlier scans.
     past: History,
 }
 
-/// A longer break between two guard sweeps makes the next one a first one, seconds: a person steps in within less.
+/// Maximum interval between two guard sweeps whose evidence is combined, seconds: a person steps in within
+/// less.
 const GUARD_BREAK_S: f32 = 1.0;
 
-/// What the scan state may take of the chip's memory, with either estimator.
+/// Maximum memory of the scan state, with either estimator, bytes.
 const BUDGET: usize = 104 * 1024;
 const _: () = assert!(
     size_of::<Pipeline>() <= BUDGET,
@@ -66,8 +67,8 @@ const _: () = assert!(
 );
 
 impl Pipeline {
-    /// A data path without a configuration; [`DataPath::begin`] brings one. All bits are zero, so
-    /// that a static of it costs no flash.
+    /// Creates a data path without a configuration; [`DataPath::begin`] sets one. All bits are zero, so that a
+    /// static of this type takes no flash.
     pub const fn new() -> Self {
         Self {
             samples: [Iq { i: 0, q: 0 }; MAX_SAMPLES],
@@ -80,8 +81,8 @@ impl Pipeline {
         }
     }
 
-    /// The first part of [`DataPath::row`]: the chirp becomes row `row` of the map, and is looked at for
-    /// what it says of the instrument. What is left is the estimator's.
+    /// First part of [`DataPath::row`]: computes row `row` of the map from the chirp, and runs the health
+    /// checks on it. The second part is [`Pipeline::complete`].
     pub fn watch(&mut self, row: u16) {
         let Self {
             samples,
@@ -93,11 +94,11 @@ impl Pipeline {
         } = self;
         let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
         finder.write(row.into(), |mut cells| {
-            // The sweep hands over whole chirps only.
+            // The chirp has the configured length.
             if let Ok(stats) = range.process(chirp, &mut cells)
                 && health.row(row, chirp, &stats, cells.cells)
             {
-                // What something else transmitted is no echo.
+                // Interference is discarded: the row is set to zero.
                 cells.cells.fill(0);
                 cells.mask.fill(0);
             }
@@ -105,18 +106,19 @@ impl Pipeline {
         health.stands(row, finder.map(), |bin| range.phasors(bin));
     }
 
-    /// Row `row` is final: received and worked off by [`Pipeline::watch`], or lost. The estimator takes it in.
+    /// Marks row `row` as final, received and processed by [`Pipeline::watch`] or lost, and lets the estimator
+    /// process it.
     pub fn complete(&mut self, row: u16) {
         self.finder.complete(row.into());
     }
 
-    /// The map of the last scan.
+    /// Returns the map of the last scan.
     pub fn map(&self) -> &PolarMap {
         self.finder.map()
     }
 
-    /// [`DataPath::conclude`] while somebody looks.
-    // Out of line: inlined, a second outcome would lie beneath the estimator.
+    /// Does [`DataPath::conclude`] with an observer.
+    // Not inlined: else the stack would hold a second outcome beneath the estimator.
     #[inline(never)]
     pub fn conclude_observed(
         &mut self,
@@ -145,8 +147,8 @@ impl Pipeline {
         outcome
     }
 
-    /// Lets the estimator make `answer`, and returns what it says of its worth. `well` says that the instrument
-    /// shows no sign of a defect.
+    /// Lets the estimator fill `answer`, and returns the evidence for its status. `well`: whether all health
+    /// checks passed.
     fn look(
         &mut self,
         drive: &Drive<'_>,
@@ -155,7 +157,7 @@ impl Pipeline {
         answer: &mut Answer,
     ) -> Option<Sight> {
         let drive = Drive {
-            // What an instrument in doubt says is not carried on.
+            // Evidence of a scan with failed health checks is not kept.
             memory: match drive.memory {
                 Retention::Aside => Retention::Aside,
                 memory if well => memory,
@@ -176,8 +178,8 @@ impl Pipeline {
             .finish(&self.config, scan, past, observer, answer)
     }
 
-    /// Ready for the chirps of a scan or guard sweep. Returns the configuration that everything behind measures with: its
-    /// sweep is the one that was calibrated.
+    /// Prepares for the chirps of a scan or guard sweep. Returns the configuration for all later stages: its
+    /// bandwidth is the calibrated one.
     fn ready(&mut self, config: &Config, scan: u32) -> Result<Config, ConfigError> {
         let config = Config {
             radar: config.radar.scaled(config.mount.range_scale),
@@ -202,7 +204,7 @@ impl Pipeline {
         if evidence.unusable.is_some() {
             return evidence;
         }
-        // A chair that moves is no defect: a sweep is too short for a way that matters.
+        // Motion is expected: a guard sweep is so short that the travel during it does not matter.
         let expected = Expected {
             moving: true,
             uncalibrated: false,
@@ -214,19 +216,19 @@ impl Pipeline {
             self.finder.forget_guard();
         }
         let ground = self.finder.guard(&self.config, drive);
-        // Averaged over rows and sweeps, ground shows whose echoes stand out in no cell.
+        // The average over rows and sweeps shows the ground even if no single cell exceeds the noise enough.
         evidence.heard = heard || ground.is_some_and(|ground| ground.free_m > 0.0);
         evidence.ground = ground;
         evidence
     }
 
-    /// Whether motion input and echoes agree that the chair stood during the last scan.
+    /// Returns whether motion input and phases agree that the chair stood during the last scan.
     pub fn stood(&self, drive: &Drive<'_>) -> bool {
         let mirror = self.config.mount.mirror_offset > 0;
         mirror && drive.known().is_some_and(|track| !moves(track)) && self.health.stood()
     }
 
-    /// The health of the last scan.
+    /// Returns the health checks of the last scan.
     pub fn health(&self) -> &Health {
         &self.health
     }
@@ -238,13 +240,13 @@ impl Default for Pipeline {
     }
 }
 
-/// Whether the chair moved along this track.
+/// Returns whether the chair moved along this track.
 fn moves(track: &Track) -> bool {
     let p = current();
     track.moves(p.stood_m, p.stood_rad)
 }
 
-/// How many samples of the buffer a chirp has.
+/// Returns the number of samples of a chirp.
 fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
     samples.len().min(usize::from(config.radar.samples))
 }
@@ -282,7 +284,7 @@ impl DataPath for Pipeline {
     fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
         let evidence = self.guard_evidence(drive, conditions);
         let word = GuardWord::new(&evidence);
-        // What an instrument in doubt says is not carried on.
+        // Evidence of a sweep with failed health checks is not kept.
         if evidence.unusable.is_some() || !evidence.signs.is_empty() {
             self.finder.forget_guard();
         }
@@ -316,8 +318,8 @@ impl DataPath for Pipeline {
     }
 }
 
-/// A tone with a known place and power through FFT and CFAR: `Some(true)` when detection, place
-/// and power are as they must be.
+/// Processes two tones of known range and power with FFT and CFAR. Returns `Some(true)` if detections, ranges
+/// and powers are as expected.
 fn known_answer(range: &mut RangeProcessor) -> Option<bool> {
     let config = Config::default();
     range
@@ -325,15 +327,15 @@ fn known_answer(range: &mut RangeProcessor) -> Option<bool> {
         .ok()?;
     let mut chirp = [Iq::default(); 200];
     for (n, sample) in (0_u16..).zip(&mut chirp) {
-        // 100 native bins of 200 samples: half a turn a sample, exact in any arithmetic. A second
-        // tone a quarter turn a sample, 20 dB weaker, must stand beside it.
+        // The strong tone: half a turn a sample, native bin 100 of 200, exact in any arithmetic. The weak one:
+        // a quarter turn a sample, 20 dB weaker; it must be detected beside the strong one.
         let strong = if n & 1 == 0 { 8000 } else { -8000 };
         let (i, q) = [(800, 0), (0, 800), (-800, 0), (0, -800)][usize::from(n & 3)];
         *sample = Iq::new(strong + i, q);
     }
     let mut profile = Profile::default();
     range.profile(&chirp, &mut profile).ok()?;
-    // Bins and powers: amplitudes 800 and 8000 of 32768.
+    // Bin and level of each tone, dB: amplitudes 800 and 8000 of 32768.
     let mut expected: &[(f32, f32)] = &[(64.0, -32.2), (128.0, -12.2)];
     for found in profile.detections() {
         match expected {
@@ -342,7 +344,7 @@ fn known_answer(range: &mut RangeProcessor) -> Option<bool> {
             {
                 expected = rest;
             }
-            // Without noise the transform's own rounding is all that is left to detect.
+            // Without noise, only rounding of the transform remains to be detected.
             _ if found.power_db < -85.0 => {}
             _ => return Some(false),
         }

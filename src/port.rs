@@ -1,15 +1,15 @@
-//! A serial port, as radar modules, the driver's wire and the report have one.
+//! Interface of a serial port: radar module, motor driver's wire and report UART.
 
-/// Most bytes that are read of a port in one go, so that a module that never falls silent cannot hold the
-/// scanner up beyond a deadline: more than a port's queue holds.
+/// Maximum number of bytes that are read from a port in one call, so that a module that sends without pause
+/// cannot hold the scanner up beyond a deadline. It exceeds the size of a port's queue.
 pub const MOST_READ: u32 = 4096;
 
-/// A serial port that never waits.
+/// A serial port that never blocks.
 pub trait BytePort {
-    /// The next byte that has come in.
+    /// Returns the next received byte, if any.
     fn read(&mut self) -> Option<u8>;
-    /// Throws away what has come in, before a request: it answers an earlier one. A module that babbles fills
-    /// the port again meanwhile.
+    /// Discards received bytes before a request, which would answer an earlier one. At most [`MOST_READ`]
+    /// bytes, in case the module sends all the time.
     fn drain(&mut self) {
         for _ in 0..MOST_READ {
             if self.read().is_none() {
@@ -17,19 +17,19 @@ pub trait BytePort {
             }
         }
     }
-    /// Takes as many bytes as fit and says how many.
+    /// Writes as many bytes as fit, and returns their number.
     fn write(&mut self, bytes: &[u8]) -> usize;
-    /// Bytes that came damaged or were lost on the way in, since boot; 65535 for more.
+    /// Returns the number of received bytes that were damaged or lost since boot, at most 65535.
     fn errors(&self) -> u16 {
         0
     }
-    /// Whether the port can be set to this rate, baud, exactly.
+    /// Returns whether the port can be set to exactly this rate, baud.
     fn has_rate(&self, _baud: u32) -> bool {
         false
     }
-    /// Sets it to a rate that it has, while it sends nothing.
+    /// Sets the port to a rate that it supports, while it sends nothing.
     fn set_rate(&mut self, _baud: u32) {}
-    /// A pulse on the TRIG pin beside the port.
+    /// Sends a pulse on the TRIG pin beside the port.
     fn pulse(&mut self) {}
 }
 

@@ -1,49 +1,48 @@
-//! Which microstep belongs to which row.
+//! Shaft position of each row, microsteps.
 //!
-//! 0.25° is 35 5/9 microsteps of a motor with 51,200 a turn. Each row's position is computed from
-//! its angle alone and rounded once, so nothing accumulates however many scans follow each other,
-//! and both ways of the sweep stand on the same microsteps. The map is told the angle that the
-//! shaft then really has, at most 0.0035° from the scheduled one.
+//! 0.25° is 35 5/9 microsteps of a motor with 51,200 per turn. Each row's position is computed from its angle
+//! alone and rounded once, so no error accumulates over scans, and both sweep directions use the same
+//! microsteps. The map receives the actual angle of the shaft, at most 0.0035° from the scheduled one.
 
 use crate::config::{Config, ConfigError, Plane, SweepConfig, check};
 
-/// Microsteps of one turn of the shaft: 200 full steps of 256.
+/// Microsteps per turn of the shaft: 200 full steps of 256.
 pub const MICROSTEPS_PER_TURN: i32 = 51_200;
 
-/// Microsteps of a quarter turn, exactly.
+/// Microsteps of a quarter turn.
 const QUARTER_TURN: i32 = MICROSTEPS_PER_TURN / 4;
 
-/// The shaft turns this far to either side of the horizontal, 0.001°.
+/// Maximum angle of the shaft to either side of the horizontal, 0.001°.
 pub const SHAFT_LIMIT: i32 = 170_000;
 
-/// Microsteps and thousandths of a degree that are the same angle, in lowest terms: so small that
-/// dozens of turns fit 32 bits, and the image needs no division of 64.
+/// Ratio of microsteps to thousandths of a degree, in lowest terms. With these small factors dozens of turns
+/// fit 32 bits, and the image needs no 64-bit division.
 const SAME: (i32, i32) = (32, 225);
 const _: () = assert!(MICROSTEPS_PER_TURN * SAME.1 == 360_000 * SAME.0);
 
-/// Microstep nearest to a shaft angle in 0.001°, halves away from zero.
+/// Returns the microstep nearest to a shaft angle in 0.001°, halves away from zero.
 pub const fn microsteps(shaft_angle: i32) -> i32 {
     scaled(shaft_angle, SAME)
 }
 
-/// Shaft angle of a microstep in 0.001°, rounded: what a trigger carries.
+/// Returns the shaft angle of a microstep, 0.001°, rounded: the angle in a trigger frame.
 pub const fn shaft_angle(position: i32) -> i32 {
     scaled(position, (SAME.1, SAME.0))
 }
 
-/// x · a / b, rounded, halves away from zero; saturates.
+/// Returns x · a / b, rounded, halves away from zero; saturates.
 #[inline(always)]
 pub(crate) const fn scaled(x: i32, (a, b): (i32, i32)) -> i32 {
     let doubled = x.saturating_mul(2 * a);
     let rounded = doubled.saturating_add(if doubled < 0 { -b } else { b });
-    // No ratio has a b of 0; what cannot be told of one that is not a constant must not end in a panic.
+    // No ratio has a b of 0; for a ratio that is not a constant `checked_div` avoids the panic.
     match rounded.checked_div(2 * b) {
         Some(quotient) => quotient,
         None => 0,
     }
 }
 
-/// The rows of one scan as positions of the shaft.
+/// Shaft positions of the rows of one scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     sweep: SweepConfig,
@@ -51,7 +50,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// A schedule without rows.
+    /// Empty, without rows.
     pub const EMPTY: Self = Self {
         sweep: SweepConfig {
             first_angle: 0,
@@ -61,12 +60,13 @@ impl Schedule {
         plane: Plane::Depth,
     };
 
-    /// The schedule of a configuration, if the shaft can turn so far; with `plane both` that of its first plane.
+    /// Creates the schedule of a configuration, if the shaft can reach all angles; with `plane both` that of
+    /// its first plane.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         Self::in_plane(config.sweep, config.mount.plane.first())
     }
 
-    /// The schedule of a sweep in `plane`, if the shaft can turn so far.
+    /// Creates the schedule of a sweep in `plane`, if the shaft can reach all angles.
     pub fn in_plane(sweep: SweepConfig, plane: Plane) -> Result<Self, ConfigError> {
         sweep.validate()?;
         let schedule = Self { sweep, plane };
@@ -80,13 +80,13 @@ impl Schedule {
         Ok(schedule)
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub const fn rows(&self) -> u16 {
         self.sweep.angle_count
     }
 
-    /// Where the shaft is to stand for `row`, 0.001°: 45° mirrors do not double the angle, and in
-    /// the height plane angles count from straight down.
+    /// Returns the scheduled shaft angle of `row`, 0.001°. A 45° mirror does not double the angle; in the
+    /// height plane angles count from straight down.
     pub fn scheduled_shaft(&self, row: u16) -> i32 {
         let beam = self.sweep.angle(row);
         match self.plane {
@@ -95,17 +95,17 @@ impl Schedule {
         }
     }
 
-    /// Position of `row`, microsteps from the horizontal.
+    /// Returns the position of `row`, microsteps from the horizontal.
     pub fn position(&self, row: u16) -> i32 {
         microsteps(self.scheduled_shaft(row))
     }
 
-    /// Angle of the beam while the shaft stands on the microstep of `row`, radians.
+    /// Returns the beam angle at the microstep of `row`, radians.
     pub fn row_angle_rad(&self, row: u16) -> f32 {
         self.beam_angle_rad(self.position(row))
     }
 
-    /// Angle of the beam when the shaft stands at `position`, radians, in the map's own plane.
+    /// Returns the beam angle at shaft position `position`, radians, in the plane of the map.
     pub fn beam_angle_rad(&self, position: i32) -> f32 {
         const RAD_PER_STEP: f32 = core::f32::consts::TAU / MICROSTEPS_PER_TURN as f32;
         let beam = match self.plane {
@@ -136,7 +136,7 @@ mod tests {
                 sum += position - schedule.position(row - 1);
             }
         }
-        // 70° are 9955.5 microsteps: the moves add up to it, not to 280 times 36.
+        // 70° are 9955.5 microsteps: the moves add up to this, not to 280 times 36.
         assert_eq!(sum, schedule.position(280) - schedule.position(0));
         assert_eq!(sum, 7111 + 2844);
     }
@@ -173,7 +173,7 @@ mod tests {
             let exact = f64::from(angle) * 51_200.0 / 360_000.0;
             prop_assert!((exact - f64::from(microsteps(angle))).abs() <= 0.5);
             prop_assert_eq!(microsteps(-angle), -microsteps(angle));
-            // There and back is off by at most half a microstep and half a unit.
+            // The round trip is off by at most half a microstep and half a unit.
             let back = shaft_angle(microsteps(angle));
             prop_assert!((back - angle).abs() <= 4);
         }

@@ -1,17 +1,18 @@
-//! One setting: its row in the table of all, and its value as text and as a record's word.
+//! One setting: its row in the table of all settings, and its value as text and as a 32-bit word of a stored
+//! record.
 //!
-//! A row stands where the field is declared, in `settings!`: from it come the field, its default, key, unit,
-//! limits, meaning, and whether it enters the hash. It is apart from [`crate::config`] because the radar module's
-//! and the motor's settings are declared with them.
+//! A row is declared with its field in `settings!`, which makes from it the field, default, key, unit, limits,
+//! meaning, and whether it enters the hash. This module is separate from [`crate::config`] because the settings
+//! of the radar module and the motor use it, too.
 
 use core::fmt;
 
-/// A value that the scanner cannot work with.
+/// A value that is out of its range, or that the scanner cannot use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConfigError {
     /// The field, by the name that commands and messages use.
     pub field: &'static str,
-    /// What was expected of it.
+    /// Expected value.
     pub expected: &'static str,
 }
 
@@ -23,7 +24,7 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
-/// Fails with `field` and `expected` unless `ok`.
+/// Returns an error with `field` and `expected` unless `ok`.
 pub(crate) fn check(
     ok: bool,
     field: &'static str,
@@ -36,35 +37,35 @@ pub(crate) fn check(
     }
 }
 
-/// What a setting acts on.
+/// Effect of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effect {
-    /// What comes of a scan: it enters the hash.
+    /// Changes the answer of a scan: it enters the hash.
     Answer,
-    /// How fast, how patiently and with what hardware a scan is made, or who calibrated it.
+    /// Changes speed, timeouts or hardware of a scan, or states who calibrated it.
     Pace,
-    /// Nothing: the radar module says it at every scan, and no command sets it.
+    /// None: the radar module reports the value at every scan, and no command sets it.
     Module,
 }
 
-/// The table's row of one setting, but for its meaning, which the image leaves out.
+/// Row of one setting in the table, without its meaning, which is not part of the image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SettingRow {
-    /// Its name in commands.
+    /// Name in commands.
     pub key: &'static str,
-    /// Its unit; empty for words and mere numbers. Only the table in `docs/hardware.md` needs it.
+    /// Unit; empty for words and dimensionless numbers. Only the table in `docs/hardware.md` needs it.
     #[cfg(test)]
     pub unit: &'static str,
-    /// Smallest and largest value.
+    /// Minimum and maximum.
     pub limits: (i64, i64),
-    /// The values that it may have, for messages.
+    /// Permitted values, for messages.
     pub expected: &'static str,
-    /// What it acts on.
+    /// Effect of the setting.
     pub effect: Effect,
 }
 
 impl SettingRow {
-    /// Fails unless `value` is within the limits.
+    /// Checks that `value` is within the limits.
     pub fn check(&self, value: &dyn Value) -> Result<(), ConfigError> {
         let (least, most) = self.limits;
         check(
@@ -74,7 +75,7 @@ impl SettingRow {
         )
     }
 
-    /// Reads `text` into `value`.
+    /// Parses `text` into `value`.
     pub fn read(&self, value: &mut dyn Value, text: &str) -> Result<(), ConfigError> {
         let (field, mut expected) = (self.key, self.expected);
         if self.effect == Effect::Module {
@@ -89,7 +90,7 @@ impl SettingRow {
 /// A value as text: a word or a number.
 pub type ValueText = heapless::String<16>;
 
-/// Writes a number digit by digit, without `core::fmt`.
+/// Formats a number digit by digit, without `core::fmt`.
 pub(crate) fn number(value: i64) -> ValueText {
     let mut text = ValueText::new();
     if value < 0 {
@@ -112,31 +113,31 @@ pub(crate) fn number(value: i64) -> ValueText {
 
 /// The value of a setting.
 pub(crate) trait Value {
-    /// As a number in its unit: what the limits are for. A word is its place in the list of its kind, from 0.
+    /// Returns the value as a number in its unit, to which the limits apply; for a word its index, from 0.
     fn number(&self) -> i64;
-    /// As text.
+    /// Returns the value as text.
     fn text(&self) -> ValueText {
         number(self.number())
     }
-    /// Takes what [`Value::text`] gives; `None`, and nothing changed, for anything else.
+    /// Parses the text of [`Value::text`]; `None`, without a change, for any other text.
     fn read(&mut self, text: &str) -> Option<()>;
-    /// Every bit of it.
+    /// Returns the value as a 32-bit word of a record, without loss.
     fn word(&self) -> u32 {
         self.number() as u32
     }
-    /// Takes back what [`Value::word`] gave; `None` for what it never gives.
+    /// Restores the value from [`Value::word`]; `None` for a word that it never returns.
     fn restore(&mut self, word: u32) -> Option<()>;
 }
 
 /// The type of a setting.
 pub(crate) trait Setting: Value + Sized {
-    /// What a row without limits expects.
+    /// Expected values of a setting without limits.
     const EXPECTED: &'static str = "a whole number within its type";
     /// All bits zero.
     const EMPTY: Self;
 }
 
-/// Whole numbers; `$wide` is as wide as a record's word and of the same sign.
+/// Whole numbers; `$wide` is the 32-bit type of the same sign.
 macro_rules! integers {
     ($($type:ident $wide:ident),*) => { $(
         impl Value for $type {
@@ -159,10 +160,10 @@ macro_rules! integers {
 }
 integers!(u8 u32, u16 u32, u32 u32, i32 i32);
 
-/// Denominator of the fractions that text holds.
+/// Denominator of a fraction as text.
 const BILLION: f32 = 1e9;
 
-/// A probability, as text in 1e-9.
+/// A probability; as text in units of 1e-9.
 impl Value for f32 {
     fn number(&self) -> i64 {
         i64::from((*self * BILLION + 0.5) as u32)
@@ -188,9 +189,9 @@ impl Setting for f32 {
 
 /// A value that is one of a few words.
 pub(crate) trait Word: Copy + PartialEq + 'static {
-    /// The words in the order of their places; the first is the value of zero bits.
+    /// Words in the order of their indices; the first one has all bits zero.
     const WORDS: &'static [(&'static str, Self)];
-    /// The words, for messages.
+    /// List of the words, for messages.
     const ONE_OF: &'static str;
 }
 
@@ -219,7 +220,7 @@ impl<T: Word> Setting for T {
     const EMPTY: Self = T::WORDS[0].1;
 }
 
-/// Gives the values of a type their words.
+/// Assigns words to the values of a type.
 macro_rules! words {
     ($type:ty: $first:literal $value:expr $(, $word:literal $other:expr)*) => {
         impl $crate::setting::Word for $type {
@@ -234,9 +235,9 @@ words!(bool: "off" false, "on" true);
 
 /// Declares a structure of settings:
 ///
-/// - `parts`: structures of settings within it, whose rows come first;
-/// - `rows`: `field: type = default, "key" "unit" [smallest to largest] Effect;` under the setting's meaning;
-/// - `also`: what is no setting.
+/// - `parts`: nested structures of settings, whose rows come first;
+/// - `rows`: `field: type = default, "key" "unit" [smallest to largest] Effect;` below the setting's meaning;
+/// - `also`: other fields.
 ///
 /// Lengths are in 0.01 mm and angles in 0.001° throughout.
 macro_rules! settings {
@@ -261,7 +262,7 @@ macro_rules! settings {
         impl $name {
             const OWN_KEYS: &'static [&'static str] = &[$($key),*];
             const COUNT: usize = Self::OWN_KEYS.len() $(+ <$inner>::KEYS.len())*;
-            /// Every key, in the order in which `get` lists them.
+            /// Keys of all settings, in the order of the command `get`.
             pub const KEYS: &'static [&'static str] =
                 &$crate::setting::joined::<{ Self::COUNT }>(&[$(<$inner>::KEYS,)* Self::OWN_KEYS]);
 
@@ -272,15 +273,16 @@ macro_rules! settings {
                 $($also: $value,)*
             };
 
-            /// Every bit zero, valid for nothing: what statics hold before the first scan.
+            /// All bits zero, no valid configuration: initial value of statics before the first scan.
             pub const EMPTY: Self = Self {
                 $($part: <$inner>::EMPTY,)*
                 $($field: <$type as $crate::setting::Setting>::EMPTY,)*
                 $($also: <$kind as $crate::setting::Setting>::EMPTY,)*
             };
 
-            /// Hands every setting's row and value to `see`, in the order of the keys.
-            // Out of line: inlined into each of its callers, with what they do, a hundred settings take 20 KB of flash.
+            /// Calls `see` with every setting's row and value, in the order of the keys.
+            // Not inlined: inlined into each of its callers, with what they do, a hundred settings take 20 KB
+            // of flash.
             #[inline(never)]
             pub(crate) fn see(&self, see: &mut dyn FnMut(&'static $crate::setting::SettingRow, &dyn $crate::setting::Value)) {
                 $( self.$part.see(see); )*
@@ -291,7 +293,7 @@ macro_rules! settings {
                 } )*
             }
 
-            /// The same, with values that may be changed.
+            /// Calls `see` with every setting's row and value, which may be changed.
             #[inline(never)]
             pub(crate) fn each(&mut self, see: &mut dyn FnMut(&'static $crate::setting::SettingRow, &mut dyn $crate::setting::Value)) {
                 $( self.$part.each(see); )*
@@ -313,7 +315,7 @@ macro_rules! settings {
                 found
             }
 
-            /// Hands every key's meaning to `see`, in the order of the keys.
+            /// Calls `see` with every setting's meaning, in the order of the keys.
             #[cfg(test)]
             pub(crate) fn meanings(see: &mut dyn FnMut(&'static str)) {
                 $( <$inner>::meanings(see); )*
@@ -346,7 +348,7 @@ macro_rules! settings {
 }
 pub(crate) use settings;
 
-/// Joins lists of `N` keys together, at compile time.
+/// Concatenates lists of keys at compile time; `N` is their total number.
 pub(crate) const fn joined<const N: usize>(parts: &[&[&'static str]]) -> [&'static str; N] {
     let (mut all, mut at, mut part) = ([""; N], 0, 0);
     while part < parts.len() {

@@ -1,10 +1,10 @@
 //! Sorting in place.
 //!
-//! `core::slice::sort_unstable` would do, but for its path to a panic (a comparison that is no total
-//! order), which no one can reach and every image must link: the budget allows none.
+//! `core::slice::sort_unstable` has a path to a panic (a comparison that is no total order). It cannot be
+//! reached, but it would be linked, and the image must be free of panics.
 
-/// Shell sort with gaps that shrink by 4/9 (near Tokuda's): in place, no recursion, no panics, some
-/// 13 comparisons an item for a thousand of them.
+/// Shell sort with gaps that shrink by 4/9 (near Tokuda's): in place, no recursion, no panics, some 13
+/// comparisons an item for a thousand items.
 pub fn shell_sort<T>(items: &mut [T], mut less: impl FnMut(&T, &T) -> bool) {
     let mut gap = items.len();
     while gap > 1 {

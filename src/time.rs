@@ -1,25 +1,25 @@
-//! Microseconds that wrap.
+//! Time of a free-running microsecond counter.
 
-/// A moment, in microseconds of a free-running 32-bit counter that wraps after 71 minutes.
+/// A time in microseconds of a free-running 32-bit counter, which wraps after 71 minutes.
 ///
-/// Only differences mean anything, and only below half of the counter's span; every time-out is
-/// held below that ([`crate::scanner::settings::MAX_TIME`]).
+/// Only differences below half of the counter's span are meaningful; every timeout is held below that
+/// ([`crate::scanner::settings::MAX_TIME`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Micros(pub u32);
 
 impl Micros {
-    /// Microseconds since `earlier`.
+    /// Returns the microseconds since `earlier`.
     pub const fn since(self, earlier: Micros) -> u32 {
         self.0.wrapping_sub(earlier.0)
     }
 
-    /// The moment `us` microseconds later.
+    /// Returns the time `us` microseconds later.
     #[must_use]
     pub const fn plus(self, us: u32) -> Self {
         Self(self.0.wrapping_add(us))
     }
 
-    /// Whether `deadline` has come.
+    /// Returns whether `deadline` has been reached.
     pub const fn reached(self, deadline: Micros) -> bool {
         self.since(deadline) < 1 << 31
     }

@@ -1,13 +1,13 @@
-//! When each row of a scan was seen, and where the chair was then.
+//! Time of each row of a scan, and position of the chair at that time.
 //!
-//! Rows are kept in blocks, each with the means of its rows: a chair that weighs a hundred
-//! kilograms does not move otherwise than straight within the tens of milliseconds of one block, and
-//! the means take most of an inclinometer's noise away.
+//! Rows are kept in blocks, each with the means of its rows. A chair of a hundred kilograms moves along a
+//! straight line within the tens of milliseconds of one block, and the means remove most of an inclinometer's
+//! noise.
 
-/// Most blocks of a scan: six rows each of the paper's 281, some 30 ms of its fastest scan.
+/// Maximum number of blocks of a scan: six rows each of the paper's 281, some 30 ms of its fastest scan.
 const BLOCKS: usize = 48;
 
-/// When and where a row was seen.
+/// Time of a row, and position of the chair at that time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RowPose {
     /// Time since the scan's first row, seconds.
@@ -35,7 +35,7 @@ impl RowPose {
     }
 }
 
-/// The means of some neighbouring rows.
+/// Means of several neighbouring rows.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     row: f32,
@@ -58,7 +58,7 @@ impl Block {
     }
 }
 
-/// The rows of one scan.
+/// Times and positions of the rows of one scan.
 #[derive(Clone, Debug)]
 pub struct Track {
     blocks: [Block; BLOCKS],
@@ -73,7 +73,7 @@ impl Default for Track {
 }
 
 impl Track {
-    /// Without rows.
+    /// Empty, without rows.
     pub const fn new() -> Self {
         Self {
             blocks: [Block::EMPTY; BLOCKS],
@@ -82,14 +82,14 @@ impl Track {
         }
     }
 
-    /// Ready for the first of `rows` rows.
+    /// Prepares for the first of `rows` rows.
     pub fn begin(&mut self, rows: u16) {
         self.blocks.fill(Block::EMPTY);
         self.rows_per_block = rows.div_ceil(BLOCKS as u16).max(1);
         self.last = RowPose::ZERO;
     }
 
-    /// Takes in a row of the map, in the order in which they are seen.
+    /// Takes a row of the map, in the order of observation.
     pub fn add(&mut self, row: u16, place: RowPose) {
         let block = usize::from(row / self.rows_per_block.max(1));
         if let Some(block) = self.blocks.get_mut(block) {
@@ -98,13 +98,13 @@ impl Track {
         self.last = place;
     }
 
-    /// When and where the last row was seen.
+    /// Returns time and position of the last row.
     pub fn end(&self) -> RowPose {
         self.last
     }
 
-    /// Whether the chair went or pitched on the way: by more than `travel_m` or `pitch_rad` from where it
-    /// was at the first row.
+    /// Returns whether the chair moved during the scan: by more than `travel_m` metres or `pitch_rad` radians
+    /// from its position at the first row.
     pub fn moves(&self, travel_m: f32, pitch_rad: f32) -> bool {
         let mut seen = self.blocks.iter().filter(|b| b.rows > 0);
         let first = seen.next().map_or(RowPose::ZERO, |b| b.place);
@@ -115,11 +115,11 @@ impl Track {
             })
     }
 
-    /// The two blocks between, or nearest to, which `row` lies.
+    /// Returns the two blocks around `row`, or the two nearest ones.
     fn around(&self, row: f32) -> Option<(Block, Block)> {
         let filled = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.rows > 0);
         let reaches = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.row >= row);
-        // Rows of the blocks before this one are smaller. `as` saturates.
+        // Rows of the blocks before this one are smaller. The cast saturates.
         let here = (row / f32::from(self.rows_per_block.max(1))) as usize;
         let upper = (here.min(BLOCKS)..BLOCKS).filter(filled).find(reaches);
         let before = |k: usize| (0..k).rev().find(filled);
@@ -134,8 +134,8 @@ impl Track {
         self.blocks.get(a).copied().zip(self.blocks.get(b).copied())
     }
 
-    /// When and where row `row` (a fraction, too) was seen: between the blocks on a straight line,
-    /// which goes on before the first and behind the last.
+    /// Returns time and position of row `row`, which may be fractional: linear interpolation between blocks,
+    /// and extrapolation before the first and after the last.
     pub fn at(&self, row: f32) -> RowPose {
         let Some((a, b)) = self.around(row) else {
             return RowPose::ZERO;
@@ -147,7 +147,7 @@ impl Track {
         a.place.mix(b.place, (row - a.row) / rows)
     }
 
-    /// By how much time, travel and pitch change from row to row of the map around `row`.
+    /// Returns the change of time, travel and pitch from row to row of the map around `row`.
     pub fn per_row(&self, row: f32) -> RowPose {
         let Some((a, b)) = self.around(row).filter(|(a, b)| b.row != a.row) else {
             return RowPose::ZERO;
@@ -160,7 +160,7 @@ impl Track {
         }
     }
 
-    /// Forward speed around `row`, metres a second.
+    /// Returns the forward speed around `row`, m/s.
     pub fn speed(&self, row: f32) -> f32 {
         let step = self.per_row(row);
         if step.time_s == 0.0 {
@@ -175,7 +175,7 @@ impl Track {
 mod tests {
     use super::*;
 
-    /// The place of a chair at 0.2 m/s whose nose comes up, 5 ms a row.
+    /// Position of a chair at 0.2 m/s whose nose rises, 5 ms per row.
     fn place(arrival: u16) -> RowPose {
         let time_s = 0.005 * f32::from(arrival);
         RowPose {

@@ -1,20 +1,21 @@
-//! Counts instructions by the emulator's SysTick: under `-icount shift=0` time is their number.
+//! Instruction counter by the emulator's SysTick: under `-icount shift=0` the time is proportional to the
+//! number of instructions.
 
 use core::hint::black_box;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// The largest count of the 24-bit timer.
+/// Maximum count of the 24-bit timer.
 const RELOAD: u32 = 0x00ff_ffff;
 
-/// A stopwatch in instructions, calibrated against a loop of known length.
+/// A stopwatch in instructions, calibrated with a loop of known length.
 pub struct Counter {
     _timer: SYST,
     instructions_per_tick: f32,
 }
 
 impl Counter {
-    /// Starts the timer and measures how many instructions its tick lasts.
+    /// Starts the timer and measures the number of instructions of a tick.
     pub fn new(mut timer: SYST) -> Self {
         timer.set_clock_source(SystClkSource::Core);
         timer.set_reload(RELOAD);
@@ -26,7 +27,7 @@ impl Counter {
         };
         const ROUNDS: u32 = 1_000_000;
         let ticks = counter.ticks(|| {
-            // SAFETY: counts a register of its own down; two instructions a round.
+            // SAFETY: decrements a register of its own; two instructions a round.
             unsafe {
                 core::arch::asm!(
                     "2: subs {n}, #1",
@@ -43,16 +44,16 @@ impl Counter {
     fn ticks(&mut self, work: impl FnOnce()) -> u32 {
         let from = SYST::get_current();
         work();
-        // It counts down, and wraps once at most: 100 million instructions.
+        // The timer counts down, and wraps at most once: 100 million instructions.
         from.wrapping_sub(SYST::get_current()) & RELOAD
     }
 
-    /// The time, to be handed to [`Counter::lap`].
+    /// Returns the current count, for [`Counter::lap`].
     pub fn now(&self) -> u32 {
         SYST::get_current()
     }
 
-    /// Instructions since `since`, which becomes now.
+    /// Returns the number of instructions since `since`, and sets `since` to the current count.
     pub fn lap(&self, since: &mut u32) -> u32 {
         let now = self.now();
         let ticks = since.wrapping_sub(now) & RELOAD;
@@ -60,7 +61,7 @@ impl Counter {
         (ticks as f32 * self.instructions_per_tick) as u32
     }
 
-    /// What `work` returns, and its instructions to within the tick of 6.
+    /// Returns the result of `work`, and its number of instructions to within a tick, which is 6.
     pub fn once<T>(&mut self, work: impl FnOnce() -> T) -> (T, u32) {
         let mut result = None;
         let ticks = self.ticks(|| result = Some(work()));
@@ -68,7 +69,8 @@ impl Counter {
         (result, (ticks as f32 * self.instructions_per_tick) as u32)
     }
 
-    /// Instructions of one `work`, averaged over `rounds` so that the tick's grain vanishes.
+    /// Returns the number of instructions of one `work`, averaged over `rounds` to reduce the tick's resolution
+    /// error.
     pub fn count<T>(&mut self, rounds: u32, mut work: impl FnMut() -> T) -> u32 {
         let ticks = self.ticks(|| {
             for _ in 0..rounds {

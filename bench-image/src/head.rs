@@ -1,15 +1,14 @@
-//! What stands before each scan in the file of chirps: the part of its configuration that
-//! recordings bring.
+//! Header of each scan in the file of chirps: the part of its configuration that recordings contain.
 
 use stairscan::config::{Config, Planes};
 
-/// A scan of no more rows is a sweep of the guard.
+/// Maximum number of rows of a guard sweep; a scan has more.
 pub const MOST_SWEEP_ROWS: u16 = 64;
 
-/// Bytes of a head.
+/// Size of a header, bytes.
 pub const SIZE: usize = 32;
 
-/// The head of a scan of `config`: eight little-endian words.
+/// Returns the header of a scan of `config`: eight little-endian words.
 pub fn encode(config: &Config) -> [u8; SIZE] {
     let words = [
         config.radar.bandwidth_khz,
@@ -28,7 +27,7 @@ pub fn encode(config: &Config) -> [u8; SIZE] {
     bytes
 }
 
-/// The configuration of a scan with this head, on top of the default.
+/// Returns the configuration of a scan with this header, with defaults for the rest.
 pub fn decode(bytes: &[u8; SIZE]) -> Config {
     let (words, _) = bytes.as_chunks::<4>();
     let word = |k: usize| words.get(k).map_or(0, |&w| u32::from_le_bytes(w));

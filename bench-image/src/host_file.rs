@@ -1,4 +1,4 @@
-//! A file of the host, through semihosting.
+//! Access to a file of the host, through semihosting.
 
 use core::ffi::CStr;
 use cortex_m_semihosting::syscall;
@@ -17,7 +17,7 @@ impl HostFile {
         (handle != usize::MAX).then_some(Self(handle))
     }
 
-    /// Fills the whole buffer; `false` when the file ends before.
+    /// Fills the whole buffer; returns `false` if the file ends before.
     pub fn read(&mut self, buffer: &mut [u8]) -> bool {
         // SAFETY: the host writes no more than the buffer's size into it.
         let missing = unsafe { syscall!(READ, self.0, buffer.as_mut_ptr(), buffer.len()) };

@@ -1,5 +1,5 @@
-//! What the emulator's images and host-sim share: chirps that try the arithmetic, and the digest of
-//! what range processing makes of them.
+//! Code that the emulator's images and host-sim share: test chirps for the arithmetic, the digest of their
+//! processed rows, and the format of scans in a file.
 #![cfg_attr(target_os = "none", no_std)]
 
 #[cfg(target_os = "none")]

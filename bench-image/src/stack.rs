@@ -1,11 +1,11 @@
-//! A stack for images whose own buffers would not fit the firmware's.
+//! A larger stack, for images whose buffers do not fit beside the firmware's.
 
-/// The emulated board has 192 KB of SRAM; the chip's 128 KB end far below this.
+/// Top of the enlarged stack: the emulated board has 192 KB of SRAM; the chip's 128 KB end far below.
 const TOP: usize = 0x2003_0000;
 
-/// Goes on in `run` with the memory above the chip's as stack.
+/// Continues in `run`, with the memory above the chip's as the stack.
 pub fn enlarge(run: extern "C" fn() -> !) -> ! {
-    // SAFETY: nothing on the old stack is used again; the new one is memory of nobody.
+    // SAFETY: nothing on the old stack is used again; the memory of the new one is unused.
     unsafe {
         core::arch::asm!(
             "msr msp, {top}",

@@ -1,4 +1,5 @@
-//! Random and adversarial chirps of every kind of length, and a digest of the rows made of them.
+//! Comparison of two arithmetics over random and adversarial chirps of all kinds of lengths, and a digest of
+//! their rows.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Table};
 use rand_core::{Rng, SeedableRng};
@@ -9,16 +10,16 @@ use stairscan::signal::grid::Row;
 use stairscan::signal::range::packed::Arithmetic;
 use stairscan::signal::range::{Processor, RowStats};
 
-/// Chirp lengths: each transform, full and padded.
+/// Chirp lengths, samples: each transform, full and zero-padded.
 const LENGTHS: [u16; 10] = [200, 256, 129, 128, 100, 64, 50, 32, 17, 16];
-/// Chirps of each length, complex and of real samples.
+/// Number of chirps of each length, for complex and for real samples.
 const CHIRPS: usize = 1000;
-/// Chirps in all.
+/// Total number of chirps.
 pub const TOTAL: usize = 2 * LENGTHS.len() * CHIRPS;
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
-/// Everything that one chirp gives.
+/// All results of one chirp.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Output {
     cells: [u8; 256],
@@ -61,7 +62,7 @@ impl Output {
     }
 }
 
-/// Fills `chirp` with the `n`-th kind of trouble.
+/// Fills `chirp` with the `n`-th test pattern.
 fn provoke(chirp: &mut [Iq], n: usize, random: &mut Xoshiro128PlusPlus) {
     let rails = [i16::MIN, i16::MAX, -i16::MAX, 0];
     let word = random.next_u32();
@@ -78,7 +79,7 @@ fn provoke(chirp: &mut [Iq], n: usize, random: &mut Xoshiro128PlusPlus) {
                 any.i.saturating_add(word as i16 >> shift),
                 any.q.saturating_add((word >> 16) as i16 >> shift),
             ),
-            // Rails at random, alternating, and everything at one.
+            // Full-scale values: at random, alternating, and constant.
             3 => Iq::new(rail(word), rail(word >> 2)),
             4 => Iq::new(
                 alternating,
@@ -108,21 +109,21 @@ fn provoke(chirp: &mut [Iq], n: usize, random: &mut Xoshiro128PlusPlus) {
     }
 }
 
-/// Where the impulse of the `n`-th chirp may stand.
+/// Returns the number of samples among which the impulse of the `n`-th chirp is placed.
 fn chirp_len(n: usize) -> usize {
     1 + n % 200
 }
 
-/// What a run over all chirps found.
+/// Result of a run over all chirps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Comparison {
-    /// Chirps whose rows differ.
+    /// Number of chirps whose rows differ.
     pub mismatches: u32,
     /// CRC-32 over the first arithmetic's rows.
     pub digest: u32,
 }
 
-/// Works all chirps off with both arithmetics.
+/// Processes all chirps with both arithmetics.
 pub fn compare<A: Arithmetic, B: Arithmetic>() -> Comparison {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(6);
     let (mut first, mut second) = (Processor::<A>::idle(), Processor::<B>::idle());

@@ -1,5 +1,5 @@
-//! What a chair's controller would have sent while a recording was made: motion sentences from what
-//! the recording says of travel and pitch, and what goes wrong with them on the way.
+//! Motion sentences of a chair's controller during a recording: made from the recording's travel
+//! and pitch, with faults of their transmission.
 
 pub mod by_trigger;
 pub mod inlet;
@@ -16,20 +16,21 @@ use crate::recording::Recording;
 use by_trigger::ByTrigger;
 use place::Place;
 
-/// Sentences are at least so far apart, µs: a hundred a second.
+/// Minimum interval of sentences, µs: a hundred per second.
 const APART_US: u64 = 10_000;
-/// A row of a recording that bears no times, s: the paper's 281 rows in 1.3 s.
+/// Row period of a recording without times, s: the paper's 281 rows in 1.3 s.
 const ROW_S: f64 = 1.3 / 281.0;
-/// Between two scans of such a recording: time to come to rest, s, and speed on the way, m/s.
+/// Motion between two scans of such a recording: time to come to rest, s, and speed on the way,
+/// m/s.
 const REST_S: f64 = 0.5;
 const SPEED: f64 = 0.25;
-/// Time before the first chirp, s: the controller is there before the scanner is.
+/// Time before the first chirp, s: the controller starts before the scanner.
 const LEAD_S: f64 = 1.0;
-/// Of a hundred sentences so many are lost where some are.
+/// Fraction of lost sentences with that fault, per cent.
 const LOST_PER_CENT: u64 = 30;
-/// How late sentences come where they are late, µs.
+/// Delay of sentences with that fault, µs.
 const DELAY_US: u64 = 300_000;
-/// How far travel jumps where it does, 0.1 mm.
+/// Jump of the travel with that fault, 0.1 mm.
 const JUMP: i32 = 1_000;
 
 /// What is wrong with the motion sentences.
@@ -55,7 +56,7 @@ pub enum Fault {
     Garbled,
 }
 
-/// The sentences of one recording, or of one scan of it.
+/// Motion sentences of one recording, or of one scan of it.
 #[derive(Clone, Debug)]
 pub struct Feed {
     /// For each chirp: time, µs, travel, 0.1 mm, and pitch, 0.001°.
@@ -67,7 +68,7 @@ pub struct Feed {
     under_way: VecDeque<(u64, String)>,
 }
 
-/// What a sentence says.
+/// Content of a sentence.
 #[derive(Clone, Copy, Debug)]
 struct Said {
     travel: f64,
@@ -75,7 +76,7 @@ struct Said {
 }
 
 impl Feed {
-    /// That of `recording`; none where it does not say how far the chair went.
+    /// Creates the sentences of `recording`; `None` if it has no travel.
     pub fn new(recording: &Recording, fault: Option<Fault>) -> Option<Self> {
         let sensors = &recording.meta.motion;
         if sensors.travel_m.is_empty() {
@@ -109,7 +110,7 @@ impl Feed {
         })
     }
 
-    /// Adds the next chirp, of a chair whose drive is made while it is fed.
+    /// Adds the next chirp of a chair that is simulated while it is fed.
     fn push(&mut self, row: &Place) {
         let said = Said {
             travel: row.travel_m * 1e4,
@@ -119,7 +120,7 @@ impl Feed {
         self.rows.push(((time * 1e6).round() as u64, said));
     }
 
-    /// When chirp `k` is fired, µs.
+    /// Returns the time at which chirp `k` is fired, µs.
     pub fn time_us(&self, k: usize) -> Option<u64> {
         self.rows.get(k).map(|row| row.0)
     }
@@ -130,7 +131,8 @@ impl Feed {
         place == 0 || place + 1 == self.per_scan
     }
 
-    /// What arrives at `now` (µs), chirp `k` being the next one or, at its time, the present one.
+    /// Returns the sentences that arrive at `now` (µs). Chirp `k` is the next one or, at its time,
+    /// the present one.
     pub fn arriving(&mut self, k: usize, now: u64) -> Vec<String> {
         if self.sent_us.is_none_or(|sent| now >= sent + APART_US) {
             self.send(k, now);
@@ -143,7 +145,7 @@ impl Feed {
         arrived
     }
 
-    /// Where the chair is at `now`, before chirp `k` or with it.
+    /// Returns the chair's place at `now`, before chirp `k` or with it.
     fn said(&self, k: usize, now: u64) -> Option<Said> {
         let (to_us, to) = *self.rows.get(k).or(self.rows.last())?;
         let (from_us, from) = k.checked_sub(1).and_then(|k| self.rows.get(k)).copied()?;
@@ -164,7 +166,7 @@ impl Feed {
             self.sequence = self.sequence.wrapping_add(1);
         }
         let number = u64::from(self.sequence);
-        // Whether a sentence is hit by chance: the same ones in every run.
+        // Pseudo-random decision whether a sentence is affected, the same in every run.
         let chance = number.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 33;
         let mut at = now;
         match self.fault {
@@ -194,18 +196,18 @@ impl Feed {
     }
 }
 
-/// The scanner's time steps where nothing else bounds them, µs.
+/// Time step of the scanner where nothing else limits it, µs.
 const GRAIN_US: u64 = 1_000;
-/// Steps of the scanner from the module's settings to the first trigger, and from row to row.
+/// Number of scanner steps from the module's settings to the first trigger, and from row to row.
 const STEPS_TO_FIRST: u64 = 2;
 const STEPS_TO_NEXT: u64 = 4;
-/// While the scanner waits for a scan's first chirp, it is stepped so often, µs.
+/// Maximum time step while the scanner waits for a scan's first chirp, µs.
 const WAIT_US: u64 = 50_000;
 
-/// Scans without times take so long from step to step, µs: any mirror has come to rest.
+/// Time step for scans without times, µs: long enough for any mirror to come to rest.
 const REST_US: u64 = 10_000;
 
-/// Where motion sentences come from, and when.
+/// Source and timing of the motion sentences.
 #[derive(Clone, Debug)]
 enum Source {
     /// At the times of the recording.
@@ -214,25 +216,27 @@ enum Source {
     ByTrigger(ByTrigger),
 }
 
-/// Lets the chirps of a recording come when they were made, and the motion sentences between them.
+/// Schedule of a recording's chirps at their original times, with the motion sentences between
+/// them.
 #[derive(Clone, Debug)]
 pub struct Timetable {
     source: Source,
-    /// The next chirp, and when the last one was fired: the plan, and the scanner's moment.
+    /// Number of the next chirp, and for the last one its scheduled time and the scanner's time,
+    /// µs.
     next: usize,
     fired: Option<(u64, u64)>,
     steps: u64,
-    /// What has arrived at the scanner's port and is not read yet.
+    /// Bytes that have arrived at the scanner's port and are not read yet.
     port: VecDeque<u8>,
 }
 
 impl Timetable {
-    /// Before the first chirp.
+    /// Creates the timetable of `feed`, before the first chirp.
     pub fn new(feed: Feed) -> Self {
         Self::with(Source::Timed(feed))
     }
 
-    /// Without regard to the recording's times.
+    /// Creates a timetable that ignores the recording's times.
     pub fn by_trigger(mut source: ByTrigger) -> Self {
         let first = source.first();
         let mut table = Self::with(Source::ByTrigger(source));
@@ -250,7 +254,7 @@ impl Timetable {
         }
     }
 
-    /// Adds the place of the next chirp, of a chair whose drive is made while the scanner looks.
+    /// Adds the place of the next chirp of a chair that is simulated while the scanner scans.
     pub fn push(&mut self, place: &Place) {
         match &mut self.source {
             Source::Timed(feed) => feed.push(place),
@@ -258,7 +262,7 @@ impl Timetable {
         }
     }
 
-    /// When chirp `chirp` is due; none where there are no times.
+    /// Returns the time at which chirp `chirp` is due, µs; `None` if there are no times.
     fn due(&self, chirp: usize) -> Option<u64> {
         match &self.source {
             Source::Timed(feed) => feed.time_us(chirp),
@@ -274,7 +278,7 @@ impl Timetable {
         }
     }
 
-    /// When a scan is to begin so that its first chirp is in time.
+    /// Returns the time at which a scan must begin for its first chirp to be in time, µs.
     fn ready(&self) -> Option<u64> {
         let Source::Timed(feed) = &self.source else {
             return None;
@@ -289,11 +293,11 @@ impl Timetable {
         self.ready().is_some_and(|ready| u64::from(now.0) < ready)
     }
 
-    /// Chirp `chirp` is fired.
+    /// Records that chirp `chirp` is fired.
     pub fn fired(&mut self, chirp: usize, now: Micros) {
         let now = now.0.into();
         match &mut self.source {
-            // What lies between two scans is a guess: it must not reach into them.
+            // Motion between two scans is interpolated without data and must not reach into them.
             Source::Timed(feed) if feed.at_an_end(chirp) => feed.sent_us = None,
             Source::Timed(_) => {}
             Source::ByTrigger(source) => {
@@ -307,7 +311,7 @@ impl Timetable {
         self.steps = 0;
     }
 
-    /// When the scanner gets its next step after that at `now`.
+    /// Returns the time of the scanner's next step after that at `now`.
     pub fn step(&mut self, now: Micros) -> Micros {
         let now = u64::from(now.0);
         if matches!(self.source, Source::ByTrigger(_)) {
@@ -327,12 +331,12 @@ impl Timetable {
         Micros(next as u32)
     }
 
-    /// Lines that are typed beside the motion sentences.
+    /// Adds typed lines besides the motion sentences.
     pub fn type_in(&mut self, lines: &[u8]) {
         self.port.extend(lines);
     }
 
-    /// The next byte at the scanner's port.
+    /// Returns the next byte at the scanner's port.
     pub fn read(&mut self) -> Option<u8> {
         self.port.pop_front()
     }

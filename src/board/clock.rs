@@ -1,9 +1,9 @@
-//! 168 MHz from the crystal, or 16 MHz without it.
+//! Clock set-up: 168 MHz from the crystal, or 16 MHz from the internal oscillator.
 //!
-//! Every wait is bounded: a crystal that does not come up (a fault on a board, and the emulator,
-//! whose RCC reads as 0) leaves the chip on its internal oscillator, which is slower, does the
-//! same work, and is good to 1 % at room temperature only: enough to say what is wrong. The register
-//! values are computed here and checked on the host, since the emulator never takes this path.
+//! Every wait has a timeout. If the crystal does not start (a fault of a board, and the emulator, whose RCC
+//! reads as 0), the chip stays on its internal oscillator. That is slower, allows the same functions, and is
+//! accurate to 1 % at room temperature only: enough to report the fault. The register values are computed here
+//! and tested on the host, since the emulator never takes this path.
 
 use stairscan::signal::radar::wire::LINK_BAUD;
 
@@ -11,10 +11,10 @@ use stairscan::signal::radar::wire::LINK_BAUD;
 #[cfg(test)]
 pub const CRYSTAL_HZ: u32 = 8_000_000;
 
-/// What drives the core, and what follows from it.
+/// Clock source of the core, and the frequencies that follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clocks {
-    /// The word of the boot and status sentences.
+    /// Name of the source in the boot and status sentences.
     pub name: &'static str,
     /// Core and AHB, Hz.
     pub core_hz: u32,
@@ -27,8 +27,8 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// USART1's divider for a rate of the link: only one that is hit exactly, and more than 1 Mbaud from the
-    /// crystal only, since two ends may be 2 % apart.
+    /// Returns USART1's divider for a rate of the link; `None` if the rate is not met exactly, or is above 1
+    /// Mbaud without the crystal: two ends may be at most 2 % apart.
     pub fn link_rate(&self, baud: u32) -> Option<u32> {
         let divider = brr(self.apb2_hz, baud.max(1));
         let steady = baud <= LINK_BAUD || *self == HSE;
@@ -36,7 +36,7 @@ impl Clocks {
     }
 }
 
-/// On the internal oscillator, as after reset.
+/// Clocks on the internal oscillator, as after reset.
 pub const HSI: Clocks = Clocks {
     name: "hsi-16",
     core_hz: 16_000_000,
@@ -45,7 +45,7 @@ pub const HSI: Clocks = Clocks {
     timer_hz: 16_000_000,
 };
 
-/// On crystal and PLL.
+/// Clocks on crystal and PLL.
 pub const HSE: Clocks = Clocks {
     name: "hse-168",
     core_hz: 168_000_000,
@@ -54,7 +54,7 @@ pub const HSE: Clocks = Clocks {
     timer_hz: 84_000_000,
 };
 
-/// The PLL: VCO = crystal / m × n, core = VCO / p.
+/// Factors of the PLL: VCO = crystal / m × n, core = VCO / p.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pll {
     /// Input divider.
@@ -67,7 +67,7 @@ pub struct Pll {
     pub q: u32,
 }
 
-/// 8 MHz / 4 × 168 / 2.
+/// PLL factors for 168 MHz: 8 MHz / 4 × 168 / 2.
 pub const PLL: Pll = Pll {
     m: 4,
     n: 168,
@@ -76,7 +76,7 @@ pub const PLL: Pll = Pll {
 };
 
 impl Pll {
-    /// RCC_PLLCFGR (RM0090 7.3.2) with the crystal as its source.
+    /// Returns RCC_PLLCFGR (RM0090 7.3.2) with the crystal as the source.
     pub const fn pllcfgr(self) -> u32 {
         const SOURCE_HSE: u32 = 1 << 22;
         // Bit 29 is reserved and set after reset.
@@ -90,18 +90,18 @@ pub const CFGR: u32 = 0b100 << 13 | 0b101 << 10 | 0b10;
 /// FLASH_ACR (RM0090 3.9.2): 5 wait states for 168 MHz at 3.3 V, prefetch and both caches.
 pub const FLASH_ACR: u32 = 1 << 10 | 1 << 9 | 1 << 8 | 5;
 
-/// USART_BRR for a baud rate: with 16-fold oversampling it is the plain quotient, rounded.
+/// Returns USART_BRR for a baud rate: with 16-fold oversampling it is the quotient, rounded.
 pub const fn brr(bus_hz: u32, baud: u32) -> u32 {
     (bus_hz + baud / 2) / baud
 }
 
-/// What the HAL's serial port is to be told so that it ends up with the divider `brr`: it reckons
-/// with the clocks after reset, for those set up here are none of its doing.
+/// Returns the baud rate to request from the HAL's serial port so that it sets the divider `brr`: the HAL
+/// assumes the clocks after reset, since it did not set up those of this module.
 pub const fn hal_baud(brr: u32) -> u32 {
     (HSI.apb1_hz + brr / 2) / brr
 }
 
-/// Timer prescaler for a tick.
+/// Returns the timer prescaler for a tick frequency.
 pub const fn prescaler(timer_hz: u32, tick_hz: u32) -> u32 {
     timer_hz / tick_hz - 1
 }
@@ -113,9 +113,9 @@ mod apply {
 
     /// Core clocks between two polls: 10 µs at 16 MHz.
     const POLL_CLOCKS: u32 = 160;
-    /// For the crystal: 50 ms, where it needs 2 to 10.
+    /// Number of polls for the crystal: 50 ms, where it needs 2 to 10.
     const CRYSTAL_POLLS: u32 = 5_000;
-    /// For the PLL's lock (300 µs) and for the switch.
+    /// Number of polls for the PLL's lock (300 µs), and for the switch.
     const PLL_POLLS: u32 = 100;
 
     fn wait(polls: u32, mut ready: impl FnMut() -> bool) -> bool {
@@ -125,7 +125,7 @@ mod apply {
         })
     }
 
-    /// Starts crystal and PLL if they come up within their bounds, and says what drives the core.
+    /// Starts crystal and PLL if they are ready within their timeouts; returns the resulting clocks.
     pub fn start(rcc: &pac::RCC, flash: &pac::FLASH) -> Clocks {
         rcc.cr().modify(|_, w| w.hseon().set_bit());
         if !wait(CRYSTAL_POLLS, || rcc.cr().read().hserdy().bit_is_set()) {
@@ -139,13 +139,13 @@ mod apply {
             rcc.cr().modify(|_, w| w.pllon().clear_bit());
             return HSI;
         }
-        // Flash must be slow enough before the core gets fast.
+        // The flash wait states must be set before the core runs faster.
         // SAFETY: as above.
         flash.acr().write(|w| unsafe { w.bits(FLASH_ACR) });
         // SAFETY: as above.
         rcc.cfgr().write(|w| unsafe { w.bits(CFGR) });
         if wait(PLL_POLLS, || rcc.cfgr().read().sws().is_pll()) {
-            // Should the crystal stop, the chip goes on from its own oscillator and interrupts into the
+            // If the crystal stops, the chip switches to its internal oscillator and an interrupt enters the
             // fault path.
             rcc.cr().modify(|_, w| w.csson().set_bit());
             return HSE;

@@ -1,16 +1,16 @@
-//! The pins that lead to the encoder on the mirror's shaft.
+//! Pins of the encoder on the mirror's shaft.
 
 use embedded_hal::delay::DelayNs;
 use stairscan::scanner::encoder::bus::PinBus;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB8, PB9, PinState};
 
-/// Nanoseconds of a microsecond.
+/// Nanoseconds in a microsecond.
 const MICROSECOND: u32 = 1_000;
 
 /// SCL and SDA.
 pub type EncoderBus = PinBus<PB8<Output<OpenDrain>>, PB9<Output<OpenDrain>>, CycleDelay>;
 
-/// Waits by counting the core's clocks: as long as it says, or longer where an interrupt comes.
+/// Delay by counting the core's clocks: at least as long as requested, longer if an interrupt comes.
 #[derive(Debug)]
 pub struct CycleDelay {
     per_us: u32,
@@ -26,7 +26,7 @@ impl DelayNs for CycleDelay {
     }
 }
 
-/// Both lines are let go; the board's resistors pull them up (`docs/hardware.md`).
+/// Creates the bus with both lines released; the board's resistors pull them up (`docs/hardware.md`).
 pub fn bus((clock, data): (PB8, PB9), core_hz: u32) -> EncoderBus {
     let clock = clock.into_open_drain_output_in_state(PinState::High);
     let data = data.into_open_drain_output_in_state(PinState::High);

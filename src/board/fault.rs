@@ -1,8 +1,7 @@
-//! The end of a firmware that cannot go on: motor off, one sentence, reset.
+//! Fault path: motor off, one sentence, reset.
 //!
-//! A stack overflow faults with a stack pointer below the memory, where the next push would fault
-//! again and lock the core up. So every way in is written in assembly that resets the pointer
-//! before it touches the stack.
+//! A stack overflow faults with a stack pointer below the memory, where the next push would fault again and
+//! lock up the core. So every entry is written in assembly that resets the pointer before it uses the stack.
 
 use core::panic::PanicInfo;
 
@@ -16,7 +15,7 @@ use super::motor;
 use super::retained::{self, BootRecord, Crash};
 use super::uart;
 
-/// SCB_CFSR (PM0214 4.4.13): what broke the memory protection.
+/// SCB_CFSR (PM0214 4.4.13): flags of memory protection faults.
 const MEMORY_VIOLATIONS: u32 = 0xff;
 
 macro_rules! last_resort {
@@ -39,22 +38,23 @@ macro_rules! last_resort {
 
 last_resort!(HardFault, Crash::HardFault);
 last_resort!(DefaultHandler, Crash::Stray);
-// The supply falls.
+// Interrupt of the supply's voltage detector.
 last_resort!(PVD, Crash::Supply);
-// The crystal has stopped.
+// Interrupt of a crystal that has stopped.
 last_resort!(NonMaskableInt, Crash::Clock);
 last_resort!(stairscan_panicked, Crash::Panic);
 
-/// No path of the image leads here as long as the check of its symbols passes; a test build's does.
+/// Panic handler. As long as the check of the image's symbols passes, no path of the image leads here; a test
+/// build's does.
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     // SAFETY: it takes no arguments and never returns.
     unsafe { stairscan_panicked() }
 }
 
-/// Runs on an empty stack with interrupts off.
+/// Ends the firmware; runs on an empty stack with interrupts off.
 extern "C" fn end(crash: u32) -> ! {
-    // SAFETY: a device's registers, always there; whoever owns them never runs again.
+    // SAFETY: a device's registers, always there; their owner never runs again.
     let port = unsafe { &*pac::GPIOC::ptr() };
     // SAFETY: sets one pin and leaves the others.
     port.bsrr()
@@ -72,7 +72,7 @@ extern "C" fn end(crash: u32) -> ! {
         crash,
         ..retained::load()
     });
-    // Whatever sentence was under way is cut off by the line end and fails its CRC.
+    // The line end cuts off a sentence under way, which then fails its CRC.
     uart::send_last(b"\r\n");
     let line = Sentence::Halt {
         reason: Reason::Crash,
@@ -82,11 +82,11 @@ extern "C" fn end(crash: u32) -> ! {
     SCB::sys_reset()
 }
 
-/// Without the crystal the chip runs from its own oscillator: the last sentence needs that one's divider.
+/// Sets the serial port's divider for the internal oscillator, from which the chip runs without the crystal.
 fn slow_down() {
-    // SAFETY: a device's registers, always there; whoever owns them never runs again.
+    // SAFETY: a device's registers, always there; their owner never runs again.
     let (rcc, usart) = unsafe { (&*pac::RCC::ptr(), &*pac::USART2::ptr()) };
-    // SAFETY: 0 is the reset value: that oscillator, nothing divided.
+    // SAFETY: 0 is the reset value: the internal oscillator, nothing divided.
     rcc.cfgr().write(|w| unsafe { w.bits(0) });
     let divider = clock::brr(clock::HSI.apb1_hz, uart::REPORT_BAUD);
     // SAFETY: a divider that the tests of `clock` check.

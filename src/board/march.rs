@@ -1,22 +1,22 @@
-//! The memory's own test at boot, before anything is kept in it: March C-, word by word.
+//! Memory test at boot, before any data is kept in it: March C-, word by word.
 //!
-//! March C- finds every cell that sticks, every address that reaches another cell or none, and every cell
-//! that a change of another one changes, over any two words. Within a word it does so for what the
-//! backgrounds tell apart: with six of them each two of the 32 bits differ in one at least.
+//! March C- detects every stuck cell, every address that selects another cell or none, and every cell that
+//! changes with another one, between any two words. Within a word it detects what the backgrounds distinguish:
+//! with six of them any two of the 32 bits differ in at least one.
 
 use core::hint::black_box;
 
-/// Memory of words, as the march sees it.
+/// Memory of 32-bit words for the march test.
 pub trait WordMemory {
-    /// How many there are.
+    /// Returns the number of words.
     fn count(&self) -> u32;
-    /// Word `k`.
+    /// Returns word `k`.
     fn read(&self, k: u32) -> u32;
-    /// Changes word `k`.
+    /// Writes word `k`.
     fn write(&mut self, k: u32, word: u32);
 }
 
-/// What the words are filled with: each two bits differ in one of these.
+/// Data backgrounds: any two bits differ in at least one of them.
 const BACKGROUNDS: [u32; 6] = [
     0,
     0x5555_5555,
@@ -26,17 +26,18 @@ const BACKGROUNDS: [u32; 6] = [
     0x0000_ffff,
 ];
 
-/// Whether every word keeps what it is told and nothing else. What stood there is lost.
-// Out of line, as what it calls: it is called for several ranges.
+/// Whether every word stores what is written to it and nothing else. The previous content is lost.
+// Out of line, like the functions it calls: it is called for several ranges.
 #[inline(never)]
 pub fn march(memory: &mut impl WordMemory) -> bool {
     BACKGROUNDS.iter().all(|&word| march_over(memory, word))
 }
 
-/// March C- over one background: write; upwards read and turn, twice; downwards read and turn, twice; read.
+/// Runs March C- over one background: write; twice upwards read and invert; twice downwards read and invert;
+/// read.
 #[inline(never)]
 fn march_over(memory: &mut impl WordMemory, word: u32) -> bool {
-    // What stood there before is of no interest.
+    // The result of this first pass is ignored: the content is unknown.
     turn(memory, !word, false);
     [
         (word, false),
@@ -49,7 +50,7 @@ fn march_over(memory: &mut impl WordMemory, word: u32) -> bool {
     .all(|&(from, down)| turn(memory, from, down))
 }
 
-/// Reads each word, which must be `from`, and inverts it.
+/// Reads each word, which must be `from`, and inverts it; returns whether all were right.
 #[inline(never)]
 fn turn(memory: &mut impl WordMemory, from: u32, down: bool) -> bool {
     let count = memory.count();
@@ -60,7 +61,7 @@ fn turn(memory: &mut impl WordMemory, from: u32, down: bool) -> bool {
     };
     let mut wrong = 0;
     for _ in 0..count {
-        // So that the loop stays one: unrolled it is ten times as long.
+        // Prevents unrolling, which would make the code ten times as long.
         k = black_box(k.wrapping_add(step));
         wrong |= memory.read(k) ^ from;
         memory.write(k, !from);
@@ -68,8 +69,8 @@ fn turn(memory: &mut impl WordMemory, from: u32, down: bool) -> bool {
     wrong == 0
 }
 
-/// Whether every word keeps each of its bits, for words that must not be lost: each is put back before the
-/// next one is touched. What words do to one another is not seen.
+/// Whether every word stores each of its bits, for words that must not be lost: each is restored before the
+/// next one is touched. Coupling between words is not detected.
 pub fn each_keeps(memory: &mut impl WordMemory) -> bool {
     (0..memory.count()).all(|k| {
         let before = memory.read(k);
@@ -108,7 +109,7 @@ mod chip {
         }
 
         fn read(&self, k: u32) -> u32 {
-            // SAFETY: within the range, which is RAM that nobody uses yet (`__pre_init`).
+            // SAFETY: within the range, which is RAM that is not in use yet (`__pre_init`).
             unsafe { self.from.add(k as usize).read_volatile() }
         }
 
@@ -118,12 +119,12 @@ mod chip {
         }
     }
 
-    /// What the march leaves when all is well.
+    /// Result of a passed march.
     const PASSED: u32 = 0x5061_7373;
-    /// Bytes below the stack pointer that the march leaves alone: its own frames, some 100 bytes.
+    /// Bytes below the stack pointer that the march leaves out: its own frames, some 100 bytes.
     const FRAMES: u32 = 512;
 
-    // SAFETY: the start-up code leaves the section as it is, and any bits are a word.
+    // SAFETY: the start-up code leaves the section unchanged, and any bits are a valid word.
     #[unsafe(link_section = ".uninit.MARCHED")]
     static MARCHED: AtomicU32 = AtomicU32::new(0);
 
@@ -136,10 +137,10 @@ mod chip {
         static mut __euninit: u32;
     }
 
-    /// The start-up code calls this before it fills any memory: nothing but the stack's uppermost words and
-    /// what outlives a reset (`.uninit`) holds anything.
-    // SAFETY: the name is that of the start-up code's hook, which has this signature. It runs before
-    // statics are initialised and uses none but `MARCHED`, which is never initialised.
+    /// Tests the memory. The start-up code calls this before it initialises any memory: only the stack's
+    /// uppermost words and the retained state (`.uninit`) hold data.
+    // SAFETY: the name is that of the start-up code's hook, which has this signature. It runs before statics
+    // are initialised and uses only `MARCHED`, which is never initialised.
     #[unsafe(no_mangle)]
     unsafe extern "C" fn __pre_init() {
         let stack = (&raw const _stack_start).wrapping_byte_sub(FRAMES as usize);
@@ -165,23 +166,23 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// What is wrong with a memory.
+    /// Defect of a memory cell, word or address.
     #[derive(Clone, Copy, Debug)]
     enum Defect {
         None,
-        /// A bit always reads as this.
+        /// A bit always reads as this value.
         Stuck(bool),
-        /// It cannot be changed to this any more.
+        /// A bit cannot change to this value.
         Slow(bool),
-        /// Its change to this inverts another bit.
+        /// A bit's change to this value inverts another bit.
         Inverts(bool, (u32, u32)),
-        /// Its change to this forces another bit to that.
+        /// A bit's change to this value forces another bit to the second value.
         Forces(bool, (u32, u32), bool),
-        /// While it is this another bit reads as that.
+        /// While a bit has this value another bit reads as the second value.
         Holds(bool, (u32, u32), bool),
-        /// Its word's address reaches another word as well.
+        /// The word's address selects another word as well.
         Both(u32),
-        /// Its word's address reaches another word instead.
+        /// The word's address selects another word instead.
         Other(u32),
     }
 

@@ -1,4 +1,4 @@
-//! The only place that knows the STM32F405: clocks, pins, serial ports, timers, watchdog.
+//! Everything specific to the STM32F405: clocks, pins, serial ports, timers, watchdog.
 //!
 //! Pins, levels and connectors are in `docs/hardware.md`.
 

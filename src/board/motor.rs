@@ -1,4 +1,7 @@
 //! The mirror's motor: a timer's interrupt makes the pulses, edges of the two inputs end them.
+//!
+//! In: moves from the scanner, interrupts of SysTick, home switch and stall output. Out: STEP, DIR, EN and the
+//! state of the move.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,19 +15,19 @@ use stairscan::scanner::settings::{DriverConfig, WireLevel};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8, Pull};
 use stm32f4xx_hal::pac::EXTI;
 
-/// SysTick counts 24 bits: 0.1 s at 168 MHz. A longer interval takes several shots.
+/// Maximum interval of SysTick, clocks: 24 bits, 0.1 s at 168 MHz. A longer interval takes several shots.
 const LONGEST: u32 = 0x00ff_ffff;
-/// Clocks of one turn of the loop that waits, at least: a subtraction and a branch that is taken.
+/// Minimum number of clocks of one pass of the delay loop: a subtraction and a taken branch.
 const WAITING: u32 = 3;
-/// EN: GPIOC pin 8.
+/// EN: pin number within GPIOC.
 const ENABLE_PIN: u32 = 8;
-/// What switches a pin on, this far up in BSRR switches it off.
+/// Offset in BSRR from the bit that sets a pin to the bit that resets it.
 const BSRR_RESET: u32 = 16;
 
-/// Whether a high EN switches the driver on: for the fault path, which has nobody to ask.
+/// Whether a high EN switches the driver on: for the fault path, which cannot read the settings.
 static ENABLE_HIGH: AtomicBool = AtomicBool::new(false);
 
-/// What written to BSRR of GPIOC switches the driver off.
+/// Returns the value for BSRR of GPIOC that switches the driver off.
 pub fn switch_off() -> u32 {
     match ENABLE_HIGH.load(Ordering::Relaxed) {
         true => 1 << (ENABLE_PIN + BSRR_RESET),
@@ -44,23 +47,23 @@ pub struct Pins {
     pub home: PB0<Input>,
     /// The driver's stall output.
     pub stall: PB1<Input>,
-    /// Which edges of them interrupt.
+    /// External interrupts of home switch and stall output.
     pub exti: EXTI,
 }
 
-/// The step generator; scanner and interrupts share it.
+/// The step generator, shared by scanner and interrupts.
 pub struct Motor {
     pulser: Pulser<PC6<Output>, PC7<Output>, PC8<Output>>,
     timer: SYST,
     home: PB0<Input>,
     stall: PB1<Input>,
     exti: EXTI,
-    /// Level of it that is a stall.
+    /// Level of the stall input that reports a stall.
     stall_level: WireLevel,
     core_hz: u32,
-    /// STEP stays high for so many clocks more than it takes to compute the next interval.
+    /// Number of clocks for which STEP stays high beyond the computation of the next interval.
     hold: u32,
-    /// Clocks that are left of an interval once SysTick has run down.
+    /// Number of clocks left of an interval after the current shot of SysTick.
     rest: u32,
     until_home: bool,
     home_edge: bool,
@@ -68,7 +71,8 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// At a standstill, the driver off. `core_hz` is what SysTick counts; this level of EN is on.
+    /// Creates the motor at standstill with the driver off. `core_hz` is SysTick's frequency; `on` is the level
+    /// of EN that switches the driver on.
     pub fn new(pins: Pins, mut timer: SYST, core_hz: u32, on: WireLevel) -> Self {
         timer.set_clock_source(SystClkSource::Core);
         ENABLE_HIGH.store(on == WireLevel::High, Ordering::Relaxed);
@@ -88,8 +92,8 @@ impl Motor {
         }
     }
 
-    /// One shot of SysTick, which counts core clocks. It is the only timer whose interrupt chip and
-    /// emulator agree on.
+    /// Starts one shot of SysTick, which counts core clocks. It is the only timer whose interrupt works the
+    /// same on chip and emulator.
     fn arm(&mut self, ticks: u32) {
         self.disarm();
         let shot = ticks.clamp(2, LONGEST);
@@ -100,15 +104,14 @@ impl Motor {
         self.timer.enable_counter();
     }
 
-    /// Stops the timer and forgets an interrupt that has not been served: the next one is of the
-    /// next move.
+    /// Stops the timer and clears a pending interrupt, which would count for the next move.
     fn disarm(&mut self) {
         self.timer.disable_counter();
         cortex_m::peripheral::SCB::clear_pendst();
     }
 
-    /// SysTick's interrupt: one pulse, unless more of its interval is left. The time that STEP is held
-    /// high counts as part of the next interval.
+    /// Handles SysTick's interrupt: emits one pulse, unless its interval is longer than this shot. The time for
+    /// which STEP is held high counts as part of the next interval.
     pub fn tick(&mut self) {
         self.disarm();
         if self.rest > 0 {
@@ -132,7 +135,7 @@ impl Motor {
         }
     }
 
-    /// The home switch's edge: it ends a move that looks for it.
+    /// Handles an edge of the home switch: it ends a move that searches for it.
     pub fn home_edge(&mut self) {
         self.home.clear_interrupt_pending_bit();
         if self.until_home && self.pulser.moving() {
@@ -143,7 +146,7 @@ impl Motor {
         }
     }
 
-    /// The stall output's edge: it ends every move and switches the driver off.
+    /// Handles an edge of the stall output: it ends every move and switches the driver off.
     pub fn stall_edge(&mut self) {
         self.stall.clear_interrupt_pending_bit();
         self.stall();
@@ -160,7 +163,7 @@ impl StepPort for Motor {
     fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool) {
         self.until_home = until_home;
         self.home_edge = false;
-        // An edge that came before the driver was on is still a level.
+        // An edge before the driver was on still shows as a level.
         if self.stall_reported() {
             self.stall();
         } else if let Some(ticks) = self.pulser.begin(target, ramp) {
@@ -194,7 +197,8 @@ impl StepPort for Motor {
         self.pulser.set_enabled(on);
     }
 
-    /// A wire of STALL that is broken reads as a stall at either level.
+    /// Sets the driver's pulse width, microsteps and levels. The input's resistor pulls a broken STALL wire to
+    /// the level of a stall.
     fn configure(&mut self, driver: &DriverConfig) {
         self.hold = driver.held_clocks(self.core_hz);
         self.disarm();
@@ -213,7 +217,7 @@ impl StepPort for Motor {
     }
 }
 
-/// The motor as the scanner has it: each access keeps the motor's interrupts off.
+/// Step generator of the scanner: each access locks out the motor's interrupts.
 pub struct Locked<M>(pub M);
 
 impl<M: Mutex<T = Motor>> StepPort for Locked<M> {

@@ -1,22 +1,22 @@
-//! The memory protection unit: RAM holds no code, and the stack has an end.
+//! Memory protection unit: no code in RAM, and a guard region at the end of the stack.
 //!
-//! Three regions over the processor's default map, of which the one with the higher number counts where two
-//! overlap: nothing in RAM's half gigabyte is executed; the lowest 32 bytes of the stack belong to nobody,
-//! so that a stack that grows into them faults before it leaves the memory; and the core-coupled memory,
-//! which nobody uses, neither. What breaks this comes to the fault path as `memory-fault`.
+//! Three regions over the processor's default map; where two overlap, the one with the higher number applies.
+//! Nothing in RAM's half gigabyte is executed. The lowest 32 bytes of the stack are inaccessible, so that a
+//! growing stack faults before it leaves the memory. The core-coupled memory, which is unused, is inaccessible,
+//! too. A violation enters the fault path as `memory-fault`.
 
-/// A region: where it begins, its size as a power of two, and whether it may be read and written.
+/// A region: start, size and access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
     /// First address, a multiple of the size.
     pub base: u32,
-    /// Bytes, as a power of two: 5 at least.
+    /// Binary logarithm of the size in bytes: 5 at least.
     pub log2_size: u32,
-    /// Whether it may be read and written; code is executed from none of them.
+    /// Whether it may be read and written; code is executed from no region.
     pub open: bool,
 }
 
-/// All of them, by number.
+/// All regions, by number.
 pub const REGIONS: [Region; 3] = [
     // SRAM and all its aliases.
     Region {
@@ -24,7 +24,7 @@ pub const REGIONS: [Region; 3] = [
         log2_size: 29,
         open: true,
     },
-    // The guard below the stack: `memory.x` keeps `_stack_end` above it.
+    // Guard below the stack: `memory.x` keeps `_stack_end` above it.
     Region {
         base: 0x2000_0000,
         log2_size: 5,
@@ -38,17 +38,17 @@ pub const REGIONS: [Region; 3] = [
     },
 ];
 
-/// MPU_CTRL (PM0214 4.5.5): on, outside the regions the default map, and off within hard faults.
+/// MPU_CTRL (PM0214 4.5.5): enabled; default map outside the regions; disabled within hard faults.
 #[cfg_attr(not(target_os = "none"), allow(dead_code))]
 pub const CONTROL: u32 = 1 << 2 | 1;
 
 impl Region {
-    /// MPU_RBAR (PM0214 4.2.8): the address, and the region's number with the flag that it is given.
+    /// Returns MPU_RBAR (PM0214 4.2.8): the address, and the region's number with its valid flag.
     pub const fn rbar(self, number: u32) -> u32 {
         self.base | 1 << 4 | number
     }
 
-    /// MPU_RASR (PM0214 4.2.9): no execution, access by all or none, shared and cached as internal RAM is.
+    /// Returns MPU_RASR (PM0214 4.2.9): no execution, full or no access, shared and cached as for internal RAM.
     pub const fn rasr(self) -> u32 {
         const EXECUTE_NEVER: u32 = 1 << 28;
         const ALL: u32 = 0b011 << 24;
@@ -64,11 +64,11 @@ mod apply {
     use super::{CONTROL, REGIONS};
     use cortex_m::peripheral::MPU;
 
-    /// Puts the regions in force.
+    /// Sets up the regions and enables the unit.
     pub fn start(mpu: &MPU) {
         for (number, region) in (0..).zip(REGIONS) {
-            // SAFETY: registers of the processor, with values checked by this module's tests; nothing
-            // that runs is in these regions, and all that is kept in them is in the open one.
+            // SAFETY: registers of the processor, with values checked by this module's tests; no running code
+            // is in these regions, and all data in them is in the open one.
             unsafe {
                 mpu.rbar.write(region.rbar(number));
                 mpu.rasr.write(region.rasr());

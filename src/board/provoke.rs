@@ -1,21 +1,21 @@
-//! Test builds only: faults on command, to see that the fault path works.
+//! Test builds only: provokes faults on command, to test the fault path.
 //!
-//! A control byte on the report port provokes one; the image itself holds none of this.
+//! A control byte on the report port provokes one; release images contain none of this.
 
 use core::hint::black_box;
 
 use stairscan::scanner::BytePort;
 
-/// Overflows the stack.
+/// Control byte: overflows the stack.
 const OVERFLOW: u8 = 0x01;
-/// Panics.
+/// Control byte: panics.
 const PANIC: u8 = 0x02;
-/// Never comes back: the watchdog's case.
+/// Control byte: loops for ever, so that the watchdog resets the chip.
 const HANG: u8 = 0x03;
-/// Executes what lies in RAM.
+/// Control byte: executes code in RAM.
 const EXECUTE: u8 = 0x04;
 
-/// The report port with a trap in front.
+/// The report port with a filter for the control bytes.
 #[derive(Debug)]
 pub struct Trap<P>(pub P);
 
@@ -45,17 +45,17 @@ impl<P: BytePort> BytePort for Trap<P> {
     }
 }
 
-/// Calls an instruction that lies on the stack: `bx lr`.
+/// Calls an instruction on the stack: `bx lr`.
 fn execute() {
     let code = black_box([0x4770_u16; 2]);
-    // Code of this instruction set has odd addresses.
+    // Thumb code has odd addresses.
     let place = (&raw const code).addr() + 1;
-    // SAFETY: whether it is ever executed is what is tested; it would only return.
+    // SAFETY: the test is whether the call is executed at all; it would only return.
     let function: extern "C" fn() = unsafe { core::mem::transmute(place) };
     function();
 }
 
-/// Recursion without end: each call keeps something on the stack that the next one needs.
+/// Recurses without end: each call keeps data on the stack that is needed after the next one.
 #[inline(never)]
 #[allow(unconditional_recursion)]
 fn descend(depth: u32) -> u32 {

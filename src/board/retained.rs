@@ -1,8 +1,8 @@
-//! What survives a reset, as long as the power stays.
+//! State that survives a reset as long as the power stays on: a record in uninitialised RAM with a checksum.
 
 use stairscan::crc;
 
-/// Cause of a reset that the firmware brought about itself.
+/// Cause of a reset by the firmware itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Crash {
@@ -10,11 +10,11 @@ pub enum Crash {
     None = 0,
     /// A panic.
     Panic = 1,
-    /// A hard fault, a stack overflow among them.
+    /// A hard fault, such as one by a stack overflow.
     HardFault = 2,
     /// An interrupt without a handler.
     Stray = 3,
-    /// The memory protection was broken: the stack's end reached, or code executed in RAM.
+    /// A memory protection fault: the stack's end was reached, or code was executed in RAM.
     Memory = 4,
     /// The supply fell.
     Supply = 5,
@@ -33,7 +33,7 @@ impl Crash {
         Self::Clock,
     ];
 
-    /// The crash of this number; a stray interrupt for any other.
+    /// Returns the crash of this number; a stray interrupt for any other.
     #[cfg_attr(not(target_os = "none"), allow(dead_code))]
     pub fn from_number(number: u32) -> Self {
         let found = Self::ALL.iter().find(|crash| **crash as u32 == number);
@@ -41,26 +41,26 @@ impl Crash {
     }
 }
 
-/// What the next boot is to know.
+/// Record for the next boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BootRecord {
-    /// Whether `stop` was the last word.
+    /// Whether `stop` was the last of `start` and `stop`.
     pub stopped: bool,
-    /// Why the firmware reset the chip.
+    /// Cause of the firmware's own reset.
     pub crash: Crash,
-    /// Boots since power came.
+    /// Number of boots since power-up.
     pub boots: u32,
-    /// Boots one after the other that a crash or the watchdog brought about, none of which lasted.
+    /// Number of consecutive boots after a crash or a watchdog reset, none of which lasted.
     pub crashes: u32,
     /// Hash of the settings in force.
     pub settings: Option<u32>,
 }
 
-/// A record in memory: flags, boots, crashes, hash, and a checksum.
+/// Record in memory: flags, boots, crashes, hash, and a checksum.
 type Words = [u32; 5];
 
 impl BootRecord {
-    /// That of a fresh power-up.
+    /// Record of a fresh power-up.
     pub const FRESH: Self = Self {
         stopped: false,
         crash: Crash::None,
@@ -68,7 +68,7 @@ impl BootRecord {
         crashes: 0,
         settings: None,
     };
-    /// So that neither all zeros nor all ones are a record.
+    /// Value XORed into the checksum, so that neither all zeros nor all ones are a valid record.
     const SALT: u32 = 0x5ca7_13e5;
 
     fn check(words: &Words) -> u32 {
@@ -85,7 +85,7 @@ impl BootRecord {
         [flags, self.boots, self.crashes, hash, check]
     }
 
-    /// What stands in memory, if it is a record, else that of a fresh power-up.
+    /// Returns the record in memory, or that of a fresh power-up if its checksum is wrong.
     fn from_words(words: Words) -> Self {
         let [flags, boots, crashes, hash, check] = words;
         if check != Self::check(&words) {
@@ -109,8 +109,8 @@ mod memory {
 
     const LENGTH: usize = size_of::<Words>() / size_of::<u32>();
 
-    // SAFETY: the start-up code leaves the section as it is, and any bits are words. A torn record
-    // fails its check.
+    // SAFETY: the start-up code leaves the section unchanged, and any bits are valid words. A partly written
+    // record fails its checksum.
     #[unsafe(link_section = ".uninit.RETAINED")]
     static RETAINED: [AtomicU32; LENGTH] = [const { AtomicU32::new(0) }; LENGTH];
 

@@ -1,38 +1,38 @@
-//! The chip's own number.
+//! The chip's unique number.
 
 use core::arch::naked_asm;
 
 use cortex_m::peripheral::SCB;
 
-/// Where the 96 bits stand (RM0090 39.1).
+/// Address of the 96 bits (RM0090 39.1).
 const PLACE: u32 = 0x1fff_7a10;
-/// SCB_SHCSR: a bus fault is handled as one and not as a hard fault.
+/// SCB_SHCSR: enables the bus fault handler; otherwise a bus fault becomes a hard fault.
 const BUSFAULTENA: u32 = 1 << 17;
 
-/// The number; zeros where nothing answers at its place. Only with interrupts on: where they are off, no
-/// bus fault is handled as one.
+/// Returns the chip's number; zeros if the address does not respond. Interrupts must be enabled: otherwise a
+/// bus fault becomes a hard fault.
 pub fn read() -> [u32; 3] {
     // SAFETY: the system control block is always there, and no interrupt uses it.
     let shcsr = unsafe { &(*SCB::PTR).shcsr };
-    // SAFETY: one bit of the processor's own register, set here and cleared below; meanwhile a bus
-    // fault comes to the handler below, which passes on what is not from `load`.
+    // SAFETY: one bit of the processor's own register, set here and cleared below; meanwhile a bus fault enters
+    // the handler below, which passes on those that are not from `load`.
     unsafe { shcsr.modify(|bits| bits | BUSFAULTENA) };
-    // SAFETY: a read of the place, which has no effect; where there is none, the handler answers.
+    // SAFETY: reads the address, without side effects; if it does not respond, the handler supplies 0.
     let words = [0, 4, 8].map(|at| unsafe { load(PLACE + at) });
     // SAFETY: as above.
     unsafe { shcsr.modify(|bits| bits & !BUSFAULTENA) };
     words
 }
 
-/// The word at `place`, or 0 where the bus says that there is none.
+/// Returns the word at `place`, or 0 on a bus fault.
 #[unsafe(naked)]
 #[unsafe(export_name = "stairscan_probe")]
 unsafe extern "C" fn load(place: u32) -> u32 {
     naked_asm!("ldr r0, [r0]", "bx lr")
 }
 
-/// A bus fault: one of `load` is answered by 0 and goes on behind its instruction, which is two bytes
-/// long; any other is a hard fault.
+/// Handles a bus fault: one of `load` returns 0 and continues after its instruction, which is two bytes long;
+/// any other becomes a hard fault.
 #[unsafe(naked)]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn BusFault() {

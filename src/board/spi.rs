@@ -1,4 +1,4 @@
-//! The SPI port of a radar module that hangs on one: mode 0, its select line low for each transaction.
+//! SPI port of a radar module: mode 0, its select line low for each transaction.
 
 use embedded_hal::spi::{ErrorType, Operation, SpiBus, SpiDevice};
 use stm32f4xx_hal::gpio::{Output, PA4, PA5, PA6, PA7, Speed};
@@ -7,21 +7,22 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::spi::{self, Mode, Phase, Polarity, Spi};
 
-/// What the HAL is to be told so that it divides APB2 by four: it reckons with the clocks after reset. 21 MHz
-/// on the crystal, below the 25 up to which BGT60TR13C sends with the edge that is right for mode 0 (data sheet,
-/// V2.4.9, table 27).
+/// SPI clock to request from the HAL so that it divides APB2 by four, Hz: the HAL assumes the clocks after
+/// reset. With the crystal that is 21 MHz, below the 25 MHz up to which the BGT60TR13C sends with the right
+/// edge for mode 0 (data sheet, V2.4.9, table 27).
 const HAL_HZ: u32 = super::clock::HSI.apb2_hz / 4;
-/// Core clocks in 10 ns and more at 168 MHz, and less at 16: for waits within a transaction.
+/// Core clocks for a wait of 10 ns: enough at 168 MHz, longer than needed at 16 MHz; for waits within a
+/// transaction.
 const CLOCKS_PER_10_NS: u32 = 2;
 
-/// SPI1 with the line that selects the module.
+/// SPI1 with the module's select line.
 pub struct ModuleSpi {
     bus: Spi<pac::SPI1>,
     select: PA4<Output>,
 }
 
 impl ModuleSpi {
-    /// At rest: nobody selected.
+    /// Creates the port with the module deselected.
     pub fn new(
         port: pac::SPI1,
         (mut select, clock, from, to): (PA4<Output>, PA5, PA6, PA7),
@@ -43,7 +44,7 @@ impl ModuleSpi {
         }
     }
 
-    /// One piece of a transaction. The port makes its own clock: a word always ends.
+    /// Performs one operation of a transaction. The port makes its own clock, so every word ends.
     fn operate(&mut self, operation: &mut Operation<'_, u8>) -> Result<(), spi::Error> {
         match operation {
             Operation::Read(words) => SpiBus::read(&mut self.bus, words),

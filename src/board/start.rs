@@ -1,4 +1,4 @@
-//! From reset to a scanner's hardware.
+//! From reset to a scanner's hardware: clocks, pins, ports, watchdog and the cause of the reset.
 
 use core::sync::atomic::AtomicU16;
 
@@ -38,7 +38,7 @@ use super::uart::{
     ReportQueue,
 };
 
-/// What the scanner's loop works with.
+/// Hardware for the scanner's loop.
 pub struct Parts {
     /// The radar module.
     pub link: AnyModule<LinkPort, ModuleSpi>,
@@ -48,19 +48,19 @@ pub struct Parts {
     pub driver: Tmc2209<DriverPort>,
     /// The encoder on the mirror's shaft.
     pub encoder: As5600<EncoderBus>,
-    /// What survives a reset, and the stack.
+    /// Retained state, flash, and the stack's measurements.
     pub board: ChipBoard,
-    /// For the first sentence.
+    /// Identity and boot data, for the boot sentence.
     pub identity: Identity,
-    /// Free-running microseconds.
+    /// Free-running clock, µs.
     pub time: Time,
-    /// The watchdog, running.
+    /// The running watchdog.
     pub watchdog: Watchdog,
 }
 
-/// What the interrupts work with.
+/// Hardware for the interrupts.
 pub struct Interrupts {
-    /// The step generator, which the scanner shares.
+    /// The step generator, shared with the scanner.
     pub motor: Motor,
     /// Receives from the radar module.
     pub link: Receiver<pac::USART1>,
@@ -70,18 +70,18 @@ pub struct Interrupts {
     pub driver: Receiver<pac::USART3>,
 }
 
-/// Received bytes on their way from the interrupts to the scanner.
+/// Queues of received bytes from the interrupts to the scanner.
 #[derive(Debug)]
 pub struct Queues {
     link: LinkQueue,
     report: ReportQueue,
     driver: DriverQueue,
-    /// Of link, report port and driver: bytes that were damaged or lost.
+    /// Number of damaged or lost bytes of link, report port and driver.
     errors: [AtomicU16; 3],
 }
 
 impl Queues {
-    /// Empty ones.
+    /// Creates empty queues.
     pub const fn new() -> Self {
         Self {
             link: LinkQueue::new(),
@@ -92,19 +92,19 @@ impl Queues {
     }
 }
 
-/// The independent watchdog: it runs from its own oscillator and nothing can stop it.
+/// The independent watchdog: it has its own oscillator and cannot be stopped.
 pub struct Watchdog {
     iwdg: IndependentWatchdog,
     fed: Micros,
 }
 
 impl Watchdog {
-    /// Without food for so long the chip is reset; longer than any part of the loop takes.
+    /// Timeout of the watchdog, ms: longer than any part of the loop takes.
     const PERIOD_MS: u32 = 2_000;
-    /// Feeding more often is of no use.
+    /// Minimum time between two resets of the watchdog's counter, µs.
     const PAUSE_US: u32 = 50_000;
 
-    /// Feeds it if the state has met its own deadline.
+    /// Resets the watchdog's counter if the current state is within its deadline.
     pub fn attend(&mut self, now: Micros, healthy: bool) {
         if healthy && now.since(self.fed) >= Self::PAUSE_US {
             self.iwdg.feed();
@@ -113,7 +113,7 @@ impl Watchdog {
     }
 }
 
-/// What survives a reset, and the stack.
+/// Retained state, flash, and the stack's measurements.
 #[derive(Debug)]
 pub struct ChipBoard {
     record: BootRecord,
@@ -121,7 +121,7 @@ pub struct ChipBoard {
 }
 
 impl ChipBoard {
-    /// The settings that were saved.
+    /// Returns the saved settings.
     pub fn saved(&mut self) -> Option<Settings> {
         self.store.load()
     }
@@ -175,22 +175,21 @@ impl Board for ChipBoard {
     }
 }
 
-/// Words from the bottom of the stack that still hold the start-up code's paint.
+/// Returns the number of words from the bottom of the stack that still hold the start-up code's fill pattern.
 fn untouched(bottom: *const u32, words: u32) -> u32 {
     let painted = |k: u32| {
-        // SAFETY: the region is the stack's, always mapped; a volatile read of a word that the
-        // stack might change at the same time is still a word.
+        // SAFETY: the region is the stack's, always mapped; a volatile read of a word that the stack might
+        // change at the same time still gives a word.
         let word = unsafe { bottom.add(k as usize).read_volatile() };
         word == cortex_m_rt::STACK_PAINT_VALUE
     };
     (0..words).take_while(|&k| painted(k)).count() as u32
 }
 
-/// Crashes one after the other, none of which the scanner outlived by a minute, after which it stands
-/// still.
+/// Number of consecutive crashes, none followed by a minute of operation, after which the scanner stays idle.
 const CRASH_LOOP: u32 = 3;
 
-/// The record of boots and crashes that is kept over a reset, with this boot counted.
+/// Returns the retained record with this boot counted.
 fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
     BootRecord {
         crash: Crash::None,
@@ -203,7 +202,7 @@ fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
     }
 }
 
-/// Why the chip was reset; as a reason where `status` shows it.
+/// Returns the cause of the reset as text, and as a reason if `status` shows one.
 fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
@@ -230,7 +229,7 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     }
 }
 
-/// Processor, memory, clock and supply as long as this boot lasts.
+/// Returns the state of processor, memory, clock and supply for this boot.
 #[inline(never)]
 fn fitness(internal_clock: bool, supplied: bool) -> Fitness {
     Fitness {
@@ -241,7 +240,7 @@ fn fitness(internal_clock: bool, supplied: bool) -> Fitness {
     }
 }
 
-/// A port: 8 data bits, no parity, 1 stop bit. Divider 16 and above.
+/// Starts a port: 8 data bits, no parity, 1 stop bit. The divider must be at least 16.
 fn start_port<U: Instance>(
     usart: U,
     pins: (impl Into<U::Tx<PushPull>>, impl Into<U::Rx<PushPull>>),
@@ -251,12 +250,12 @@ fn start_port<U: Instance>(
     let config = serial::Config::default().baudrate(clock::hal_baud(divider).bps());
     match Serial::new(usart, pins, config, rcc) {
         Ok(serial) => serial,
-        // Only a divider below 8 is refused, which no clock of this board makes.
+        // Only a divider below 8 is refused, which none of this board's clocks gives.
         Err(_) => SCB::sys_reset(),
     }
 }
 
-/// Inputs and outputs of the motor, edges of the inputs interrupt; and TRIG, low.
+/// Sets up inputs and outputs of the motor, with interrupts on the edges of the inputs, and TRIG, low.
 fn start_motor(
     (home, stall): (PB0, PB1),
     c: gpioc::Parts,
@@ -268,7 +267,7 @@ fn start_motor(
         WireLevel::Low => PinState::High,
         WireLevel::High => PinState::Low,
     };
-    // EN first, until which a resistor keeps the driver off: it stays off until homing.
+    // EN first: a resistor keeps the driver off until then, and it stays off until homing.
     let enable = c.pc8.into_push_pull_output_in_state(off);
     let mut home: PB0<Input> = home.into_pull_down_input();
     let mut stall: PB1<Input> = stall.into_pull_up_input();

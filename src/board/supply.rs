@@ -1,20 +1,20 @@
-//! The supply's voltage: a detector interrupts into the fault path when it falls.
+//! Voltage detector of the supply: interrupts into the fault path when the voltage falls.
 
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 
-/// PWR_CR's PLS (RM0090 5.4.1): the detector trips between 2.85 and 2.99 V on the way down and lets go at
-/// 3.10 V at most on the way up (DS8626, embedded reset and power control block). The core at 168 MHz and
-/// flash that is written 32 bits at a time need 2.7 V; a 3.3 V supply that holds 5 % stays above 3.13 V.
+/// PWR_CR's PLS (RM0090 5.4.1): the detector trips between 2.85 and 2.99 V on a falling and releases at 3.10 V
+/// at most on a rising voltage (DS8626, embedded reset and power control block). The core at 168 MHz and flash
+/// writes of 32 bits need 2.7 V; a 3.3 V supply within 5 % stays above 3.13 V.
 const LEVEL: u8 = 0b110;
-/// EXTI's line of the detector.
+/// The detector's line of EXTI.
 const LINE: u32 = 1 << 16;
-/// Looks at the detector at boot, 10 µs apart at 16 MHz: 0.1 s for a supply that still rises.
+/// Number of polls of the detector at boot, 10 µs apart at 16 MHz: 0.1 s for a rising supply.
 const POLLS: u32 = 10_000;
-/// Core clocks between two of them.
+/// Core clocks between two polls.
 const POLL_CLOCKS: u32 = 160;
 
-/// Starts the detector, gives the supply its time, and says whether it is high enough. From then on its fall
+/// Starts the detector, waits for the supply, and returns whether it is high enough. From then on a fall
 /// interrupts.
 pub fn start(pwr: &pac::PWR, exti: &pac::EXTI, rcc: &mut Rcc) -> bool {
     pac::PWR::enable(rcc);

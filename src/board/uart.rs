@@ -1,4 +1,4 @@
-//! The serial ports: received bytes come by interrupt, sent ones go as the port takes them.
+//! Serial ports: received bytes come by interrupt, outgoing ones are written as the port takes them.
 
 use core::sync::atomic::{AtomicU16, Ordering};
 
@@ -11,18 +11,18 @@ use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Instance, Rx, Serial, Tx};
 
-/// Speed of the report port.
+/// Baud rate of the report port.
 pub const REPORT_BAUD: u32 = 115_200;
 
-/// Received bytes of the link: more than a whole chirp frame, for the scanner may work off a row
-/// meanwhile.
+/// Queue of received bytes of the link: more than a whole chirp frame, since the scanner may be processing a
+/// row meanwhile.
 pub type LinkQueue = Queue<u8, 2048>;
-/// Received bytes of the report port: some command lines.
+/// Queue of received bytes of the report port: some command lines.
 pub type ReportQueue = Queue<u8, 512>;
-/// Received bytes of the motor driver's wire: a question's echo and its answer are twelve.
+/// Queue of received bytes of the motor driver's wire: a request's echo and its answer are twelve.
 pub type DriverQueue = Queue<u8, 32>;
 
-/// A port's receiving half: its interrupt's.
+/// Receiving half of a port, for its interrupt.
 pub struct Receiver<U: Instance> {
     rx: Rx<U>,
     queue: Producer<'static, u8>,
@@ -30,8 +30,8 @@ pub struct Receiver<U: Instance> {
 }
 
 impl<U: Instance> Receiver<U> {
-    /// Takes what has come in. A full queue drops it, and so does the port what came damaged or
-    /// over another byte: whatever it belonged to fails its own check.
+    /// Queues a received byte. Bytes are lost if the queue is full, or if the port reports an error or overrun:
+    /// the frame or line they belong to then fails its own check.
     pub fn receive(&mut self) {
         let lost = match self.rx.read() {
             Ok(byte) => self.queue.enqueue(byte).is_err(),
@@ -39,7 +39,7 @@ impl<U: Instance> Receiver<U> {
             Err(nb::Error::WouldBlock) => false,
         };
         if lost {
-            // Nobody else writes it.
+            // Only this function writes it.
             let errors = self.errors.load(Ordering::Relaxed);
             self.errors
                 .store(errors.saturating_add(1), Ordering::Relaxed);
@@ -47,7 +47,7 @@ impl<U: Instance> Receiver<U> {
     }
 }
 
-/// A port's other half: the scanner's.
+/// Scanner's half of a port.
 pub struct Port<U: Instance> {
     tx: Tx<U>,
     queue: Consumer<'static, u8>,
@@ -55,7 +55,7 @@ pub struct Port<U: Instance> {
     interrupt: Interrupt,
 }
 
-/// The radar module's port: its rate can be raised, and TRIG stands beside it.
+/// The radar module's port, with a variable baud rate, and the TRIG line.
 pub struct LinkPort {
     port: Port<pac::USART1>,
     trig: PC9<Output>,
@@ -63,13 +63,13 @@ pub struct LinkPort {
 }
 
 impl LinkPort {
-    /// From the port at 1 Mbaud.
+    /// Creates it from the port at 1 Mbaud.
     pub fn new(port: Port<pac::USART1>, trig: PC9<Output>, clocks: Clocks) -> Self {
         Self { port, trig, clocks }
     }
 }
 
-/// TRIG stays high for so long, core clocks: 1 µs at 168 MHz.
+/// Duration of a pulse on TRIG, core clocks: 1 µs at 168 MHz.
 const PULSE_CLOCKS: u32 = 168;
 
 impl BytePort for LinkPort {
@@ -91,8 +91,8 @@ impl BytePort for LinkPort {
 
     fn set_rate(&mut self, baud: u32) {
         if let Some(divider) = self.clocks.link_rate(baud) {
-            // SAFETY: only the scanner, which has this port, writes the register, and a divider that
-            // `Clocks::link_rate` gives is one that the port can work with.
+            // SAFETY: only the scanner, which owns this port, writes the register, and `Clocks::link_rate`
+            // returns only dividers that are valid for the port.
             unsafe {
                 (*pac::USART1::ptr())
                     .brr()
@@ -109,10 +109,10 @@ impl BytePort for LinkPort {
 }
 /// The report port.
 pub type ReportPort = Port<pac::USART2>;
-/// The motor driver's wire.
+/// The motor driver's port.
 pub type DriverPort = Port<pac::USART3>;
 
-/// Parts a port that receives by `interrupt`.
+/// Splits a port that receives by `interrupt` into the scanner's half and the receiver.
 pub fn part<U: Instance>(
     serial: Serial<U>,
     interrupt: Interrupt,
@@ -136,8 +136,8 @@ pub fn part<U: Instance>(
 }
 
 impl<U: Instance> BytePort for Port<U> {
-    /// The interrupt fills the queue. When that is empty it is asked to look again: the emulator's
-    /// port forgets an interrupt when a byte comes in while another is read.
+    /// Returns a byte of the queue, which the interrupt fills. If it is empty, the interrupt is set pending:
+    /// the emulator's port loses an interrupt if a byte comes in while another is read.
     fn read(&mut self) -> Option<u8> {
         let byte = self.queue.dequeue();
         if byte.is_none() {
@@ -158,12 +158,11 @@ impl<U: Instance> BytePort for Port<U> {
     }
 }
 
-/// Sends `bytes` from the fault path, where nothing else runs any more: bounded by polls, not by
-/// time.
+/// Sends `bytes` from the fault path, where nothing else runs any more; the timeout counts polls, not time.
 pub fn send_last(bytes: &[u8]) {
-    /// Longer than a byte at any baud rate and clock.
+    /// Number of polls: longer than a byte at any baud rate and clock.
     const POLLS: u32 = 100_000;
-    // SAFETY: the fault path never returns to whoever else used the port.
+    // SAFETY: the fault path never returns to other users of the port.
     let usart = unsafe { &*pac::USART2::ptr() };
     for &byte in bytes {
         let _ = (0..POLLS).any(|_| usart.sr().read().txe().bit_is_set());

@@ -1,5 +1,4 @@
-//! What single samples tell of the converter: bits that never change, chirps that come twice, offsets
-//! that walk, swings that are cut off.
+//! Check of the converter on single samples: stuck bits, repeated chirps, offset drift and clipping.
 
 use super::sign::{PER_CENT, Sign};
 use crate::Iq;
@@ -7,55 +6,55 @@ use crate::params::current as p;
 use crate::signal::range::RowStats;
 use crate::verdict::Reason;
 
-/// Chirps back to which one is compared.
+/// Number of earlier chirps that a chirp is compared with.
 const REMEMBERED: usize = 16;
-/// Rows between two that are looked at for clipping: it takes a pass of its own over the samples.
+/// Row interval of the clipping check, which needs a pass of its own over the samples.
 const CLIP_ROWS: u32 = 8;
-/// Samples between two that are looked at: a bit that lives changes in any eighth of a chirp.
+/// Sample interval of the checks for stuck bits and repeated chirps: a working bit changes in any eighth of a
+/// chirp's samples.
 const BIT_STRIDE: usize = 8;
-/// Samples between two that are looked at for clipping.
+/// Sample interval of the clipping check.
 const STRIDE: usize = 4;
-/// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
-/// golden ratio of 2^32).
+/// Odd factor of a chirp's hash (Knuth, The Art of Computer Programming 3, 6.4: the golden ratio of 2^32).
 const HASH_FACTOR: u32 = 0x9E37_79B9;
-/// Units of a sample of full scale.
+/// Full scale, units of a sample.
 const FULL_SCALE: f32 = 32_768.0;
-/// Bits of one of I and Q, which share a word.
+/// Bits of I or Q within the 32-bit word that holds both.
 const HALF_BITS: u32 = 16;
-/// The half of that word that I has.
+/// Mask of I within that word.
 const LOW_HALF: u32 = 0xFFFF;
 
-/// The converter's health over one scan.
+/// Checks of the converter over one scan.
 #[derive(Clone, Debug)]
 pub struct Converter {
     rows: u32,
-    /// Rows in which a bit between others did not change.
+    /// Number of rows in which a bit did not change though a lower one did.
     lame: u32,
-    /// Rows whose chirp came within the last ones already.
+    /// Number of rows whose chirp equals one of the last [`REMEMBERED`], by its hash.
     stale: u32,
     hashes: [u32; REMEMBERED],
-    /// Least and greatest mean of I and Q.
+    /// Minimum and maximum of the means of I and Q, units of a sample.
     least: [i16; 2],
     most: [i16; 2],
-    /// Rows looked at for clipping, and those that were.
+    /// Number of rows checked for clipping, and number of those that are clipped.
     looked: u32,
     clipped: u32,
 }
 
-/// Bits of I (low half) and Q (high half) that should have changed and did not: those above the
-/// lowest one that did. Converters of fewer bits leave the lowest at rest.
+/// Returns the bits of I (low half) and Q (high half) that did not change though a lower one did. A converter
+/// of fewer bits leaves the lowest ones at rest.
 fn lame_bits(changed: u32) -> u32 {
     let half = |bits: u32| {
         let lowest = bits & bits.wrapping_neg();
-        // All bits from the lowest that changes upwards; none where nothing changes.
+        // All bits from the lowest changing one upwards; none if no bit changes.
         let live = lowest.wrapping_neg() & LOW_HALF;
         live & !bits
     };
     half(changed & LOW_HALF) | half(changed >> HALF_BITS) << HALF_BITS
 }
 
-/// How many of the samples that are looked at stand at the chirp's own extreme, of the extreme with most
-/// of them; of I or of Q.
+/// Returns how many of every [`STRIDE`]th sample equal the chirp's minimum or its maximum, whichever has more;
+/// `part` selects I or Q.
 fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) -> u32 {
     let (low, high) = (part(&low), part(&high));
     let mut counts = [0u32; 2];
@@ -67,7 +66,7 @@ fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) ->
 }
 
 impl Converter {
-    /// Nothing seen yet: all bits zero, so that a static of it costs no flash.
+    /// Empty, before the first chirp. All bits are zero, so that a static of this type takes no flash.
     pub const fn new() -> Self {
         Self {
             rows: 0,
@@ -81,7 +80,7 @@ impl Converter {
         }
     }
 
-    /// Takes one chirp and what range processing measured of it.
+    /// Takes one chirp and its measured statistics.
     pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
         let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
         for x in chirp.iter().step_by(BIT_STRIDE) {
@@ -108,10 +107,10 @@ impl Converter {
                 *most = (*most).max(mean);
             }
         }
-        // Not the rows of which the noise is taken: no row does both.
+        // Offset against the rows of the noise histogram, so that no row has the cost of both.
         if self.rows % CLIP_ROWS == CLIP_ROWS / 2 {
             self.looked += 1;
-            // I and Q by turns.
+            // I and Q alternate.
             let count = if self.looked.is_multiple_of(2) {
                 at_extremes(chirp, stats.extremes, |x| x.q)
             } else {
@@ -123,7 +122,7 @@ impl Converter {
         self.rows += 1;
     }
 
-    /// What was seen of it.
+    /// Calls `each` with the results of the checks.
     pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
         let mut sign = |reason, seen, limit| {
             each(Sign {
@@ -146,19 +145,19 @@ impl Converter {
     }
 }
 
-/// Of the rows that are looked at for clipping so many per cent may show it: I alone is half of them.
+/// Maximum share of the checked rows, per cent, that may be clipped. Clipping of I alone shows in half of them.
 const SOME: i32 = 35;
-/// Parts of one in which shares of samples are counted.
+/// Fractions of one in which shares of samples are counted.
 const SHARE: u32 = 1000;
-/// A chirp of which more than this share stands at one of its own extremes is cut off.
+/// Returns the share of a chirp's samples at its own extreme above which it counts as clipped, in 1/[`SHARE`].
 fn clipped() -> u32 {
     (p().clipped_share * SHARE as f32) as u32
 }
-/// So many rows may have a bit at rest by chance.
+/// Returns the maximum number of rows that may have an unchanged bit by chance.
 fn lame_rows() -> i32 {
     p().lame_rows as i32
 }
-/// The offset may walk so far, units of a sample.
+/// Returns the maximum drift of the offset, units of a sample.
 fn offset_walk() -> i32 {
     (p().offset_walk * FULL_SCALE) as i32
 }
@@ -169,7 +168,7 @@ mod tests {
     use crate::math::sin_cos;
     use crate::verdict::Reasons;
 
-    /// A chirp of 200 samples: a strong tone with the noise of a few units.
+    /// A chirp of 200 samples: a strong tone with noise of a few units.
     fn chirp(row: u32) -> Vec<Iq> {
         let mut state = row.wrapping_mul(747_796_405).wrapping_add(1);
         let mut noise = || {
@@ -220,7 +219,7 @@ mod tests {
     #[test]
     fn a_good_converter_raises_no_doubt() {
         assert_eq!(doubts(|_, _| ()), Reasons::NONE);
-        // One of 12 bits.
+        // A 12-bit converter.
         let coarse = |_, chirp: &mut Vec<Iq>| chirp.iter_mut().for_each(|x| x.i &= !15);
         assert_eq!(doubts(coarse), Reasons::NONE);
     }
@@ -258,7 +257,7 @@ mod tests {
         let walks = |row, chirp: &mut Vec<Iq>| {
             chirp.iter_mut().for_each(|x| x.q += 250 * row as i16);
         };
-        // An offset beyond the swing leaves the sign at rest as well.
+        // An offset beyond the swing also leaves the sign bit unchanged.
         assert!(doubts(walks).has(Reason::DcDrift));
     }
 }

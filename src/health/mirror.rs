@@ -1,33 +1,35 @@
-//! The mirror's own echo: where it is, and how strong, over a whole scan.
+//! Check of the mirror's own echo: its range and its level over a whole scan.
 
 use crate::config::Config;
 use crate::params::current;
 use crate::verdict::Reason;
 
-/// Unit of places in settings and signs, metres, and its reciprocal.
+/// Unit of ranges in settings and check results, metres.
 const STEP_M: f32 = 1e-5;
-/// See [`STEP_M`].
+/// Reciprocal of [`STEP_M`].
 const PER_METRE: f32 = 1e5;
-/// Unit of levels in settings and signs, dB, and its reciprocal.
+/// Unit of levels in settings and check results, dB.
 const STEP_DB: f32 = 1e-3;
-/// See [`STEP_DB`].
+/// Reciprocal of [`STEP_DB`].
 const PER_DB: f32 = 1e3;
 
 /// The mirror's own echo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorEcho {
-    /// Where it was seen, metres from the radar.
+    /// Measured range, metres from the radar.
     pub range_m: f32,
-    /// How strong it was, dB relative to full scale.
+    /// Measured level, dB relative to full scale.
     pub level_db: f32,
 }
 
 impl MirrorEcho {
-    /// Whether it is where it must be, and as strong.
+    /// Calls `sign` with the deviations of range and level from the configured and the calibrated values, and
+    /// their limits.
     #[inline(never)]
     pub(super) fn signs(self, config: &Config, sign: &mut dyn FnMut(Reason, i32, i32)) {
         let p = current();
-        // By the mirror's offset, which distances count from, and closer by calibration.
+        // Wide limit against the mirror's offset, from which distances count; narrow limit against the
+        // calibrated range.
         let mut place = |right_m: f32, within_m: f32| {
             let off = (self.range_m - right_m).abs();
             let (off, within) = ((off * PER_METRE) as i32, (within_m * PER_METRE) as i32);

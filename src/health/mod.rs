@@ -1,18 +1,18 @@
-//! Checks of the instrument: whether radar, mirror and converter worked, gathered row by row.
+//! Health checks of the instrument, gathered row by row: mirror, radar module and converter.
 //!
-//! A scanner that sees nothing because it is blind must not say that the way is clear, and one whose
-//! rows are not what they are taken for must not say `ok`. Every rule here is about the instrument, none
-//! about stairs, so it holds for every estimator.
+//! A fault must end in no answer, not in a clear way, and rows that are not at their assumed angles must not
+//! give `ok`. All checks concern the instrument and none the stairs, so they hold for every estimator.
 //!
-//! | module | watches |
+//! In: each row's chirp, statistics and cells. Out: [`Health::verdict`], the reason for no answer, and
+//! [`Health::doubts`], the reasons that prevent `ok`.
+//!
+//! | module | checks |
 //! |---|---|
-//! | this file | levels from row to row: noise, what the scanner shows of itself, bursts |
-//! | `converter` | samples: bits, offsets, swings, chirps that come twice |
-//! | `turning` | the map: that echoes change as a mirror that turns makes them |
-//! | `standing` | phases: that chair and scene stand |
-//!
-//! [`Health::verdict`] is why there is no answer at all, [`Health::doubts`] why an answer is not to be
-//! trusted.
+//! | this file | levels from row to row: noise, leakage and mirror echo, bursts of interference |
+//! | `converter` | samples: stuck bits, offset drift, clipping, repeated chirps |
+//! | `turning` | the map: echoes change with the angle as a turning mirror makes them |
+//! | `standing` | phases: chair and scene do not move |
+//! | `mirror` | range and level of the mirror's own echo over the whole scan |
 
 mod converter;
 mod mirror;
@@ -34,50 +34,50 @@ use sign::{PER_CENT, units};
 use standing::Standing;
 use turning::Turning;
 
-/// Rows between two whose cells are counted for the noise level.
+/// Row interval of the noise histogram: every eighth row is counted.
 const NOISE_ROWS: u16 = 8;
-/// Cells of those rows between two that are counted.
+/// Cell interval of the noise histogram within such a row.
 const NOISE_CELLS: usize = 3;
-/// Of so many samples one may stand at full scale: a clipped chirp turns one echo into a comb.
+/// Reciprocal of the permitted share of samples at full scale. A clipped chirp turns one echo into a comb.
 const SAMPLES_PER_SATURATED: u32 = 1000;
-/// A converter whose samples swing by no more than this has no signal: its own rounding.
+/// Maximum swing of a silent converter, units of a sample: its own rounding.
 const SILENT_SWING: u16 = 1;
-/// The mirror's echo stands at least so far above the noise, map units (9 dB). Noise alone has its
-/// strongest bin of the mirror's few some 4 dB above the median.
+/// Minimum level of the mirror's echo above the noise, map units (9 dB). With noise alone the strongest of the
+/// mirror's few bins is some 4 dB above the median.
 const MIRROR_ABOVE_NOISE: u32 = 24;
-/// An echo stands at least so far above the median cell, map units (15 dB): of the 65,536 cells of the largest map noise
-/// brings one there in fewer than one map in 50,000.
+/// Minimum level of an echo above the median cell, map units (15 dB). Noise exceeds it in fewer than one in
+/// 50,000 of the largest maps (65,536 cells).
 const HEARD_ABOVE_NOISE: u8 = 40;
-/// Samples of a chirp that are compared with those of the chirp before.
+/// Number of samples of a chirp that are compared with those of the chirp before.
 const PROBES: usize = 4;
-/// Rows up to which a noise level that was seen last is a yardstick for the next.
+/// Maximum number of rows of a burst. After it the current noise becomes the new reference.
 const YARDSTICK_ROWS: u32 = 8;
-/// Cells between two that are looked at for a row's noise.
+/// Cell interval of a row's noise histogram.
 const CELL_STRIDE: usize = 6;
-/// Cells of one class of the histogram behind a row's noise, as a power of two: 1.5 dB.
+/// Cell values per class of a row's noise histogram, as a power of two: 4 map units, 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
-/// Values of a cell.
+/// Number of values that a cell can take.
 const CELL_VALUES: usize = 256;
-/// Steps of a map unit, or of a bin, in which means of levels and places are kept.
+/// Fractional steps of a map unit or of a bin in running means of levels and places.
 const SIXTEENTHS: i32 = 16;
-/// Rows over which the noise is averaged.
+/// Weight of the running mean of the noise: a new row counts one in four.
 const RUNNING_MEAN: i32 = 4;
-/// One over the share of a row's cells that lie below its noise: echoes do not reach the lower quartile.
+/// Reciprocal of the quantile that is a row's noise: echoes do not reach the lower quartile.
 const QUARTER: usize = 4;
 
-/// What is seen in more than so many per cent of the rows is no chance.
+/// Maximum share of the rows, per cent, that may show an image of the mirror's echo.
 const MOST: i32 = 75;
 
-/// What is expected of a scan, and no sign of a defect.
+/// Conditions of a scan under which some checks do not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Expected {
-    /// The chair is known to move: the echoes' phases go on from row to row.
+    /// The chair is known to move: the echoes' phases change from row to row.
     pub moving: bool,
-    /// The scan is for calibration: place and level of the mirror's echo are still to be found.
+    /// The scan is for calibration: range and level of the mirror's echo are not known yet.
     pub uncalibrated: bool,
 }
 
-/// The health of one scan.
+/// Health checks of one scan.
 #[derive(Clone, Debug)]
 pub struct Health {
     rows: u32,
@@ -91,29 +91,30 @@ pub struct Health {
     levels: Levels,
     turning: Turning,
     standing: Standing,
-    /// How often each cell value was seen, in every [`NOISE_ROWS`]th row.
+    /// Histogram of the cell values of every [`NOISE_ROWS`]th row.
     cells: [u16; CELL_VALUES],
 }
 
 /// Levels from row to row, map units.
 #[derive(Clone, Debug)]
 struct Levels {
-    /// What the scanner showed of itself in the first row.
+    /// Level of the strongest self-echo (leakage or mirror) in the first row.
     inside: i32,
-    /// Rows in which that was otherwise.
+    /// Number of rows whose self-echo differs from it by more than `inside_drift_db`.
     strayed: u32,
-    /// Noise of the rows before, sixteenths, and rows since one was taken for it.
+    /// Running mean of the rows' noise, 1/16 map unit, and number of rows of the current burst.
     noise: i32,
     since: u32,
-    /// Rows set aside.
+    /// Number of rows set aside because of a burst.
     bursts: u32,
-    /// Rows with an image of the mirror's echo: as strong, stronger, or too strong.
+    /// Numbers of rows in which the image of the mirror's echo is as strong as the echo, stronger, or less than
+    /// `image_db` weaker.
     twins: u32,
     backwards: u32,
     images: u32,
-    /// Sum of the places of the mirror's echo, 1/16 bin.
+    /// Sum of the offsets of the mirror's echo from its nominal bin, 1/16 bin.
     place: i32,
-    /// Rows with something right before the mirror.
+    /// Number of rows with an echo right before the mirror.
     near: u32,
 }
 
@@ -133,7 +134,7 @@ impl Levels {
         }
     }
 
-    /// Takes one row; whether something else transmitted meanwhile.
+    /// Takes one row. Returns whether its noise shows a burst of interference.
     fn row(&mut self, first: bool, stats: &RowStats, cells: &[u8]) -> bool {
         let (inside, noise) = (i32::from(stats.inside), row_noise(cells));
         if first {
@@ -157,7 +158,7 @@ impl Levels {
             self.since += 1;
             self.bursts += 1;
         } else {
-            // A fresh yardstick after so long a burst, else a running mean.
+            // After a burst of the maximum length the current noise is the new reference, else a running mean.
             self.noise += if self.since < YARDSTICK_ROWS {
                 above / RUNNING_MEAN
             } else {
@@ -169,8 +170,8 @@ impl Levels {
     }
 }
 
-/// Calls `take` with every cell whose number is a multiple of `stride`. With `step_by` the worst row takes 65
-/// instructions more.
+/// Calls `take` with every cell whose number is a multiple of `stride`. `step_by` would cost 65 instructions
+/// more in the worst row.
 #[inline(always)]
 fn every(cells: &[u8], stride: usize, mut take: impl FnMut(u8)) {
     let mut k = 0;
@@ -180,12 +181,13 @@ fn every(cells: &[u8], stride: usize, mut take: impl FnMut(u8)) {
     }
 }
 
-/// Noise of a row: the lower quartile of its cells, which echoes do not reach, map units.
+/// Returns the noise of a row, map units: the lower quartile of its cells, which echoes do not reach.
 fn row_noise(cells: &[u8]) -> i32 {
     let mut classes = [0u8; CELL_VALUES >> CLASS_SHIFT];
     every(cells, CELL_STRIDE, |cell| {
         if let Some(count) = classes.get_mut(usize::from(cell >> CLASS_SHIFT)) {
-            // A row has fewer cells than a count holds: nothing wraps around, and no instruction tests that.
+            // A row has fewer than 256 counted cells, so the count cannot overflow; `wrapping_add` spares the
+            // check.
             *count = count.wrapping_add(1);
         }
     });
@@ -194,7 +196,7 @@ fn row_noise(cells: &[u8]) -> i32 {
     for (class, &count) in (0i32..).zip(&classes) {
         let count = i32::from(count);
         if below + count > quarter {
-            // Within the class in proportion.
+            // Linear interpolation within the class.
             return (class << CLASS_SHIFT) + ((quarter - below) << CLASS_SHIFT) / count.max(1);
         }
         below += count;
@@ -203,7 +205,7 @@ fn row_noise(cells: &[u8]) -> i32 {
 }
 
 impl Health {
-    /// Nothing seen yet.
+    /// Empty, before the first row.
     pub const fn new() -> Self {
         Self {
             rows: 0,
@@ -221,8 +223,8 @@ impl Health {
         }
     }
 
-    /// Takes one row: its chirp, its statistics and its cells. Says whether the row is to be set aside,
-    /// because something else transmitted meanwhile.
+    /// Takes one row: its chirp, its statistics and its cells. Returns whether the row is to be set aside
+    /// because of a burst of interference.
     pub fn row(&mut self, row: u16, chirp: &[Iq], stats: &RowStats, cells: &[u8]) -> bool {
         let step = (chirp.len() / PROBES).max(1);
         let mut same = self.rows > 0;
@@ -241,7 +243,7 @@ impl Health {
         if row.is_multiple_of(NOISE_ROWS) {
             every(cells, NOISE_CELLS, |cell| {
                 if let Some(count) = self.cells.get_mut(usize::from(cell)) {
-                    // Of the largest map, 65,536 cells, one in 24 is counted: nothing wraps around.
+                    // At most one in 24 of the 65,536 cells of the largest map is counted: no overflow.
                     *count = count.wrapping_add(1);
                 }
             });
@@ -249,20 +251,20 @@ impl Health {
         burst
     }
 
-    /// Takes in that row `row`, which [`Health::row`] has seen, stands in `map`. `phasors` gives the complex
-    /// values of a stored bin and of the mirror's echo in the row's chirp.
+    /// Adds row `row` of `map`, which [`Health::row`] has already taken, to the checks of motion and phase.
+    /// `phasors` returns the complex values of a stored bin and of the mirror's echo in the row's chirp.
     pub fn stands(&mut self, row: u16, map: &PolarMap, phasors: impl Fn(u8) -> [[f32; 2]; 2]) {
         let noise = self.levels.noise / SIXTEENTHS;
         let strongest = self.turning.row(map, row, noise);
         self.standing.row(map, row, phasors, strongest, noise);
     }
 
-    /// Whether the phases of the echoes show that the chair stood.
+    /// Returns whether the phases of the echoes show that the chair stood.
     pub fn stood(&self) -> bool {
         self.standing.stood()
     }
 
-    /// Median cell of the map: echoes fill so little of it that this is the noise.
+    /// Returns the median cell of the map, map units: echoes fill so few cells that this is the noise.
     pub fn noise(&self) -> u8 {
         let all: u32 = self.cells.iter().map(|&n| u32::from(n)).sum();
         let mut below = 0;
@@ -273,13 +275,13 @@ impl Health {
         median.unwrap_or(0) as u8
     }
 
-    /// Whether any echo of `map` stands out of the noise.
+    /// Returns whether any detection of `map` exceeds the noise by `HEARD_ABOVE_NOISE`.
     pub fn heard(&self, map: &PolarMap) -> bool {
         let least = self.noise().saturating_add(HEARD_ABOVE_NOISE);
         (0..map.rows()).any(|k| map.hits(k).any(|(_, cell)| cell >= least))
     }
 
-    /// Why the scan can be no answer, if so. `mirror` says whether the radar looks at a mirror.
+    /// Returns the reason of a fault, if there is one. `mirror`: whether the radar looks at a mirror.
     #[inline(never)]
     pub fn verdict(&self, mirror: bool) -> Option<Reason> {
         let most = |rows: u32| 2 * rows > self.rows;
@@ -303,19 +305,19 @@ impl Health {
         missing.then_some(Reason::MirrorMissing)
     }
 
-    /// Range at which the mirror's own echo was seen, metres from the radar: mean over the rows.
+    /// Returns the range of the mirror's own echo, metres from the radar: mean over the rows.
     pub fn mirror_echo_m(&self, config: &Config) -> f32 {
         let place = self.levels.place as f32 / (SIXTEENTHS as f32 * self.rows.max(1) as f32);
         config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
     }
 
-    /// Mean level of the mirror's own echo, dB relative to full scale.
+    /// Returns the mean level of the mirror's own echo, dB relative to full scale.
     pub fn mirror_level_db(&self) -> f32 {
         let units = self.mirror as f32 / self.rows.max(1) as f32;
         (units - f32::from(FULL_SCALE)) * DB_PER_UNIT
     }
 
-    /// The mirror's own echo, as a calibration keeps it.
+    /// Returns range and level of the mirror's own echo, as a calibration stores them.
     pub fn mirror_seen(&self, config: &Config) -> MirrorEcho {
         MirrorEcho {
             range_m: self.mirror_echo_m(config),
@@ -323,8 +325,8 @@ impl Health {
         }
     }
 
-    /// What is looked at in the whole scan, one after the other, but for what is `expected`: an answer is not to
-    /// be trusted where more is seen than may be. `config` is that of the scan that filled `map`.
+    /// Calls `each` with every check of the whole scan, except those that `expected` excludes. A check fails
+    /// where its measured value exceeds its limit. `config` is that of the scan that filled `map`.
     pub fn signs(
         &self,
         config: &Config,
@@ -374,8 +376,8 @@ impl Health {
         turning::lines(map, config, self.noise(), each);
     }
 
-    /// Why an answer is not to be trusted: empty where the instrument is well. `config` is that of the
-    /// scan that filled `map`.
+    /// Returns the reasons of the failed checks, which prevent `ok`; empty if the instrument works. `config` is
+    /// that of the scan that filled `map`.
     #[inline(never)]
     pub fn doubts(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
         let mut doubts = Reasons::NONE;
@@ -420,14 +422,14 @@ mod tests {
         (Iq::new(k as i16, 5), stats, 80)
     }
 
-    /// What is doubted of levels alone after 64 rows; the map stays empty.
+    /// Reasons that 64 rows raise by their levels alone, and the number of rows set aside; the map stays empty.
     fn doubts(change: impl Fn(u16, &mut RowStats, &mut u8)) -> (Reasons, u32) {
         let mut health = Health::new();
         let mut aside = 0;
         for k in 0..64 {
             let (_, mut stats, mut cell) = good(k);
             change(k, &mut stats, &mut cell);
-            // Samples of which every bit changes, and no two rows the same.
+            // Every bit changes within a chirp, and no two rows are equal.
             let odd = k.wrapping_mul(0x9E37) ^ 0x5A5A;
             let (a, b) = (odd as i16, !odd as i16);
             let chirp: Vec<Iq> = (0..64)
@@ -475,7 +477,7 @@ mod tests {
     fn a_calibrated_mirror_is_held_to_its_place() {
         let mut health = Health::new();
         let (sample, mut stats, cell) = good(0);
-        // Half a bin beyond the mirror's offset.
+        // 8/16: half a bin beyond the mirror's offset.
         stats.mirror_place = 8;
         health.row(0, &[sample; 64], &stats, &[cell; 64]);
         let mut config = Config::default();
@@ -496,7 +498,7 @@ mod tests {
         assert!(!doubted(&config, true), "calibration finds it");
         config.mount.mirror_echo = 22_600;
         assert!(!doubted(&config, false));
-        // Calibrated, and then somebody set another offset, which all distances count from.
+        // Calibrated, and then set to another mirror offset, from which all distances count.
         for (place, doubted) in [(40, false), (60, true)] {
             stats.mirror_place = place;
             health.row(1, &[sample; 64], &stats, &[cell; 64]);

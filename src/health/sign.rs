@@ -1,24 +1,23 @@
-//! What is looked at, and in which units.
+//! Result of a health check, and its units.
 
 use crate::signal::grid::DB_PER_UNIT;
 use crate::verdict::Reason;
 
-/// Per cent of rows.
+/// Per cent of a whole.
 pub const PER_CENT: u32 = 100;
 
-/// Map units of so many decibels.
+/// Returns a level difference in map units, rounded.
 pub const fn units(db: f32) -> i32 {
     (db / DB_PER_UNIT + 0.5) as i32
 }
 
-/// One thing that is looked at: how much of it was seen, and how much of it a healthy instrument may
-/// show. The unit is the thing's own.
+/// Result of one health check: the measured value and its limit, in the check's own unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sign {
-    /// The reason that more of it is.
+    /// Reason that is reported if the value exceeds the limit.
     pub reason: Reason,
-    /// What was seen.
+    /// Measured value.
     pub seen: i32,
-    /// What may be.
+    /// Maximum value of a healthy instrument.
     pub limit: i32,
 }

@@ -1,36 +1,37 @@
-//! That the chair stands while the mirror turns: echoes keep their phase.
+//! Check that the chair stands while the mirror turns: echoes keep their phase from row to row.
 //!
-//! The mirror's own echo bears the phase that each chirp began with; an echo's phase against it is that
-//! of its range alone, 4π R / λ. From one row to the next it stays, for the beam's axis turns about a
-//! point on the mirror, unless chair or scatterer moves: a millimetre is two thirds of a turn at
-//! 94 GHz. What is told is the mean of 1 - cos φ over φ, the turns between neighbouring rows.
+//! The mirror's own echo has the phase that each chirp began with. An echo's phase relative to it is that of
+//! its range alone, 4π R / λ. It stays from one row to the next unless chair or scatterer moves, because the
+//! beam's axis turns about a point on the mirror. At 94 GHz a millimetre of range is two thirds of a turn. The
+//! measured value is the angle of the mean phasor of the phase changes between neighbouring rows.
 
 use super::sign::{Sign, units};
 use crate::params::current as p;
 use crate::signal::grid::PolarMap;
 use crate::verdict::Reason;
 
-/// Rows for which one echo is followed: less than a lobe.
+/// Number of rows for which one echo is followed: fewer than those of a main lobe.
 const FOLLOWED: u8 = 8;
-/// Parts of a degree in which turns are told.
+/// Fractions of a degree in which phase changes are reported.
 const PARTS: f32 = 100.0;
-/// More of these on the mean is a chair that moves.
+/// Returns the maximum mean phase change of a standing chair, 1/100 degree.
 fn limit() -> i32 {
     (PARTS * p().phase_turned_deg) as i32
 }
-/// A chair is seen to stand where the turns' mean phasor is so long: they spread by 26 degrees at most.
+/// Minimum length of the mean phasor of a standing chair: the phase changes have a standard deviation of at
+/// most 26 degrees.
 const TOGETHER: f32 = 0.9;
 
-/// How much echoes turned from row to row of one scan.
+/// Phase changes of echoes from row to row of one scan.
 #[derive(Clone, Debug)]
 pub struct Standing {
-    /// The stored bin that is followed, and for how many rows still.
+    /// Stored bin that is followed, and the number of rows left.
     bin: u8,
     left: u8,
-    /// The row before, and its echo against the mirror's there; zero where there was none.
+    /// Row before, and the phasor of its echo relative to the mirror's; zero where there was none.
     row: u16,
     before: [f32; 2],
-    /// Sum of the turns' cosines and sines, and how many.
+    /// Sums of the cosines and sines of the phase changes, and their number.
     sum: [f32; 2],
     turns: u16,
 }
@@ -47,9 +48,9 @@ impl Standing {
         }
     }
 
-    /// Takes in row `k`, which stands in `map`. `phasors` gives the echo in a stored bin and that of the
-    /// mirror, `strongest` is the bin to follow when another one has faded, `noise` the rows' lower
-    /// quartile.
+    /// Adds row `k` of `map`. `phasors` returns the phasors of a stored bin and of the mirror's echo,
+    /// `strongest` is the bin to follow when the present one has faded, `noise` the rows' lower quartile, map
+    /// units.
     #[inline(never)]
     pub fn row(
         &mut self,
@@ -82,7 +83,8 @@ impl Standing {
         }
     }
 
-    /// By how much the echoes turned from row to row, on the mean: parts of a degree; none of too few.
+    /// Returns the angle of the mean phase change from row to row, 1/100 degree; `None` with fewer than
+    /// `phase_turns` changes.
     fn turned(&self) -> Option<i32> {
         let [cos, sin] = self.sum;
         let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
@@ -90,14 +92,15 @@ impl Standing {
         enough.then_some((PARTS * degrees) as i32)
     }
 
-    /// Whether enough of the echoes show that nothing moved: on the mean they hardly turn, and no more one by one,
-    /// as they do while a chair drives so fast that the mean says nothing.
+    /// Returns whether enough echoes show that nothing moved: their mean phase change is small, and the single
+    /// changes are alike. On a chair that drives fast the single changes spread, though their mean may be
+    /// small.
     pub fn stood(&self) -> bool {
         let together = self.sum[0] >= TOGETHER * f32::from(self.turns);
         together && self.turned().is_some_and(|turned| turned < limit())
     }
 
-    /// What the echoes tell.
+    /// Calls `each` with the check's result.
     pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
         each(Sign {
             reason: Reason::Moving,
@@ -139,7 +142,7 @@ mod tests {
         standing
     }
 
-    /// What is seen of it.
+    /// Returns the measured value of the check after 60 rows.
     fn seen(phase: impl Fn(u16) -> f32) -> i32 {
         let mut seen = -1;
         followed(60, phase).signs(&mut |sign| seen = sign.seen);
@@ -168,7 +171,7 @@ mod tests {
         assert!(followed(60, |_| 1.0).stood() && followed(60, speckle).stood());
         assert!(!followed(12, |_| 1.0).stood(), "too few");
         assert!(!followed(60, |k| 0.2 * f32::from(k)).stood(), "a creep");
-        // So fast that the turns are of any size, though they go by nothing in the mean.
+        // So fast that single phase changes are large, though their mean is small.
         let fast = |k: u16| [0.0, 1.2, 1.2, 0.0][usize::from(k % 4)];
         assert!(seen(fast) < 400 && !followed(60, fast).stood());
     }

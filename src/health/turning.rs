@@ -1,12 +1,12 @@
-//! That the mirror turned as it was told: echoes change with the angle as the beam's width makes them.
+//! Check that the mirror turns as commanded: echoes change with the angle as the beamwidth makes them.
 //!
-//! A scatterer's level follows the beam: two rows two fifths of a beam's width apart differ by several
-//! decibels, neighbours by little. What does not change over such a lag for longer than it takes a
-//! lobe to pass its peak shows a mirror that stands still; what changes at once shows rows that are not
-//! where they are taken to be. A line at one range through all angles is nothing that a mirror shows at
-//! all: something transmits, or stands right before it.
+//! A scatterer's level follows the beam. Two rows two fifths of a beamwidth apart differ by several decibels,
+//! neighbouring rows by little. A map that stays equal over this lag for longer than a main lobe's peak lasts
+//! shows a mirror that stands still. A change between neighbouring rows that is too large shows rows at wrong
+//! angles. A line at one range through all angles does not come by way of the mirror: something transmits, or
+//! stands right before it.
 //!
-//! Rows are compared as they come, cell by cell where CA-CFAR found something in either.
+//! Rows are compared as they arrive, cell by cell where CA-CFAR has a detection in either.
 
 use super::sign::{Sign, units};
 use crate::config::Config;
@@ -14,37 +14,39 @@ use crate::params::current as p;
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::Reason;
 
-/// Rows to both sides at which what lies around is looked at: a null is narrower.
+/// Distance of the surrounding rows from a compared pair: a null of the pattern is narrower.
 const AROUND: usize = 4;
-/// Rows of the beam that `jump_db` is told for.
+/// Beamwidth that `jump_db` holds for, rows.
 const USUAL_BEAM: f32 = 20.0;
-/// Rows between two that are looked at for stillness: not those of which the noise is taken.
+/// Row interval of the standstill check. Its rows are not those of the noise histogram.
 const STILL_ROWS: u16 = 2;
-/// Parts of a beam's width in which stillness counts.
+/// Fractions of a beamwidth in which a standstill is reported.
 const PARTS: f32 = 100.0;
-/// Rows between two that are looked at for lines.
+/// Row interval of the search for lines.
 const LINE_ROWS: usize = 8;
-/// Rows between two that tell whether it is worth while.
+/// Row interval of the pre-check of a bin for a line.
 const FEW_LINE_ROWS: usize = 32;
-/// Per cent of rows.
+/// Per cent of a whole.
 const PER_CENT: usize = 100;
 
-/// What the rows of one scan showed up to now.
+/// Results from the rows of one scan so far.
 #[derive(Clone, Debug)]
 pub struct Turning {
-    /// Rows that came, and the row before.
+    /// Number of rows that arrived, and the row before.
     rows: u16,
     before: u16,
-    /// Rows on end that are like those a lag before them, and most of such rows.
+    /// Number of consecutive rows that equal those one lag before them, and its maximum.
     still: u16,
     longest: u16,
-    /// How far neighbours differed in all beyond what is usual, at most, map units at [`USUAL_BEAM`].
+    /// Maximum difference of neighbouring rows beyond the usual one, summed over cells, map units at
+    /// [`USUAL_BEAM`].
     steepest: u16,
-    /// The strongest cell of the last rows that were compared.
+    /// Strongest bin of the two neighbouring rows that were compared last.
     strongest: u8,
 }
 
-/// A cell that is well above the noise in one of two rows.
+/// A cell that exceeds the noise clearly in one of two rows: its bin, the stronger level and the clipped
+/// difference, map units.
 #[derive(Clone, Copy)]
 struct Pair {
     bin: u8,
@@ -52,19 +54,19 @@ struct Pair {
     difference: u8,
 }
 
-/// Most cells of two rows that are compared: a row shows a dozen echoes of four.
+/// Maximum number of compared cells of two rows: a row shows a dozen echoes of four cells.
 const MOST_PAIRS: usize = 32;
 
-/// Cells of two rows that are compared.
+/// Compared cells of two rows.
 struct Pairs {
     list: heapless::Vec<Pair, MOST_PAIRS>,
-    /// Sum of their differences, map units.
+    /// Sum of the differences, map units.
     sum: u32,
     strongest: Pair,
 }
 
 impl Pairs {
-    /// Of the cells of two rows, bin and power in either, those above `floor`.
+    /// Collects the cells above `floor`, map units; `cells` gives bin and level in either row.
     fn of(cells: impl Iterator<Item = (usize, u8, u8)>, floor: u8) -> Self {
         let mut pairs = Self {
             list: heapless::Vec::new(),
@@ -97,12 +99,12 @@ impl Pairs {
     }
 }
 
-/// Whether row `k` came and was not set aside.
+/// Returns whether row `k` arrived and was not set aside.
 fn seen(map: &PolarMap, k: usize) -> bool {
     map.present(k) && map.row(k).iter().any(|&cell| cell > 0)
 }
 
-/// Rows of a beam's width.
+/// Returns the number of rows of a beamwidth.
 fn beam(geometry: &Geometry) -> f32 {
     geometry.beamwidth_rad / geometry.step_rad.max(f32::MIN_POSITIVE)
 }
@@ -119,8 +121,8 @@ impl Turning {
         }
     }
 
-    /// Takes in row `k`, which stands in `map`; `noise` is the rows' lower quartile, map units. Returns
-    /// the strongest bin of the rows that were compared last.
+    /// Adds row `k` of `map`; `noise` is the rows' lower quartile, map units. Returns the strongest bin of the
+    /// rows that were compared last.
     #[inline(never)]
     pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
         let up = k >= self.before;
@@ -140,12 +142,12 @@ impl Turning {
         let floor = (noise + units(p().turning_db)).clamp(0, u8::MAX.into()) as u8;
         let beam = beam(map.geometry());
         self.rows = self.rows.wrapping_add(1);
-        // `as` saturates.
+        // The cast saturates.
         let lag = ((p().still_lag_beams * beam + 0.5) as usize).max(2);
-        // Every other row is enough for what lasts.
+        // Every other row suffices for a standstill.
         if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
             let before = map.row(old);
-            // Every other cell is enough, too.
+            // Every other cell suffices, too.
             let hits = map.hits(here).step_by(2);
             let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
             let Pairs { list, sum, .. } = Pairs::of(both, floor);
@@ -160,16 +162,16 @@ impl Turning {
         self.strongest
     }
 
-    /// Compares two neighbours, all rows around which are there.
+    /// Compares two neighbouring rows whose surrounding rows have arrived as well.
     fn beside(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
-        // Narrow beams are steeper.
+        // The flanks of a narrow beam are steeper.
         let scale = (USUAL_BEAM / beam.max(1.0)).max(1.0);
         let steepest = (f32::from(self.steepest) * scale) as u32;
         let found = Pairs::of(map.hits_of(a, b), floor);
         if found.sum > 0 {
             self.strongest = found.strongest.bin;
         }
-        // Only what is steeper than anything before needs a look at what is around.
+        // Only a difference above the maximum so far needs the surrounding rows.
         if found.sum <= steepest {
             return;
         }
@@ -180,7 +182,7 @@ impl Turning {
         ];
         let (mut cells, mut differ) = (0u32, 0u32);
         for pair in &found.list {
-            // What lies in a null changes at any rate.
+            // A cell in a null changes in any case.
             let limit = pair.stronger.saturating_add(near);
             let below = |row: &&[u8]| row.get(usize::from(pair.bin)).is_none_or(|&x| x <= limit);
             if around.iter().all(below) {
@@ -195,7 +197,7 @@ impl Turning {
         }
     }
 
-    /// What the rows tell.
+    /// Calls `each` with the results of the checks for a standstill and for jumps of the angle.
     pub fn signs(&self, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
         let beam = beam(map.geometry());
         let patience = ((p().still_beams * beam) as i32).max(p().still_rows as i32);
@@ -212,12 +214,12 @@ impl Turning {
     }
 }
 
-/// The largest share of the rows, in per cent, that shows one level at one range; of those nearer and
-/// those farther than what stands in the way. `noise` is the map's median cell.
+/// Calls `each` with the largest share of the rows, per cent, that has the same level at one range: one check
+/// for ranges below `blocked_m`, one for those beyond. `noise` is the map's median cell, map units.
 #[inline(never)]
 pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Sign)) {
     let (geometry, radar) = (map.geometry(), &config.radar);
-    // From here on lie the images of mirror and leakage.
+    // From this range on lie the I/Q images of mirror and leakage.
     let axis_m = radar.fft_len() as f32 * geometry.bin_m;
     let lobe_m = p().range_lobe_bins * radar.range_resolution_m();
     let end_m = axis_m - 2.0 * config.mount.mirror_offset_m() - 2.0 * lobe_m;
@@ -231,9 +233,9 @@ pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Si
     let mut most = [0, 0];
     for bin in 0..map.bins() {
         let range_m = geometry.first_range_m + bin as f32 * geometry.bin_m;
-        // The floor straight below shows by side lobes in every row.
+        // The ground straight below is seen in every row through side lobes.
         let below = (range_m - geometry.mount_height_m).abs() < p().plumb_m;
-        // A few rows tell of most bins that there is no line.
+        // A few rows exclude a line in most bins.
         let few = units(p().line_spread_db);
         if below || range_m >= end_m || mean(bin, FEW_LINE_ROWS) + few <= least {
             continue;

@@ -1,4 +1,5 @@
-//! Hypotheses that begin the posterior: the search's best flights, and what earlier scans found likely, refined.
+//! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans,
+//! refined.
 
 use super::cloud::Cloud;
 use super::gauss::TreadLevels;
@@ -19,15 +20,16 @@ use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
-/// Hypotheses that begin the posterior: refined flights and a ramp; level ground and each round's answer, with walls behind
-/// and without.
+/// Initial hypotheses of the posterior: refined flights and a ramp; level ground and the answer of each round, with
+/// and without walls behind.
 pub(super) type Bases = Vec<Base, { MOST_LOOKED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
 
-/// The posterior of a scan: measurement model, hypotheses that begin it, particles. Its methods stand in two files: here
-/// those that take in echoes and hypotheses ([`Posterior::take`], [`Posterior::propose`]), in `judgement.rs` those that
-/// fill the cloud and read the particles ([`Posterior::judge`], [`Posterior::likeliest`], [`Posterior::outlines`]).
+/// The posterior of a scan: measurement model, initial hypotheses, particles.
 ///
-/// Too large for a small stack, so its memory comes from outside.
+/// Its methods are in two files. Those that take in echoes and hypotheses ([`Posterior::take`],
+/// [`Posterior::propose`]) are here. Those that fill the cloud and evaluate the particles ([`Posterior::judge`],
+/// [`Posterior::likeliest`], [`Posterior::outlines`]) are in `judgement.rs`. The type is too large for a small stack:
+/// the caller provides its memory.
 pub struct Posterior {
     pub(super) model: Model<'static>,
     pub(super) bases: Bases,
@@ -40,40 +42,41 @@ impl core::fmt::Debug for Posterior {
     }
 }
 
-/// Riser heights from which the refinement begins, as multiples of the search's.
+/// Riser heights from which the refinement starts, as multiples of the search's riser height.
 const STRETCHES: [f32; 2] = [0.95, 1.05];
-/// Overhangs that are tried beside what the echoes say, metres.
+/// Overhangs that are tried besides the measured one, metres.
 const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// Flights that the search puts so far behind its best are no proposals, nats: where those up to 5 nats behind are let
-/// in, 8 of 2,014 validation scenes fewer are exact, up to 20 nats 14.
+/// Maximum score margin behind the search's best flight at which a flight is proposed, nats. With 5 nats, 8 of 2,014
+/// validation scenes fewer are exact; with 20 nats, 14 fewer.
 const RIVAL_NATS: f32 = 3.0;
-/// Its best one in the other build, closed or floating, and what earlier scans carried on may be so far behind, nats: the
-/// search knows no walls behind floating treads, and the past not at all.
+/// Maximum score margin behind the search's best flight, nats, for that flight in the other build (closed or open)
+/// and for hypotheses of earlier scans. It is wide, since the search does not model walls behind open treads or
+/// earlier scans.
 const ADMITTED_NATS: f32 = 12.0;
-/// Most flights that are refined: there is time for no more.
+/// Maximum number of refined flights, set by the computing time.
 const MOST_LOOKED: usize = 6;
-/// Two walls stand so far apart, metres.
+/// Minimum distance between two walls, metres.
 const WALLS_APART_M: f32 = 0.05;
-/// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
+/// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
 pub(super) const NEAREST_M: f32 = 0.3;
-/// A wall stands at least this far behind the last riser, metres: the shortest landing.
+/// Minimum distance of a wall from the last riser, metres: the shortest landing.
 pub(super) const LANDING_M: f32 = 0.28;
-/// Most answers that are tried. Each is measured, and joins the particles with all that is near it; the first stands if it
-/// is still their likeliest outline, the second in any case. With one, 16 of 2,014 validation scenes fewer are exact;
-/// with three, one.
+/// Maximum number of rounds. Each round's answer is measured, and it and its variants join the particles. The first
+/// answer is final if it is still the likeliest outline, the second one in any case. With one round, 16 of 2,014
+/// validation scenes fewer are exact; with three, one.
 pub(super) const ROUNDS: usize = 2;
-/// Walls that are tried, and echoes that may be one.
+/// Maximum number of walls that are tried.
 pub(super) const WALLS: usize = 2;
-/// See [`WALLS`].
+/// Minimum level of an echo that may be a wall, dB.
 const WALL_DB: f32 = 8.0;
-/// Where ramps begin, metres, and their slopes.
+/// Distances at which ramps begin, metres.
 const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// See [`RAMPS_FROM_M`].
+/// Slopes of ramps.
 const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-/// The best of them is moved by so much, metres and slope, where that makes it likelier.
+/// Steps of distance, metres, and slope by which the best ramp is moved while its weight increases.
 const RAMP_MOVES: [(f32, f32); 2] = [(0.2, 0.02), (0.1, 0.01)];
 
-/// A flight of the search as a staircase.
+/// Converts a flight of the search to a staircase.
 pub(super) fn staircase(flight: &Flight) -> Staircase {
     let mut s = Staircase::nothing();
     for (k, link) in flight.chain.iter().enumerate() {
@@ -83,7 +86,7 @@ pub(super) fn staircase(flight: &Flight) -> Staircase {
     s
 }
 
-/// A staircase as a flight of the search.
+/// Converts a staircase to a flight of the search.
 pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
     let mut flight = Flight {
         shape: FlightShape {
@@ -93,7 +96,7 @@ pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
         ..Flight::default()
     };
     for x_m in s.x_m.iter().take(s.len()) {
-        // A staircase has no more risers than a flight.
+        // Cannot fail: a staircase has no more risers than a flight.
         let _ = flight.chain.push(search.at(*x_m));
     }
     flight.score = search.stairs.whole(&flight.chain, flight.shape);
@@ -101,7 +104,7 @@ pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
 }
 
 impl Posterior {
-    /// Without echoes.
+    /// Returns a posterior without echoes.
     pub const fn new(g: &'static Generative) -> Self {
         Self {
             model: Model::empty(g),
@@ -110,7 +113,7 @@ impl Posterior {
         }
     }
 
-    /// Changes the measurement model.
+    /// Replaces the measurement model.
     pub const fn measure(&mut self, g: &'static Generative) {
         self.model.g = g;
     }
@@ -121,7 +124,8 @@ impl Posterior {
         self.bases.clear();
     }
 
-    /// Takes in the search's leaders, closed and floating, and what earlier scans found likely, each refined.
+    /// Takes in the refined leaders of the search, closed and open, and the refined likely staircases of earlier
+    /// scans.
     #[inline(never)]
     pub fn propose(&mut self, search: &Search<'_, '_>, past: Option<&History>) {
         let scores = search.leaders.iter().map(|f| f.score);
@@ -149,12 +153,12 @@ impl Posterior {
         if rules.ramp_particles
             && let Some(ramp) = self.ramp()
         {
-            // There is room for one.
+            // Cannot fail: one place is reserved for the ramp.
             let _ = self.bases.push(ramp);
         }
     }
 
-    /// Takes in stairs going down, weighed: as many of the likeliest as there is room for.
+    /// Takes in weighted hypotheses of stairs going down. Where there are too many, the likeliest are kept.
     #[inline(never)]
     pub fn descend(&mut self, model: &mut Descending, view: View, echoes: &[Echo]) {
         self.model.view = view;
@@ -163,7 +167,7 @@ impl Posterior {
         let bases = &mut self.bases;
         descending::propose(model, echoes, &mut |base| {
             if let Err(base) = bases.push(base) {
-                // Level ground is what all others are held against.
+                // Level ground is kept: it is the reference of all others.
                 let stairs = bases.iter_mut().filter(|b| !b.staircase.is_empty());
                 let least = stairs.min_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
                 if let Some(least) = least
@@ -175,7 +179,7 @@ impl Posterior {
         });
     }
 
-    /// The likeliest ramp: the best of a grid, moved to where the echoes put it.
+    /// Returns the likeliest ramp: the best one of a grid, moved by coordinate search.
     #[inline(never)]
     fn ramp(&self) -> Option<Base> {
         let ramp = |(from_m, slope)| {
@@ -205,7 +209,7 @@ impl Posterior {
         Some(best)
     }
 
-    /// Adds a staircase, with walls behind it from a distance on, metres, and without.
+    /// Adds a staircase without a wall, and with each wall beyond `from_m`, metres.
     #[inline(never)]
     pub(super) fn add(&mut self, staircase: &Staircase, sigmas: &Sigmas, from_m: f32) {
         for &wall_m in &walls(&self.model, from_m) {
@@ -213,21 +217,21 @@ impl Posterior {
                 wall_m,
                 ..*staircase
             };
-            // There is room for those of level ground and of each round's answer.
+            // Cannot fail: places are reserved for level ground and for each round's answer.
             let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
         }
     }
 
-    /// Refines a flight, from itself or from another staircase.
+    /// Refines a flight, starting from the flight itself or from another staircase.
     #[inline(never)]
     fn look(&mut self, flight: &Flight, from: Option<Staircase>) {
         if self.bases.len() < MOST_LOOKED {
-            // There is room for more.
+            // Cannot fail: the length was checked.
             let _ = self.bases.push(self.refined(&staircase(flight), from));
         }
     }
 
-    /// Looks at the staircases that earlier scans found likely and this one's search did not think of.
+    /// Refines the likely staircases of earlier scans that the search of this scan did not find.
     #[inline(never)]
     fn look_back(&mut self, top: f32, search: &Search<'_, '_>, past: &History) {
         for k in 0..past.hypotheses.len() {
@@ -248,7 +252,7 @@ impl Posterior {
         }
     }
 
-    /// A hypothesis, its levels so many times as high, moved to where its echoes put it, and weighed.
+    /// Returns a hypothesis with all levels multiplied by `stretch`, refined and weighted.
     #[inline(never)]
     fn moved(&self, start: &Staircase, stretch: f32) -> Base {
         let (mut s, mut sigmas) = (*start, [0.0; MAX_STEPS]);
@@ -257,7 +261,8 @@ impl Posterior {
         Base::new(&self.model, s, sigmas)
     }
 
-    /// Apart, so that its working memory is gone when the hypothesis is weighed.
+    /// Refines a hypothesis. A function of its own, so that its working memory is free while the hypothesis is
+    /// weighted.
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
         let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
@@ -274,15 +279,15 @@ impl Posterior {
         }
     }
 
-    /// The likeliest of a flight's refinements from several heights, overhangs and walls, and from `carried`, what an
-    /// earlier scan made of it.
+    /// Returns the likeliest of a flight's refinements from several riser heights, overhangs and walls. `carried` is
+    /// the same staircase as refined by an earlier scan.
     #[inline(never)]
     fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Base {
         let base = |s, sigmas| Base::new(&self.model, s, sigmas);
         let [low, high] = STRETCHES;
         let top = match carried {
             None => Base::likelier(self.moved(start, low), self.moved(start, high)),
-            // It knows the riser's height: one other beginning is enough.
+            // The riser height of `carried` is a measurement, so one other start is enough.
             Some(s) => {
                 let top = Base::likelier(self.moved(start, high), self.moved(&s, 1.0));
                 Base::likelier(top, base(s, top.sigmas))
@@ -312,7 +317,8 @@ impl Posterior {
     }
 }
 
-/// No wall, and the strongest echoes farther away than `from_m`, where one may stand.
+/// Returns "no wall" (infinity) and the distances, metres, of the strongest echoes beyond `from_m` that may be a
+/// wall.
 pub(super) fn walls(model: &Model<'_>, from_m: f32) -> Vec<f32, { WALLS + 1 }> {
     let mut walls = Vec::new();
     let _ = walls.push(f32::INFINITY);

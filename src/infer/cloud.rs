@@ -1,4 +1,4 @@
-//! Weighted particles, each a staircase, and what they say about an answer.
+//! Weighted particles, each a staircase, and the posterior probabilities of an answer's errors.
 
 use crate::answer::DropEdge;
 use crate::estimate::COVERAGE_FACTOR;
@@ -9,70 +9,70 @@ use crate::model::{GroundKind, MAX_STEPS, RIGHT_M, Sigmas, Staircase, ToldDrop, 
 use crate::params::posterior as number;
 use heapless::Vec;
 
-/// Particles that are kept.
+/// Maximum number of particles after resampling.
 pub const PARTICLES: usize = 32;
-/// What is gathered before it is thinned out.
+/// Maximum number of particles before resampling.
 pub const ROOM: usize = PARTICLES + PARTICLES / 4;
-/// Stretches of the way ahead over which conflicts with the answer are summed up.
+/// Number of cells of the way ahead, for which conflicts with the answer are summed.
 pub const CELLS: usize = 29;
-/// Where the first of them ends, metres from the mirror …
+/// End of the first cell, metres from the mirror.
 pub const FIRST_END_M: f32 = -0.3;
-/// … and how long each further one is.
+/// Length of each further cell, metres.
 pub const CELL_M: f32 = 0.1;
-/// Log-odds count from here …
+/// Lower limit of a cell's log-odds of an error, nats.
 pub const LEAST_DOUBT: f32 = -9.0;
-/// … to here.
+/// Upper limit of a cell's log-odds of an error, nats.
 const MOST_DOUBT: f32 = 4.0;
-/// Lighter by so many nats than the heaviest is nothing: a thousand of them do not reach
-/// [`LEAST_DOUBT`].
+/// Log-weight below the heaviest particle's at which a particle is left out, nats: a thousand of them together do not
+/// reach [`LEAST_DOUBT`].
 const NOTHING: f32 = 20.0;
-/// Ground that ends in slots so near to each other ends in one place.
+/// Half-width of the window in which the ends of the ground count as one place, slots.
 const NEAR_SLOTS: usize = 2;
-/// A drop is told if the ground ends in one place with this probability at least.
+/// Minimum probability that the ground ends in one place at which a drop is reported.
 const LEAST_END: f32 = 0.5;
-/// Before three standard deviations the ground ends so rarely.
+/// Maximum probability that the ground ends before the reported distance less three standard deviations.
 const BEFORE_SHARE: f32 = 0.005;
-/// Halvings by which the threshold of resampling is found: to a millionth of the heaviest weight.
+/// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 
 /// One staircase that may stand there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// The staircase, its continuous part at its mean.
+    /// The staircase, with continuous values at their means.
     pub staircase: Staircase,
-    /// Logarithm of its weight.
+    /// Log-weight, nats.
     pub log_weight: f32,
 }
 
-/// What the answer says.
+/// The answer with which particles are compared.
 #[derive(Clone, Debug)]
 pub struct Told<'a> {
-    /// Its steps.
+    /// Steps of the answer.
     pub edges: &'a [ToldStep],
-    /// Where it says that the ground ends.
+    /// Reported drop.
     pub drop: Option<ToldDrop>,
-    /// What can be seen.
+    /// Field of view of the scan.
     pub view: View,
 }
 
-/// Weights summed up as they come, as multiples of the heaviest so far.
+/// Particles, and sums of their weights. Weights are relative to the heaviest so far.
 #[derive(Clone, Debug)]
 pub struct Cloud {
     particles: Vec<Particle, ROOM>,
-    /// Weight of what contradicts the answer, by where it first does; the last entry: nowhere.
+    /// Weight by the cell of the first conflict with the answer; the last entry is the weight without conflict.
     conflicts: [f32; CELLS + 1],
-    /// Weight by number of steps.
+    /// Weight by number of visible steps.
     counts: [f32; MAX_STEPS + 1],
-    /// Weight of ground that ends, by where.
+    /// Weight of ground that ends, by slot.
     ends: [f32; SLOTS],
     heaviest: f32,
-    /// Where the next resampling begins, as a share of its threshold.
+    /// Start of the next systematic resampling, as a share of its threshold.
     begin: f32,
 }
 
-/// Where the first resampling begins: none is the likelier for coming first.
+/// Start of the first resampling: the middle, so that the first particle has no advantage.
 const HALF: f32 = 0.5;
-/// From one beginning to the next: multiples of the golden ratio fill a circle most evenly.
+/// Increment of the start from one resampling to the next. Multiples of the golden ratio modulo 1 are evenly spread.
 const GOLDEN: f32 = 0.618_034;
 
 impl Default for Cloud {
@@ -81,20 +81,20 @@ impl Default for Cloud {
     }
 }
 
-/// Number of the cell in which an error at `x_m` shows; that behind the last if it is beyond.
+/// Returns the number of the cell that holds an error at `x_m`, metres; [`CELLS`] if it lies beyond the last.
 fn cell(x_m: f32) -> usize {
     let k = math::ceil((x_m - RIGHT_M - FIRST_END_M) / CELL_M);
     math::max(math::min(k, CELLS as f32), 0.0) as usize
 }
 
-/// The weight above which particles are kept as they are, so that [`PARTICLES`] are left at most.
+/// Returns the weight above which particles keep their weight, so that at most [`PARTICLES`] remain.
 fn threshold(weights: &[f32; ROOM]) -> f32 {
     let kept = |threshold: f32| -> f32 {
         let per = 1.0 / threshold;
         weights.iter().map(|w| math::min(w * per, 1.0)).sum()
     };
-    // With the mean weight for threshold no more are kept than wanted. It is above the heaviest where
-    // all are about alike.
+    // With the mean weight as the threshold, at most [`PARTICLES`] are kept. It exceeds the heaviest weight, 1, where
+    // all weights are similar.
     let total: f32 = weights.iter().sum();
     let (mut low, mut high) = (0.0f32, math::max(total / PARTICLES as f32, 1.0));
     for _ in 0..HALVINGS {
@@ -109,7 +109,7 @@ fn threshold(weights: &[f32; ROOM]) -> f32 {
 }
 
 impl Cloud {
-    /// None yet.
+    /// Returns an empty cloud.
     pub const fn new() -> Self {
         Self {
             particles: Vec::new(),
@@ -121,7 +121,7 @@ impl Cloud {
         }
     }
 
-    /// Empties it.
+    /// Removes all particles and sums.
     pub fn clear(&mut self) {
         self.particles.clear();
         self.conflicts = [0.0; CELLS + 1];
@@ -131,8 +131,8 @@ impl Cloud {
         self.begin = HALF;
     }
 
-    /// Takes a particle in. What it says of the answer counts here, before resampling, which would only
-    /// add variance. One whose weight is no number, or nothing, is left out.
+    /// Adds a particle. Its conflicts with the answer are summed here, before resampling, which would only add
+    /// variance. A particle with a log-weight that is not finite or far below the heaviest is left out.
     #[inline(never)]
     pub fn add(
         &mut self,
@@ -180,17 +180,19 @@ impl Cloud {
         if self.particles.is_full() {
             self.resample();
         }
-        // There is room now.
+        // Cannot fail: resampling has made room.
         let _ = self.particles.push(Particle {
             staircase: *staircase,
             log_weight,
         });
     }
 
-    /// Leaves [`PARTICLES`] of them at most: those above a threshold as they are, of the others some,
-    /// systematically, each with the threshold for weight (the resampling of a discrete state that
-    /// keeps rivals alive and whose error is least, Fearnhead and Clifford 2003). Each draw begins
-    /// elsewhere, evenly over the draws, so that light ones which come late are not lost.
+    /// Reduces the particles to at most [`PARTICLES`].
+    ///
+    /// Those with a weight above a threshold are kept. Of the others, some are drawn systematically, each with the
+    /// threshold as its new weight (optimal resampling of a discrete state, Fearnhead and Clifford 2003, which keeps
+    /// runners-up at the least error). Each call starts at another point, evenly spread over the calls, so that light
+    /// particles that come late have a chance.
     #[inline(never)]
     pub fn resample(&mut self) {
         if self.particles.len() <= PARTICLES {
@@ -205,7 +207,7 @@ impl Cloud {
         let mut sum = self.begin * threshold;
         let mut weights = weights.into_iter();
         self.particles.retain_mut(|p| {
-            // One for each.
+            // There is one weight for each particle.
             let weight = weights.next().unwrap_or(0.0);
             if weight >= threshold {
                 return true;
@@ -218,7 +220,7 @@ impl Cloud {
             }
             drawn
         });
-        // Of two fractions: `%` would bring in a division of any two numbers.
+        // Both are below 1. `%` would link a general floating-point remainder.
         self.begin += GOLDEN;
         if self.begin >= 1.0 {
             self.begin -= 1.0;
@@ -226,7 +228,7 @@ impl Cloud {
         self.particles.truncate(PARTICLES);
     }
 
-    /// The particles with their probabilities.
+    /// Returns the particles with their probabilities.
     pub fn particles(&self) -> impl Iterator<Item = (&Staircase, f32)> {
         let of = |p: &Particle| math::exp(math::max(p.log_weight - self.heaviest, -NOTHING));
         let total: f32 = self.particles.iter().map(of).sum();
@@ -236,13 +238,14 @@ impl Cloud {
             .map(move |p| (&p.staircase, of(p) * scale))
     }
 
-    /// Probability of each number of steps.
+    /// Returns the probability of each number of steps.
     pub fn counts(&self) -> [f32; MAX_STEPS + 1] {
         let total: f32 = self.counts.iter().sum();
         self.counts.map(|c| c / math::max(total, f32::MIN_POSITIVE))
     }
 
-    /// Where the ground ends, if it does so in one place more likely than not. Its depth is for the echoes to say.
+    /// Returns the drop, if the ground ends in one place with a probability of at least 50 %. Its depth is left open:
+    /// it is measured from the echoes.
     #[inline(never)]
     pub fn end(&self) -> Option<DropEdge> {
         let around = |k: usize| {
@@ -265,7 +268,7 @@ impl Cloud {
         let distance_m = mean(&|x| x);
         let spread_m2 = mean(&|x| (x - distance_m) * (x - distance_m))
             + SLOT_M * SLOT_M * number::EVEN_VARIANCE;
-        // One-sided: nearer than three of it the ground ends as rarely as the promise allows.
+        // One-sided: an end nearer than three standard deviations is as rare as `ok` promises.
         let mut before = 0.0;
         let nearest = self.ends.iter().position(|w| {
             before += w;
@@ -284,7 +287,7 @@ impl Cloud {
         })
     }
 
-    /// Log-odds, per cell, of an error there if there is none before.
+    /// Returns the log-odds of an error in each cell, given none before.
     pub fn doubts(&self) -> [f32; CELLS] {
         let mut left: f32 = self.conflicts.iter().sum();
         let mut out = [0.0; CELLS];

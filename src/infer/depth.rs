@@ -1,47 +1,49 @@
-//! Depth of the surface behind an edge where the ground ends, by the echoes from below the ground.
+//! Depth of the surface behind an edge where the ground ends, from the echoes below the ground.
 //!
-//! In: the scan's echoes and the told place of the edge. Out: a depth, or none where no depth is probable enough. The
-//! [ground's line](crate::model::surfaces) has four depths, enough to say that there is lower ground, too few to say how
-//! deep it lies; an echo's height has a standard deviation of about 1 cm. The method is a posterior over a grid of depths and
-//! "no surface is seen": each echo behind the edge is from a surface at the depth, with a normal density around it, or from
-//! anything else, evenly over a metre. A surface shows from the end of the edge's shadow on, which depends on its depth.
+//! In: the scan's echoes and the reported place of the edge. Out: a depth, or none where no depth is probable enough.
+//! The [ground's line](crate::model::surfaces) has four depths: enough to detect lower ground, too few to measure its
+//! depth. An echo's height has a standard deviation of about 1 cm. The method is a posterior over a grid of depths
+//! and "no surface is seen". Each echo behind the edge is either from a surface at the depth, with a normal density
+//! around it, or from anything else, evenly distributed over a metre. A surface is visible from the end of the edge's
+//! shadow on, which depends on its depth.
 
 use crate::math;
 use crate::model::Seen;
 use crate::params::posterior as number;
 
-/// Shallowest depth of the grid, metres: a drop is more than that.
+/// Minimum depth of the grid, metres; a drop is deeper.
 const FIRST_M: f32 = 0.04;
-/// Distance of the grid's depths, metres.
+/// Spacing of the grid's depths, metres.
 const STEP_M: f32 = 0.005;
-/// Number of the grid's depths: up to 40 cm, so that the second tread of a flight is a rival of the first.
+/// Number of the grid's depths: up to 40 cm, so that the second tread of a flight competes with the first.
 const DEPTHS: usize = 73;
-/// Largest depth that is told, metres: two low risers of 11 cm. What lies deeper may be the second tread of a flight
+/// Maximum reported depth, metres: two low risers of 11 cm. A deeper surface may be the second tread of a flight
 /// whose first one is hidden.
 const MOST_M: f32 = 0.22;
-/// Least probability of a told depth, given a drop at the told place.
+/// Minimum probability of a reported depth, given a drop at the reported place.
 const LEAST: f32 = 0.9;
-/// Half width of the depths that are told as one, metres.
+/// Half-width of the depths whose probabilities are added, metres.
 const HALF_M: f32 = 0.015;
-/// Echoes nearer to the ground than this are the ground's, metres.
+/// Maximum height difference of the ground's own echoes from the ground, metres.
 const GROUND_M: f32 = 0.03;
-/// Echoes nearer to the last one than this are not independent of it, metres along the way: one main lobe of the
-/// range window, one face of a wall.
+/// Minimum distance along the way between two independent echoes, metres: one main lobe of the range window, or one
+/// face of a wall.
 const APART_M: f32 = 0.025;
-/// The edge may stand so much nearer than told, metres at the end of its shadow.
+/// Allowance for an edge that is nearer than reported, metres at the end of its shadow.
 const SLACK_M: f32 = 0.05;
 /// Standard deviation of a surface's scatterers about its depth, metres.
 const ROUGH_M: f32 = 0.007;
-/// Probability that an echo behind the shadow is the surface's.
+/// Prior probability that an echo behind the shadow is the surface's.
 const SHARE: f32 = 0.5;
-/// Square of the standard deviations from which on an echo is none of the surface's: most echoes are, of most depths, and
-/// cost neither root nor exponential.
+/// Squared deviation, in standard deviations, beyond which an echo is not the surface's. Most echoes are beyond it
+/// for most depths, which saves their square root and exponential.
 const FAR: f32 = 25.0;
-/// Log-likelihood ratio of such an echo, nats.
+/// Log-likelihood ratio of an echo that is not the surface's, nats.
 const NOT_ITS_OWN: f32 = math::ln(1.0 - SHARE);
 
-/// Returns the depth of the next surface behind an edge `edge_m` ahead, metres below the ground; `None` where no run of
-/// neighbouring depths has a probability of at least 90 %. `echoes` in order of their distance; `height_m`: the mirror's.
+/// Returns the depth of the next surface behind an edge `edge_m` ahead, metres below the ground; `None` where no run
+/// of neighbouring depths has a probability of at least 90 %. `echoes` are sorted by distance; `height_m` is the
+/// mirror's height above the ground, metres.
 #[inline(never)]
 pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
     let depth = |k: usize| FIRST_M + STEP_M * k as f32;
@@ -54,7 +56,7 @@ pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
         .enumerate()
         .max_by(|a, b| a.1.total_cmp(b.1))
         .map(|(k, most)| (depth(k), math::max(*most, 0.0)))?;
-    // No surface is seen: half of the prior, against all depths alike.
+    // "No surface is seen" has half of the prior, all depths together the other half.
     let mut all = DEPTHS as f32 * math::exp(-most);
     let (mut near, mut sum) = (0.0, 0.0);
     for (k, nats) in nats.iter().enumerate() {
@@ -69,7 +71,7 @@ pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
     (near >= LEAST * all && told <= MOST_M).then_some(told)
 }
 
-/// Log-likelihood ratio of a surface at a depth against none, nats.
+/// Returns the log-likelihood ratio of a surface at a depth against none, nats.
 fn log_likelihood(echoes: &[Seen], height_m: f32, edge_m: f32, depth_m: f32) -> f32 {
     let shadow_m = edge_m * (1.0 + depth_m / height_m) - SLACK_M;
     let from_m = math::max(edge_m, shadow_m);
@@ -99,7 +101,7 @@ mod tests {
 
     const HEIGHT_M: f32 = 0.4;
 
-    /// Echoes at these distances and heights, metres, each known to 5 mm.
+    /// Returns echoes at these distances and heights, metres, each with a standard deviation of 5 mm.
     fn seen(places: &[(f32, f32)]) -> Vec<Seen> {
         let echo = |&(x_m, y_m): &(f32, f32)| {
             let mut echo = Seen::default();

@@ -1,5 +1,5 @@
-//! Dimensions of a flight's steps: what each step's own echoes say, weighed against the regularity
-//! of the flight.
+//! Dimensions of a flight's steps: measurements from each step's own echoes, combined with the regularity of the
+//! flight.
 
 use super::gauss::{self, Fusion, TreadLevels};
 use super::nosings;
@@ -18,21 +18,21 @@ use crate::model::{GroundKind, Model, Staircase, tread_begins_m};
 use crate::params::Params;
 use heapless::Vec;
 
-/// The steps of a flight, what each rests on, and what each echo was taken for.
+/// The steps of a flight, the evidence for each, and the role of each echo.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// The steps; none if the flight turns out to be something that is no stair.
+    /// The steps; none if the flight turns out not to be stairs.
     pub answer: Answer,
-    /// Whether what turned out to be no stair may be a step as well.
+    /// Whether what turned out not to be stairs may be a step all the same.
     pub may_be: bool,
     /// One for each step.
     pub supports: Vec<Support, MAX_FLIGHT>,
-    /// In the order of the scene's marks.
+    /// Role of each mark, in the order of the scene's marks.
     pub roles: Roles,
 }
 
 impl Measured {
-    // Out of line: inlined, a second answer would lie on the stack.
+    // Not inlined, since a second answer would lie on the stack.
     #[inline(never)]
     fn new(direction: Direction, roles: Roles) -> Self {
         Self {
@@ -48,14 +48,15 @@ impl Measured {
 
     fn push(&mut self, mut step: Step, support: Support, p: &Params) {
         step.quality = support.quality(p);
-        // A flight is no longer than a report.
+        // Cannot fail: a flight is no longer than a report.
         let _ = self.answer.steps.push(step);
         let _ = self.supports.push(support);
     }
 }
 
-/// The steps of an ascending flight that stands as `staircase` has it, and whose riser height is `rise` by the
-/// likelihood of all echoes; `bias_sigma_rad` is the shaft's angle error that calibration leaves.
+/// Returns the steps of an ascending flight. `staircase` is the accepted hypothesis, `rise` its riser height averaged
+/// over the likelihood of all echoes, metres, and `bias_sigma_rad` the shaft's angle error that remains after
+/// calibration.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
@@ -129,7 +130,7 @@ pub fn ascending(
     measured
 }
 
-/// How much farther each riser stands than it would without a landing, metres.
+/// Returns, for each riser, the additional distance that the landings before it cause, metres.
 fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     let (going_m, _) = regular(chain, most_going_m);
     let mut landings = Vec::new();
@@ -139,15 +140,15 @@ fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
         if away_m > most_going_m {
             landing_m += away_m - going_m;
         }
-        // A flight is no longer than a report.
+        // Cannot fail: a flight is no longer than a report.
         let _ = landings.push(landing_m);
         before = Some(link);
     }
     landings
 }
 
-/// Whether a single riser that is too high or too low for a step, an obstacle or a threshold, may be one as well;
-/// `None` for a step.
+/// Returns `None` for a flight or a single step. For a single riser too high or too low for a step (an obstacle or a
+/// threshold), returns whether it may be a step within its uncertainty.
 fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Params) -> Option<bool> {
     let ([_], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
@@ -156,17 +157,17 @@ fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Param
     if GroundKind::single(height.value) == GroundKind::Stairs && rise.value >= p.lowest_step_m {
         return None;
     }
-    // What shows no top may be a threshold as well as a kerb.
+    // A riser without an echo of its top may be a threshold or a kerb.
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
     Some(height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m)
 }
 
-/// Straight below the mirror an echo within so much is a flash, metres.
+/// Maximum horizontal distance of a flash straight below the mirror, metres.
 const BELOW_M: f32 = 0.03;
-/// What lies within so much of an end of a tread, along it, is that end, metres.
+/// Maximum distance from an end of a tread, along it, at which an echo is that end's, metres.
 const END_M: f32 = 0.02;
 
-/// A tread as it is seen from above: its level and its ends, metres.
+/// A tread seen from above: its level and its ends, metres.
 #[derive(Clone, Copy, Debug)]
 struct SeenTread {
     tread: TreadAt,
@@ -175,7 +176,7 @@ struct SeenTread {
 }
 
 impl SeenTread {
-    /// Tread number `k` of stairs going down; the ground before them is number 0.
+    /// Returns tread number `k` of stairs going down; number 0 is the ground before them.
     fn of(s: &Staircase, k: usize, model: &Descending) -> Self {
         let y_m = s.level(k);
         let from_m = match k.checked_sub(1) {
@@ -192,7 +193,7 @@ impl SeenTread {
         }
     }
 
-    /// What a mark is if it lies on the tread.
+    /// Returns the role of a mark, if it lies on the tread.
     fn role(&self, m: &Mark) -> Option<Role> {
         let inside = m.x_m > self.from_m - END_M && m.x_m < self.to_m + END_M;
         if !inside || (m.y_m - self.tread.y_m).abs() > TREAD_OFF_M {
@@ -210,37 +211,37 @@ impl SeenTread {
     }
 }
 
-/// The treads of stairs going down, the ground's first.
+/// The treads of stairs going down, the ground first.
 type SeenTreads = Vec<SeenTread, { MAX_FLIGHT + 1 }>;
 
-/// The treads of these stairs going down, or level ground.
+/// Returns the treads of stairs going down, or level ground.
 fn seen_treads(s: &Staircase, model: &Descending) -> SeenTreads {
     let mut treads = SeenTreads::new();
     for k in 0..=s.len() {
-        // A staircase has no more treads.
+        // Cannot fail: a staircase has no more treads.
         let _ = treads.push(SeenTread::of(s, k, model));
     }
     treads
 }
 
-/// Roles of the marks on level ground, seen from above.
+/// Returns the roles of the marks on level ground, seen from above.
 #[inline(never)]
 pub fn ground_roles(scene: &Scene<'_>, model: &Descending) -> Roles {
     lower_roles(scene, &seen_treads(&Staircase::nothing(), model))
 }
 
-/// Roles of the marks on these treads; those on none are stray.
+/// Returns the roles of the marks on these treads; marks on none are [`Role::Stray`].
 fn lower_roles(scene: &Scene<'_>, treads: &SeenTreads) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
         let role = treads.iter().find_map(|tread| tread.role(m));
-        // As many as there are marks.
+        // Cannot fail: there is one role for each mark.
         let _ = roles.push(role.unwrap_or(Role::Stray));
     }
     roles
 }
 
-/// The steps of stairs going down.
+/// Returns the steps of stairs going down.
 #[inline(never)]
 pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> Measured {
     let p = scene.params;
@@ -248,7 +249,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
     let seen = seen_treads(s, model);
     let mut treads = Treads::new();
     for below in seen.iter().skip(1) {
-        // Stairs going down have no more treads.
+        // Cannot fail: stairs going down have no more treads.
         let _ = treads.push(below.tread);
     }
     model.look(&treads);
@@ -293,7 +294,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
     measured
 }
 
-/// Least-squares line through the values that are there, over their index: start and slope.
+/// Returns the least-squares line through the present values over their index: start and slope.
 fn fit_line(values: impl Iterator<Item = Option<f32>>) -> (f32, f32) {
     let (mut n, mut sk, mut skk, mut sv, mut skv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (k, value) in (0u8..).map(f32::from).zip(values) {
@@ -305,7 +306,7 @@ fn fit_line(values: impl Iterator<Item = Option<f32>>) -> (f32, f32) {
             skv += k * v;
         }
     }
-    // A whole number: 0 for fewer than two values.
+    // An integer: 0 for fewer than two values.
     let det: f32 = n * skk - sk * sk;
     if det < 0.5 {
         return (if n > 0.0 { sv / n } else { 0.0 }, 0.0);

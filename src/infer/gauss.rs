@@ -1,16 +1,16 @@
-//! The levels of a flight's treads: each step's own echoes weighed against the regularity of the
-//! whole.
+//! Levels of a flight's treads: a Gaussian mixture that combines each step's own echoes with the regularity of the
+//! flight.
 
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::MAX_STEPS;
 use crate::params::Params;
 
-/// Likelihood ratios count e to this at most: e⁴⁰ is 10¹⁷, far more than any prior outweighs,
-/// and its sums stay within an f32.
+/// Maximum exponent of a likelihood ratio. e⁴⁰ = 10¹⁷ outweighs every prior, and sums of such ratios stay within an
+/// f32.
 const CERTAIN: f32 = 40.0;
 
-/// Weighted mean of estimates of one level.
+/// Inverse-variance weighted mean of estimates of one level.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fusion {
     weight: f32,
@@ -18,19 +18,19 @@ pub struct Fusion {
 }
 
 impl Fusion {
-    /// Takes an estimate in.
+    /// Adds an estimate.
     pub fn add(&mut self, reading: Estimate) {
         let w = 1.0 / reading.variance;
         self.weight += w;
         self.sum += w * reading.value;
     }
 
-    /// Whether there is none.
+    /// Whether no estimate was added.
     pub fn is_empty(&self) -> bool {
         self.weight <= 0.0
     }
 
-    /// The mean. Without any: 0, of which nothing is known.
+    /// Returns the mean and its variance; without estimates 0 with infinite variance.
     pub fn mean(&self) -> Estimate {
         if self.is_empty() {
             return Estimate {
@@ -45,16 +45,16 @@ impl Fusion {
     }
 }
 
-/// One level, and by how much its riser or tread departs from the others.
+/// One level, and the deviation of its riser or tread from the others.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TreadLevel {
     /// Height over the ground, metres; negative going down.
     pub height: Estimate,
-    /// How far the echoes put its riser or its tread off those of the others, metres.
+    /// Deviation of its riser or tread from those of the others, as measured by the echoes, metres.
     pub off: Estimate,
 }
 
-/// The levels of a flight, of the first step first.
+/// Levels of a flight, the first step first.
 pub type TreadLevels = [TreadLevel; MAX_STEPS];
 
 /// Weighted sums over steps: of 1, of the step's number, of its level.
@@ -73,8 +73,8 @@ impl StepSums {
     }
 }
 
-/// What a step's level is over all possibilities, each times its likelihood: first and second
-/// moment of its departure from the regular flight; the share of it that is odd.
+/// Moments of one step over all mixture components, weighted by likelihood: first and second moment of its deviation
+/// from the regular flight, and the deviation that an irregular riser or tread explains with its variance.
 #[derive(Clone, Copy, Debug, Default)]
 struct LevelMoments {
     mean: f32,
@@ -83,7 +83,7 @@ struct LevelMoments {
     odd_variance: f32,
 }
 
-/// A straight flight but for one departure `odd`: riser height and departure, their covariance.
+/// A straight flight with one deviation `odd`: riser height, deviation, and their covariance matrix.
 #[derive(Clone, Copy, Debug)]
 struct Straight {
     rise: f32,
@@ -94,7 +94,7 @@ struct Straight {
 }
 
 impl Straight {
-    /// Level of step `number`; `departs` if the departure reaches it.
+    /// Returns the level of step `number`; with `departs` the deviation is added.
     fn at(&self, number: f32, departs: bool) -> Estimate {
         let line = Estimate {
             value: number * self.rise,
@@ -109,18 +109,19 @@ impl Straight {
         }
     }
 
-    /// How much likelier the departure makes the readings than none, all departures considered.
+    /// Returns the likelihood ratio of the readings with the deviation to those without, with the deviation
+    /// integrated out.
     fn likelihood(&self, odd_sigma_m: f32) -> f32 {
         let exponent = 0.5 * self.odd * self.odd / self.odd_variance;
         math::sqrt(self.odd_variance) / odd_sigma_m * math::exp(math::min(exponent, CERTAIN))
     }
 }
 
-/// A straight flight from the ground, fitted to weighted levels of its steps.
+/// Least-squares fit of a straight flight from the ground to the levels of its steps.
 struct FlightFit<'p> {
     p: &'p Params,
-    /// Of each step: its level and the weight that this has against a straight flight from which
-    /// the step departs as a rule.
+    /// Each step's level, metres, and its weight: the inverse of the level's variance plus that of a step's regular
+    /// deviation from the straight flight.
     steps: heapless::Vec<(f32, f32), MAX_STEPS>,
     whole: StepSums,
     squares: f32,
@@ -142,14 +143,14 @@ impl<'p> FlightFit<'p> {
             let weight = 1.0 / (level.variance + p.rise_sigma_m * p.rise_sigma_m);
             fit.whole.level += weight * number * level.value;
             fit.squares += weight * number * number;
-            // A flight has no more steps.
+            // Cannot fail: a flight has no more steps.
             let _ = fit.steps.push((level.value, weight));
         }
         fit.squares = math::max(fit.squares, f32::MIN_POSITIVE);
         fit
     }
 
-    /// The flight if what `sums` holds departs from it by one and the same amount.
+    /// Returns the fit where all levels in `sums` deviate from the straight flight by one common amount.
     fn solve(&self, sums: &StepSums) -> Straight {
         let own = sums.one + 1.0 / (self.p.odd_rise_sigma_m * self.p.odd_rise_sigma_m);
         let det = self.squares * own - sums.number * sums.number;
@@ -163,13 +164,14 @@ impl<'p> FlightFit<'p> {
     }
 }
 
-/// Fits a straight flight from the ground through the steps' levels, with what else is known of its
-/// riser height, and lets each step depart from it as its own echoes say.
+/// Fits a straight flight from the ground to the steps' levels and to `rise`, the other knowledge of its riser
+/// height. Each level may deviate from the flight as far as its own echoes say.
 ///
-/// Steps depart a little as a rule. Besides, any one riser may be odd, so that it shifts all that
-/// follows, or any one tread: as likely as not, each as likely as any other. The answer is the mean
-/// over these possibilities, weighed by how well they explain the readings, and its variance their
-/// spread: a step that nothing measures is as uncertain as irregular steps in built stairs make it.
+/// The model: every step deviates a little. In addition, either one riser is irregular, which shifts all later
+/// levels, or one tread is, which shifts its own level only. With a probability of one half there is no irregular
+/// one, otherwise each is equally likely. The result is the mean over these cases, weighted by their likelihood, and
+/// the variance of the mixture. A step without readings is therefore as uncertain as the irregular steps of built
+/// stairs.
 pub fn fit(
     steps: impl Iterator<Item = Fusion>,
     rise: Estimate,
@@ -179,7 +181,7 @@ pub fn fit(
     mixture(&FlightFit::new(steps, rise, p), levels);
 }
 
-/// Mean and variance of each level over all possibilities.
+/// Writes mean and variance of each level over all mixture components.
 #[inline(never)]
 fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
     let p = fit.p;
@@ -205,7 +207,7 @@ fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
             }
         }
     };
-    // As likely as all odd ones together.
+    // The regular flight is as likely as all irregular ones together.
     let odds = (2 * steps.len().max(1) - 1) as f32;
     weigh(&regular, MAX_STEPS..MAX_STEPS, odds);
     let mut behind = StepSums::default();
@@ -218,7 +220,7 @@ fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
         behind.add(&alone);
         let riser = fit.solve(&behind);
         weigh(&riser, k..steps.len(), riser.likelihood(p.odd_rise_sigma_m));
-        // The last tread is off when its riser is.
+        // An irregular last tread is the same as an irregular last riser.
         if k + 1 < steps.len() {
             let tread = fit.solve(&alone);
             weigh(&tread, k..k + 1, tread.likelihood(p.odd_rise_sigma_m));
@@ -239,7 +241,7 @@ fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
     }
 }
 
-/// A straight flight of which nothing but the riser's height is known.
+/// Returns the levels of a straight flight of which only the riser height is known.
 pub fn straight(rise: Estimate) -> TreadLevels {
     let mut levels = TreadLevels::default();
     for (number, level) in (1u8..).map(f32::from).zip(&mut levels) {

@@ -1,12 +1,11 @@
-//! How far an answer vouches for itself: the probability that nothing is wrong with it up to a
-//! distance, and the largest distance at which that is still what `ok` promises.
+//! The horizon: probability that an answer is correct up to a distance, and the largest distance at which it is as
+//! high as `ok` promises.
 //!
-//! The way ahead is cut into cells. Each has a hazard: the probability that the answer goes wrong
-//! there though it was right up to there, because a step is missing, made up, or off by more than its
-//! expanded uncertainty.
-//! It is the logistic function of what the estimator knows of the cell (its [`Features`]) with
-//! weights that `cargo sim fit` counts from simulated scans with known truth (a discrete-time
-//! survival model, Cox 1972). The product of what is left over the cells is the probability.
+//! The way ahead is divided into cells. Each cell has a hazard: the probability of the first error of the answer in
+//! this cell, given none before. An error is a step that is missing, false, or off by more than its expanded
+//! uncertainty. The hazard is a logistic function of the cell's [`Features`] with weights that `cargo sim fit` counts
+//! from simulated scans with known truth (a discrete-time survival model, Cox 1972). The product of the survival
+//! probabilities of the cells, mapped to the measured frequency, is the probability of being correct.
 
 use super::cloud::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
 use super::past::Outlook;
@@ -26,49 +25,49 @@ use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::signal::grid::Geometry;
 use crate::verdict::{LEAST_HORIZON_M, Validity};
 
-/// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
-/// off and still be right.
+/// Minimum distance between a horizon and the place from which a step counts, metres. It is the largest error of a
+/// correct distance.
 const AMBIGUOUS_M: f32 = RIGHT_M;
-/// An answer is valid beyond the first metre as far as it is right with this probability at least: half of the risk that
-/// the contract leaves.
+/// Minimum probability of being correct at which an answer is valid beyond the first metre. It leaves half of the
+/// risk that the contract allows.
 const RIGHT_UP_TO_HORIZON: f32 = 0.995;
-/// What rounding makes of a cell's end, metres.
+/// Tolerance for the rounding of a cell's end, metres.
 const ROUNDING_M: f32 = 1e-3;
 
-/// Features of a cell behind the last step, and of one that holds a step.
+/// Number of features of a cell behind the last step.
 const BEHIND_FEATURES: usize = 7;
-/// See [`BEHIND_FEATURES`].
+/// Number of features of a cell that holds a step.
 const STEP_FEATURES: usize = 11;
-/// See [`BEHIND_FEATURES`].
+/// Number of features of a cell before or between steps.
 const BEFORE_FEATURES: usize = 9;
-/// See [`BEHIND_FEATURES`].
+/// Number of features of a cell of an answer without steps.
 const CLEAR_FEATURES: usize = 18;
-/// See [`BEHIND_FEATURES`].
+/// Number of features that every cell has: instrument and whole scene.
 const SCENE_FEATURES: usize = 5;
-/// Of the scene, of a cell without steps anywhere, of one before or between steps, and the others.
+/// The feature vector is the concatenation of these groups, in this order.
 const _: () = assert!(
     FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
 );
 
-/// Levels count in tens of dB, so that all features are of the order of 1 …
+/// Unit of levels in features, dB, so that all features are of the order of 1.
 const TEN_DB: f32 = 10.0;
-/// … and up to here: a corner at half a metre.
+/// Upper limit of levels in features, dB: level of a corner at half a metre.
 const MOST_DB: f32 = 50.0;
-/// Scores count up to here: e^10 is certain.
+/// Limit of scores in features, nats: odds of e^10 count as certain.
 const MOST_NATS: f32 = 10.0;
 /// Half of a cell, metres.
 const HALF_CELL_M: f32 = 0.5 * CELL_M;
-/// No cell before this one shows where the ground ends, metres.
+/// Minimum end of a cell in which a scan can show that the ground ends, metres.
 const NEAREST_END_M: f32 = 0.45;
-/// Errors count up to so many standard deviations within what is right.
+/// Upper limit of [`RIGHT_M`] over the standard deviation of a step's distance, as a feature.
 const MOST_SIGMAS: f32 = 4.0;
-/// Mount height of the paper's instrument, metres.
+/// Mounting height of the paper's instrument, metres.
 const PAPER_MOUNT_M: f32 = 0.4;
-/// Going of stairs of which only one step is known: Blondel's with a rise of 17 cm.
+/// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
 const TYPICAL_GOING_M: f32 = 0.29;
-/// The lead of an answer without steps counts from here on, nats.
+/// Lower limit of the margin of an answer without steps, as a feature, nats.
 const LEAST_LEAD: f32 = -2.0;
-/// Next faces count between 10 dB below and 30 dB above the noise.
+/// Upper limit of the next face's level as a feature, tens of dB over the noise; the lower limit is -1.
 const MOST_NEXT: f32 = 3.0;
 
 /// Whether an echo shows the level of a tread or of the floor.
@@ -76,62 +75,62 @@ fn shows_level(role: Role) -> bool {
     matches!(role, Role::Tread | Role::Edge)
 }
 
-/// How little speaks for ground that goes on rather than ends, 0…1: 0 from 1 nat on.
+/// Returns the lack of evidence for ground that goes on rather than ends, 0…1: 0 from 1 nat on.
 fn unseen(nats: f32) -> f32 {
     1.0 - math::min(math::max(nats, 0.0), 1.0)
 }
 
-/// What the floor shows up to a distance.
+/// Floor echoes up to a distance.
 struct FloorEvidence {
-    /// From its last echo to there, metres.
+    /// Distance from the last floor echo to there, metres.
     since_last_m: f32,
-    /// Largest distance between two of its echoes, metres.
+    /// Largest distance between two neighbouring floor echoes, metres.
     largest_gap_m: f32,
-    /// Tenths of their number.
+    /// Number of floor echoes divided by 10.
     marks: f32,
 }
 
-/// What a cell holds.
+/// Position of a cell relative to the answer's steps.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum CellKind {
-    /// No steps anywhere.
+    /// The answer has no steps.
     Clear,
-    /// A step.
+    /// The cell holds a step.
     Step,
-    /// What lies before or between steps.
+    /// The cell lies before or between steps.
     Between,
-    /// What lies behind the last one.
+    /// The cell lies behind the last step.
     Behind,
 }
 
-/// Everything that an answer rests on.
+/// Everything from which the horizon is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
-    /// The echoes …
+    /// The echoes, as marks.
     pub scene: &'a Scene<'a>,
-    /// … and what each was taken for.
+    /// Role of each mark.
     pub roles: &'a [Role],
-    /// The steps …
+    /// Steps of the answer.
     pub steps: &'a [Step],
-    /// … and what each rests on.
+    /// Evidence for each step.
     pub supports: &'a [Support],
-    /// The winner's score less that of the next best explanation; without steps, the best flight's
-    /// score, level ground counting 0, nats.
+    /// Score of the winner less that of the runner-up, nats. Without steps: score of the best flight, where level
+    /// ground has the score 0.
     pub lead: f32,
-    /// Whether the treads float.
+    /// Whether the treads are open (no risers).
     pub open: bool,
-    /// The instrument.
+    /// Geometry of the instrument.
     pub geometry: &'a Geometry,
-    /// Log-odds of an error per cell by the posterior.
+    /// Log-odds of an error in each cell, by the posterior.
     pub doubts: [f32; CELLS],
-    /// Where the ground ends.
+    /// The drop that the answer reports.
     pub drop: Option<DropEdge>,
-    /// Whether the ground goes on, by the power along its line.
+    /// Evidence that the ground goes on, from the power along its line.
     pub surfaces: &'a Surfaces,
 }
 
 impl Ground<'_> {
-    /// The cells of the way ahead, the nearest first.
+    /// Returns the cells of the way ahead, the nearest first.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..CELLS).map(|k| {
             let end_m = FIRST_END_M + CELL_M * k as f32;
@@ -150,7 +149,7 @@ impl Ground<'_> {
         })
     }
 
-    /// Number and support of the step whose error would show in a cell.
+    /// Returns number, step and support of the step whose error would lie in a cell.
     fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
         let pairs = self.steps.iter().zip(self.supports).enumerate();
         let mut within = pairs.filter(|(_, (s, _))| {
@@ -160,12 +159,13 @@ impl Ground<'_> {
         within.next().map(|(k, (step, support))| (k, step, support))
     }
 
-    /// The strongest echo at a distance that has one of the wanted roles, tens of dB; 0 for none.
+    /// Returns the level of the strongest echo between two distances that has one of the wanted roles, tens of dB; 0
+    /// for none.
     #[inline(never)]
     fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
         let marks = &self.scene.marks;
         let (first, end) = match self.geometry.plane {
-            // There they are in order of their distance.
+            // In the depth plane, marks are sorted by distance.
             Plane::Depth => (
                 self.scene.first_beyond(from_m),
                 self.scene.first_beyond(to_m),
@@ -179,7 +179,7 @@ impl Ground<'_> {
         math::min(strongest, MOST_DB) / TEN_DB
     }
 
-    /// What is known of the cell between two distances.
+    /// Returns the features of the cell between two distances.
     #[inline(never)]
     fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
         let doubt = self.doubts.get(number).copied().unwrap_or(0.0);
@@ -209,7 +209,7 @@ impl Ground<'_> {
             (.., true) => CellKind::Between,
             _ => CellKind::Behind,
         };
-        // The instrument and the scene as a whole.
+        // Instrument and whole scene.
         out.put([
             1.0,
             end_m,
@@ -257,7 +257,7 @@ impl Ground<'_> {
         out.features
     }
 
-    /// What the floor shows up to a distance.
+    /// Returns the evidence of the floor echoes up to a distance.
     fn floor(&self, to: f32) -> FloorEvidence {
         let p = self.scene.params;
         let mut floor = FloorEvidence {
@@ -278,14 +278,14 @@ impl Ground<'_> {
         floor
     }
 
-    /// The strongest echo near a step in a role, tens of dB; 0 for none.
+    /// Returns the level of the strongest echo near a step that has the wanted role, tens of dB; 0 for none.
     fn strongest_near(&self, step: &Step, wanted: Role) -> f32 {
         let reach = self.scene.params.column_m + RIGHT_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
         self.strongest(near.0, near.1, &|role| role == wanted)
     }
 
-    /// What is known of a cell before or between steps.
+    /// Returns the features of a cell before or between steps.
     fn before(
         &self,
         from: f32,
@@ -305,7 +305,7 @@ impl Ground<'_> {
         let goings = (next.distance_m - 0.5 * (from + to)) / math::max(self.going(), CELL_M);
         let place = math::max(1.0 - (goings - 1.0).abs(), 0.0);
         let first = f32::from(k == 0);
-        // A step that stands nearer than told goes wrong in the cell before its own.
+        // The error of a step that is nearer than reported lies in the cell before the step's own.
         let near = f32::from(next.distance_m - to < CELL_M);
         let known = self.supports.get(k).is_some_and(|s| s.overhang_known);
         [
@@ -321,7 +321,7 @@ impl Ground<'_> {
         ]
     }
 
-    /// From edge to edge on the mean, metres.
+    /// Returns the mean going from edge to edge, metres.
     fn going(&self) -> f32 {
         let spans = self.steps.len().saturating_sub(1);
         match (self.steps.first(), self.steps.last()) {
@@ -332,13 +332,13 @@ impl Ground<'_> {
         }
     }
 
-    /// Rise on the mean, metres.
+    /// Returns the mean rise, metres.
     fn rise(&self) -> f32 {
         let last = self.steps.last().map_or(0.0, |s| s.height_m.abs());
         last / self.steps.len().max(1) as f32
     }
 
-    /// What is known of a cell behind the last step.
+    /// Returns the features of a cell behind the last step.
     fn behind(
         &self,
         from: f32,
@@ -366,7 +366,7 @@ impl Ground<'_> {
         ]
     }
 
-    /// What is known of a cell that holds step `k`.
+    /// Returns the features of a cell that holds step `k`.
     fn of_step(
         &self,
         k: usize,
@@ -395,7 +395,7 @@ impl Ground<'_> {
     }
 }
 
-/// Writes features one behind the other; those that do not apply to a cell stay 0.
+/// Writer that appends groups of features. The features of groups that do not apply to a cell stay 0.
 struct FeatureWriter {
     features: Features,
     written: usize,
@@ -417,8 +417,8 @@ impl FeatureWriter {
     }
 }
 
-/// Returns how far an answer is valid: along the cells until the probability of being right falls below what `ok` promises.
-/// `outlook` is what earlier scans say; each cell is told to `each`.
+/// Returns how far an answer is valid: up to the last cell whose probability of being correct is high enough.
+/// `outlook` is the evidence of earlier scans. `each` is called with every cell.
 #[inline(never)]
 pub fn validity(
     ground: &Ground<'_>,
@@ -465,22 +465,24 @@ pub fn validity(
     valid_to
 }
 
-/// How far an answer is valid, cell by cell: as far as it is right with the probability that the contract asks of each
-/// answer, and over the first metre where it is right with the probability from which on its type is `ok`.
+/// Accumulator of the horizon over the cells. Up to the minimum horizon the answer is valid where the probability of
+/// being correct reaches the `ok` threshold of its type. Beyond, it must also reach the higher probability that the
+/// contract requires of each answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach<'a> {
     steps: &'a [Step],
-    /// The nearest place where the ground may end, metres.
+    /// Nearest place where the ground may end, metres.
     end_m: f32,
-    /// Where the horizon of an `ok` ends at least, metres: no millimetres decide there whether a step counts.
+    /// Minimum horizon of an `ok` answer, metres. It is moved to a step that is so near that an error of millimetres
+    /// would decide whether the step counts.
     least_m: f32,
     valid_m: f32,
-    /// Probability that the answer is right up to its first step, that included, as far as cells have come.
+    /// Probability that the answer is correct up to and including its first step, as far as cells were taken in.
     first_step: f32,
 }
 
 impl<'a> Reach<'a> {
-    /// Of an answer with these steps and this drop, before the first cell.
+    /// Returns the state before the first cell, for an answer with these steps and this drop.
     pub fn new(steps: &'a [Step], drop: Option<DropEdge>) -> Self {
         let mut least_m = LEAST_HORIZON_M;
         for step in steps {
@@ -497,13 +499,14 @@ impl<'a> Reach<'a> {
         }
     }
 
-    /// Whether a cell reaches to where the ground may end: there the drop's own standard deviation speaks.
+    /// Whether a cell reaches beyond the nearest place where the ground may end. The drop's own standard deviation
+    /// covers the errors from there on.
     pub fn ends_before(&self, end_m: f32) -> bool {
         end_m > self.end_m
     }
 
-    /// The probability from which on an answer is valid up to the end of a cell, metres, where its type is `ok` from
-    /// `ok_from` on.
+    /// Returns the minimum probability at which an answer is valid up to the end of a cell, metres. `ok_from` is the
+    /// threshold of `ok` for this type of answer.
     fn asked(&self, end_m: f32, ok_from: f32) -> f32 {
         if end_m < self.least_m + CELL_M - ROUNDING_M {
             ok_from
@@ -512,8 +515,8 @@ impl<'a> Reach<'a> {
         }
     }
 
-    /// Takes in the next cell: where it ends, metres, the probability that the answer is right up to there, and that
-    /// from which on an answer is `ok`. Returns whether the answer is valid up to there.
+    /// Takes in the next cell: its end, metres; the probability that the answer is correct up to there; the threshold
+    /// of `ok`. Returns whether the answer is valid up to there.
     pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
         let begins_m = end_m - CELL_M - RIGHT_M;
         if self.steps.first().is_some_and(|s| s.distance_m > begins_m) {
@@ -526,14 +529,16 @@ impl<'a> Reach<'a> {
         valid
     }
 
-    /// Probability that the answer is right up to its first step, and that this is there; 1 without steps.
+    /// Returns the probability that the answer is correct up to and including its first step; 1 without steps.
     pub fn first_step(&self) -> f32 {
         self.first_step
     }
 
-    /// The horizon, metres: before the first step that is not measured, and clear of the others.
+    /// Returns the horizon, metres. It ends before the first step that does not count as measured, and clear of the
+    /// others.
     pub fn horizon_m(&self, p: &Params) -> f32 {
-        // Of the cell in which the ground may end the drop's own standard deviation speaks, if all before it is valid.
+        // If all cells before the drop are valid, the horizon is the drop's nearest possible place: the drop's own
+        // standard deviation covers the errors in the cell that holds it.
         let to_the_end = self.valid_m + CELL_M > self.end_m - ROUNDING_M;
         let valid_m = if to_the_end { self.end_m } else { self.valid_m };
         let mut horizon_m = math::max(valid_m, 0.0);
@@ -547,13 +552,13 @@ impl<'a> Reach<'a> {
     }
 }
 
-/// Whether an error of millimetres decides that a step counts to what lies up to a horizon, metres.
+/// Whether an error of millimetres decides if a step lies within a horizon, metres.
 fn ambiguous(horizon_m: f32, step: &Step) -> bool {
     (horizon_m - (step.distance_m - RIGHT_M)).abs() < AMBIGUOUS_M
 }
 
-/// A horizon, metres, that ends before the first step whose expanded uncertainty is larger than what counts as
-/// measured.
+/// Returns a horizon, metres, that ends before the first step whose expanded uncertainty is too large for a measured
+/// step.
 fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
     let vague =
         |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MOST_UNCERTAIN_M;
@@ -561,8 +566,8 @@ fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
     first.map_or(horizon_m, |s| math::min(horizon_m, s.distance_m - RIGHT_M))
 }
 
-/// A horizon, metres, drawn back from where it would end so near a step that an error of millimetres
-/// decides whether the step counts.
+/// Returns a horizon, metres, moved nearer where it would end so close to a step that an error of millimetres decides
+/// whether the step lies within it.
 fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
     let mut clear_m = horizon_m;
     for step in steps.iter().rev() {
@@ -578,7 +583,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// The horizon where each cell is valid up to `valid_m` and none beyond, and the ground ends at `at_m`.
+    /// Returns the horizon where each cell up to `valid_m` is valid and none beyond, and the ground ends at `at_m`.
     fn horizon_m(valid_m: f32, at_m: f32) -> f32 {
         let drop = DropEdge {
             distance_m: at_m,
@@ -609,7 +614,7 @@ mod tests {
             }
             reach.first_step()
         };
-        // Cell 19 ends at 1.6 m; a step's place may be off by 3 cm and still be right.
+        // Cell 19 ends at 1.6 m. A step's distance may be off by 3 cm and still be correct.
         for (distance_m, cell) in [(1.52, 19), (1.56, 19), (1.58, 20), (1.62, 20)] {
             let wanted = 1.0 - 0.01 * cell as f32;
             assert!(

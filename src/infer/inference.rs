@@ -1,4 +1,4 @@
-//! The answer going up: search and earlier scans propose, the particles decide.
+//! The answer going up: search and earlier scans propose, the posterior decides.
 
 use super::bases::{Posterior, ROUNDS, flight};
 use super::depth;
@@ -10,26 +10,26 @@ use super::propose::stairs::Flight;
 use crate::estimate::Estimate;
 use crate::model::Staircase;
 
-/// A flight, and the height of its risers by the likelihood of all echoes.
+/// A flight, and its riser height averaged over the likelihood of all echoes.
 type Risen = (Flight, Estimate);
 
-/// The answer and what it rests on.
+/// The answer and its evidence.
 #[derive(Debug, Default)]
 pub struct Inferred {
-    /// The staircase that stands there, as a flight of the search; without one the search's best.
+    /// The accepted staircase as a flight of the search; without one, the search's best flight.
     pub flight: Option<Flight>,
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
-    /// How much likelier the likeliest outline is than any other, nats.
+    /// Margin of the likeliest outline over the runner-up, nats.
     pub lead: f32,
-    /// Its steps.
+    /// Its measured steps.
     pub measured: Option<Measured>,
-    /// How sure that is, and what may stand there besides.
+    /// Log-odds of errors of the answer, and other things that may stand there.
     pub belief: Belief,
 }
 
 impl Inferred {
-    /// Finds it by the particles, from what the search and earlier scans propose; `best` is the search's best flight.
+    /// Infers the answer by the posterior. `best` is the search's best flight.
     #[inline(never)]
     pub fn settle(
         &mut self,
@@ -70,7 +70,7 @@ impl Inferred {
         }
     }
 
-    /// Takes the search at its word.
+    /// Takes the search's best flight as the answer, without the posterior.
     #[inline(never)]
     pub fn search_alone(
         &mut self,
@@ -87,7 +87,7 @@ impl Inferred {
         }
     }
 
-    /// Measures the staircase that stands there.
+    /// Measures the steps of the accepted staircase.
     #[inline(never)]
     fn measure(
         &mut self,
@@ -104,7 +104,7 @@ impl Inferred {
     }
 }
 
-/// A flight with its score and the height of its risers by the likelihood of all echoes.
+/// Returns a flight with its score, and its riser height averaged over the likelihood of all echoes.
 fn with_rise(search: &Search<'_, '_>, mut flight: Flight) -> Risen {
     let (rise, score) = search.stairs.rise(&flight);
     flight.score = score;

@@ -1,4 +1,5 @@
-//! The particles' word: the likeliest outline of stairs, doubts about an answer, and other things that may stand there.
+//! The methods of the posterior that evaluate the particles: the likeliest outline of stairs, log-odds of errors of
+//! an answer, and other things that may stand there.
 
 use super::bases::{LANDING_M, Posterior, staircase};
 use super::cloud::{CELLS, Cloud, Told};
@@ -15,34 +16,35 @@ use crate::observer::{Event, Observer};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Most places where something may stand that are told apart.
+/// Maximum number of distinct places where something may stand.
 const MAX_PLACES: usize = 16;
-/// From this probability on a place is told.
+/// Minimum probability at which a place is reported.
 const LEAST_MAYBE: f32 = 0.05;
-/// So many hypotheses are looked around that are not like each other …
+/// Maximum number of distinct hypotheses whose variants are added.
 const LOOKED: usize = 2;
-/// … if they are within so many nats of the likeliest.
+/// Maximum distance in log-weight from the likeliest hypothesis at which variants are added, nats.
 const NEAR_NATS: f32 = 4.0;
-/// Most outlines that are told apart, the likeliest.
+/// Maximum number of distinct outlines, the likeliest ones.
 const OUTLINES: usize = 6;
 
-/// Particles put together that have as many visible steps, each within 10 cm of the other's, whatever their heights: the
-/// heaviest of them, or level ground where they show no step, with the weight of all.
+/// Particles grouped by their visible steps: equal in number, each within 10 cm of the other's, at any height. A
+/// group is represented by its heaviest particle, or by level ground where no step is visible, and has the weight of
+/// all.
 type Outlines = Vec<Weighed, OUTLINES>;
 
-/// The likeliest thing that stands there, by the particles and by earlier scans.
+/// The likeliest explanation by the particles and by earlier scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Likeliest {
     /// The staircase; none where ground without one is likelier.
     pub staircase: Option<Staircase>,
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
-    /// How much likelier it is than any other staircase or ground without one, nats.
+    /// Margin over any other staircase or ground without one, nats.
     pub lead: f32,
 }
 
 impl Likeliest {
-    /// By the search alone.
+    /// Returns the likeliest explanation by the search alone.
     pub fn of(best: Option<&Flight>) -> Self {
         let odds = best.map_or(f32::NEG_INFINITY, |b| b.score);
         Self {
@@ -52,7 +54,7 @@ impl Likeliest {
         }
     }
 
-    /// Whether another one has its steps in the same places.
+    /// Whether another staircase has its steps in the same places.
     pub fn is_like(&self, other: Option<&Staircase>) -> bool {
         let places = |s: Option<&Staircase>| {
             let s = s.copied().unwrap_or_default();
@@ -62,21 +64,21 @@ impl Likeliest {
     }
 }
 
-/// What the particles say of an answer.
+/// Posterior probabilities for an answer.
 #[derive(Clone, Debug, Default)]
 pub struct Belief {
-    /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
+    /// Log-odds of an error in each cell of the way ahead.
     pub doubts: [f32; CELLS],
-    /// Where the answer says that the ground ends.
+    /// The reported drop.
     pub drop: Option<DropEdge>,
-    /// What may stand there though the answer does not hold it.
+    /// Things that may stand there and are not part of the answer.
     pub maybes: Vec<Maybe, MAX_MAYBES>,
 }
 
-/// Fills the cloud and reads the particles; `bases.rs` has the struct, and the hypotheses that begin it.
+/// Filling the cloud and evaluating the particles. The struct and the initial hypotheses are in `bases.rs`.
 impl Posterior {
-    /// Asks the particles about an answer, after [`Posterior::propose`], and writes their word into `belief`, so that no
-    /// second one stands on the stack.
+    /// Compares the particles with an answer, after [`Posterior::propose`]. The result is written into `belief`, so
+    /// that there is no second one on the stack.
     #[inline(never)]
     pub fn judge(
         &mut self,
@@ -93,7 +95,7 @@ impl Posterior {
         }
         let levels = answer.top_m.iter_mut().zip(&mut sigmas);
         for (step, (top, sigma)) in steps.iter().zip(levels) {
-            // As many as a staircase has.
+            // Cannot fail: an answer has no more steps than a staircase.
             let _ = edges.push(ToldStep::new(
                 (step.distance_m, step.height_m),
                 (step.distance_sigma_m, step.height_sigma_m),
@@ -105,7 +107,7 @@ impl Posterior {
             drop: drop.map(|d| ToldDrop::new(d.distance_m, d.distance_sigma_m)),
             view: self.model.view,
         };
-        // Going down it is among the hypotheses.
+        // Going down, the answer is already among the hypotheses.
         if answer.kind == GroundKind::Stairs {
             self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
         }
@@ -116,7 +118,7 @@ impl Posterior {
         belief.drop = drop;
     }
 
-    /// The likeliest outline by the particles that were judged last and by earlier scans.
+    /// Returns the likeliest outline by the particles that were evaluated last and by earlier scans.
     #[inline(never)]
     pub fn likeliest(&self, past: Option<&History>) -> Likeliest {
         let outlines = self.outlines();
@@ -144,7 +146,7 @@ impl Posterior {
         }
     }
 
-    /// The likeliest outlines by this scan alone.
+    /// Returns the likeliest outlines by this scan alone.
     #[inline(never)]
     pub fn outlines(&self) -> Outlines {
         let mut outlines = Outlines::new();
@@ -164,19 +166,19 @@ impl Posterior {
                 staircase: if bare { Staircase::nothing() } else { *next },
                 log_weight: math::ln(same.map(|(_, p)| p).sum()),
             };
-            // There is room, or the loop would have ended.
+            // Cannot fail: the loop ends when it is full.
             let _ = outlines.push(outline);
         }
         outlines
     }
 
-    /// Where a staircase's steps stand that can be seen, metres.
+    /// Returns the distances of a staircase's visible steps, metres.
     fn shown<'a>(&self, s: &'a Staircase) -> impl Iterator<Item = f32> + 'a {
         let seen = s.edges(&self.model.view).filter(|e| e.seen);
         seen.map(|e| e.x_m)
     }
 
-    /// Tells the observer the particles.
+    /// Reports the particles to the observer.
     pub fn tell(&self, observer: &mut dyn Observer) {
         observer.event(Event::Posterior {
             cloud: &self.cloud,
@@ -184,7 +186,7 @@ impl Posterior {
         });
     }
 
-    /// Tells the observer the likeliest stairs going down of each number of steps, against level ground.
+    /// Reports to the observer, for each number of steps, the likeliest stairs going down against level ground.
     #[inline(never)]
     pub fn tell_descents(&self, likeliest: &Likeliest, observer: &mut dyn Observer) {
         if !observer.listens() {
@@ -227,7 +229,7 @@ impl Posterior {
         }
     }
 
-    /// Fills the cloud with what may stand there: the hypotheses, and what is near the likeliest of them.
+    /// Fills the cloud with the hypotheses and the variants of the likeliest of them.
     #[inline(never)]
     fn spread(&mut self, told: &Told<'_>) {
         let Self {
@@ -243,7 +245,7 @@ impl Posterior {
         }
         let mut looked: Vec<&Base, LOOKED> = Vec::new();
         while !looked.is_full() && model.view.plane == Plane::Depth {
-            // Level ground with another wall has the same around it.
+            // Level ground with another wall has the same variants.
             let fresh = |b: &&Base| {
                 let ground = b.staircase.kind == GroundKind::Nothing;
                 !looked.iter().any(|l| {
@@ -251,7 +253,7 @@ impl Posterior {
                         || ground && l.staircase.kind == GroundKind::Nothing
                 })
             };
-            // A ramp has no variants, and going down all there are have been weighed.
+            // A ramp has no variants. Going down, all hypotheses are proposed already.
             let around = bases
                 .iter()
                 .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
@@ -260,13 +262,13 @@ impl Posterior {
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
             let Some(base) = next else { break };
             Variants { model, told, cloud }.around(base);
-            // There is room, or the loop would have ended.
+            // Cannot fail: the loop ends when it is full.
             let _ = looked.push(base);
         }
     }
 }
 
-/// Whether there are as many steps, each in the same place.
+/// Whether both have the same number of steps, each in the same place.
 fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool {
     let mut same = true;
     for x_m in a {
@@ -275,7 +277,7 @@ fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool
     same && b.next().is_none()
 }
 
-/// The edges of particles that the answer does not hold, those near each other as one.
+/// Returns the edges of particles that are not part of the answer, with near ones merged.
 fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
     let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
@@ -304,7 +306,7 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
                     m.height_m += height_m;
                     m.probability += probability;
                 }
-                // Where there is no room any more, many places are more doubtful.
+                // Where there is no room, there are so many places that each one is unlikely.
                 None => drop_full(sums.push(Maybe {
                     distance_m,
                     height_m,
@@ -327,5 +329,5 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
     maybes
 }
 
-/// What finds no room is left out.
+/// Drops what does not fit.
 fn drop_full(_: Result<(), Maybe>) {}

@@ -1,31 +1,31 @@
-//! The default estimator: from echoes to the staircase that explains them best.
+//! The default estimator: takes in the echoes of one scan, returns the staircase or the ground that explains them
+//! best.
 //!
-//! Going up, a search proposes flights; they and their variants are weighed by the measurement model of
-//! [`crate::model`] and become particles, and the particles decide. Going down the search's best flight is the answer.
-//! In the order of the data:
+//! Going up, a search proposes flights. They and their variants are weighted by the measurement model of
+//! [`crate::model`] and become particles. Going down, chains of levels are proposed and weighted, without variants. In
+//! both cases the answer is the outline of the highest posterior probability. In the order of the data:
 //!
-//! | module | does |
+//! | module | content |
 //! |---|---|
-//! | `propose` | the search: flights that may explain the echoes, with a score; it only proposes |
-//! | [`past`] | earlier scans: likely staircases, steps and log-odds of an error, carried on with the chair |
-//! | `bases` | `Posterior`, and hypotheses that begin it: flights of the search and of earlier scans, refined; a ramp; level ground |
-//! | `readings` | what each riser's own echoes say of its place and height |
-//! | [`gauss`] | the Gaussian over the levels of a flight, any one riser or tread odd |
-//! | `refine` | a hypothesis moved to where the echoes put it |
-//! | `variants` | variants of a hypothesis: one riser more, fewer, an odd one; on bare ground a step, a box, a drop |
-//! | `cloud` | weighted particles, resampled, and what they say of an answer, by cells of the way |
-//! | `judgement` | the other methods of `Posterior`, what the particles say: the likeliest outline, doubts, what may stand there besides |
-//! | `inference` | the answer going up: the modules above in two rounds at most |
-//! | `nosings` | how far away each nosing stands, and by how much all overhang |
+//! | `propose` | the search: flights that may explain the echoes, each with a score; proposals only |
+//! | [`past`] | earlier scans: likely staircases, steps and log-odds of an error, moved along with the chair |
+//! | `bases` | `Posterior` and its initial hypotheses: refined flights, a ramp, level ground |
+//! | `readings` | measurements of each riser's place and height from its own echoes |
+//! | [`gauss`] | Gaussian mixture over the levels of a flight of which at most one riser or tread is irregular |
+//! | `refine` | fit of a hypothesis's levels, places and overhang to its echoes |
+//! | `variants` | variants of a hypothesis: a riser more, fewer, irregular; on bare ground a step, a box, a drop |
+//! | `cloud` | weighted particles, their resampling, and the log-odds of an error of the answer per cell of the way |
+//! | `judgement` | the other methods of `Posterior`: likeliest outline, log-odds of errors, other possible things |
+//! | `inference` | the answer going up: the modules above in at most two rounds |
+//! | `nosings` | distance of each nosing, and the common overhang |
 //! | `dimensions` | steps with their standard deviations |
-//! | `chart` | the map with what it takes to read it |
-//! | `support`, `horizon` | what each step rests on, what is weak about the answer, and how far it is valid |
-//! | [`trace`] | what an observer is told on the way |
+//! | `support`, `horizon` | evidence for each step, reasons that prevent `ok`, and the horizon |
+//! | [`trace`] | intermediate results for an observer |
 //!
 //! This file joins them: [`Likelihood`] takes in the rows of a scan and makes its answer.
 
-// The stages are `inline(never)`: each has its working memory on a stack of 18 KB, and merged into
-// one function they would hold all of it at the same time.
+// The stages are `inline(never)`. The stack has 18 KB: merged into one function, the stages would hold the working
+// memory of all of them at the same time.
 
 mod bases;
 mod cloud;
@@ -84,8 +84,8 @@ pub use refine::refine;
 use trace::{Candidate, Scatterer, Stage};
 pub use variants::{Base, Variants, weight};
 
-/// The estimator: what it keeps during a scan, and after the last row the search's memory in the
-/// same place.
+/// The default estimator. Its memory holds the row collector during a scan, and after the last row, in the same
+/// place, the working memory of each further stage.
 #[derive(Debug)]
 pub struct Likelihood {
     phase: Phase,
@@ -93,7 +93,7 @@ pub struct Likelihood {
     sweeps: Sweeps,
     params: &'static Params,
     posterior: Posterior,
-    /// Whether the particles have a say.
+    /// Whether the posterior decides, rather than the search alone.
     particles: bool,
 }
 
@@ -116,12 +116,12 @@ impl Default for Likelihood {
 }
 
 impl Likelihood {
-    /// Before the first scan.
+    /// Returns an estimator before the first scan.
     pub const fn new() -> Self {
         Self::with(&Params::DEFAULT)
     }
 
-    /// The same with other numbers than those that were tuned: to see what they do.
+    /// Returns an estimator with other tuned numbers than the default ones, for experiments.
     pub const fn with(params: &'static Params) -> Self {
         Self {
             phase: Phase::Rows(Collector::new()),
@@ -133,14 +133,14 @@ impl Likelihood {
         }
     }
 
-    /// The same with another measurement model in the depth plane: to fit what rests on it.
+    /// Replaces the measurement model of the depth plane, so that `cargo sim` can fit the numbers that depend on it.
     pub const fn measuring(mut self, measured: &'static Generative) -> Self {
         self.posterior.measure(measured);
         self
     }
 
-    /// The echoes of a scan of a chair that stands, after its last row, in place of
-    /// [`Estimator::conclude`]; none when that has been.
+    /// Returns the echoes of a finished scan of a standing chair. It is called in place of [`Estimator::conclude`],
+    /// and returns none after that.
     pub fn echoes(&mut self, map: &PolarMap, config: &Config) -> &[Echo] {
         self.echoes.clear();
         if let Phase::Rows(collector) = &mut self.phase {
@@ -150,8 +150,8 @@ impl Likelihood {
         &self.echoes
     }
 
-    /// The same without the posterior: the search's best flight is the answer, no cell is doubted more
-    /// than another, and nothing may stand there besides. To see what the particles are good for.
+    /// Switches the posterior off, to measure its contribution. The search's best flight is the answer, all cells
+    /// have equal log-odds of an error, and nothing else is reported as possible.
     pub const fn without_particles(mut self) -> Self {
         self.particles = false;
         self
@@ -212,7 +212,7 @@ impl Estimator for Likelihood {
             observer.event(Event::Floor(floor));
         }
         let level = floor.is_none_or(|floor| floor.in_place(p));
-        // The rows' own range moves along while the chair does.
+        // The row profiles shift in range while the chair moves.
         let still = rode_m.abs() < p.beam_still_m && geometry.plane == Plane::Depth;
         let lobes = still.then(|| Lobes::of(echoes, geometry, p)).flatten();
         if let Some(lobes) = lobes {
@@ -286,17 +286,17 @@ impl Estimator for Likelihood {
     }
 }
 
-/// What a search says of its answer.
+/// Quality of an answer.
 struct Worth {
-    /// How far it is valid.
+    /// Horizon and confidence.
     valid: Validity,
-    /// Whether calibration or the first corner shows another mounting than is said.
+    /// Whether the calibration or the first corner contradicts the configured mounting.
     astray: bool,
-    /// What is weak about it.
+    /// Reasons that prevent `ok`.
     weak: Reasons,
 }
 
-/// Weighs what the ground shows along its line, in the memory that the search takes next.
+/// Evaluates the power along the ground line, in the memory that the search uses next.
 #[inline(never)]
 fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     *phase = Phase::Ground(Recursions::new());
@@ -306,8 +306,8 @@ fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     }
 }
 
-/// The best stairs going up, if they explain the echoes better than everything else. Where the floor does not
-/// show that the mounting is as it is said to be (`firm`), their first corner must.
+/// Finds the best stairs going up, if they explain the echoes better than any alternative. `firm` is whether the
+/// floor confirms the configured mounting; where it does not, the stairs' first corner must.
 #[inline(never)]
 fn ascend(
     echoes: &[Echo],
@@ -364,17 +364,17 @@ fn ascend(
     ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
 }
 
-/// What each mark is taken for on the bare ground.
+/// Returns the role of each mark on bare ground.
 fn bare(search: &Search<'_, '_>) -> Roles {
     let mut roles = Roles::new();
     for m in &search.stairs.scene().marks {
-        // As many as there are marks.
+        // Cannot fail: there is one role for each mark.
         let _ = roles.push(search.stairs.role(m, &[], FlightShape::default()));
     }
     roles
 }
 
-/// The likeliest stairs going down.
+/// Finds the likeliest stairs going down.
 #[inline(never)]
 fn descend(
     echoes: &[Echo],
@@ -425,22 +425,22 @@ fn descend(
     ended.conclude(None, observer, answer)
 }
 
-/// How far the answer is ahead of what else may stand there.
+/// Margins of the answer over its alternatives.
 struct Rivals {
-    /// Of stairs: how much likelier they are than the next best explanation, nats; else how much likelier the best stairs
-    /// are than ground without any, by the search.
+    /// Margin by the search, nats. With stairs: their score less that of the runner-up. Without stairs: score of the
+    /// best flight, where ground without stairs has the score 0.
     lead: f32,
-    /// By the posterior: how much likelier stairs are than the next best outline, nats; of ground without stairs, log-odds of
-    /// the likeliest stairs against it.
+    /// Margin by the posterior, nats. With stairs: to the runner-up outline. Without stairs: log-odds of the
+    /// likeliest stairs against ground without stairs.
     close: f32,
 }
 
 impl Rivals {
-    /// Of an answer going up.
+    /// Returns the margins of an answer going up.
     fn of(search: &Search<'_, '_>, inferred: &Inferred) -> Self {
         let measured = inferred.measured.as_ref();
         let stairs = measured.is_some_and(|m| !m.supports.is_empty());
-        // A flight that was accepted and then found to be a box or a threshold is no rival.
+        // A flight that was accepted and then found to be a box or a threshold is not an alternative.
         let rival = inferred
             .flight
             .as_ref()
@@ -463,7 +463,7 @@ impl Rivals {
     }
 }
 
-/// Tells the observer each scatterer's role.
+/// Reports each scatterer's role to the observer.
 #[inline(never)]
 fn tell_scatterers(echoes: &[Echo], scene: &Scene<'_>, roles: &Roles, observer: &mut dyn Observer) {
     if !observer.listens() {
@@ -476,7 +476,7 @@ fn tell_scatterers(echoes: &[Echo], scene: &Scene<'_>, roles: &Roles, observer: 
     }
 }
 
-/// Tells the observer every flight of the search with its score.
+/// Reports every flight of the search with its score to the observer.
 #[inline(never)]
 fn tell_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut dyn Observer) {
     if !observer.listens() {
@@ -505,28 +505,28 @@ fn tell_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut dyn
     }
 }
 
-/// A finished inference, up or down, with the answer that it led to.
+/// A finished inference, up or down.
 struct Ended<'s> {
     scene: &'s Scene<'s>,
-    /// What each mark is taken for, by the stairs that were measured or on the bare ground.
+    /// Role of each mark under the measured stairs, or on bare ground.
     roles: Roles,
     rivals: Rivals,
-    /// Whether the treads float.
+    /// Whether the treads are open (no risers).
     open: bool,
-    /// The steps that stand there; none where no stairs are likelier than level ground.
+    /// The measured steps; none where ground without stairs is likelier.
     measured: &'s Option<Measured>,
     geometry: &'s Geometry,
     belief: &'s Belief,
-    /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
+    /// Whether calibration removed a larger error than a correct mounting can have.
     strained: bool,
-    /// Whether the floor shows that the mounting is as it is said to be.
+    /// Whether the floor confirms the configured mounting.
     firm: bool,
-    /// Whether the ground goes on, by the power along its line.
+    /// Evidence that the ground goes on, from the power along its line.
     surfaces: &'s Surfaces,
 }
 
 impl Ended<'_> {
-    /// Makes the answer, of a flight that was accepted and measured or of none, and returns its worth.
+    /// Writes the answer, of measured stairs or of ground without stairs, and returns its quality.
     #[inline(never)]
     fn conclude(
         self,
@@ -595,8 +595,7 @@ impl Ended<'_> {
         }
     }
 
-    /// Whether the corner of floor and first riser, where there is one to rely on, is seen above the floor or
-    /// below it.
+    /// Whether the corner of floor and first riser, where a reliable one is found, lies above or below the floor.
     #[inline(never)]
     fn corner_astray(&self) -> bool {
         let Some(measured) = self.measured else {

@@ -1,12 +1,11 @@
-//! How far away each nosing stands: the echoes on two upright lines, nosing and riser, one overhang
-//! for the whole flight.
+//! Distance of each nosing, from the echoes on two vertical lines: nosing and riser, with one overhang for the whole
+//! flight.
 //!
-//! A tread that stands out shows two lines, its front and, the overhang behind it, the riser with the
-//! inner corner at its foot; a flush one shows both at one place. Range tells echoes apart to a
-//! millimetre or two, height to a centimetre or two: so the places say which overhang it is, and the
-//! heights which line an echo lies on. All overhangs are weighed against each other over the whole
-//! flight, and within each, all places of each nosing; what is reported is the mean over these
-//! possibilities and their spread.
+//! A tread with an overhang shows two lines: its front edge, and behind it by the overhang the riser with the inner
+//! corner at its foot. A flush tread shows both at one place. Range resolves echoes to one or two millimetres, height
+//! to one or two centimetres: so the distances determine the overhang, and the heights assign each echo to a line.
+//! The method averages over all overhangs of the whole flight and, for each, over all places of each nosing, weighted
+//! by their likelihood. The result is the mean and standard deviation of this mixture.
 
 use super::gauss::TreadLevels;
 use super::propose::ascending::riser_at;
@@ -19,21 +18,21 @@ use crate::params::Params;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Overhangs weighed, metres: none, and from what two lines can be told apart to the deepest noses that
-/// people build, closer together than the lines are wide.
+/// Overhangs of the grid, metres: none, and from the smallest one at which two lines can be resolved to the deepest
+/// nosings that are built, closer together than the lines are wide.
 const OVERHANGS_M: [f32; 11] = [
     0.0, 0.008, 0.014, 0.020, 0.026, 0.032, 0.038, 0.044, 0.050, 0.056, 0.062,
 ];
-/// Cost of an overhanging riser, nats: it shows nosing and riser, or either alone, each as often.
+/// Cost of an overhanging riser, nats: ln 3. It shows nosing and riser, or the nosing, or the riser, equally often.
 const LN_SHOWN: f32 = 1.098_612_3;
-/// Overhangs less likely than this add nothing.
+/// Minimum relative likelihood of an overhang that is included.
 const NEGLIGIBLE: f32 = 1e-3;
-/// Most echoes looked at near one riser, the strongest: a nosing, a face, a corner and twice as many.
+/// Maximum number of echoes near one riser, the strongest: a nosing, a face, a corner, and as many others.
 const MOST: usize = 6;
-/// So many of them may say where the lines stand.
+/// Number of the strongest echoes that may generate places of the lines.
 const GENERATORS: usize = 3;
 
-/// Where the nosings stand, metres from the mirror; `None` for one without an echo.
+/// Distances of the nosings, metres from the mirror; `None` for one without an echo.
 pub type Nosings = Vec<Option<Estimate>, MAX_FLIGHT>;
 
 /// An echo near a riser.
@@ -41,33 +40,33 @@ pub type Nosings = Vec<Option<Estimate>, MAX_FLIGHT>;
 struct Sighting {
     /// Horizontal distance and its standard deviation, metres.
     x: (f32, f32),
-    /// Gain on the line of the nosing by its height, nats.
+    /// Gain as part of the nosing's line, by its height, nats.
     front: f32,
-    /// Gain on the riser's line.
+    /// Gain as part of the riser's line, by its height, nats.
     back: f32,
-    /// Credibility.
+    /// Credibility, 0…1.
     weight: f32,
     snr_db: f32,
 }
 
-/// How well two lines explain the echoes near a riser.
+/// Fit of two lines to the echoes near a riser.
 #[derive(Clone, Copy, Debug, Default)]
 struct Explained {
     nats: f32,
-    /// From line to line as the echoes have it, if both show.
+    /// Measured distance between the two lines, metres, if both have echoes.
     gap_m: Option<f32>,
     /// Amplitude of the weaker line.
     amplitude: f32,
 }
 
-/// The echoes near one riser, and which lines it shows.
+/// The echoes near one riser.
 struct RiserEchoes {
     sightings: Vec<Sighting, MOST>,
     unexplained_nats: f32,
 }
 
 impl RiserEchoes {
-    /// Looks at the riser's surroundings; `top_variance` is that of the level at its top.
+    /// Collects the echoes near a riser. `top_variance` is the variance of the level at its top, m².
     fn new(scene: &Scene<'_>, riser: &Riser, along_m: f32, top_variance: f32) -> Self {
         let p = scene.params;
         let from = math::max(along_m - p.nosing_window_m, p.nearest_riser_m);
@@ -88,8 +87,8 @@ impl RiserEchoes {
         }
     }
 
-    /// Calls `take` with each place of the nosing that an echo suggests if the overhang is `overhang_m`,
-    /// whether the riser's line suggests it, and the echo's strength in dB.
+    /// Calls `take` with each place of the nosing that an echo suggests for overhang `overhang_m`, with whether the
+    /// echo is taken for the riser's line, and with the echo's level, dB.
     fn suggest(&self, overhang_m: f32, mut take: impl FnMut(f32, bool, f32)) {
         for s in self.sightings.iter().take(GENERATORS) {
             let flush = overhang_m <= 0.0;
@@ -102,7 +101,7 @@ impl RiserEchoes {
         }
     }
 
-    /// How well a nosing at `front_m` with this overhang explains the echoes.
+    /// Returns the fit of a nosing at `front_m` with this overhang to the echoes.
     fn explain(&self, front_m: f32, overhang_m: f32) -> Explained {
         let mut nats = 0.0;
         let (mut front, mut back) = ((0.0, 0.0), (0.0, 0.0));
@@ -139,7 +138,7 @@ impl RiserEchoes {
         }
     }
 
-    /// The best explanation with this overhang.
+    /// Returns the best fit with this overhang.
     fn best(&self, overhang_m: f32) -> Option<Explained> {
         let mut best: Option<Explained> = None;
         self.suggest(overhang_m, |front_m, _, _| {
@@ -152,7 +151,7 @@ impl RiserEchoes {
     }
 }
 
-/// What an echo may be by its height: on the front of the tread or below on the riser.
+/// Returns the gains of an echo on both lines by its height: on the front of the tread, or below on the riser.
 fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sighting {
     let p = scene.params;
     let top_z = (m.y_m - riser.top_m) / math::sqrt(m.y_sigma_m * m.y_sigma_m + top_variance);
@@ -171,11 +170,11 @@ fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sight
     if above_foot && m.y_m < riser.top_m - p.least_lip_m + 0.5 * m.y_sigma_m {
         back = math::max(back, p.face_nats);
     }
-    // Seen from below, the edge on top shows no better than the one below it.
+    // Seen from below, the edge on top is no better visible than the edge below it.
     if riser.top_m > scene.mount_height_m {
         front = math::min(front, p.face_nats);
     }
-    // A height that is off moves the horizontal distance of what lies below or above the mirror.
+    // An error of an echo's angle moves the horizontal distance of what lies below or above the mirror.
     let slope = (scene.mount_height_m - m.y_m) / m.x_m;
     Sighting {
         x: (
@@ -189,7 +188,7 @@ fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sight
     }
 }
 
-/// One overhang: how well it explains all risers, and the overhang as the echoes have it.
+/// One overhang of the grid: its fit to all risers, and the sums for the measured overhang.
 #[derive(Clone, Copy, Debug, Default)]
 struct Overhang {
     nats: f32,
@@ -198,7 +197,7 @@ struct Overhang {
 }
 
 impl Overhang {
-    /// The overhang by the echoes that show both lines, or the one that is weighed.
+    /// Returns the overhang as measured by the risers that show both lines; without any, the value of the grid.
     fn refined(&self, overhang_m: f32, p: &Params) -> Estimate {
         if overhang_m <= 0.0 {
             Estimate::default()
@@ -210,7 +209,7 @@ impl Overhang {
     }
 }
 
-/// Calls `look` with the surroundings of one riser after the other.
+/// Calls `look` with the echoes near each riser in turn.
 fn places(
     scene: &Scene<'_>,
     flight: &Flight,
@@ -224,12 +223,12 @@ fn places(
     }
 }
 
-/// Where the nosings of a flight stand whose levels are known.
+/// Returns the distances of the nosings of a flight of known levels.
 #[inline(never)]
 pub fn locate(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Nosings {
     let p = scene.params;
     let mut overhangs = [Overhang::default(); OVERHANGS_M.len()];
-    // None at all is as likely as all others together.
+    // No overhang is as likely as all others together.
     let others = (OVERHANGS_M.len() - 1) as f32;
     for (overhang, &m) in overhangs.iter_mut().zip(&OVERHANGS_M) {
         overhang.nats = if m <= 0.0 { math::ln(others) } else { 0.0 };
@@ -256,24 +255,24 @@ pub fn locate(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Nosin
                 mixture.add(place, m, refined, share, p);
             }
         }
-        // As many as the flight has.
+        // Cannot fail: there are as many nosings as faces.
         let _ = nosings.push(mixture.mean());
     });
     nosings
 }
 
-/// Mean and spread of a nosing's place over all possibilities.
+/// Mean and variance of a nosing's place over all overhangs and places.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mixture {
     weight: f32,
     sum: f32,
     squares: f32,
-    /// What the sums count from, so that squares keep their digits.
+    /// Origin of the sums, metres, so that the squares keep their precision.
     origin_m: f32,
 }
 
 impl Mixture {
-    /// Adds the places with one overhang, which all together have the probability `share`.
+    /// Adds the places with one overhang. Their probabilities add up to `share`.
     fn add(
         &mut self,
         place: &RiserEchoes,
@@ -291,7 +290,7 @@ impl Mixture {
         let (mut weight, mut sum, mut squares) = (0.0, 0.0, 0.0);
         place.suggest(overhang_m, |front_m, is_back, snr_db| {
             let nats = place.explain(front_m, overhang_m).nats - best.nats;
-            // Of two that fit alike the stronger is better known.
+            // Of two places that fit equally well, that of the stronger echo is more accurate.
             let w = math::exp(nats) * math::amplitude(snr_db);
             let own = p.nosing_sigma_m * p.nosing_sigma_m;
             let (shift_m, variance) = if is_back {
@@ -334,8 +333,7 @@ mod tests {
     const RISE_M: f32 = 0.15;
     const MOUNT_M: f32 = 0.40;
 
-    /// Where the nosings of a closed flight of 15 cm rises with these riser places are, by echoes at
-    /// (x, y) of 25 dB.
+    /// Returns the nosings of a closed flight with rises of 15 cm and these risers, from echoes of 25 dB at (x, y).
     fn locate_by(risers: &[f32], echoes: &[(f32, f32)]) -> Vec<Option<Estimate>, MAX_FLIGHT> {
         let echoes: std::vec::Vec<Echo> = echoes
             .iter()
@@ -394,7 +392,7 @@ mod tests {
 
     #[test]
     fn the_overhang_is_not_taken_off_a_nosing() {
-        // The third riser stands where its nosing was seen.
+        // The third riser of the flight stands at its nosing's echo.
         let echoes = [
             (0.6, 0.0),
             (0.57, 0.15),
@@ -418,7 +416,7 @@ mod tests {
     #[test]
     fn an_overhang_that_nothing_tells_is_the_prior_s() {
         let nosing = locate_by(&[0.6], &[(0.6, 0.0)])[0].unwrap();
-        // Nearer than the corner on the mean, and neither end ruled out.
+        // The mean is nearer than the corner, and neither end is excluded.
         assert!(nosing.value < 0.599 && nosing.value > 0.57, "{nosing:?}");
         assert!(nosing.sigma() > 0.004, "{nosing:?}");
         assert!(nosing.value + 2.0 * nosing.sigma() > 0.6);

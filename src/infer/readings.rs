@@ -1,5 +1,5 @@
-//! Readings: what each riser's own echoes say of its place and its height, given a hypothesis that
-//! says which echo is which feature.
+//! Readings: place and height of each riser, measured from its own echoes. Which echo is which feature is given by a
+//! hypothesis.
 
 use super::gauss::Fusion;
 use crate::estimate::Estimate;
@@ -8,48 +8,48 @@ use crate::model::{Class, MAX_STEPS, Model, Seen, Staircase};
 use crate::params::posterior as number;
 use heapless::Vec;
 
-/// What one step's own echoes say.
+/// Measurements of one step from its own echoes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Face {
-    /// Horizontal distance of its riser, metres, where the foot or the face shows.
+    /// Horizontal distance of its riser, metres, if its foot or its face has an echo.
     pub foot_m: Option<f32>,
-    /// Horizontal distance of its edge, metres, where that shows.
+    /// Horizontal distance of its edge, metres, if that has an echo.
     pub edge_m: Option<f32>,
     /// Level of the tread, metres.
     pub level: Fusion,
 }
 
 impl Face {
-    /// Whether nosing and riser show apart from each other.
+    /// Whether nosing and riser have separate echoes.
     pub fn overhang_seen(&self) -> bool {
         self.foot_m.is_some() && self.edge_m.is_some()
     }
 }
 
-/// What the echoes say about all steps.
+/// Measurements of all steps.
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
-    /// Of each step, the nearest first.
+    /// One for each step, the nearest first.
     pub faces: Vec<Face, MAX_STEPS>,
-    /// Of the risers' height, metres: by faces whose foot is hidden.
+    /// Riser height, metres, from faces whose foot is hidden.
     pub rise: Fusion,
 }
 
 impl Model<'_> {
-    /// Reads every riser's echoes as if staircase `s` stood there.
+    /// Assigns the echoes to the features of staircase `s` and measures every riser.
     #[inline(never)]
     pub fn readings(&self, s: &Staircase, out: &mut Readings) {
         out.faces.clear();
         out.rise = Fusion::default();
         for k in 0..s.len() {
             let face = self.face_of(s, k, out);
-            // As many as the staircase has risers.
+            // Cannot fail: there are as many faces as risers.
             let _ = out.faces.push(face);
         }
     }
 
-    /// Reads riser `k`'s echoes; what a corner says of the tread before, and a hidden face of all
-    /// risers, goes to `out`.
+    /// Returns the measurements of riser `k`. A corner measures the tread before it and a hidden face the height of
+    /// all risers; both are written to `out`.
     fn face_of(&self, s: &Staircase, k: usize, out: &mut Readings) -> Face {
         let mut face = Face::default();
         self.features(s, k, |class, reading| {
@@ -60,7 +60,7 @@ impl Model<'_> {
                         before.level.add(level);
                     }
                 }
-                // It shows the riser's place; its height is the mirror's.
+                // A flash measures the riser's place only: its height is always the mirror's.
                 Class::Flash => {}
                 Class::Hidden => {
                     if let Some(rise) = self.hidden_rise(s, k, reading.echo) {
@@ -79,8 +79,8 @@ impl Model<'_> {
         face
     }
 
-    /// Height of the flight's risers from the echo of riser `k`, whose foot the nosing before hides: it lies
-    /// anywhere on the visible part. Both ends of that are linear in the risers' height.
+    /// Returns the riser height of the flight from the echo of riser `k`, whose foot is hidden by the nosing before
+    /// it. The echo may lie anywhere on the visible part. Both ends of that part are linear in the riser height.
     fn hidden_rise(&self, s: &Staircase, k: usize, e: &Seen) -> Option<Estimate> {
         let before_m = k.checked_sub(1).map(|before| s.x(before))?;
         let distances = s.x(k) / before_m;
@@ -89,7 +89,7 @@ impl Model<'_> {
         let (low_m, top_m) = self.face_span(s, k);
         let span_m = math::max(top_m - low_m, number::LEAST_FACE_M);
         let across_m = e.across_m * e.range_m / math::max(e.x_m, number::LEAST_RANGE_M);
-        // Of an even distribution, and of the ends.
+        // Variance of an even distribution over the visible part, of its ends, and of the echo.
         let variance =
             span_m * span_m * number::EVEN_VARIANCE + number::HIDDEN_END_M2 + across_m * across_m;
         Some(Estimate {

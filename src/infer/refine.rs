@@ -1,5 +1,5 @@
-//! A hypothesis moved to where its echoes put it: its levels by the Gaussian over regular and odd
-//! flights, its places and its overhang by the echoes themselves.
+//! Refinement of a hypothesis: its levels are fitted by the Gaussian mixture over regular and irregular flights, its
+//! places and its overhang are set to those of the echoes.
 
 use super::gauss::{self, TreadLevels};
 use super::readings::Readings;
@@ -8,12 +8,11 @@ use crate::math;
 use crate::model::{Model, Staircase};
 use crate::params::Params;
 
-/// Rounds: which echo is which feature depends on the levels.
+/// Number of rounds. There is more than one, since the assignment of echoes to features depends on the levels.
 const ROUNDS: usize = 2;
 
-/// Moves a hypothesis's levels, places and overhang to where the echoes put them, with what its levels are known
-/// to; `rise` is what is known of its risers' height apart from its own readings, metres. `readings` are left as
-/// the last round found them.
+/// Fits levels, places and overhang of a hypothesis to its echoes, and returns the levels' uncertainty in `levels`.
+/// `rise` is the riser height as known apart from its own readings, metres. `readings` holds those of the last round.
 #[inline(never)]
 pub fn refine(
     model: &Model<'_>,
@@ -36,7 +35,7 @@ pub fn refine(
     }
 }
 
-/// Moves risers and overhang to where they show.
+/// Sets risers and overhang to the places of their echoes.
 fn place(s: &mut Staircase, readings: &Readings) {
     let (mut overhang_m, mut overhangs) = (0.0, 0.0);
     for (place, face) in s.x_m.iter_mut().zip(&readings.faces) {

@@ -1,5 +1,5 @@
-//! What each step rests on, and what is weak about an answer: words for people and logs, which decide nothing
-//! ([`crate::verdict`]).
+//! Evidence for each step, and the reasons that an answer is uncertain. They are information for people and logs, and
+//! decide nothing ([`crate::verdict`]).
 
 use super::propose::scene::Mark;
 use crate::answer::Step;
@@ -8,51 +8,50 @@ use crate::math;
 use crate::params::Params;
 use crate::verdict::{Reason, Reasons};
 
-/// So many echoes that stand where a flight leaves no room are more than chance.
+/// Minimum number of echoes in places that a flight leaves no room for, to report them: fewer may be chance.
 const IN_THE_WAY: usize = 3;
-/// Full marks of a step's quality, per cent.
+/// Maximum quality of a step, per cent.
 const FULL_QUALITY: f32 = 100.0;
 
-/// What is known of one step beside its dimensions.
+/// Evidence for one step besides its dimensions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Support {
-    /// Its strongest echo, dB above the noise; none for an inferred step.
+    /// Level of its strongest echo, dB above the noise; none for an inferred step.
     pub snr_db: Option<f32>,
-    /// How strong the next face would be at least, dB.
+    /// Minimum level that the next face would have, dB.
     pub next_db: f32,
-    /// Whether it shows how far its nosing stands before its riser.
+    /// Whether nosing and riser of this step have separate echoes.
     pub overhang_seen: bool,
-    /// Whether any step of the flight does.
+    /// Whether those of any step of the flight have.
     pub overhang_known: bool,
-    /// How far its own echoes put it off the straight flight, metres.
+    /// Deviation from the straight flight by its own echoes, metres.
     pub off: Estimate,
-    /// The same along the line of sight, where echoes are sure to millimetres.
+    /// Deviation along the line of sight, metres. Echoes measure it to millimetres.
     pub off_along_m: f32,
 }
 
 impl Support {
-    /// How much of the step was seen, per cent: by its strongest echo.
+    /// Returns the detection quality of the step from its strongest echo, per cent.
     pub fn quality(&self, p: &Params) -> u8 {
         let share = |db: f32| (FULL_QUALITY * db / p.full_quality_db).clamp(1.0, FULL_QUALITY);
         self.snr_db.map_or(0, |db| share(db) as u8)
     }
 
-    /// Whether the step departs from the others for sure.
+    /// Whether the step clearly deviates from the others.
     fn irregular(&self, p: &Params) -> bool {
         let high = self.off.value.abs() > p.irregular_m.max(2.0 * self.off.sigma());
         high || self.off_along_m.abs() > p.irregular_m
     }
 }
 
-/// How strong a face behind one with these marks would be at least, dB; each mark comes with
-/// whether it is a flash.
+/// Returns the minimum level of a face behind one with these marks, dB. Each mark comes with whether it is a flash.
 pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) -> f32 {
     let left = marks.map(|(m, flash)| m.snr_db - if flash { p.flash_fades_db } else { p.fades_db });
     left.fold(f32::NEG_INFINITY, math::max)
 }
 
-/// Returns what is weak about a flight with these steps: `lead` says how much likelier it is than the next best outline,
-/// nats; `against` are the echoes that contradict it.
+/// Returns the reasons that a flight with these steps is uncertain. `lead` is the margin over the runner-up outline,
+/// nats; `against` are the echoes that contradict the flight.
 pub fn judge<'m>(
     steps: &[Step],
     lead: f32,
@@ -69,7 +68,7 @@ pub fn judge<'m>(
         if support.snr_db.is_none() || step.height_sigma_m > p.sure_height_m {
             reasons.add(Reason::InferredStep);
         }
-        // Where the next step would be lost in the noise, nobody knows whether there is one.
+        // A next step that would be lost in the noise cannot be excluded.
         let fades = last && support.next_db < p.next_seen_db;
         if fades || support.snr_db.is_some_and(|db| db < p.weak_step_db) {
             reasons.add(Reason::WeakEchoes);
@@ -84,8 +83,8 @@ pub fn judge<'m>(
     reasons
 }
 
-/// Returns what is weak about the answer that there are no stairs: `odds` are log-odds of the likeliest
-/// stairs against that, nats; `strongest_db` the strongest echo.
+/// Returns the reasons that an answer without stairs is uncertain. `odds` are the log-odds of the likeliest stairs
+/// against ground without stairs, nats; `strongest_db` is the level of the strongest echo.
 pub fn judge_none(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
     let mut reasons = Reasons::NONE;
     if odds > -p.clear_lead_nats {

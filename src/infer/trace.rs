@@ -1,5 +1,5 @@
-//! What the default estimator tells an observer: every scatterer with its role, the winner, its
-//! rivals, their scores.
+//! Intermediate results of the default estimator for an observer: every scatterer with its role, the winner, its
+//! runners-up, their scores.
 
 pub use super::propose::roles::Role;
 pub use super::propose::stairs::{ChainLink, Explanation};
@@ -10,48 +10,47 @@ use crate::signal::echoes::Echo;
 /// One scatterer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatterer {
-    /// Where it is, how strong, and its standard deviations.
+    /// Position, level and standard deviations.
     pub echo: Echo,
-    /// What the winner takes it for.
+    /// Role that the winner assigns to it.
     pub role: Role,
 }
 
 /// A flight of the search, or level ground, as an explanation of the echoes, and its score.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate<'a> {
-    /// What it says.
+    /// Kind and dimensions.
     pub explanation: Explanation,
-    /// Its faces along the line of sight: horizontal distances going up, depths below the mirror
-    /// going down.
+    /// Its faces along the line of sight, metres: horizontal distances going up, depths below the mirror going down.
     pub faces: &'a [ChainLink],
-    /// Log-likelihood ratio against everything that is no stair, nats.
+    /// Log-likelihood ratio against ground without stairs, nats.
     pub score: f32,
     /// Whether it is the answer.
     pub winner: bool,
 }
 
-/// One cell of the way ahead, as the verdict sees it.
+/// One cell of the way ahead, as the horizon uses it.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Where it ends, metres from the mirror.
+    /// Its end, metres from the mirror.
     pub end_m: f32,
-    /// What is known of it.
+    /// Features of this scan.
     pub features: Features,
-    /// Where earlier scans have a say: what they know of it.
+    /// Features of this and earlier scans, where evidence was carried on.
     pub past: Option<PastFeatures>,
-    /// Probability that the answer is right up to its end.
+    /// Probability that the answer is correct up to its end.
     pub right: f32,
-    /// Probability from which on the answer is valid up to there.
+    /// Minimum probability at which the answer is valid up to its end.
     pub asked: f32,
 }
 
-/// What is done one after the other after the last row.
+/// Processing stages after the last row, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Echoes are told from noise, side lobes and ghosts, and placed.
+    /// Echoes are separated from noise, side lobes and ghosts, and placed.
     Echoes,
     /// The best flight is found.
     Search,
-    /// Steps have their dimensions, and how far the answer is valid is known.
+    /// Dimensions of the steps and the horizon are known.
     Dimensions,
 }

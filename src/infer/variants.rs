@@ -1,8 +1,8 @@
-//! Variants of a hypothesis: one more riser behind the last, the last ones left out, an odd rise. On bare ground: a step,
-//! a box, a threshold, a drop.
+//! Variants of a hypothesis: one more riser behind the last, the last ones left out, an irregular rise; on bare
+//! ground a step, a box, a threshold, a drop.
 //!
-//! Each differs from a hypothesis in a few risers, so that only their part of the
-//! likelihood is looked at anew.
+//! A variant differs from its hypothesis in a few risers. Only their summands of the log-likelihood are computed
+//! anew.
 
 use super::cloud::{Cloud, Told};
 use crate::math;
@@ -13,19 +13,19 @@ use crate::params::current;
 use crate::params::posterior as number;
 use heapless::Vec;
 
-/// Places for one more riser that are tried at most.
+/// Maximum number of places for one more riser.
 const SPOTS: usize = 40;
-/// Echoes below show no place for a riser, dB.
+/// Minimum level of an echo that may be a riser's place, dB.
 const SPOT_DB: f32 = 8.0;
-/// Two places nearer to each other are one, metres.
+/// Minimum distance between two places at echoes, metres.
 const APART_M: f32 = 0.015;
 
-/// Logarithm of prior times likelihood.
+/// Returns the log-weight of a staircase, nats: log-prior plus log-likelihood.
 pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
     prior(s) + model.whole(s)
 }
 
-/// A hypothesis, its likelihood riser by riser, and its weight.
+/// A hypothesis with its log-likelihood riser by riser, and its weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Base {
     /// The hypothesis.
@@ -34,17 +34,17 @@ pub struct Base {
     pub sigmas: Sigmas,
     /// Log-likelihood of each riser with the tread before it, and of the landing.
     steps: [f32; MAX_STEPS + 1],
-    /// Logarithm of prior times likelihood.
+    /// Log-prior plus log-likelihood, nats.
     pub log_weight: f32,
 }
 
-/// Standard deviation of a level that a variant puts where it is, metres.
+/// Standard deviation of a level that a variant sets rather than measures, metres.
 const PLACED_M: f32 = 0.01;
 /// Standard deviation of the level of a tread that is seen from above, metres.
 const TREAD_M: f32 = 0.003;
 
 impl Base {
-    /// Weighs a hypothesis whose levels are known to `sigmas`.
+    /// Computes the weight of a hypothesis. `sigmas` are the standard deviations of its levels, metres.
     #[inline(never)]
     pub fn new(model: &Model<'_>, staircase: Staircase, sigmas: Sigmas) -> Self {
         let mut steps = [0.0; MAX_STEPS + 1];
@@ -61,7 +61,7 @@ impl Base {
         }
     }
 
-    /// A hypothesis that has been weighed, whose levels are known as those of treads are.
+    /// Returns a hypothesis of known weight, with the standard deviations of treads that are seen from above.
     pub fn weighed(staircase: Staircase, log_weight: f32) -> Self {
         Self {
             staircase,
@@ -71,7 +71,7 @@ impl Base {
         }
     }
 
-    /// The one of greater weight; the first of two alike.
+    /// Returns the hypothesis of greater weight; the first of two equal ones.
     pub fn likelier(self, other: Self) -> Self {
         if other.log_weight > self.log_weight {
             other
@@ -80,7 +80,8 @@ impl Base {
         }
     }
 
-    /// The same with a wall at `wall_m` behind: only the landing changes.
+    /// Returns the hypothesis with a wall at `wall_m`, metres. Only the landing's log-likelihood and the prior
+    /// change.
     #[inline(never)]
     pub fn walled(&self, model: &Model<'_>, wall_m: f32) -> Self {
         let mut out = *self;
@@ -95,28 +96,28 @@ impl Base {
         out
     }
 
-    /// What risers from number `from` to before `to` say.
+    /// Returns the log-likelihood of risers `from` to before `to`.
     #[inline(never)]
     fn part(&self, from: usize, to: usize) -> f32 {
         self.steps.get(from..to).map_or(0.0, |s| s.iter().sum())
     }
 }
 
-/// Puts variants into a cloud.
+/// Generator of variants that adds them to a cloud.
 pub struct Variants<'a> {
-    /// What weighs them.
+    /// Measurement model.
     pub model: &'a Model<'a>,
-    /// The answer that they are held against.
+    /// Answer with which the variants are compared.
     pub told: &'a Told<'a>,
-    /// Where they go.
+    /// Destination of the variants.
     pub cloud: &'a mut Cloud,
 }
 
-/// Places for one more riser, and how much of the way each stands for, metres.
+/// Places for one more riser, each with the length of way that it represents, metres.
 type Spots = Vec<(f32, f32), SPOTS>;
 
 impl Variants<'_> {
-    /// Everything near a hypothesis.
+    /// Adds all variants of a hypothesis.
     pub fn around(&mut self, base: &Base) {
         match base.staircase.kind {
             GroundKind::Stairs => {
@@ -141,18 +142,19 @@ impl Variants<'_> {
         self.cloud.add(s, log_weight, sigmas, self.told);
     }
 
-    /// Log-likelihood of a staircase's risers from `from` to before `to`.
+    /// Returns the log-likelihood of a staircase's risers `from` to before `to`.
     fn part(&self, s: &Staircase, from: usize, to: usize) -> f32 {
         (from..to).map(|k| self.model.step(s, k)).sum()
     }
 
-    /// Places on a grid of `step_m` from `from_m` to `to_m`, and of echoes there.
+    /// Returns the places on a grid of `step_m` from `from_m` to `to_m`, and those of echoes there, which represent
+    /// `echo_m` each.
     #[inline(never)]
     fn spots(&self, from_m: f32, to_m: f32, step_m: f32, echo_m: f32) -> Spots {
         let mut spots = Spots::new();
         let mut x = from_m;
         while x < to_m && spots.len() < SPOTS / 2 {
-            // There is room for as many.
+            // Cannot fail: the loop leaves room.
             let _ = spots.push((x, step_m));
             x += step_m;
         }
@@ -161,14 +163,14 @@ impl Variants<'_> {
             let within = e.x_m > from_m && e.x_m < to_m && e.snr_db > SPOT_DB;
             if within && e.x_m > last + APART_M {
                 last = e.x_m;
-                // Those that find no room stand among many.
+                // Where there is no room, enough other places are near.
                 let _ = spots.push((e.x_m, echo_m));
             }
         }
         spots
     }
 
-    /// The flight less its last steps.
+    /// Adds the flight without its last steps: one less, two less, …
     #[inline(never)]
     fn less(&mut self, base: &Base) {
         let mut longer = base.staircase;
@@ -185,7 +187,7 @@ impl Variants<'_> {
         }
     }
 
-    /// One more riser behind the last, at an echo or where nothing shows it.
+    /// Adds one more riser behind the last, at an echo or at a place without one.
     #[inline(never)]
     fn behind(&mut self, base: &Base) {
         let s = &base.staircase;
@@ -199,7 +201,7 @@ impl Variants<'_> {
             number::SPOT_M,
         );
         if let Some(mean) = mean.filter(|mean| x + mean < end) {
-            // As far as the others: between the places of the grid it would be missed.
+            // The mean going is a place of its own: it would be missed between the places of the grid.
             near.retain(|(at, step)| *step < ECHO_M || (at - x - mean).abs() > REGULAR_M);
             let _ = near.push((x + mean, REGULAR_M));
         }
@@ -223,20 +225,20 @@ impl Variants<'_> {
         }
     }
 
-    /// The echoes on the last tread, which are the same whatever stands behind; nothing where one more riser,
-    /// `top_m` high at least, hides what is behind it.
+    /// Returns the sums over the echoes on the last tread, which do not depend on what stands behind. It returns none
+    /// where one more riser, at least `top_m` high, would hide what is behind it.
     fn before(&self, base: &Base, top_m: f32) -> Option<EchoSums> {
         let s = &base.staircase;
         (!self.hides(top_m)).then(|| self.model.sums(s, s.len()))
     }
 
-    /// Whether what can be seen behind an edge depends on where that stands: it is above the mirror.
+    /// Whether a riser's place decides what can be seen behind it: its top is above the mirror.
     fn hides(&self, top_m: f32) -> bool {
         top_m > self.model.view.height_m
     }
 
-    /// One more riser behind the last whose top is at `top_m`, wherever it stands, where `before` holds the
-    /// echoes on the tread before it.
+    /// Returns one more riser behind the last with its top at `top_m`, without a place yet. `before` holds the sums
+    /// over the echoes on the tread before it.
     fn more<'b>(
         &self,
         base: &Base,
@@ -260,7 +262,7 @@ impl Variants<'_> {
         }
     }
 
-    /// That riser at `x_m`, and the logarithm of its weight but for its odds.
+    /// Returns the staircase with that riser at `x_m`, and its log-weight without the prior odds of the riser.
     #[inline(never)]
     fn added(&self, base: &Base, more: &More<'_>, x_m: f32) -> (Staircase, f32) {
         let (model, s) = (self.model, &base.staircase);
@@ -302,13 +304,13 @@ impl Variants<'_> {
         (new, base.log_weight + part + line - old)
     }
 
-    /// One rise higher or lower than the others, the rest moved along or not.
+    /// Adds one irregular rise, higher or lower than the others; the levels behind it are shifted or not.
     #[inline(never)]
     fn odd(&mut self, base: &Base) {
         let s = &base.staircase;
         let n = s.len();
         let odds = ln(number::ODD_ODDS / n as f32 / (2 * ODD_M.len()) as f32);
-        // Farther ones lie beyond the horizon as a rule.
+        // Risers farther away mostly lie beyond the horizon.
         for k in 0..n.min(ODD_RISERS) {
             for off in ODD_M {
                 for end in [n, k + 1] {
@@ -329,7 +331,7 @@ impl Variants<'_> {
         }
     }
 
-    /// The ground ends.
+    /// Adds ground that ends, at each slot.
     #[inline(never)]
     fn drops(&mut self, base: &Base) {
         let (model, s) = (self.model, &base.staircase);
@@ -351,7 +353,7 @@ impl Variants<'_> {
         }
     }
 
-    /// One step, box or threshold, or a drop, on bare ground.
+    /// Adds one step, box or threshold on bare ground, and drops.
     #[inline(never)]
     fn floor(&mut self, base: &Base) {
         let s = &base.staircase;
@@ -381,39 +383,39 @@ impl Variants<'_> {
     }
 }
 
-/// One more riser behind the last of a hypothesis, wherever it stands.
+/// One more riser behind the last of a hypothesis, without a place.
 struct More<'b> {
     top_m: f32,
     kind: GroundKind,
     sums: Option<Split<'b>>,
 }
 
-/// What does not depend on where a riser stands.
+/// Parts of the log-likelihood that do not depend on the riser's place.
 struct Split<'b> {
-    /// Of the echoes from each number on, on the tread before it …
+    /// Sums over the echoes from each index on, for the tread before the riser.
     before: &'b EchoSums,
-    /// … and on the one behind it.
+    /// Sums over the echoes from each index on, for the tread behind the riser.
     behind: EchoSums,
-    /// Of the wall behind.
+    /// Log-likelihood ratio of the wall behind.
     wall: f32,
 }
 
-/// A regular going is as the flight's within this, times √(2π), metres.
+/// Length of way that the place at the mean going represents, metres: the spread of regular goings times √(2π).
 const REGULAR_M: f32 = 0.03;
-/// So many risers may be odd ones, the nearest.
+/// Number of risers, from the nearest on, of which one may be irregular.
 const ODD_RISERS: usize = 4;
-/// By how much an odd rise is off, metres.
+/// Deviations of an irregular rise, metres.
 const ODD_M: [f32; 2] = [-0.03, 0.03];
-/// Farther from a riser than this its face changes nothing, metres.
+/// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
 const NEAR_M: f32 = 0.10;
-/// Of the way, an echo stands for less than this, metres; the places between are farther apart.
+/// Limit between the lengths of way that a place at an echo and one of the grid represent, metres.
 const ECHO_M: f32 = 0.02;
-/// Nearer than this no scan shows that the ground ends, metres.
+/// Minimum distance at which a scan can show that the ground ends, metres.
 const FIRST_DROP_M: f32 = 0.3;
-/// The ground ends somewhere ahead so often, beside level ground.
+/// Prior odds of a drop anywhere ahead against level ground.
 const DROP_ODDS: f32 = 0.3;
-/// Single rises on level ground: height, metres, and prior share at an echo and where no echo is. Boxes and thresholds
-/// without an echo make no difference to the answer; steps without one look alike, whatever their height.
+/// Single rises on level ground: height, metres, and prior shares at an echo and at a place without one. Boxes and
+/// thresholds without an echo do not change the answer. Steps without one look the same at any height.
 const FLOOR: [(f32, [f32; 2]); 8] = [
     (0.02, [0.5, 0.0]),
     (0.045, [0.05, 0.0]),

@@ -1,26 +1,26 @@
-//! The map with what it takes to read it at places of the scene.
+//! The polar map with the calibration and motion that relate its cells to places of the scene.
 
 use crate::motion::Ride;
 use crate::signal::echoes::two_way_sigma;
 use crate::signal::grid::PolarMap;
 
-/// What the map is read with.
+/// The polar map with its calibration and the chair's motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Chart<'m> {
-    /// The map.
+    /// Polar map.
     pub map: &'m PolarMap,
     /// Mean noise, map units.
     pub noise: f32,
-    /// Error of the shaft's angle, taken off, radians.
+    /// Angle error of the shaft, to be subtracted, radians.
     pub bias_rad: f32,
-    /// Error of heights, taken off, metres.
+    /// Height error, to be subtracted, metres.
     pub height_m: f32,
-    /// How the chair went meanwhile, if it is known.
+    /// Motion of the chair during the scan, if it is known.
     pub ride: Option<Ride<'m>>,
 }
 
 impl Chart<'_> {
-    /// Standard deviation of the two-way beam, radians.
+    /// Returns the standard deviation of the two-way beam, radians.
     pub fn sigma_rad(&self) -> f32 {
         two_way_sigma(self.map.geometry().beamwidth_rad)
     }

@@ -1,4 +1,4 @@
-//! Point features: of which class, and where one is expected.
+//! Point features: their classes and expected places.
 
 use crate::math;
 use crate::params::posterior as number;
@@ -14,30 +14,30 @@ pub enum Class {
     Flash,
     /// Edge of a tread above a flash.
     Top,
-    /// What can be seen of a riser whose foot the tread before it hides.
+    /// Visible part of a riser whose foot is hidden by the tread before it.
     Hidden,
-    /// Edge of a floating tread below the mirror.
+    /// Edge of an open tread below the mirror.
     EdgeBelow,
-    /// The same above it.
+    /// Edge of an open tread above the mirror.
     EdgeAbove,
 }
 
-/// Where a point feature is expected.
+/// Expected place of a point feature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeaturePlace {
-    /// Of which class.
+    /// Class of the feature.
     pub class: Class,
-    /// Distance from the mirror, metres.
+    /// Horizontal distance from the mirror, metres.
     pub x_m: f32,
     /// Height above the ground, metres.
     pub y_m: f32,
     /// Range from the mirror, metres.
     pub range_m: f32,
-    /// Distance to what it may melt into one echo with, in resolution cells.
+    /// Distance to the neighbouring feature with which it may merge into one echo, in resolution cells.
     pub room: f32,
 }
 
-/// Tens of dB by which the riser before outshines a faint one, from its level in dB.
+/// Returns the level of the riser before above that of a faint one, tens of dB. `shown_db` is its level, dB.
 pub fn before(shown_db: f32) -> f32 {
     number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
 }

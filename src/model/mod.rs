@@ -1,17 +1,17 @@
-//! What may stand there, and how likely the echoes are if it does.
+//! Hypotheses about the scene, and the likelihood of the echoes under them.
 //!
-//! | module | does |
+//! | module | content |
 //! |---|---|
-//! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and where it contradicts an answer |
-//! | `normal`, `sight` | the normal distribution and its tail; what an edge leaves in sight |
-//! | `feature`, `places` | classes of point features, where a staircase shows them, and what can be seen of it |
+//! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and its conflicts with an answer |
+//! | `normal`, `sight` | the normal distribution and its tail; visibility behind and below an edge |
+//! | `feature`, `places` | classes of point features, their expected places, and the visible part of a riser |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
 //! | `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
 //! | `surfaces` | likelihood that the ground goes on, ends, or that something stands on it |
 //! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
-//! | `prior` | what stairs people build, and what else stands about |
+//! | `prior` | prior of stairs as they are built, and of the alternatives |
 //!
-//! Nothing here searches or chooses: [`crate::infer`] does, and is not known here.
+//! Nothing here searches or decides: that is done by [`crate::infer`], on which this module does not depend.
 
 pub mod above;
 pub mod chart;

@@ -1,19 +1,19 @@
-//! The normal distribution, its tail, and a density with wider tails.
+//! The normal distribution, its tail, and a density with heavier tails.
 
 use crate::math;
 use crate::params::posterior as number;
 
-/// The tail beyond so many standard deviations is taken for 0.
+/// Number of standard deviations beyond which the tail counts as 0.
 const SURE: f32 = 6.0;
-/// Beyond this squared deviation only the tails are left.
+/// Squared deviation beyond which only the heavy tails remain.
 const CORE: f32 = 25.0;
 
-/// Logistic function.
+/// Returns the logistic function.
 pub fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + math::exp(-x))
 }
 
-/// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
+/// Returns the upper tail of the normal distribution, approximated by the logistic function to within 0.01.
 pub fn above(z: f32) -> f32 {
     if z.abs() > SURE {
         return if z > 0.0 { 0.0 } else { 1.0 };
@@ -21,7 +21,8 @@ pub fn above(z: f32) -> f32 {
     logistic(-number::NORMAL_SLOPE * z)
 }
 
-/// A Gaussian with wide tails, not normalised by its standard deviations.
+/// Returns a Gaussian density with heavy tails over the squared deviation in standard deviations. It must be divided
+/// by the standard deviations and √(2π).
 pub fn tailed(z2: f32) -> f32 {
     if z2 > number::TAIL_END_Z2 {
         return number::TAIL_END;

@@ -1,4 +1,4 @@
-//! Where a staircase shows point features, and what can be seen of it.
+//! Expected places of a staircase's point features, and the visible part of its risers.
 
 use super::feature::{Class, FeaturePlace};
 use super::points::Model;
@@ -10,7 +10,7 @@ use heapless::Vec;
 
 /// Thickness of an open tread, metres.
 const THICK_M: f32 = 0.045;
-/// A face must show this much about the mirror's height to flash, metres.
+/// Minimum extent of a face above and below the mirror's height for a full flash, metres.
 const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
@@ -22,7 +22,7 @@ impl Model<'_> {
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
     }
 
-    /// Lower and upper end of what can be seen of riser `k`'s face.
+    /// Returns the lower and upper end of the visible part of riser `k`'s face, metres.
     pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
         if s.open {
@@ -32,7 +32,7 @@ impl Model<'_> {
         (sight_m(self.height_m, s.x(k), base, edge), top)
     }
 
-    /// Where riser `k` shows point features; `k` may be the wall behind the last one.
+    /// Returns the expected places of riser `k`'s point features; `k` may be the wall behind the last riser.
     #[inline(never)]
     pub fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, { number::FEATURES }> {
         let mut places = Vec::new();
@@ -87,12 +87,12 @@ impl Model<'_> {
         places
     }
 
-    /// Product of two places' ranges and the sine of the angle from the first one up to the second, m².
+    /// Returns the product of two places' ranges and the sine of the angle from the first one up to the second, m².
     pub fn cross_m2(&self, (x, y): (f32, f32), (other_x, other_y): (f32, f32)) -> f32 {
         x * (other_y - self.height_m) - (y - self.height_m) * other_x
     }
 
-    /// Distance of two features in beams and range cells.
+    /// Returns the distance of two features in beams and range cells, at most 2.
     fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
         let cross =
@@ -102,7 +102,7 @@ impl Model<'_> {
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 
-    /// Level of the riser before, its flash apart, dB.
+    /// Returns the level of the riser before without its flash, dB.
     pub fn shown(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
             return number::FAINT_DB;

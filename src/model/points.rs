@@ -1,16 +1,16 @@
-//! The measurement model: how likely the scan's echoes are if a staircase stands there.
+//! The measurement model going up: likelihood of the scan's echoes, given a staircase.
 //!
-//! Echoes come from point features (corners, nosings, flashes, edges), each seen with a probability,
-//! and as a Poisson process from extended ones (floor, treads, faces) and from noise. With b(z) the
-//! density of echo z from everything that is no point feature, and Λ how many such are expected,
+//! Point features (corners, nosings, flashes, edges) have one echo each, with a probability of detection. Extended
+//! features (floor, treads, faces) and noise have echoes as a Poisson process. With b(z) the density of echo z from
+//! everything but point features, and Λ the expected number of such echoes,
 //!
 //! ```text
 //! ln p(Z) = Σ ln b(z) - Λ + Σ over risers ln( p₀ + (1 - p₀) (Π z_f - Π(1 - P_f)) / (1 - Π(1 - P_f)) )
 //! z_f     = 1 - P_f + P_f Σ over echoes (1 - used) p_f(z) / b(z)
 //! ```
 //!
-//! where p₀ is the probability that a riser shows nothing at all: one that is seen shows at least
-//! one echo. What one feature has claimed of an echo, the next one cannot have.
+//! where p₀ is the probability that a riser has no echo at all: a riser that is detected has at least one. The share
+//! `used` of an echo that was assigned to one feature is not available to the next.
 
 use super::feature::{Class, FeaturePlace, before};
 use super::normal::{above, logistic, tailed};
@@ -27,49 +27,49 @@ use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Below this level no echo is detected, dB.
+/// Detection threshold of echoes, dB.
 pub const LEAST_DB: f32 = 2.8;
-/// Most echoes that the model looks at, the strongest: what a staircase's features show and as many
-/// again of everything else.
+/// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
 pub const MAX_SEEN: usize = 32;
-/// Nearer than this the mirror's own echo covers everything, metres.
+/// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
 const NEAREST_M: f32 = 0.12;
-/// Width of a clean lobe, in units of a point scatterer's.
+/// Width of an undisturbed lobe, in units of a point scatterer's.
 const CLEAN_WIDTH: f32 = 1.03;
-/// Area that is scanned, m².
+/// Area of the scanned sector, m².
 const AREA_M2: f32 = 4.4;
 /// Extent of the scan: range in metres times angle in radians.
 const EXTENT: f32 = 3.3;
-/// Echoes so far behind a riser still belong to the tread before it, metres.
+/// Distance behind a riser up to which echoes still belong to the tread before it, metres.
 pub const BEHIND_M: f32 = 0.02;
 /// Range gate of a feature, metres.
 const GATE_M: f32 = 0.06;
-/// Cross gate, metres.
+/// Gate of a feature across the line of sight, metres.
 const CROSS_GATE_M: f32 = 0.20;
-/// Echoes near one riser.
+/// Maximum number of echoes near one riser.
 pub const NEAR: usize = 16;
-/// Beyond this one an echo is no part of a face.
+/// Squared deviation, in standard deviations, beyond which an echo is not part of a face.
 const FACE_REACH: f32 = 100.0;
-/// Below a brink echoes are so many times as dense as in the air.
+/// Density of echoes behind a drop's edge, relative to that in the air.
 const BELOW: f32 = 3.0;
-/// A feature shows so often at least, and at most: however sure the counts are, scenes differ.
+/// Minimum probability of detection of a feature: scenes differ, however many were counted.
 pub const LEAST_SEEN: f32 = 0.02;
-/// See [`LEAST_SEEN`].
+/// Maximum probability of detection of a feature.
 pub const MOST_SEEN: f32 = 0.985;
-/// A wall that shows its corner flashes at the mirror's height so often at least: it stands upright. The lower 95 % bound
-/// (Clopper and Pearson 1934) of 64 of 64 walls of tuning scenes whose corner stands 18 dB above the noise.
+/// Minimum probability that a wall whose corner is visible flashes at the mirror's height, since it is vertical. The
+/// lower 95 % bound (Clopper and Pearson 1934) of 64 of 64 walls of tuning scenes whose corner stands 18 dB above the
+/// noise.
 const WALL_FLASHES: f32 = 0.954;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
-/// Least density, so that its logarithm is finite.
+/// Minimum density, so that its logarithm is finite.
 const LEAST: f32 = 1e-12;
-/// A product of densities that another one may still be multiplied to.
+/// Minimum product of densities before its logarithm is taken, so that one more factor does not underflow.
 const FAINT: f32 = 1e-16;
 
-/// Sums over the echoes from each number on.
+/// Suffix sums over the echoes: entry i is the sum from echo i on.
 pub type EchoSums = [f32; MAX_SEEN + 1];
 
-/// An echo as the model sees it.
+/// An echo with its densities under the model.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen {
     /// Horizontal distance, metres.
@@ -80,11 +80,11 @@ pub struct Seen {
     pub range_m: f32,
     /// Standard deviation across the line of sight, metres.
     pub across_m: f32,
-    /// Width of the lobe above a point's.
+    /// Width of the lobe above a point scatterer's, in units of the latter.
     pub wide: f32,
     /// Power above the noise, dB.
     pub snr_db: f32,
-    /// Densities that do not depend on the staircase.
+    /// Densities that do not depend on the staircase, by class.
     noise: f32,
     air: f32,
     inside: f32,
@@ -92,49 +92,49 @@ pub struct Seen {
     floor: f32,
     face: f32,
     point: [f32; POINTS],
-    /// One over the standard deviations off tread, floor and face, per metre.
+    /// Reciprocals of the standard deviations perpendicular to tread, floor and face, per metre.
     per_tread: f32,
     per_floor: f32,
     per_face: f32,
 }
 
-/// The echoes of a scan under the model.
+/// The measurement model with the echoes of a scan.
 pub struct Model<'p> {
-    /// The echoes in order of their distance.
+    /// Echoes sorted by distance.
     pub echoes: Vec<Seen, MAX_SEEN>,
-    /// Whether the ground goes on, by the power along its line.
+    /// Evidence that the ground goes on, from the power along its line.
     pub surfaces: Surfaces,
-    /// What can be seen.
+    /// Field of view.
     pub view: View,
-    /// Mirror above the ground, metres.
+    /// Height of the mirror above the ground, metres.
     pub height_m: f32,
-    /// Strongest echo over 30 dB, tens of dB.
+    /// Level of the strongest echo above 30 dB, tens of dB.
     pub q: f32,
-    /// Width of the beam that parts two features, radians.
+    /// Beam width at which two features are resolved, radians.
     pub beam_rad: f32,
-    /// Width of the range cell that parts two features, metres.
+    /// Range cell at which two features are resolved, metres.
     pub cell_m: f32,
     /// Rates of the extended features at this level, per metre or per scan.
     rates: [f32; EXTENDED],
-    /// Its numbers.
+    /// Counted parameters.
     pub g: &'p Generative,
 }
 
-/// The echo that most likely is a feature, as a reading of the feature's height.
+/// The most probable echo of a feature, as a reading of the feature's height.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelReading<'e> {
     /// The echo.
     pub echo: &'e Seen,
     /// Height of the feature, metres.
     pub level_m: f32,
-    /// Standard deviation of that, metres: larger the less sure it is that the echo is the feature, and the
-    /// less likely its deviation comes from the Gaussian's core.
+    /// Standard deviation of the height, metres. It grows with the doubt that the echo is the feature's, and with the
+    /// probability that its deviation comes from the density's tails.
     pub sigma_m: f32,
-    /// Whether a flash beside it covers what the feature shows of its own.
+    /// Whether a flash beside it covers the feature's own echo.
     pub masked: bool,
 }
 
-/// Density of a level, cut off at the detection threshold, with a flat share.
+/// Returns the density of a level, per dB: normal, cut off at the detection threshold, with a flat share.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
     let tail = math::max(above((LEAST_DB - mean) / sigma), number::LEAST_DETECTED);
@@ -142,7 +142,7 @@ pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
 }
 
 impl<'p> Model<'p> {
-    /// Without echoes.
+    /// Returns the model without echoes.
     pub const fn empty(g: &'p Generative) -> Self {
         Self {
             echoes: Vec::new(),
@@ -157,14 +157,14 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// With these echoes.
+    /// Returns the model with these echoes.
     pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
         let mut model = Self::empty(g);
         model.take(echoes, view, geometry);
         model
     }
 
-    /// Takes in a scan's echoes, which come strongest first: as many as there is room for.
+    /// Takes in a scan's echoes, the strongest first, up to the maximum number.
     #[inline(never)]
     pub fn take(&mut self, echoes: &[Echo], view: View, geometry: &Geometry) {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
@@ -183,13 +183,13 @@ impl<'p> Model<'p> {
                 break;
             }
         }
-        // One order whatever order they came in: sums of rounded numbers depend on it.
+        // A fixed order: the rounding errors of sums depend on it.
         shell_sort(&mut self.echoes, |a, b| {
             a.x_m < b.x_m || a.x_m == b.x_m && a.y_m < b.y_m
         });
     }
 
-    /// Strongest echo over 30 dB, tens of dB.
+    /// Returns the level of the strongest echo above 30 dB, tens of dB.
     pub fn q(&self) -> f32 {
         self.q
     }
@@ -250,19 +250,19 @@ impl<'p> Model<'p> {
                 * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
-    /// Level that the strongest echo predicts at a range, tens of dB over 30 dB.
+    /// Returns the level at a range that the strongest echo predicts, tens of dB above 30 dB.
     pub fn expected_q(&self, range_m: f32) -> f32 {
         self.q
             - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
-    /// Density of an echo before riser `k` from everything that is no point feature.
+    /// Returns the density of an echo before riser `k` from everything but point features.
     #[inline(never)]
     pub fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
         math::max(self.parts(s, k, e).iter().sum(), LEAST)
     }
 
-    /// The same by class: face, tread, floor, air, inside, noise.
+    /// Returns the density of an echo before riser `k` by class: face, tread, floor, air, inside, noise.
     #[inline]
     pub fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
         if let GroundKind::Drop { at_m } = s.kind
@@ -296,7 +296,7 @@ impl<'p> Model<'p> {
             let share = if k == 0 { 1.0 } else { number::FLOOR_UNDER };
             *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
         }
-        // Of the riser before and of this one.
+        // Faces of the riser before and of this one.
         for i in k.saturating_sub(1)..s.len().min(k + 1) {
             let z = (e.x_m - (s.x(i) - number::FACE_BEFORE * s.overhang_m)) * e.per_face;
             if z * z <= FACE_REACH {
@@ -313,7 +313,7 @@ impl<'p> Model<'p> {
         parts
     }
 
-    /// Level of what lies below `x` before riser `k`.
+    /// Returns the level of the surface below `x` before riser `k`, metres.
     pub fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
         match s.kind {
             GroundKind::Ramp { from_m, slope } => slope * math::max(x - from_m, 0.0),
@@ -321,7 +321,8 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// Density as part of a face from `b` to `t`, the square of whose normalised distance is `z2`.
+    /// Returns the density of an echo as part of a face from `b` to `t`, metres. `z2` is its squared deviation from
+    /// the face, in standard deviations.
     fn face(e: &Seen, z2: f32, b: f32, t: f32) -> f32 {
         if t <= b + number::LEAST_FACE_M {
             return 0.0;
@@ -331,12 +332,12 @@ impl<'p> Model<'p> {
         e.face * math::max(within, 0.0) * tailed(z2) * e.per_face
     }
 
-    /// Log-likelihood of the echoes before riser `k` (or of the landing), and of their number.
+    /// Returns the log-likelihood of the echoes before riser `k` (or on the landing) and of their number, nats.
     pub fn tread(&self, s: &Staircase, k: usize) -> f32 {
         self.within(s, k, f32::NEG_INFINITY, f32::INFINITY) - self.expected(s, k)
     }
 
-    /// Log-likelihood of the echoes before riser `k` that lie between two distances.
+    /// Returns the log-likelihood of the echoes before riser `k` that lie between two distances, nats.
     #[inline(never)]
     pub fn within(&self, s: &Staircase, k: usize, from_m: f32, to_m: f32) -> f32 {
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
@@ -345,7 +346,7 @@ impl<'p> Model<'p> {
         let (mut total, mut product) = (0.0, 1.0);
         for e in self.between(from, to) {
             product *= self.background(s, k, e);
-            // One logarithm for many: none of the factors is less than `LEAST`.
+            // One logarithm for many factors: none of them is less than `LEAST`.
             if !(FAINT..1.0 / FAINT).contains(&product) {
                 total += ln(product);
                 product = 1.0;
@@ -354,8 +355,8 @@ impl<'p> Model<'p> {
         total + ln(product)
     }
 
-    /// Log-likelihoods of all echoes on the tread before riser `k`, wherever that begins, summed up
-    /// from the farthest: entry i holds those from number i on.
+    /// Returns the suffix sums of the log-likelihoods of all echoes on the tread before riser `k`, wherever the tread
+    /// begins.
     #[inline(never)]
     pub fn sums(&self, s: &Staircase, k: usize) -> EchoSums {
         let mut sums = [0.0; MAX_SEEN + 1];
@@ -368,18 +369,19 @@ impl<'p> Model<'p> {
         sums
     }
 
-    /// Number of the first echo beyond a distance.
+    /// Returns the index of the first echo beyond a distance, metres.
     pub fn first_beyond(&self, x_m: f32) -> usize {
         self.echoes.partition_point(|e| e.x_m <= x_m)
     }
 
-    /// How many echoes are expected on the tread before riser `k`, and on its face.
+    /// Returns the expected number of echoes on the tread before riser `k` and on its face.
     pub fn expected(&self, s: &Staircase, k: usize) -> f32 {
         let exposure = self.exposure(s, k);
         exposure.iter().zip(&self.rates).map(|(e, r)| e * r).sum()
     }
 
-    /// How much of face, tread and floor there is before riser `k`: expected echoes over their rate.
+    /// Returns the exposure of face, tread and floor before riser `k`: expected number of echoes divided by their
+    /// rate.
     pub fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
         let n = s.len();
         let mut out = [0.0; number::SURFACES];
@@ -417,15 +419,15 @@ impl<'p> Model<'p> {
         out
     }
 
-    /// Echoes between two distances, metres.
+    /// Returns the echoes between two distances, metres.
     pub fn between(&self, from: f32, to: f32) -> &[Seen] {
         let first = self.echoes.partition_point(|e| e.x_m <= from);
         let end = self.echoes.partition_point(|e| e.x_m <= to);
         self.echoes.get(first..end).unwrap_or(&[])
     }
 
-    /// Log-likelihood ratio of riser `k`'s point features against none; `k` may be the wall behind
-    /// the last one.
+    /// Returns the log-likelihood ratio of riser `k`'s point features against none, nats; `k` may be the wall behind
+    /// the last riser.
     pub fn riser(&self, s: &Staircase, k: usize) -> f32 {
         let places = self.places(s, k);
         if places.is_empty() {
@@ -489,13 +491,13 @@ impl<'p> Model<'p> {
         found + ln(math::max(share, LEAST))
     }
 
-    /// Density of an echo near riser `k` from everything that is no point feature.
+    /// Returns the density of an echo near riser `k` from everything but point features.
     fn behind(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
         let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
         self.background(s, tread.min(s.len()), e)
     }
 
-    /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
+    /// Calls `each` with every point feature of riser `k` and its most probable echo, if one is more probable than
     /// not.
     #[inline(never)]
     pub fn features(
@@ -514,7 +516,7 @@ impl<'p> Model<'p> {
                 continue;
             };
             let mut best = (1.0, None);
-            // The flash is no edge above itself.
+            // The flash's echo cannot be that of the edge above it.
             let taken = flash.filter(|_| place.class == Class::Top);
             for e in near {
                 if taken.is_some_and(|flash| core::ptr::eq(flash, e)) {
@@ -546,7 +548,7 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// The strongest echo at the mirror's height: a face that looks straight at it.
+    /// Returns the strongest echo at the mirror's height: the flash of a face at right angles to the line of sight.
     fn flash<'e>(&self, near: &'e [Seen]) -> Option<&'e Seen> {
         let level = near
             .iter()
@@ -554,8 +556,8 @@ impl<'p> Model<'p> {
         level.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
     }
 
-    /// Whether a flash covers what a feature of a class shows of its own, so that echo `e` beside it is its flank, and
-    /// no reading of the feature's height.
+    /// Whether a flash covers the own echo of a feature of this class. Echo `e` beside it is then the flash's flank,
+    /// and no reading of the feature's height.
     fn masks(&self, flash: &Seen, class: Class, e: &Seen) -> bool {
         let cross = self.cross_m2((e.x_m, e.y_m), (flash.x_m, flash.y_m));
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
@@ -568,7 +570,8 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// Share of the density of an echo as a point feature that is the Gaussian's core, not its wide tails.
+    /// Returns the share of the Gaussian core, rather than its heavy tails, in the density of an echo as a point
+    /// feature.
     fn core(&self, place: &FeaturePlace, p: &Point, e: &Seen) -> f32 {
         let (z2, root) = self.deviation(place, p, e, 0.0);
         let (odd_z2, odd_root) = self.deviation(place, p, e, current().odd_rise_sigma_m);
@@ -577,7 +580,7 @@ impl<'p> Model<'p> {
         core / (tailed(z2) + number::CORE_SHARE * odd)
     }
 
-    /// Density of an echo as one of riser `k`'s point features.
+    /// Returns the density of an echo as one of riser `k`'s point features.
     #[inline(never)]
     pub fn density(
         &self,
@@ -604,9 +607,9 @@ impl<'p> Model<'p> {
         density * e.point.get(place.class as usize).copied().unwrap_or(0.0)
     }
 
-    /// Squared deviation of an echo from where a point feature is expected, in standard deviations, and the root of
-    /// the product of both variances, m²; infinitely far off outside the gates. The feature's height is known to
-    /// `level_sigma_m`, metres.
+    /// Returns the squared deviation of an echo from the expected place of a point feature, in standard deviations,
+    /// and the root of the product of both variances, m². The deviation is infinite outside the gates.
+    /// `level_sigma_m` is the standard deviation of the feature's height, metres.
     fn deviation(
         &self,
         place: &FeaturePlace,
@@ -633,7 +636,7 @@ impl<'p> Model<'p> {
         (dr * dr / vr + dc * dc / vc, math::sqrt(vr * vc))
     }
 
-    /// Density of an echo as what can be seen of a riser whose foot is hidden.
+    /// Returns the density of an echo as the visible part of a riser whose foot is hidden.
     fn hidden(&self, s: &Staircase, k: usize, e: &Seen, x: f32) -> f32 {
         let (low, top) = self.face_span(s, k);
         if (e.x_m - x).abs() > number::HIDDEN_X_M
@@ -664,12 +667,12 @@ impl<'p> Model<'p> {
         total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 
-    /// Log-likelihood of riser `k` with the tread before it.
+    /// Returns the log-likelihood of riser `k` with the tread before it, nats.
     pub fn step(&self, s: &Staircase, k: usize) -> f32 {
         self.tread(s, k) + self.riser(s, k) + if k == 0 { self.surfaces.of(s) } else { 0.0 }
     }
 
-    /// Log-likelihood of the whole.
+    /// Returns the log-likelihood of the whole staircase, nats.
     pub fn whole(&self, s: &Staircase) -> f32 {
         (0..=s.len()).map(|k| self.step(s, k)).sum()
     }

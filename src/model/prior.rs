@@ -1,55 +1,54 @@
-//! What stairs people build, and what else stands about: the prior of a hypothesis.
+//! Prior of a hypothesis: frequency of stairs as they are built, and of the alternatives.
 
 use super::staircase::{GroundKind, Staircase};
 use crate::math;
 use crate::params::posterior as number;
 
-/// Volume that the echoes leave of each place, height and departure: √(2π) times the 9 mm to which they are known. By it
-/// a hypothesis with one more of them is the rarer. With less than half of it flights end too early, with twice as much
-/// they go on too long.
+/// Volume of each place, height and deviation after the echoes are known: √(2π) times their standard deviation of 9
+/// mm. It is the penalty of a hypothesis with one more of them. With less than half of it flights end too early, with
+/// twice as much they go on too long.
 const VOLUME_M: f32 = 0.0225;
-/// The same of a wall's place, √(2π) included, which its strong echo tells to millimetres.
+/// Volume of a wall's place, √(2π) included, which its strong echo determines to millimetres.
 const WALL_VOLUME_M: f32 = 0.006;
-/// A flight goes on after a step so often.
+/// Probability that a flight goes on after a step.
 pub const GOES_ON: f32 = 0.87;
-/// A staircase floats so often.
+/// Probability that a staircase has open treads.
 const FLOATS: f32 = 0.2;
-/// A wall stands behind, over the 2.5 m ahead, so often.
+/// Probability that a wall stands behind, within the 2.5 m ahead.
 const WALL: f32 = 0.4;
-/// The way that is looked at, metres.
+/// Length of the way ahead that is examined, metres.
 const WAY_M: f32 = 2.5;
-/// Goings that are not those of the flight: so often, evenly over 0.4 m.
+/// Probability of a going that deviates from those of its flight, evenly distributed over 0.4 m.
 const IRREGULAR: f32 = 0.07;
 
-/// Density of a landing's length, per metre: one in five flights goes on after one, of up to a metre
-/// and more.
+/// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
 pub const LANDING: f32 = 0.2;
 
-/// Natural logarithm of a positive number; that of 10^-30 for what is less.
+/// Returns the natural logarithm; that of 10^-30 for smaller arguments.
 pub const fn ln(x: f32) -> f32 {
     math::ln(math::max(x, number::LEAST_PROBABILITY))
 }
 
-/// Cost of what lies outside a box, with Gaussian shoulders, nats.
+/// Returns the log-prior of a value with an even density within limits and Gaussian shoulders outside, nats.
 fn shoulder(v: f32, (low, high): (f32, f32), sigma: f32) -> f32 {
     let d = math::max(math::max(low - v, v - high), 0.0) / sigma;
     -0.5 * d * d
 }
 
-/// Logarithm of the density of a departure: as a rule small, now and then large.
+/// Returns the log-density of a deviation: a mixture of a narrow and a wide normal distribution.
 pub fn departure(z: f32, (core, wide, share): (f32, f32, f32)) -> f32 {
     let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
     ln((1.0 - share) * gauss(core) + share * gauss(wide)) - number::LN_ROOT_TAU
 }
 
-/// Overhangs are mostly none.
+/// Returns the log-prior of an overhang: a narrow normal density about 0, and an even density of large overhangs.
 #[inline(never)]
 pub fn overhang(overhang_m: f32) -> f32 {
     let z = overhang_m / number::OVERHANG_SIGMA_M;
     ln(0.5 * math::exp(-0.5 * z * z) + 0.5 * number::OVERHANG_LARGE)
 }
 
-/// Density of the going to one more riser, per metre, where the mean of the flight's is known or not.
+/// Returns the density of the going to one more riser, per metre. `mean_m` is the mean going of the flight, if known.
 #[inline(never)]
 pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
     let within = |(low, high): (f32, f32)| {
@@ -70,7 +69,8 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
     (1.0 - IRREGULAR) * usual + IRREGULAR * wide
 }
 
-/// Logarithm of a hypothesis's prior, times the volume that the echoes leave it.
+/// Returns the log-prior of a hypothesis plus the logarithm of the volume of its parameters after the echoes are
+/// known, nats.
 #[inline(never)]
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();

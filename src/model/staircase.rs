@@ -1,4 +1,4 @@
-//! A staircase as a hypothesis: where its risers stand and how high their tops are.
+//! A hypothesis about the scene: distances and top levels of a staircase's risers, or an alternative.
 
 use super::normal::above;
 use super::sight::tread_begins_m;
@@ -12,41 +12,41 @@ use crate::params::posterior as number;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
-/// Most risers of a staircase.
+/// Maximum number of risers of a staircase.
 pub const MAX_STEPS: usize = 10;
-/// Two steps are the same within this distance, metres: design contract of scoring.
+/// Maximum distance between two steps that count as the same, metres: design contract of scoring.
 pub const SAME_M: f32 = 0.10;
 
-/// What stands there.
+/// Kind of a hypothesis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GroundKind {
-    /// Level ground, and perhaps a wall.
+    /// Level ground, perhaps with a wall.
     #[default]
     Nothing,
-    /// Ground that rises steadily.
+    /// Ground with a constant slope.
     Ramp {
-        /// From this distance on, metres.
+        /// Distance at which the slope begins, metres.
         from_m: f32,
-        /// By so much a metre.
+        /// Rise per metre.
         slope: f32,
     },
     /// Ground that ends: a brink, a hole.
     Drop {
-        /// Where, metres.
+        /// Distance of the edge, metres.
         at_m: f32,
     },
     /// Steps going up: risers and the levels of their tops.
     Stairs,
     /// Steps going down: edges and the levels of the treads below them.
     Descent,
-    /// One thing too tall to climb.
+    /// A single object too tall to climb.
     Box,
-    /// One thing too low for a step.
+    /// A single object too low for a step.
     Threshold,
 }
 
 impl GroundKind {
-    /// One thing so high, metres, that rises from the ground.
+    /// Returns the kind of a single object of this height on the ground, metres.
     pub fn single(height_m: f32) -> Self {
         let p = current();
         if height_m < p.lowest_step_m {
@@ -59,56 +59,56 @@ impl GroundKind {
     }
 }
 
-/// A staircase, or what else may be there.
+/// A staircase, or another hypothesis about the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Staircase {
-    /// What it is.
+    /// Kind of the hypothesis.
     pub kind: GroundKind,
     /// Number of risers.
     pub steps: u8,
-    /// Whether there is nothing below the treads.
+    /// Whether the treads are open (no risers).
     pub open: bool,
-    /// How far the nosings stand before their risers, metres.
+    /// Distance of the nosings before their risers, metres.
     pub overhang_m: f32,
-    /// Where each riser stands, metres from the mirror.
+    /// Distance of each riser, metres from the mirror.
     pub x_m: [f32; MAX_STEPS],
-    /// Level at its top, metres.
+    /// Level at each riser's top, metres.
     pub top_m: [f32; MAX_STEPS],
-    /// Where a wall stands behind, metres; infinitely far off for none.
+    /// Distance of a wall behind, metres; infinite for none.
     pub wall_m: f32,
 }
 
 /// Standard deviation of each level of a staircase, metres.
 pub type Sigmas = [f32; MAX_STEPS];
 
-/// What can be seen from the mirror.
+/// Field of view of the scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// What the mirror sweeps.
+    /// Plane in which the mirror scans.
     pub plane: Plane,
-    /// Mirror above the ground, metres.
+    /// Height of the mirror above the ground, metres.
     pub height_m: f32,
-    /// Tangents of the angles between which an edge can be seen, the scanned sector less half a beam: above the
-    /// horizontal in the depth plane, forward of the vertical in the height plane.
+    /// Tangent of the lowest angle at which an edge is visible: the limit of the scanned sector less half a beam.
+    /// Angles are above the horizontal in the depth plane, and forward of the vertical in the height plane.
     pub lowest: f32,
-    /// See [`View::lowest`].
+    /// Tangent of the highest angle at which an edge is visible.
     pub highest: f32,
-    /// Farthest edge that is seen, metres from the mirror.
+    /// Maximum range of a visible edge, metres from the mirror.
     pub farthest_m: f32,
 }
 
 impl View {
-    /// Whether a sight line, by its tangent, meets something at a range, metres, that can be seen.
+    /// Whether an object at a range, metres, on a sight line of this tangent is visible.
     fn shows(&self, tangent: f32, range_m: f32) -> bool {
         tangent > self.lowest && tangent < self.highest && range_m < self.farthest_m
     }
 }
 
-/// Bins at the far end of the range that show no peak.
+/// Number of bins at the far end of the range in which no peak can be found.
 const UNSEEN_BINS: f32 = 8.0;
 
 impl View {
-    /// Nothing is seen.
+    /// Empty field of view.
     pub const NOTHING: Self = Self {
         plane: Plane::Depth,
         height_m: 0.0,
@@ -117,7 +117,7 @@ impl View {
         farthest_m: 0.0,
     };
 
-    /// What a map looks at: its outermost rows less half a beam, and its bins less those that show no
+    /// Returns the field of view of a map: its outermost rows less half a beam, and its bins less those without a
     /// peak.
     pub fn of(map: &PolarMap) -> Self {
         let geometry = map.geometry();
@@ -154,7 +154,7 @@ pub struct Edge {
     pub x_m: f32,
     /// Height, metres.
     pub y_m: f32,
-    /// Whether it can be seen.
+    /// Whether it is visible.
     pub seen: bool,
 }
 
@@ -172,7 +172,7 @@ pub struct ToldStep {
 }
 
 impl ToldStep {
-    /// From distance and height, metres, and their standard deviations.
+    /// Converts distance and height, metres, and their standard deviations.
     pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
         let within = |sigma_m| math::min(expanded(sigma_m), MOST_UNCERTAIN_M);
         Self {
@@ -184,42 +184,42 @@ impl ToldStep {
     }
 }
 
-/// Where an answer says that the ground ends.
+/// A drop of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToldDrop {
     /// Horizontal distance, metres.
     pub x_m: f32,
-    /// So far off a drop is still the one that is told, metres.
+    /// Maximum error at which a drop still counts as the reported one, metres.
     pub within_m: f32,
 }
 
 impl ToldDrop {
-    /// From a distance, metres, and its standard deviation.
+    /// Converts a distance, metres, and its standard deviation.
     pub fn new(x_m: f32, sigma_m: f32) -> Self {
         let within_m = math::max(SAME_M, COVERAGE_FACTOR * sigma_m);
         Self { x_m, within_m }
     }
 
-    /// Whether it covers one at a distance, metres.
+    /// Whether a drop at a distance, metres, counts as the reported one.
     pub fn covers(&self, x_m: f32) -> bool {
         (self.x_m - x_m).abs() <= self.within_m
     }
 }
 
-/// Where a staircase, if it is true, makes an answer wrong, and how likely.
+/// Place at which an answer is wrong if a staircase is true, and the probability of that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conflict {
     /// Horizontal distance, metres.
     pub x_m: f32,
-    /// Probability.
+    /// Probability of the error.
     pub probability: f32,
 }
 
-/// One for each step on either side at most, and a drop.
+/// At most one conflict for each step on either side, and one for a drop.
 pub type Conflicts = Vec<Conflict, { 2 * MAX_STEPS + 1 }>;
 
 impl Staircase {
-    /// Level ground.
+    /// Returns level ground.
     pub fn nothing() -> Self {
         Self {
             wall_m: f32::INFINITY,
@@ -227,7 +227,7 @@ impl Staircase {
         }
     }
 
-    /// Ground that rises steadily from a distance on, metres.
+    /// Returns ground with a slope that begins at a distance, metres.
     pub fn ramp(from_m: f32, slope: f32) -> Self {
         Self {
             kind: GroundKind::Ramp { from_m, slope },
@@ -235,7 +235,7 @@ impl Staircase {
         }
     }
 
-    /// Ground that ends at a distance, metres.
+    /// Returns ground that ends at a distance, metres.
     pub fn drop(at_m: f32) -> Self {
         Self {
             kind: GroundKind::Drop { at_m },
@@ -243,7 +243,7 @@ impl Staircase {
         }
     }
 
-    /// Whether another one has its risers in the same places, and the same wall behind.
+    /// Whether another hypothesis has its risers in the same places, and the same wall behind.
     pub fn is_like(&self, other: &Self) -> bool {
         let places = self.x_m.iter().zip(&other.x_m).take(self.len());
         self.kind == other.kind
@@ -253,17 +253,17 @@ impl Staircase {
             && places.map(|(a, b)| (a - b).abs()).all(|off| off < RIGHT_M)
     }
 
-    /// Number of risers.
+    /// Returns the number of risers.
     pub fn len(&self) -> usize {
         usize::from(self.steps).min(MAX_STEPS)
     }
 
-    /// Whether there is none.
+    /// Whether it has no risers.
     pub fn is_empty(&self) -> bool {
         self.steps == 0
     }
 
-    /// Place of riser `k`, metres; infinitely far off beyond the last.
+    /// Returns the distance of riser `k`, metres; infinity beyond the last one.
     pub fn x(&self, k: usize) -> f32 {
         if k < self.len() {
             self.x_m.get(k).copied().unwrap_or(f32::INFINITY)
@@ -272,18 +272,18 @@ impl Staircase {
         }
     }
 
-    /// Level of the tread before riser `k`, metres.
+    /// Returns the level of the tread before riser `k`, metres.
     pub fn level(&self, k: usize) -> f32 {
         let below = k.checked_sub(1).and_then(|k| self.top_m.get(k));
         below.copied().unwrap_or(0.0)
     }
 
-    /// The last riser's place, metres; the mirror's without any.
+    /// Returns the distance of the last riser, metres; 0 without risers.
     pub fn last_x(&self) -> f32 {
         self.len().checked_sub(1).map_or(0.0, |k| self.x(k))
     }
 
-    /// From riser to riser on the mean, metres, landings left out; none for a single one.
+    /// Returns the mean going without landings, metres; none for a single riser.
     pub fn going(&self) -> Option<f32> {
         let (mut sum, mut spans) = (0.0, 0.0);
         for k in 1..self.len() {
@@ -296,13 +296,13 @@ impl Staircase {
         (spans > 0.0).then(|| sum / spans)
     }
 
-    /// Height of a riser on the mean, metres.
+    /// Returns the mean riser height, metres.
     pub fn rise(&self) -> f32 {
         self.level(self.len()) / self.len().max(1) as f32
     }
 
-    /// The same with a riser at `x_m` whose top is at `top_m`, as number `k`; itself if it has as
-    /// many as it can.
+    /// Returns the staircase with a riser inserted as number `k`, at `x_m` and with its top at `top_m`, metres. A
+    /// full staircase is returned unchanged.
     #[inline(never)]
     pub fn with(&self, k: usize, x_m: f32, top_m: f32) -> Self {
         let mut out = *self;
@@ -321,7 +321,7 @@ impl Staircase {
         out
     }
 
-    /// The same without its last riser.
+    /// Returns the staircase without its last riser.
     pub fn less_last(&self) -> Self {
         let mut out = *self;
         out.steps = self.steps.saturating_sub(1);
@@ -334,7 +334,8 @@ impl Staircase {
         out
     }
 
-    /// Steps going down: where each edge is, metres, and the level of the tread below it, one below the other.
+    /// Returns steps going down from the distance of each edge, metres, and the level of the tread below it, from the
+    /// top down.
     pub fn descent(edges: impl Iterator<Item = (f32, f32)>) -> Self {
         let mut out = Self::nothing();
         let places = out.x_m.iter_mut().zip(&mut out.top_m);
@@ -346,7 +347,7 @@ impl Staircase {
         out
     }
 
-    /// The edges that count as steps, the nearest first.
+    /// Returns the edges that count as steps, the nearest first.
     pub fn edges(&self, view: &View) -> impl Iterator<Item = Edge> + '_ {
         let counts = match self.kind {
             GroundKind::Stairs | GroundKind::Descent => self.len(),
@@ -374,7 +375,7 @@ impl Staircase {
         })
     }
 
-    /// Whether edge `k` of stairs going down is in sight, and with it some of the tread below.
+    /// Whether edge `k` of stairs going down is visible together with a part of the tread below it.
     fn shows_below(&self, k: usize, view: &View) -> bool {
         let x_m = self.x(k);
         let above_m = view.height_m - self.level(k);
@@ -383,8 +384,9 @@ impl Staircase {
         view.shows(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
     }
 
-    /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
-    /// missing, made up, or off by more than their expanded uncertainty, and a drop that is missing or made up.
+    /// Returns the places at which this hypothesis, if it is true, makes an answer wrong: steps that are missing,
+    /// false, or off by more than their expanded uncertainty, and a missing or false drop. `sigmas` are the standard
+    /// deviations of its levels, metres.
     #[inline(never)]
     pub fn conflicts(
         &self,
@@ -396,7 +398,7 @@ impl Staircase {
         let mut conflicts = Conflicts::new();
         let mut used = [false; MAX_STEPS];
         let mut push = |x_m, probability| {
-            // One for each step.
+            // Cannot fail: there is at most one conflict for each step and for a drop.
             let _ = conflicts.push(Conflict { x_m, probability });
         };
         for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
@@ -440,8 +442,8 @@ impl Staircase {
     }
 }
 
-/// Probability that a normal deviate of standard deviation `sigma_m` about `off_m` is farther than
-/// `within_m` from 0.
+/// Returns the probability that a normal variable of mean `off_m` and standard deviation `sigma_m` exceeds `within_m`
+/// in magnitude.
 fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
     let sigma_m = math::max(sigma_m, number::LEAST_SIGMA_M);
     above((within_m - off_m) / sigma_m) + above((within_m + off_m) / sigma_m)

@@ -1,17 +1,20 @@
-//! The echoes of stairs that go down, in the height plane: their likelihood, and what it says of the edges.
+//! The measurement model going down, in the height plane: likelihood of the scan's echoes, given the treads of a
+//! staircase, and the places of its edges.
 //!
-//! Seen from above each tread shows echoes along its level and none beyond its ends: it begins where the sight line over
-//! the edge before meets its level (at the riser's foot where that edge lies behind the mirror), and it ends at its own
-//! edge. Both ends often shine by themselves. With b the density of all other echoes, r that of a tread's along it, N the
-//! density of its echoes' heights, and l what of a tread shows at a place, its ends included,
+//! Seen from above, each tread has echoes along its level and none beyond its ends. It begins where the sight line
+//! over the edge before meets its level (at the riser's foot where that edge lies behind the mirror), and it ends at
+//! its own edge. Both ends often have an echo of their own. With b the density of all other echoes, r the density of
+//! a tread's echoes along it, N the density of their heights, and l the visible share of a tread at a place, its
+//! ends' own echoes included,
 //!
 //! ```text
 //! ln p(Z | treads) - ln p(Z | nothing) = Σ ln(1 + r N l / b) - Λ
 //! ```
 //!
-//! where Λ is the expected number of echoes. Apart from echoes that both ends of a tread touch, this is a sum over edges:
-//! each is where one tread ends and the sight line to the next begins. So the likelihood of all edges' places is a product
-//! of functions of one place, and with equal goings but for small departures it is summed up over first edge and going.
+//! where Λ is the expected number of echoes. Apart from echoes near both ends of a tread, this is a sum over edges:
+//! at each one tread ends and the sight line to the next begins. The likelihood of all edges' places is therefore a
+//! product of functions of one place. It is summed over first edge and going, with equal goings but for small
+//! deviations.
 
 mod edges;
 mod flights;
@@ -27,56 +30,56 @@ use crate::params::posterior as number;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use heapless::Vec;
 
-/// Most treads below the ground that a hypothesis has: no sector of the mirror shows more.
+/// Maximum number of treads below the ground of a hypothesis: no sector of the mirror shows more.
 pub const MAX_TREADS: usize = 8;
 const _: () = assert!(MAX_TREADS <= MAX_STEPS);
-/// Standard deviation of what lies evenly within one place, metres.
+/// Standard deviation of an even distribution over one place, metres.
 const HALF_PLACE_M: f32 = PLACE_M * 0.29;
-/// Farther off its level an echo is none of a tread's, metres.
+/// Maximum height difference of a tread's echo from its level, metres.
 pub const OFF_M: f32 = 0.03;
-/// An echo that a tread explains so little better than anything else is none of its.
+/// Minimum likelihood ratio at which an echo counts as a tread's.
 const LEAST_RATIO: f32 = 0.05;
-/// Share of echoes whose height is known worse …
+/// Share of echoes whose height has the larger standard deviation.
 const WIDE: f32 = 0.15;
-/// … by so much.
+/// Factor of the larger standard deviation.
 const WIDER: f32 = 3.0;
-/// Farther off an end than this an echo lies on the tread or does not, metres.
+/// Distance from a tread's end beyond which an echo is clearly on the tread or off it, metres.
 const AROUND_M: f32 = 0.05;
-/// Echoes of a tread lie up to so far beyond its ends on the mean, metres: a lobe's top is not the scatterer.
+/// Mean distance beyond a tread's ends up to which its echoes lie, metres: a lobe's peak is not at the scatterer.
 pub const BEYOND_M: f32 = 0.009;
-/// Sight lines up to which the expected number of echoes is summed up, by their tangents: so far apart …
+/// Spacing of the sight lines up to which the expected number of echoes is summed, as tangents.
 const TANGENT_STEP: f32 = 0.02;
-/// … from here on, 31° behind the vertical, …
+/// Tangent of the first sight line: 31° behind the vertical.
 const FIRST_TANGENT: f32 = -0.6;
-/// … up to 60° before it.
+/// Number of sight lines: up to 60° before the vertical.
 const TANGENTS: usize = 116;
-/// Degrees of a radian.
+/// Degrees per radian.
 const DEG_PER_RAD: f32 = 180.0 / core::f32::consts::PI;
-/// Where the scene's number of echoes says how bright it is, so many as expected are added to it.
+/// Number of echoes that is added to the counted and to the expected one, to limit the scene's brightness factor.
 const USUAL_ECHOES: f32 = 4.0;
-/// Echoes below are mostly noise, dB.
+/// Level below which echoes are mostly noise, dB.
 const NOISE_DB: f32 = 5.0;
-/// Decibels of a level.
+/// Width of a level class, dB.
 pub const LEVEL_DB: f32 = 1.0;
-/// Rates of echoes count per so many degrees off the vertical.
+/// Unit of the angle from the vertical in the rates of echoes, degrees.
 const TEN_DEG: f32 = 10.0;
 
-/// An echo as treads explain it.
+/// An echo with its densities on a tread.
 #[derive(Clone, Copy, Debug)]
 struct TreadEcho {
     x_m: f32,
     y_m: f32,
-    /// Standard deviation along the tread that its angle's noise leaves, metres.
+    /// Standard deviation along the tread from the noise of its angle, metres.
     x_sigma_m: f32,
     y_sigma_m: f32,
-    /// Density of its level on treads over that of all other echoes in a square metre: square metres.
+    /// Density of its level on treads over that of all other echoes in a square metre, m².
     ratio_m2: f32,
-    /// Number of echoes on a tread where it lies, per metre.
+    /// Expected number of echoes per metre on a tread at its place.
     rate: f32,
 }
 
 impl TreadEcho {
-    /// How much likelier each echo a metre on a tread at a level makes it than chance, metres.
+    /// Returns the likelihood ratio of a tread at a level to everything else, per unit of the rate of echoes, metres.
     fn ratio_m(&self, y_m: f32) -> f32 {
         let off_m = self.y_m - y_m;
         if off_m.abs() > OFF_M {
@@ -92,7 +95,8 @@ impl TreadEcho {
     }
 }
 
-/// Density of heights that are off a level by so much, metres: a Gaussian, and a wider one for some.
+/// Returns the density of an echo's height at `off_m` from the level, per metre: a mixture of two normal
+/// distributions.
 pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
     let gauss = |sigma_m: f32| {
         let z = off_m / sigma_m;
@@ -106,42 +110,42 @@ pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
 pub struct TreadAt {
     /// Its level, metres.
     pub y_m: f32,
-    /// Whether it shows echoes; else its level is that of its neighbours.
+    /// Whether it has echoes; otherwise its level follows from its neighbours'.
     pub shown: bool,
 }
 
-/// Treads below the ground, one below the other.
+/// Treads below the ground, from the top down.
 pub type Treads = Vec<TreadAt, MAX_TREADS>;
 
 /// The likelihood of a scan's echoes for stairs going down, and its working memory.
 #[derive(Clone, Debug)]
 pub struct Descending {
     echoes: Vec<TreadEcho, MAX_ECHOES>,
-    /// Of the hypothesis looked at last: its edges' densities.
+    /// Densities of the edges of the hypothesis that was evaluated last.
     edges: [EdgeDensity; MAX_TREADS],
-    /// The treads that those belong to, the ground's first.
+    /// The treads of that hypothesis, the ground first.
     treads: Vec<TreadAt, { MAX_TREADS + 1 }>,
-    /// Logarithms of the largest densities.
+    /// Log-density of each edge's likeliest place, nats.
     tops: [f32; MAX_TREADS],
-    /// Expected number of echoes of a level one metre below the mirror, up to each sight line.
+    /// Expected number of echoes on a level one metre below the mirror, cumulated up to each sight line.
     expected: [f32; TANGENTS],
     view: View,
     numbers: &'static TreadNumbers,
 }
 
-/// What a hypothesis comes to.
+/// Weight of a hypothesis, and its mean dimensions.
 #[derive(Clone, Copy, Debug)]
 pub struct WeighedTreads {
-    /// Logarithm of prior times likelihood, over that of no echo explained.
+    /// Log-prior plus log-likelihood ratio against no treads at all, nats.
     pub log_weight: f32,
-    /// First edge, metres from the mirror, …
+    /// Mean distance of the first edge, metres from the mirror.
     pub edge_m: f32,
-    /// … and going, on the mean.
+    /// Mean going, metres.
     pub going_m: f32,
 }
 
 impl Descending {
-    /// Of no echoes.
+    /// Returns the model without echoes.
     pub const fn new(numbers: &'static TreadNumbers) -> Self {
         Self {
             echoes: Vec::new(),
@@ -170,7 +174,7 @@ impl Descending {
             }
             *expected = sum;
         }
-        // A scene that shows more than is usual does so on all its treads.
+        // A scene with more echoes than usual has more on all its treads.
         let clear = echoes.iter().filter(|e| e.snr_db > NOISE_DB).count() as f32;
         let bright = (clear + USUAL_ECHOES) / (sum * view.height_m + USUAL_ECHOES);
         self.expected.iter_mut().for_each(|e| *e *= bright);
@@ -181,7 +185,7 @@ impl Descending {
             // `as` saturates.
             let level = math::round(e.snr_db / LEVEL_DB) as usize;
             let ratio_m2 = self.numbers.ratio_m2.get(level.min(LEVELS - 1));
-            // As many as there are echoes.
+            // Cannot fail: there is room for all echoes.
             let _ = self.echoes.push(TreadEcho {
                 x_m: e.x_m,
                 y_m: e.y_m,
@@ -195,12 +199,13 @@ impl Descending {
         self.view = view;
     }
 
-    /// Depth of a level below the mirror, metres.
+    /// Returns the depth of a level below the mirror, metres.
     pub fn depth_m(&self, y_m: f32) -> f32 {
         math::max(self.view.height_m - y_m, number::LEAST_RANGE_M)
     }
 
-    /// Expected number of echoes on a level one metre below the mirror up to a sight line, by its tangent.
+    /// Returns the expected number of echoes on a level one metre below the mirror, up to a sight line of this
+    /// tangent.
     fn expected_to(&self, tangent: f32) -> f32 {
         let place = math::max((tangent - FIRST_TANGENT) * (1.0 / TANGENT_STEP), 0.0);
         // `as` saturates.
@@ -213,7 +218,7 @@ impl Descending {
         at(k) + share * (at(k + 1) - at(k))
     }
 
-    /// The tread at a level, metres.
+    /// Returns the tread at a level, metres.
     pub fn tread(&self, y_m: f32) -> TreadAt {
         TreadAt {
             y_m,
@@ -221,31 +226,33 @@ impl Descending {
         }
     }
 
-    /// Variance of an echo's height, square metres.
+    /// Returns the variance of an echo's height, m².
     pub fn height_variance(&self, e: &Echo) -> f32 {
         let arc_m = e.range_m * e.angle_sigma_rad * math::sin_cos(e.angle_rad).0;
         self.numbers.height_sigma_m * self.numbers.height_sigma_m + arc_m * arc_m
     }
 
-    /// What an endless tread at a level explains of all echoes, nats.
+    /// Returns the log-likelihood ratio of an unlimited tread at a level, nats, without the expected number of
+    /// echoes.
     pub fn shown(&self, y_m: f32) -> f32 {
         self.explained(|_| y_m)
     }
 
-    /// What ground explains that falls steadily from a distance on, metres, by so much a metre: nats.
+    /// Returns the log-likelihood ratio of a ramp down from a distance on, metres, with a fall of `slope` per metre,
+    /// nats.
     pub fn ramp(&self, from_m: f32, slope: f32) -> f32 {
         let shown = self.explained(|x_m| -slope * math::max(x_m - from_m, 0.0));
         shown - self.depth_m(0.0) * self.expected_to(f32::INFINITY)
     }
 
-    /// What a surface explains of all echoes whose level is known at each distance, nats.
+    /// Returns the log-likelihood ratio of a surface given by its level at each distance, nats.
     fn explained(&self, level: impl Fn(f32) -> f32) -> f32 {
         let on = self.echoes.iter().map(|e| (e, e.ratio_m(level(e.x_m))));
         on.map(|(e, ratio_m)| math::ln(1.0 + ratio_m * e.rate))
             .sum()
     }
 
-    /// Weighs the densities of a hypothesis's edges, those that differ from the last one's.
+    /// Computes the densities of a hypothesis's edges. Those that it shares with the last hypothesis are kept.
     #[inline(never)]
     pub fn look(&mut self, treads: &[TreadAt]) {
         let ground = TreadAt {
@@ -256,7 +263,7 @@ impl Descending {
         let known = known.take_while(|(a, b)| a == b).count();
         self.treads.truncate(known + 1);
         if self.treads.is_empty() {
-            // There is room for one.
+            // Cannot fail: there is room for the ground.
             let _ = self.treads.push(ground);
         }
         for (k, &lower) in treads.iter().enumerate().skip(known) {
@@ -268,12 +275,12 @@ impl Descending {
             };
             *room = top;
             spread_all(&density, edge);
-            // As many as there are edges, and the ground.
+            // Cannot fail: there is room for as many treads as edges, and the ground.
             let _ = self.treads.push(lower);
         }
     }
 
-    /// Log-likelihood of an edge at each place: where the tread before it ends, and the next one begins.
+    /// Writes the log-likelihood of an edge at each place, where the tread before it ends and the next one begins.
     #[inline(never)]
     fn edge(&self, upper: TreadAt, lower: TreadAt, nats: &mut [f32; PLACES]) {
         let (above_m, below_m) = (self.depth_m(upper.y_m), self.depth_m(lower.y_m));
@@ -282,7 +289,7 @@ impl Descending {
         for (k, nats) in nats.iter_mut().enumerate() {
             let x_m = place_m(k);
             let before = self.expected_to(x_m * per_above);
-            // Over an edge before the mirror the next tread begins on the same sight line.
+            // Ahead of the mirror the next tread begins on the same sight line.
             let behind = if x_m < 0.0 {
                 self.expected_to(x_m * per_below)
             } else {
@@ -298,7 +305,7 @@ impl Descending {
         }
     }
 
-    /// Density of an edge's place over its largest, and the logarithm of that.
+    /// Writes the density of an edge at each place relative to the largest one, whose logarithm it returns.
     #[inline(never)]
     fn density(&self, upper: TreadAt, lower: TreadAt, out: &mut [f32; PLACES]) -> f32 {
         self.edge(upper, lower, out);
@@ -314,8 +321,9 @@ impl Descending {
         top
     }
 
-    /// Adds what the echoes on a tread at a level say of an edge at each place: that the tread ends there, or begins behind
-    /// it, so many times as far from the mirror.
+    /// Adds the log-likelihood that the echoes on a tread give to an edge at each place. The tread ends at the edge,
+    /// or, with `begins`, it begins behind the edge; `begins` is the ratio of the tread's depth below the mirror to
+    /// the edge's.
     #[inline(never)]
     fn end(&self, y_m: f32, begins: Option<f32>, nats: &mut [f32; PLACES]) {
         let [behind, ahead] = match begins {
@@ -362,7 +370,7 @@ impl Descending {
         }
     }
 
-    /// What the echoes on a tread say of its level: the weighted mean of those between its ends.
+    /// Returns the level of a tread, metres: the weighted mean of the echoes between its ends.
     pub fn level(&self, tread: TreadAt, (from_m, to_m): (f32, f32)) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
         for e in self.echoes.iter().filter(|_| tread.shown) {
@@ -380,7 +388,7 @@ impl Descending {
     }
 }
 
-/// What an end of a tread shows of an echo.
+/// Density of an echo of the tread's end itself.
 struct Shine {
     off_m: f32,
     number: f32,
@@ -398,7 +406,8 @@ impl Shine {
         }
     }
 
-    /// Share of the tread that shows so far from its end, metres, and number of echoes a metre that the end shows itself.
+    /// Returns the visible share of the tread at a distance from its end, metres, and the number of the end's own
+    /// echoes per metre.
     fn at(&self, on_m: f32) -> (f32, f32) {
         let z = (on_m - self.off_m) * self.per_sigma;
         let on = above(-(on_m + BEYOND_M) * self.per_sigma);

@@ -1,13 +1,13 @@
-//! The chair's own motion: what its controller reports of it, and whether two sweeps agree with it.
+//! Motion of the chair: motion sentences of its controller, and a check of them by two sweeps.
 //!
-//! Its results are values of [`crate::drive`] and [`crate::track`]. By them [`Ride`] moves echoes to where they lie from
-//! the chair's last place.
+//! The results are values of [`crate::drive`] and [`crate::track`]. With them [`Ride`] moves echoes to where
+//! they lie as seen from the chair's last position.
 //!
-//! | module | does |
+//! | module | from → to |
 //! |---|---|
-//! | [`odometry`] | motion sentences in: checked, interpolated to each row's mid chirp |
-//! | [`odometer`] | errors of the odometer, and the tolerance between two sweeps that follows from them |
-//! | [`sweeps`] | this sweep's echoes and the last one's → whether the chair stands, or moves as is said |
+//! | [`odometry`] | motion sentences → checked, interpolated to each row's mid chirp |
+//! | [`odometer`] | errors of the odometer → tolerance between two sweeps |
+//! | [`sweeps`] | echoes of this sweep and of the one before → whether the chair stands, or moves as reported |
 
 pub mod odometer;
 pub mod odometry;

@@ -1,14 +1,14 @@
-//! Errors of the odometer, and the distance within which two sweeps show the same scatterer.
+//! Errors of the odometer, and the maximum distance between two sweeps' echoes of one scatterer.
 
-/// Error of the odometer's scale, as a share of the way: tyres.
+/// Scale error of the odometer as a share of the distance travelled: tyres.
 pub const ODOMETER_SCALE_ERROR: f32 = 0.02;
-/// Error of the odometer that does not grow with the way, metres.
+/// Error of the odometer that does not grow with the distance travelled, metres.
 pub const ODOMETER_WANDER_M: f32 = 0.002;
-/// Greatest distance between two sweeps' echoes of one scatterer where the way is known exactly, metres.
+/// Maximum distance between two sweeps' echoes of one scatterer where the travel is known exactly, metres.
 pub const SAME_PLACE_M: f32 = 0.012;
 
-/// Returns the greatest distance between two sweeps' echoes of one scatterer after `moved_m` metres of odometry, in
-/// metres: half as much again as the scale error is allowed for on top of [`SAME_PLACE_M`].
+/// Returns the maximum distance between two sweeps' echoes of one scatterer after `moved_m` metres of travel by
+/// odometry, metres: [`SAME_PLACE_M`] plus one and a half times the scale error.
 pub fn same_place_m(moved_m: f32) -> f32 {
     const SHARE: f32 = 1.5 * ODOMETER_SCALE_ERROR;
     SAME_PLACE_M + SHARE * moved_m.abs()

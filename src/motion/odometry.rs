@@ -1,10 +1,10 @@
-//! Motion sentences in: each checked against the one before, the chair's place interpolated to each
-//! row's mid chirp.
+//! Motion input: checks each motion sentence against the one before, and interpolates the chair's position to
+//! each row's mid chirp.
 //!
-//! A sentence bears no time. It counts from when it arrives, so that a row's place is known once the
-//! next sentence after it is there; rows wait for that, the last ones of a scan are put on the line
-//! through the last two sentences. Anything suspicious between two sentences makes the rows between
-//! them, and with them the scan, one without motion input.
+//! A sentence has no timestamp; its time is that of its arrival. A row's position is therefore known once the
+//! next sentence has arrived, and rows wait for it. The last rows of a scan are extrapolated on the line
+//! through the last two sentences. An implausible change between two sentences discards the positions of the
+//! rows between them, and the scan then counts as one without motion input.
 
 use crate::drive::{Drive, Input, Mode, Retention};
 use crate::math::RAD_PER_DEG;
@@ -12,27 +12,28 @@ use crate::time::Micros;
 use crate::track::{RowPose, Track};
 use heapless::Deque;
 
-/// A sentence older than this says nothing any more, unless the scanner is told otherwise, microseconds.
+/// Default age above which a motion sentence is stale, microseconds.
 pub const OLDEST_US: u32 = 200_000;
-/// Rows that wait for the next sentence at most: 200 ms of the fastest scans.
+/// Maximum number of rows that wait for the next sentence: 200 ms of the fastest scans.
 const WAITING: usize = 64;
-/// Faster no power chair drives near stairs, mm/s: 6 km/h, the speed limit of indoor chairs (EN 12184
-/// class A and B), and a margin.
+/// Maximum speed of a power chair near stairs, mm/s: 6 km/h, the speed limit of indoor chairs (EN 12184 class A
+/// and B), and a margin.
 const FASTEST_MM_S: u64 = 2_000;
-/// Odometers tick, and sentences bunch up while the scanner works on an answer, mm.
+/// Permitted jump of the travel beyond the maximum speed, mm: the odometer's resolution, and sentences that
+/// arrive together after the scanner was busy with an answer.
 const TRAVEL_SLACK_MM: u64 = 20;
-/// Faster no chair tips that stays on its wheels, degrees/s: off a 5 cm kerb at walking pace.
+/// Maximum pitch rate of a chair that stays on its wheels, degrees/s: off a 5 cm kerb at walking pace.
 const FASTEST_DEG_S: u64 = 60;
-/// An inclinometer's noise at its worst, 0.001 degree.
+/// Maximum noise of an inclinometer, 0.001 degree.
 const PITCH_SLACK: u64 = 1_000;
-/// More sentences than this are not lost within 200 ms at 100 Hz, with a margin: a larger step of the
-/// sequence number is a step back.
+/// Maximum number of lost sentences: those of 200 ms at 100 Hz, with a margin. A larger step of the sequence
+/// number is a step back.
 const MOST_LOST: u16 = 1_000;
 
-/// What one motion sentence says.
+/// Content of one motion sentence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
-    /// Number of the sentence, 0…65535, one more each time.
+    /// Sequence number of the sentence, 0…65535, increased by one each time.
     pub sequence: u16,
     /// Forward travel, 0.1 mm, cumulative.
     pub travel: i32,
@@ -40,23 +41,24 @@ pub struct Reading {
     pub pitch: Option<i32>,
 }
 
-/// A reading and when it arrived.
+/// A reading and its time of arrival.
 #[derive(Clone, Copy, Debug)]
 struct Arrived {
     at: Micros,
     reading: Reading,
 }
 
-/// Where the last row of a scan was seen.
+/// Time and travel of a scan's last row.
 #[derive(Clone, Copy, Debug)]
 struct End {
     at: Micros,
-    /// Travel in 0.1 mm, and the chain of readings that it belongs to.
+    /// Travel at the first row (0.1 mm), travel since then (metres), and the number of the chain of readings;
+    /// `None` if the scan's input was not good.
     travel: Option<(i32, f32, u16)>,
 }
 
 impl End {
-    /// Travel from here to `later`, metres, where the input was good all the way.
+    /// Returns the travel from here to `later`, metres; `None` if the input was not good all the way.
     fn way_m(&self, later: &Self) -> Option<f32> {
         match (self.travel, later.travel) {
             (Some((a, a_m, chain)), Some((b, b_m, same))) if chain == same => {
@@ -67,23 +69,23 @@ impl End {
     }
 }
 
-/// The motion input, and the track that it makes of a scan.
+/// Motion input, and the track of a scan that results from it.
 #[derive(Debug)]
 pub struct Odometry {
-    /// The last two readings that belong together.
+    /// Last two readings of one chain.
     last: Option<Arrived>,
     before: Option<Arrived>,
-    /// Counts the times that travel lost its thread.
+    /// Number of the chain of readings; a new one begins when the travel between two readings is unknown.
     chain: u16,
     state: Input,
     faults: u16,
     waiting: Deque<(u16, Micros), WAITING>,
     track: Track,
-    /// Arrival of the present scan's first row, and the travel from which its own counts.
+    /// Time of the present scan's first row, and the travel that its own travel counts from, 0.1 mm.
     begun: Option<(Micros, i32)>,
-    /// What went wrong in this scan; good while nothing did.
+    /// State of the input in this scan: its first fault, `Good` without one.
     scan: Input,
-    /// Of the last scan, and of the last guard sweep.
+    /// Last rows of the last scan and of the last guard sweep.
     end: Option<End>,
     guard_end: Option<End>,
     since_s: Option<f32>,
@@ -91,7 +93,7 @@ pub struct Odometry {
     /// Travel from the last full scan to the guard sweep that has just ended, metres.
     since_scan_m: Option<f32>,
     memory: Retention,
-    /// A sentence older than this says nothing any more, microseconds.
+    /// Age above which a motion sentence is stale, microseconds.
     oldest_us: u32,
 }
 
@@ -124,7 +126,7 @@ impl Odometry {
         }
     }
 
-    /// What the input is at `now`.
+    /// Returns the state of the input at `now`.
     pub fn state(&self, now: Micros) -> Input {
         match self.last {
             Some(last) if now.since(last.at) > self.oldest_us => Input::Late,
@@ -132,36 +134,36 @@ impl Odometry {
         }
     }
 
-    /// Sentences count for so many microseconds.
+    /// Sets the age above which a motion sentence is stale, microseconds.
     pub fn allow(&mut self, oldest_us: u32) {
         self.oldest_us = oldest_us;
     }
 
-    /// How many sentences were not as they should be, or missing too long.
+    /// Returns the number of motion sentences that were wrong or too late, since boot.
     pub fn faults(&self) -> u16 {
         self.faults
     }
 
-    /// Something is wrong with the input: what waits for it, waits in vain.
+    /// Counts a fault of the input, and discards the present scan's positions.
     fn fault(&mut self, what: Input) {
         self.state = what;
         self.faults = self.faults.saturating_add(1);
         self.spoil(what);
     }
 
-    /// The present scan has no motion input.
+    /// Marks the present scan as one without motion input.
     fn spoil(&mut self, what: Input) {
         if self.begun.is_some() && self.scan == Input::Good {
             self.scan = what;
         }
     }
 
-    /// A motion sentence came damaged.
+    /// Counts a damaged motion sentence.
     pub fn garbled(&mut self) {
         self.fault(Input::Garbled);
     }
 
-    /// A motion sentence that arrived at `now`.
+    /// Takes a motion sentence that arrived at `now`.
     pub fn take(&mut self, now: Micros, reading: Reading) {
         let next = Arrived { at: now, reading };
         let Some(last) = self.last else {
@@ -171,7 +173,7 @@ impl Odometry {
         };
         let step = reading.sequence.wrapping_sub(last.reading.sequence);
         if step == 0 {
-            // It does not become `last`: if nothing else comes, it is late.
+            // `last` stays: without another sentence the input becomes late.
             return self.fault(Input::Frozen);
         }
         if step > MOST_LOST && step.wrapping_neg() <= MOST_LOST {
@@ -200,7 +202,7 @@ impl Odometry {
         }
     }
 
-    /// A scan of `rows` rows begins.
+    /// Begins a scan of `rows` rows.
     pub fn begin(&mut self, rows: u16) {
         self.track.begin(rows);
         self.waiting.clear();
@@ -210,7 +212,7 @@ impl Odometry {
         self.scan = Input::Good;
     }
 
-    /// Row `row` of the map was seen, its mid chirp at `at`.
+    /// Takes row `row` of the map, with its mid chirp at `at`.
     pub fn row(&mut self, row: u16, at: Micros) {
         if self.begun.is_none() {
             let origin = self.last.map_or(0, |last| last.reading.travel);
@@ -221,11 +223,11 @@ impl Odometry {
         {
             self.lost(row, at, Input::Late);
         }
-        // There is room.
+        // The queue has room.
         let _ = self.waiting.push_back((row, at));
     }
 
-    /// A row whose place is not known: its time still is.
+    /// Adds a row whose position is unknown, with its time.
     fn lost(&mut self, row: u16, at: Micros, why: Input) {
         self.spoil(match self.state {
             Input::Absent => Input::Absent,
@@ -244,7 +246,7 @@ impl Odometry {
         at.since(begun) as f32 * 1e-6
     }
 
-    /// Places the rows up to `until` on the line through the last two readings.
+    /// Interpolates the waiting rows up to `until` on the line through the last two readings.
     fn settle(&mut self, until: Micros) {
         while let Some(&(row, at)) = self.waiting.front() {
             if !until.reached(at) {
@@ -258,10 +260,11 @@ impl Odometry {
         }
     }
 
-    /// Where the chair was at `at`, on the line through the last two readings; none before them.
+    /// Returns the chair's position at `at`, on the line through the last two readings; `None` before the first
+    /// of them.
     fn place(&self, at: Micros) -> Option<RowPose> {
         let (before, last) = (self.before?, self.last?);
-        // Before the readings that there are nothing is known.
+        // No extrapolation to times before the two readings.
         if !at.reached(before.at) {
             return None;
         }
@@ -288,7 +291,7 @@ impl Odometry {
         })
     }
 
-    /// The scan has seen its last row, and stands aside: the way of the next one counts from the scan before.
+    /// Ends a scan of the other plane: the next scan's travel counts from the scan before this one.
     pub fn finish_aside(&mut self, now: Micros) {
         let before = self.end;
         self.finish(now);
@@ -296,7 +299,7 @@ impl Odometry {
         (self.since_s, self.moved_m) = (None, None);
     }
 
-    /// The scan has seen its last row.
+    /// Ends a scan after its last row.
     pub fn finish(&mut self, now: Micros) {
         let last_row = self.waiting.back().map(|&(_, at)| at);
         match self.last {
@@ -326,8 +329,8 @@ impl Odometry {
         self.end = Some(End { at, travel });
     }
 
-    /// The guard sweep has seen its last row: its way counts from the guard sweep before, and the next scan's from the
-    /// scan before.
+    /// Ends a guard sweep after its last row. Its travel counts from the guard sweep before, and the next
+    /// scan's from the scan before.
     pub fn finish_guard(&mut self, now: Micros) {
         let scan = core::mem::replace(&mut self.end, self.guard_end);
         self.finish(now);
@@ -336,12 +339,13 @@ impl Odometry {
         self.end = scan;
     }
 
-    /// Travel from the last full scan to the last guard sweep, metres, where the input was good all the way.
+    /// Returns the travel from the last full scan to the last guard sweep, metres; `None` if the input was not
+    /// good all the way.
     pub fn since_scan_m(&self) -> Option<f32> {
         self.since_scan_m
     }
 
-    /// What is known of the chair's motion in the scan that has just ended.
+    /// Returns the chair's motion in the scan that has just ended.
     pub fn drive(&self, mode: Mode, chirp_us: u32) -> Drive<'_> {
         if mode == Mode::Standing {
             let memory = match self.memory {
@@ -365,24 +369,24 @@ impl Odometry {
         }
     }
 
-    /// What becomes of what earlier scans said.
+    /// Sets whether the evidence of earlier scans is used.
     pub fn remember(&mut self, memory: Retention) {
         self.memory = memory;
     }
 }
 
-/// Whether a chair can have gone from one reading to the next.
+/// Returns whether a chair can have moved from one reading to the next.
 fn steady(a: &Arrived, b: &Arrived) -> bool {
     let us = u64::from(b.at.since(a.at));
     let travel = u64::from(b.reading.travel.abs_diff(a.reading.travel));
-    // 0.1 mm, and mm/s times µs.
+    // Both sides in nanometres: 0.1 mm is 100,000 nm, and 1 mm/s over 1 µs is 1 nm.
     let far = travel * 100_000 > FASTEST_MM_S * us + TRAVEL_SLACK_MM * 1_000_000;
     let tipped = match (a.reading.pitch, b.reading.pitch) {
         (Some(a), Some(b)) => {
             u64::from(b.abs_diff(a)) * 1_000 > FASTEST_DEG_S * us + PITCH_SLACK * 1_000
         }
         (None, None) => false,
-        // An inclinometer that comes or goes.
+        // An inclinometer that appears or disappears.
         _ => true,
     };
     !far && !tipped
@@ -403,18 +407,18 @@ mod tests {
     }
 
     fn at(k: u16) -> Micros {
-        // Over the counter's wrap.
+        // Across the counter's wrap.
         Micros(u32::MAX - 400_000).plus(10_000 * u32::from(k))
     }
 
     const ROWS: u16 = 281;
 
-    /// When row `row` is seen, µs after sentence 0: the scan begins between two sentences.
+    /// Time of row `row`, µs after sentence 0: the scan begins between two sentences.
     fn seen(row: u16) -> u32 {
         24_000 + 4_630 * u32::from(row)
     }
 
-    /// A scan during which `send` says what arrives in place of each sentence.
+    /// A scan; `send` is called in place of each sentence.
     fn scan(odometry: &mut Odometry, mut send: impl FnMut(&mut Odometry, u16)) {
         let mut row = 0;
         odometry.begin(ROWS);
@@ -480,7 +484,7 @@ mod tests {
         assert!((moved - 0.08).abs() < 1e-5 && (since - 0.4).abs() < 1e-5);
     }
 
-    /// What each fault is called, and that the scan then has no motion input.
+    /// Each fault has its name, and the scan then has no motion input.
     #[test]
     fn faults_are_named_and_leave_the_scan_without_motion_input() {
         type Send = fn(&mut Odometry, u16);
@@ -533,7 +537,7 @@ mod tests {
             assert_eq!(drive.input, input, "{name}");
             assert!(drive.known().is_none() && drive.moved_m.is_none(), "{name}");
             assert_eq!(odometry.faults() > 0, name != "never", "{name}");
-            // When each row was seen is known all the same.
+            // The rows' times are known all the same.
             let end_s = drive.track.unwrap().at(280.0).time_s;
             assert!((end_s - 280.0 * 4.63e-3).abs() < 1e-4, "{name}: {end_s}");
         }

@@ -1,10 +1,10 @@
-//! Two sweeps over the same scene compared: whether the chair stands, or moves as its controller says.
+//! Comparison of two sweeps over the same scene: whether the chair stands, or moves as its controller reports.
 //!
-//! The strongest echoes of the sweep before are kept. Where the motion is known, both sweeps' echoes
-//! are put to the places where the chair ended, and the way between is taken off: what is fixed to the
-//! building must then lie in the same places. Where it is not known, each pair of echoes of the same
-//! height that a straight drive can have made votes for a speed. Echoes of the floor look alike
-//! everywhere and change with every centimetre: strong echoes weigh more.
+//! The strongest echoes of the sweep before are kept. With motion input, both sweeps' echoes are moved to where
+//! they lie as seen from the chair's position at the end of its sweep, and the travel in between is subtracted:
+//! fixed scatterers must then coincide. Without motion input, each pair of echoes at one height that a straight
+//! drive can explain votes for a speed. Ground echoes look alike everywhere and change with every centimetre,
+//! so strong echoes have more weight.
 
 use super::odometer::{SAME_PLACE_M, same_place_m};
 use crate::config::{Config, Plane};
@@ -14,26 +14,26 @@ use crate::signal::echoes::{Echo, Ride, row_of};
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
-/// So many of a sweep's strongest echoes are compared.
+/// Number of a sweep's strongest echoes that are compared.
 const MARKS: usize = 24;
 
-/// What is kept of an echo.
+/// An echo as it is kept for the next sweep.
 #[derive(Clone, Copy, Debug)]
 struct SweepEcho {
     x_m: f32,
     y_m: f32,
     range_m: f32,
-    /// When it was seen, before the sweep's last row, seconds.
+    /// Time from the echo's row to the sweep's last row, seconds.
     before_s: f32,
     weight: f32,
 }
 
 type Marks = Vec<SweepEcho, MARKS>;
 
-/// What two sweeps say of the chair's motion.
+/// Result of the comparison of two sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Whether they agree.
+    /// Whether the sweeps agree.
     pub finding: Finding,
     /// State of the motion input.
     pub input: Input,
@@ -42,24 +42,24 @@ pub struct Agreement {
 /// Whether two sweeps agree on the chair's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finding {
-    /// The chair is known or seen to stand, or the sweeps agree.
+    /// The chair is known or measured to stand, or the sweeps agree.
     Agreed,
-    /// There is no sweep to compare with, or too little in it.
+    /// There is no sweep to compare with, or too few strong echoes.
     Alone,
     /// The sweeps do not agree.
     Moved,
-    /// Motion input is required, and there is none.
+    /// Motion input is required and is missing.
     Missing,
 }
 
 impl Agreement {
-    /// That of a chair which is known to stand.
+    /// Agreement of a chair that is known to stand.
     pub const STANDING: Self = Self {
         finding: Finding::Agreed,
         input: Input::Absent,
     };
 
-    /// Where no sweeps are compared: only a chair that is known to stand agrees.
+    /// Returns the agreement where no sweeps are compared: `Agreed` only for a chair that is known to stand.
     pub fn untested(mode: Mode) -> Self {
         match mode {
             Mode::Standing => Self::STANDING,
@@ -70,8 +70,8 @@ impl Agreement {
         }
     }
 
-    /// The way from the sweep before to this one, metres, where it is known: by the motion input, or
-    /// because both agree from the same place.
+    /// Returns the travel from the sweep before to this one, metres: by the motion input, or 0 where both
+    /// sweeps agree on one position without it; `None` if unknown.
     pub fn moved_m(&self, drive: &Drive<'_>) -> Option<f32> {
         match (self.finding, self.input) {
             (Finding::Missing, _) => None,
@@ -81,8 +81,8 @@ impl Agreement {
         }
     }
 
-    /// The same where the steps agree with the motion input, though most of the echoes are of the floor,
-    /// which looks alike everywhere.
+    /// Returns `Agreed` if the steps agree with the motion input (`by_steps`), although most echoes are of the
+    /// ground, which looks alike everywhere; else unchanged.
     pub fn confirmed(self, by_steps: bool) -> Self {
         let open = matches!(self.finding, Finding::Alone | Finding::Moved);
         let finding = match open && by_steps && self.input == Input::Good {
@@ -92,56 +92,57 @@ impl Agreement {
         Self { finding, ..self }
     }
 
-    /// Whether the echoes are where they are taken to be.
+    /// Returns whether the echoes' positions can be used.
     pub fn placed(&self) -> bool {
         matches!(self.finding, Finding::Agreed | Finding::Alone)
     }
 }
 
-/// The sweep before.
+/// Echoes of the sweep before.
 #[derive(Debug)]
 pub struct Sweeps {
     marks: Marks,
     plane: Plane,
-    /// Whether its echoes were put where they lie from the mirror at its last row.
+    /// Whether the echoes are given as seen from the mirror at the sweep's last row.
     placed: bool,
 }
 
-/// Weights: an echo counts from this power above the noise …
+/// Signal-to-noise ratio from which an echo has a weight, dB.
 const FROM_DB: f32 = 8.0;
-/// … and no more beyond so many decibels on top of it.
+/// Maximum weight of an echo: dB above [`FROM_DB`].
 const MOST_DB: f32 = 25.0;
 
-/// Two echoes are of one height within this, metres …
+/// Maximum height difference of two echoes of one scatterer at range 0, metres.
 const SAME_HEIGHT_M: f32 = 0.012;
-/// … and this much for each metre of range, radians: a step of the sweep and what the lobe moves. Along the
-/// floor: [`SAME_PLACE_M`].
+/// Increase of the maximum height difference with range, radians: one step of the scan and the shift of the
+/// main lobe. The limit along the ground is [`SAME_PLACE_M`].
 const SAME_HEIGHT_RAD: f32 = 0.008;
 
-/// Places apart that are looked at: bins of this width, metres …
+/// Bin width of the histogram of distances between two sweeps' echoes, metres.
 const BIN_M: f32 = 0.01;
-/// … to each side of none.
+/// Number of bins of that histogram to each side of zero.
 const BINS: usize = 60;
 
-/// Share of the weight that agrees in two sweeps from one place: of 60 simulated pairs from standing
-/// chairs all but those without echoes have 0.82 and more, of 70 from moving ones none more than 0.65.
+/// Minimum share of the weight that agrees in two sweeps from one position. Of 60 simulated pairs from standing
+/// chairs all but those without echoes have 0.82 or more, of 70 from moving ones none has more than 0.65.
 const STANDING_SHARE: f32 = 0.75;
-/// A chair that went no farther than this from sweep to sweep stands, metres: a sixth of what an `ok`
-/// promises.
+/// Maximum travel from sweep to sweep of a chair that stands, metres: a sixth of the tolerance that `ok`
+/// guarantees.
 const STANDING_M: f32 = 0.005;
-/// Share of the weight that agrees where the way between the sweeps is known: 0.34 and more in the
+/// Minimum share of the weight that agrees where the travel between the sweeps is known: 0.34 and more in the
 /// same recordings.
 const DRIVING_SHARE: f32 = 0.33;
-/// By how much weight they must agree better than for any other way: two echoes of 17 dB. With it none
-/// of 200 pairs was taken to agree whose travel was reversed or frozen.
+/// Minimum weight by which the agreement exceeds that for any other travel: two echoes of 17 dB. With it none
+/// of 200 pairs with reversed or frozen travel counted as agreeing.
 const LEAST_LEAD: f32 = 18.0;
-/// Other ways that are tried: so many to each side …
+/// Number of other travels that are tested to each side.
 const RIVALS: usize = 12;
-/// … this far apart, metres.
+/// Distance between the tested travels, metres.
 const RIVAL_M: f32 = 0.05;
-/// Share from which a steady creep is believed.
+/// Minimum share of the weight that agrees on a steady speed without motion input.
 const CREEP_SHARE: f32 = 0.5;
-/// Less time between two looks than this share of a sweep says nothing of the speed.
+/// Minimum time between an echo's two observations, as a share of the sweep interval, from which a speed is
+/// estimated.
 const LEAST_SHARE: f32 = 0.25;
 
 impl Default for Sweeps {
@@ -151,7 +152,7 @@ impl Default for Sweeps {
 }
 
 impl Sweeps {
-    /// Before the first sweep.
+    /// Empty, before the first sweep.
     pub const fn new() -> Self {
         Self {
             marks: Marks::new(),
@@ -160,10 +161,11 @@ impl Sweeps {
         }
     }
 
-    /// Puts the echoes where they lie from the mirror at the last row, as far as the motion is known
-    /// or can be seen, and compares them with those of the sweep before. A sweep of the other plane that comes in between
-    /// is compared with none, does not become the one before, and is never confirmed: its first edge lies farther ahead
-    /// than the model of treads seen from above looks for one.
+    /// Moves the echoes to where they lie as seen from the mirror at the last row, as far as the motion is
+    /// known or can be estimated, and compares them with those of the sweep before.
+    ///
+    /// A sweep of the other plane in between is not compared, does not replace the stored sweep, and is never
+    /// confirmed: its first edge lies farther ahead than the model of treads seen from above searches.
     #[inline(never)]
     pub fn compare(
         &mut self,
@@ -174,7 +176,7 @@ impl Sweeps {
     ) -> Agreement {
         let input = drive.input;
         let aside = drive.memory == Retention::Aside;
-        // Where the chair is known to stand and no sweep is compared with.
+        // Result where the sweep is not compared and the chair is known to stand.
         let by_itself = if aside {
             Finding::Alone
         } else {
@@ -216,8 +218,8 @@ impl Sweeps {
         Agreement { finding, input }
     }
 
-    /// Whether this sweep agrees with the one before `moved_m` metres back: better than it does with
-    /// any other way, and by more than a few weak echoes can make.
+    /// Compares this sweep with the one before, `moved_m` metres back. `Agreed` requires that the sweeps agree
+    /// better than for any other travel, and by more than a few weak echoes can cause.
     fn driven(&self, marks: &[SweepEcho], moved_m: f32) -> Finding {
         let tolerance_m = same_place_m(moved_m);
         let at = |way: f32| share(&self.marks, marks, tolerance_m, |_, _| way - moved_m);
@@ -242,7 +244,7 @@ impl Sweeps {
         }
     }
 
-    /// How fast the chair went, if it went steadily, with `since_s` seconds between the sweeps' ends.
+    /// Estimates a steady speed, with `since_s` seconds between the sweeps' last rows.
     fn creep(&self, marks: &[SweepEcho], since_s: f32) -> Creep {
         let between = |a: &SweepEcho, b: &SweepEcho| (since_s + a.before_s - b.before_s) / since_s;
         let way = |a: &SweepEcho, b: &SweepEcho| {
@@ -275,13 +277,13 @@ impl Sweeps {
     }
 }
 
-/// What two sweeps without motion input say.
+/// Result of two sweeps without motion input; the speed in metres a second.
 struct Creep {
     finding: Finding,
     speed: Option<f32>,
 }
 
-/// The strongest echoes, as they are kept.
+/// Returns the strongest echoes of a sweep; `placed` moves them to where they lie at the last row.
 fn marks(echoes: &[Echo], map: &PolarMap, ride: &Ride<'_>, placed: bool) -> Marks {
     let end_s = ride.end().time_s;
     let mark = |echo: &Echo| {
@@ -300,14 +302,14 @@ fn marks(echoes: &[Echo], map: &PolarMap, ride: &Ride<'_>, placed: bool) -> Mark
     echoes.iter().take(MARKS).map(mark).collect()
 }
 
-/// Whether two marks may be of one height.
+/// Returns whether two echoes may be of one height.
 fn level(a: &SweepEcho, b: &SweepEcho) -> bool {
     let reach = SAME_HEIGHT_M + SAME_HEIGHT_RAD * math::max(a.range_m, b.range_m);
     (a.y_m - b.y_m).abs() <= reach
 }
 
-/// Share of the weight of `new` that finds a mark of `old` at its height, and `shift` away forward
-/// within `tolerance_m`.
+/// Returns the share of the weight of `new` that has an echo of `old` at its height and `shift` metres away
+/// forward, within `tolerance_m`.
 fn share(
     old: &[SweepEcho],
     new: &[SweepEcho],
@@ -326,8 +328,8 @@ fn share(
     found / math::max(all, 1.0)
 }
 
-/// The way from sweep to sweep, `most` roughly, from all pairs that agree with it: least squares over
-/// their ways, each of a share of the time.
+/// Refines the travel from sweep to sweep, about `most` metres: weighted least squares over all pairs that
+/// agree with it, each of which covers a share (`between`) of the travel.
 fn refine(
     old: &[SweepEcho],
     new: &[SweepEcho],
@@ -349,7 +351,7 @@ fn refine(
     if squares > 0.0 { sum / squares } else { most }
 }
 
-/// Weights of the pairs, by how far they lie apart.
+/// Histogram of the distances between the sweeps' echoes, by weight of the pairs.
 struct Votes([f32; 2 * BINS + 1]);
 
 impl Votes {
@@ -364,7 +366,8 @@ impl Votes {
                 if let Some(way) = way(a, b) {
                     let weight = math::min(a.weight, b.weight);
                     let bin = math::round(way / BIN_M) + BINS as f32;
-                    // Half to each side, so that a place between two bins counts as much.
+                    // Half the weight to each neighbour, so that a distance between two bins is not at a
+                    // disadvantage.
                     for (near, share) in [(-1.0, 0.5), (0.0, 1.0), (1.0, 0.5)] {
                         let bin = bin + near;
                         if bin >= 0.0
@@ -379,7 +382,7 @@ impl Votes {
         votes
     }
 
-    /// The way that most weight is for, farther than `beyond_m` from none.
+    /// Returns the travel of the fullest bin, metres, at least `beyond_m` from zero.
     fn peak(&self, beyond_m: f32) -> f32 {
         let mut best = (0.0, 0.0);
         for (k, &votes) in self.0.iter().enumerate() {

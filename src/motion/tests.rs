@@ -1,4 +1,4 @@
-//! Echoes seen from a chair that drives: put where they lie, and compared from sweep to sweep.
+//! Echoes seen from a chair that drives: motion compensation, and the comparison of sweeps.
 
 use super::*;
 use crate::config::Config;
@@ -9,11 +9,11 @@ use std::vec::Vec;
 
 const ROW_S: f32 = 0.0046;
 const ROWS: u16 = 281;
-/// From the last row of a sweep to the first of the next.
+/// Time from the last row of a sweep to the first row of the next, seconds.
 const TURN_S: f32 = 0.1;
 const CHIRP_S: f32 = 0.001;
 
-/// Corners of a flight and of what stands around it: x, y, dB.
+/// Corners of a flight and of objects around it: x and y in metres, level in dB.
 const SCENE: [(f32, f32, f32); 7] = [
     (1.3, 0.17, 35.0),
     (1.58, 0.34, 30.0),
@@ -24,12 +24,12 @@ const SCENE: [(f32, f32, f32); 7] = [
     (2.1, 0.8, 18.0),
 ];
 
-/// A chair at a speed, whose nose rises by so much a second.
+/// A chair with a forward speed, m/s, and a pitch rate, nose up positive, rad/s.
 #[derive(Clone, Copy)]
 struct Chair {
     speed: f32,
     rad_s: f32,
-    /// Whether motion input and phases say that it stood.
+    /// Whether motion input and phases show that it stood.
     stood: bool,
 }
 
@@ -42,7 +42,7 @@ impl Chair {
         }
     }
 
-    /// Sweep `sweep`: its track, counted from its first row, and the echoes as they are seen.
+    /// Returns the track of sweep `sweep`, counted from its first row, and the echoes as they are observed.
     fn sweep(&self, map: &PolarMap, config: &Config, sweep: u16) -> (Track, Echoes) {
         let first_s = f32::from(sweep) * (f32::from(ROWS - 1) * ROW_S + TURN_S);
         let arrival = |row: f32| match sweep % 2 {
@@ -61,7 +61,7 @@ impl Chair {
         let echo = |&(x, y, snr_db): &(f32, f32, f32)| {
             let mut echo = Echo::default();
             let mut row = 140.0;
-            // The row whose beam meets the point while the chair drives on.
+            // Iterates to the row whose beam meets the point while the chair drives on.
             for _ in 0..20 {
                 let at = self.place(first_s + arrival(row) * ROW_S);
                 let seen_from = self.place(first_s).pitch_rad;
@@ -98,7 +98,7 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
     }
 }
 
-/// An answer that nothing but `agreement` keeps from being `ok`.
+/// Returns an answer that is `ok` unless `agreement` prevents it.
 fn under(agreement: Agreement) -> Outcome {
     let mut outcome = Outcome::silent();
     let sight = Sight {
@@ -112,8 +112,8 @@ fn under(agreement: Agreement) -> Outcome {
     outcome
 }
 
-/// What `sweeps` sweeps say of an `ok` answer, and the last one's echoes; `said` makes of the travel what
-/// the odometer says.
+/// Returns the outcome of the last of `sweeps` sweeps over an `ok` answer, and its echoes; `said` turns the
+/// true travel into that of the odometer.
 fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outcome, Echoes) {
     let config = Config::default();
     let map = tests::map(&config, |_, _| 80);
@@ -150,7 +150,7 @@ fn driving(speed: f32) -> Chair {
     Chair { speed, ..STANDING }
 }
 
-/// Largest distance of the echoes from where their points lie at the end of sweep `sweep`, metres.
+/// Returns the maximum distance of the echoes from their points' positions at the end of sweep `sweep`, metres.
 fn worst(chair: Chair, echoes: &Echoes, sweep: u16) -> f32 {
     let sweep_s = f32::from(ROWS - 1) * ROW_S;
     let travel = chair.speed * (f32::from(sweep) * (sweep_s + TURN_S) + sweep_s);
@@ -206,7 +206,7 @@ fn a_first_sweep_of_a_chair_that_is_said_and_seen_to_stand_needs_no_second() {
     assert!(first.status() == Status::Ok && first.reasons().is_empty());
     let (unseen, _) = told(STANDING, 1, Input::Good, |m| m);
     assert!(unseen.status() == Status::Degraded && !unseen.reasons().is_empty());
-    // A sweep before that contradicts the way from it, 30 cm here, does so all the same.
+    // A sweep before that contradicts the travel, here 30 cm, still prevents `ok`.
     let (second, _) = told(seen, 2, Input::Good, |_| 0.3);
     assert!(second.status() == Status::Degraded && !second.reasons().is_empty());
 }
@@ -220,7 +220,7 @@ fn odometers_that_stand_or_count_backward_are_contradicted() {
             assert_eq!(outcome.status(), Status::Degraded);
         }
     }
-    // Two per cent off are none.
+    // A scale error of two per cent is within the tolerance.
     let (outcome, _) = told(driving(0.2), 2, Input::Good, |m| 1.02 * m);
     assert_eq!(outcome.status(), Status::Ok);
 }

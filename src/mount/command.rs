@@ -1,10 +1,10 @@
-//! Calibration of the mounting: a flat floor, and a wall at a measured distance.
+//! Calibration of the mounting on command: a level ground, and a wall at a measured distance.
 //!
-//! The chair stands square before a wall, `wall_m` from the mirror's centre. Three things are then known:
-//! the wall's flash, which comes back from where the beam meets it squarely, lies on the horizontal through
-//! the mirror; the corner of wall and floor lies at `(wall_m, 0)`; and everything else lies on the floor. With
-//! r, t an echo's range from the mirror and its angle as they are believed to be, o the mirror's offset, b what
-//! is missing from all angles, s the scale of ranges from the radar, and h the mirror's height:
+//! The chair stands square before a wall, `wall_m` from the mirror's centre. Three things are then known. The
+//! wall's flash (its specular reflection, where the beam meets it squarely) lies on the horizontal through the
+//! mirror. The corner of wall and ground lies at `(wall_m, 0)`. All other echoes lie on the ground. With r, t
+//! an echo's range from the mirror and its angle by the configured mounting, o the mirror's offset, b the error
+//! of all angles, s the scale of ranges from the radar, and h the mirror's height:
 //!
 //! ```text
 //! R = s (r + o) - o      T = t + b
@@ -13,8 +13,8 @@
 //! floor:   R sin T = h
 //! ```
 //!
-//! Weighted least squares over all of them, linearised a few times, gives h, b and s; echoes off the floor
-//! lose weight (Cauchy). What does not fit such a scene is refused with a reason.
+//! Weighted least squares over all of them, linearised a few times, gives h, b and s; echoes off the ground
+//! lose weight (Cauchy). A scene that does not fit is refused with a reason.
 
 use core::fmt;
 
@@ -26,73 +26,77 @@ use crate::math::{self, RAD_PER_DEG};
 use crate::params::{Params, current};
 use crate::signal::echoes::Echo;
 
-/// Nearest and farthest wall, metres: beyond the mirror's own echo with floor before it, and within the
+/// Permitted distance of the wall, metres: beyond the mirror's own echo with ground before it, and within the
 /// range of 3 m.
 pub const WALL_M: core::ops::RangeInclusive<f32> = 0.6..=2.5;
 
-/// What a mounting may be off by, radians: more is a wrong bracket or a switch in another place.
+/// Maximum angle offset of a mounting, radians: more is a wrong bracket or a misplaced switch.
 const MOST_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
-/// What the scale of ranges may be off by: five times what a sweep's drift amounts to.
+/// Maximum error of the range scale: five times the drift of a chirp's slope.
 const MOST_SCALE: f32 = 0.05;
-/// What the mount height may be off by, metres.
+/// Maximum error of the mounting height, metres.
 const MOST_HEIGHT_M: f32 = 0.15;
-/// A flash is at least so strong, dB: that of a plaster wall at 1.5 m has 50.
+/// Minimum level of a flash above the noise, dB: that of a plaster wall at 1.5 m is 50.
 const FLASH_DB: f32 = 25.0;
-/// The corner is at least so strong, dB: that of plaster and concrete has 49.
+/// Minimum level of the corner above the noise, dB: that of plaster and concrete is 49.
 const CORNER_DB: f32 = 20.0;
-/// What is weaker than the flash by more than this is its own side lobe or reflection, dB.
+/// Maximum level below the flash of an echo that counts as a second reflector, dB: weaker ones may be side
+/// lobes or multiple reflections of the flash.
 const LESSER_DB: f32 = 30.0;
-/// Echoes of one wall lie within this range of each other, metres: two bins.
+/// Maximum range difference of echoes of one wall, metres: two bins.
 const SAME_M: f32 = 0.03;
-/// The corner is looked for within this distance of its place, metres …
+/// Maximum distance of the corner from the wall's distance, metres.
 const CORNER_M: f32 = 0.08;
-/// … and the floor so far above and below its height, as the flash and the nominal height have it: what is
-/// left of the height's own error.
+/// Maximum height of a ground echo above or below the ground, metres, by the flash's angle and the nominal
+/// height: the error of the height itself remains.
 const FLOOR_M: f32 = MOST_HEIGHT_M;
-/// Floor nearer than this to the wall is the corner's, metres.
+/// Minimum distance of a ground echo from the wall, metres: nearer echoes belong to the corner.
 const APART_M: f32 = 0.1;
-/// Fewer echoes are no floor.
+/// Minimum number of ground echoes.
 const LEAST_FLOOR: u8 = 5;
-/// Echoes of the floor lie within so many of their standard deviations; more of them do not than this share.
+/// Distance from the fitted ground, in standard deviations, beyond which a ground echo is an outlier.
 const ASTRAY_SIGMAS: f32 = 4.0;
+/// Maximum share of outliers among the ground echoes.
 const ASTRAY_SHARE: f32 = 0.34;
-/// The corner may be off by this after the fit, metres and radians: a lobe's shape, and the wall's base.
+/// Maximum distance of the corner from its place after the fit, metres: the shape of the main lobe, and the
+/// wall's base.
 const CORNER_OFF_M: f32 = 0.01;
+/// Maximum angle of the corner from its place after the fit, radians.
 const CORNER_OFF_RAD: f32 = 0.5 * RAD_PER_DEG;
-/// Ranges of a flash or a corner are off by so much beyond their noise, metres: the sweep's slope.
+/// Standard deviation of a flash's or a corner's range beyond its noise, metres: the chirp's slope.
 const RANGE_MODEL_M: f32 = 0.0005;
-/// A steel tape on the way from the mirror to the wall, metres.
+/// Standard deviation of the wall's distance, metres: a steel tape from the mirror to the wall.
 const TAPE_M: f32 = 0.001;
-/// Half a sixteenth of a bin, in which the mirror's echo is told, over √3.
+/// Standard deviation of the mirror echo's range, bins: resolution of 1/16 bin, half of it over √3.
 const MIRROR_BINS: f32 = 0.018;
-/// Times that the equations are linearised; the third changes nothing any more.
+/// Number of linearised fits; the third one already changes nothing.
 const ROUNDS: usize = 5;
 
-/// Why there is no calibration.
+/// Reason why there is no calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The scan looks down.
+    /// The scan is of the height plane.
     Plane,
-    /// The wall is said to be where none can be used.
+    /// The given distance of the wall is outside [`WALL_M`].
     Distance,
-    /// No flash of a wall where it must be.
+    /// No flash of a wall at the expected range and angle.
     NoWall,
     /// Walls at several distances, or something else that faces the scanner.
     SeveralWalls,
     /// Something stands between scanner and wall.
     Clutter,
-    /// No corner of wall and floor.
+    /// No corner of wall and ground.
     NoFloor,
-    /// Too few echoes of the floor before the wall.
+    /// Too few ground echoes before the wall.
     FewEchoes,
-    /// The echoes do not lie on one level floor with a wall on it.
+    /// The echoes do not lie on one level ground with a wall on it.
     Misfit,
-    /// The mounting is farther off than calibration takes out.
+    /// The fitted mounting is outside the limits that calibration corrects.
     TooFar,
 }
 
 impl Refusal {
-    /// What was expected of the scene.
+    /// Returns the expected property of the scene, for people.
     pub const fn expected(self) -> &'static str {
         match self {
             Self::Plane => "plane: expected depth",
@@ -126,25 +130,25 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-/// How the scanner is really mounted, with standard errors.
+/// Fitted mounting of the scanner, with standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {
-    /// Mirror centre above the floor, metres.
+    /// Height of the mirror's centre above the ground, metres.
     pub height_m: Estimate,
-    /// To be added to all angles, radians: positive where the beam is lower than believed. Homing and the
-    /// pitch of the chair cannot be told apart.
+    /// Offset that is added to all angles, radians: positive where the beam is lower than configured. Errors of
+    /// homing and the pitch of the chair cannot be separated.
     pub offset_rad: Estimate,
-    /// By which ranges from the radar are to be multiplied.
+    /// Factor on ranges from the radar.
     pub scale: Estimate,
-    /// Range at which the mirror's own echo is seen, metres from the radar, as `mirror-echo` has it.
+    /// Range of the mirror's own echo, metres from the radar: the value of the setting `mirror-echo`.
     pub mirror_echo_m: Estimate,
-    /// Its level, dB relative to full scale.
+    /// Level of the mirror's own echo, dB relative to full scale.
     pub mirror_level_db: f32,
-    /// Echoes of the floor that it rests on.
+    /// Number of ground echoes in the fit.
     pub floor_echoes: u8,
 }
 
-/// One echo with what it is taken for.
+/// Part of the scene that an echo comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
     Flash,
@@ -152,7 +156,7 @@ enum Part {
     Floor,
 }
 
-/// Height, angle offset, and what the scale is more than 1.
+/// Parameters of the fit: height, angle offset, and the range scale minus 1.
 #[derive(Clone, Copy, Debug)]
 struct MountState {
     height_m: f32,
@@ -160,7 +164,7 @@ struct MountState {
     stretch: f32,
 }
 
-/// The scene that must be there.
+/// Geometry of the calibration scene: distances of the wall from the mirror, and of the mirror from the radar.
 #[derive(Clone, Copy, Debug)]
 struct CalibrationScene {
     wall_m: f32,
@@ -172,25 +176,26 @@ struct Equation {
     residual: f32,
     by: [f32; 3],
     variance: f32,
-    /// Whether it loses weight where it does not fit.
+    /// Whether the equation loses weight with its residual (Cauchy).
     robust: bool,
 }
 
 impl CalibrationScene {
-    /// Real range from the mirror, and angle below the horizontal.
+    /// Returns the true range from the mirror, metres, and the true angle below the horizontal, radians.
     fn real(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let from_radar = (1.0 + s.stretch) * (e.range_m + self.mirror_m);
         (from_radar - self.mirror_m, e.angle_rad + s.offset_rad)
     }
 
-    /// Distance from the mirror and height above the floor.
+    /// Returns the horizontal distance from the mirror and the height above the ground, metres.
     fn point(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let (range, angle) = self.real(e, s);
         let (sin, cos) = math::sin_cos(angle);
         (range * cos, s.height_m - range * sin)
     }
 
-    /// What an echo says of the state: one or two equations.
+    /// Calls `each` with the equations of one echo: one of a ground echo, two (range, angle) of flash and
+    /// corner.
     fn equations(
         &self,
         e: &Echo,
@@ -237,7 +242,7 @@ impl CalibrationScene {
     }
 }
 
-/// Inverse of a symmetric matrix of full rank; `None` where it has none.
+/// Returns the inverse of a symmetric matrix; `None` if it is singular.
 fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
     let minor = |r: usize, c: usize| {
         let (i, j) = ((r + 1) % 3, (r + 2) % 3);
@@ -259,7 +264,7 @@ fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
     Some(inverse)
 }
 
-/// What the parts say together.
+/// Result of the fit.
 struct MountFit {
     state: MountState,
     /// Standard errors of height, offset and stretch.
@@ -268,7 +273,7 @@ struct MountFit {
     astray: u8,
 }
 
-/// The echoes that count, found from what the flash alone says.
+/// Flash and corner, and the start of the fit that follows from them.
 struct ReferenceEchoes<'e> {
     flash: &'e Echo,
     corner: &'e Echo,
@@ -281,7 +286,7 @@ fn strongest<'e>(echoes: &'e [Echo], counts: &dyn Fn(&Echo) -> bool) -> Option<&
 }
 
 impl CalibrationScene {
-    /// The wall's flash and its corner with the floor.
+    /// Finds the wall's flash and the corner of wall and ground, and checks that nothing else stands there.
     fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<ReferenceEchoes<'e>, Refusal> {
         let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
         let placed = |e: &Echo| {
@@ -298,7 +303,7 @@ impl CalibrationScene {
             offset_rad: -flash.angle_rad,
             stretch: scale(flash) - 1.0,
         };
-        // What faces the scanner does so at the mirror's height, wherever it stands.
+        // A reflector that faces the scanner has its flash at the mirror's height, at any distance.
         let facing = |e: &Echo| (e.angle_rad - flash.angle_rad).abs() <= 0.5 * MOST_OFFSET_RAD;
         if strongest(echoes, &|e| facing(e) && rival(e)).is_some() {
             return Err(Refusal::SeveralWalls);
@@ -327,7 +332,7 @@ impl CalibrationScene {
         })
     }
 
-    /// Whether an echo is one of the floor before the wall.
+    /// Returns whether an echo is one of the ground before the wall.
     fn is_floor(&self, e: &Echo, s: &MountState, p: &Params) -> bool {
         let (x, y) = self.point(e, s);
         let ahead = x > p.floor_from_m && x < self.wall_m - APART_M;
@@ -386,7 +391,7 @@ impl CalibrationScene {
         })
     }
 
-    /// Whether the fit tells of the scene that must be there.
+    /// Checks the fit against the expected scene and the limits of a mounting.
     fn judge(
         &self,
         found: &ReferenceEchoes<'_>,
@@ -412,12 +417,14 @@ impl CalibrationScene {
     }
 }
 
-/// How the scanner is mounted, from the echoes of a scan of a floor and a wall `wall_m` from the mirror's
-/// centre. The echoes are those that were placed with `config`, and with nothing taken out yet;
-/// `mirror` is the mirror's own echo with the same configuration.
+/// Fits the mounting of the scanner from a scan of the ground and a wall `wall_m` metres from the mirror's
+/// centre.
+///
+/// The echoes are placed with `config`, without any calibration; `mirror` is the mirror's own echo with the
+/// same configuration.
 ///
 /// # Errors
-/// Says what of the scene is not as it must be.
+/// Returns the property of the scene that is not as expected.
 pub fn calibrate(
     echoes: &[Echo],
     config: &Config,
@@ -445,7 +452,7 @@ pub fn calibrate(
         height_m: Estimate::new(fit.state.height_m, height),
         offset_rad: Estimate::new(fit.state.offset_rad, offset),
         scale: Estimate::new(1.0 + fit.state.stretch, math::hypot(stretch, tape)),
-        // Where it will be seen with the scale that was found.
+        // Its range after the scale has been corrected.
         mirror_echo_m: Estimate::new(
             mirror.range_m * (1.0 + fit.state.stretch),
             MIRROR_BINS * config.radar.bin_spacing_m(),

@@ -1,19 +1,20 @@
-//! Whether the floor is where mount height and angle say that it must be.
+//! Check that the ground lies where mounting height and angle put it.
 //!
-//! Only so much is taken out by calibration as tyres, brackets and a homing switch leave. What lies beyond
-//! shows here: echoes then fit a floor that is higher, lower or inclined better than the one there must be.
+//! Calibration corrects errors only within the tolerance of tyres, brackets and homing switch. A larger error
+//! shows here: the echoes then support a ground that is higher, lower or inclined better than the configured
+//! one.
 
 use crate::math;
 use crate::params::Params;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 
-/// Power at which (1 - q/n)^n stands for exp(-q): for all that matters, and at a tenth of the instructions.
+/// Power n of (1 - q/n)^n, which approximates exp(-q) well enough at a tenth of the instructions.
 const REACH: f32 = 4.0;
-/// Most steps of height to each side.
+/// Maximum number of height steps to each side.
 const MOST_HEIGHTS: usize = 24;
 
-/// Returns the variance of a floor echo's height at `range_m` from the mirror, square metres: corners, which
-/// are strong and narrow, are more exact in angle and height than speckle.
+/// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
+/// which are strong and narrow, have a smaller variance in angle and height than speckle.
 pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
     let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
     let (fixed_rad, rough_m) = if clean {
@@ -25,14 +26,14 @@ pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
     rough_m * rough_m + noise * noise
 }
 
-/// An echo as evidence for a floor.
+/// An echo as evidence for the ground at some height.
 #[derive(Clone, Copy, Debug, Default)]
 struct Witness {
     x_m: f32,
     y_m: f32,
-    /// Half of the inverse variance of its height.
+    /// Half of the inverse variance of the echo's height, 1/m².
     half_precision: f32,
-    /// Beyond this distance from its height it says nothing, metres.
+    /// Distance in height beyond which the echo has no weight, metres.
     reach_m: f32,
     weight: f32,
 }
@@ -51,12 +52,12 @@ impl Witness {
         }
     }
 
-    /// Adds to `supports`, of heights in steps of `step_m` from `lowest_m` on, how much it speaks for a
-    /// floor there that is inclined by `slope`.
+    /// Adds to `supports` the echo's weight for a ground at each height, in steps of `step_m` metres from
+    /// `lowest_m` on, that is inclined by `slope`.
     fn support(&self, slope: f32, lowest_m: f32, step_m: f32, supports: &mut [f32]) {
         let above_m = self.y_m + slope * self.x_m - lowest_m;
         let first = math::max(math::ceil((above_m - self.reach_m) / step_m), 0.0) as usize;
-        // `as` saturates: below the lowest there is none.
+        // The cast saturates: negative values become 0.
         let end = (math::floor((above_m + self.reach_m) / step_m) + 1.0) as usize;
         for (k, support) in supports.iter_mut().enumerate().take(end).skip(first) {
             let off = above_m - k as f32 * step_m;
@@ -66,36 +67,38 @@ impl Witness {
     }
 }
 
-/// How well echoes support a floor, in weights of echoes.
+/// Evidence for the ground at and away from its configured place, as sums of the echoes' weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Floor {
-    /// One in its place.
+    /// Maximum over the heights and slopes that are within the tolerance.
     pub here: f32,
-    /// The best other one: at another height, or inclined.
+    /// Maximum over the others: at another height, or inclined.
     pub elsewhere: f32,
 }
 
 impl Floor {
-    /// Whether no floor elsewhere is shown much better than the one where it must be, nor only one elsewhere.
+    /// Returns whether the ground is at its configured place: no other place has much more evidence, and the
+    /// configured one is not without evidence beside a well supported other.
     pub fn in_place(&self, p: &Params) -> bool {
         let alone =
             self.elsewhere > p.floor_alone && self.here < p.floor_here_share * self.elsewhere;
         self.elsewhere - self.here <= p.floor_elsewhere && !alone
     }
 
-    /// Whether it shows that the mounting is as it is said to be.
+    /// Returns whether the evidence confirms the configured mounting.
     pub fn firm(&self, p: &Params) -> bool {
         self.here > self.elsewhere + p.floor_firm
     }
 
-    /// Of the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration.
+    /// Computes the evidence from the echoes of a map with bins of `bin_m` metres, placed without any
+    /// calibration.
     #[inline(never)]
     pub fn of(echoes: &[Echo], bin_m: f32, p: &Params) -> Self {
         let mut witnesses = heapless::Vec::<Witness, MAX_ECHOES>::new();
         for e in echoes {
             let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
             if ahead && e.y_m.abs() < p.floor_astray_m && e.snr_db > p.witness_from_db {
-                // As many places as echoes.
+                // The vector has room for all echoes.
                 let _ = witnesses.push(Witness::new(e, bin_m, p));
             }
         }
@@ -105,7 +108,7 @@ impl Floor {
         let steep = p.floor_steep_steps as i32;
         let mut found = Self::default();
         for slope in -steep..=steep {
-            // An inclined floor goes through the place that the wheels stand on.
+            // An inclined ground passes through the wheels' contact point.
             let tilted = slope.abs() > tilt;
             let most = if tilted { near } else { far };
             let mut supports = [0.0; 2 * MOST_HEIGHTS + 1];

@@ -1,14 +1,15 @@
-//! How the scanner is mounted: the floor as a model of angle, height and range scale.
+//! Calibration of the mounting on the ground: angle, height and range scale.
 //!
-//! In: echoes as they are placed with the configured mounting. Out: what height, angles and ranges are off by, with
-//! standard errors, and whether the floor lies where the configured mounting puts it. Both calibrations are weighted
-//! least squares over echoes of the floor, whose errors [`floor_variance`] gives; neither knows stairs.
+//! In: echoes as the configured mounting places them. Out: the errors of height, angles and ranges with
+//! standard errors, and whether the ground lies where the configured mounting puts it. Both calibrations are
+//! weighted least squares over ground echoes, with the variance of [`floor_variance`]; neither uses a model of
+//! stairs.
 //!
 //! | module | from → to |
 //! |---|---|
-//! | [`command`] | echoes of a floor and a wall, scanned on command → height, angle offset and range scale, to be saved |
-//! | [`online`] | echoes of the floor in any scan → angle bias and height error of that scan, taken out |
-//! | `floor` | echoes → variance of a floor echo's height; whether the floor is where mount height and angle say |
+//! | [`command`] | echoes of a level ground and a wall, scanned on command → height, angle offset and range scale, to be saved |
+//! | [`online`] | ground echoes of any scan → angle bias and height error of that scan, subtracted |
+//! | `floor` | echoes → variance of a ground echo's height; whether the ground is where mounting height and angle put it |
 
 pub mod command;
 mod floor;

@@ -1,4 +1,4 @@
-//! Angle bias and mount-height error, taken out where the floor shows them.
+//! Angle bias and mounting-height error of one scan, estimated on the ground and subtracted.
 
 use super::floor::floor_variance;
 use crate::math;
@@ -6,29 +6,29 @@ use crate::params::Params;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 
-/// What the floor says about the scanner's own errors.
+/// Errors of the scanner's angle and height, estimated on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Calibration {
-    /// Taken off all angles, radians.
+    /// Angle bias, subtracted from all angles, radians.
     pub bias_rad: f32,
-    /// Taken off all heights, metres.
+    /// Height error, subtracted from all heights, metres.
     pub height_m: f32,
-    /// Standard deviation of the bias that is left, radians.
+    /// Standard deviation of the remaining bias, radians.
     pub bias_sigma_rad: f32,
-    /// How unlikely both errors are together: the sum of their squares, each in its own standard deviation before
-    /// anything was seen.
+    /// Sum of the squares of both errors, each in units of its prior standard deviation.
     pub strain: f32,
 }
 
 impl Calibration {
-    /// Whether the floor asks for no more than tyres, brackets and a homing switch leave.
+    /// Returns whether both errors are within the tolerance of tyres, brackets and homing switch.
     pub fn fits(&self, p: &Params) -> bool {
         self.strain <= p.calibration_strain
     }
 }
 
-/// Least squares over the echoes that can only be floor, each height error being
-/// -(range · cos angle) · bias + height, with priors; echoes off the floor lose weight (Cauchy).
+/// Estimates both errors by least squares over the echoes that can only be ground, subtracts them from
+/// `echoes`, and returns them. Each height error is modelled as -(range · cos angle) · bias + height, with
+/// priors; echoes off the ground lose weight (Cauchy).
 pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibration {
     let precision = |sigma: f32| 1.0 / (sigma * sigma);
     let prior = [

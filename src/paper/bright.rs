@@ -1,4 +1,5 @@
-//! Where the map is bright: what the particles are drawn around and weighed with (paper III-A).
+//! High-intensity cells of the map, around which the particles are drawn and by which they are weighted (paper
+//! III-A).
 
 use core::num::NonZeroU32;
 
@@ -10,41 +11,40 @@ use crate::config::{MAX_MODES, ParticleConfig, Spread};
 use crate::math;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 
-/// Most bins of one row.
+/// Maximum number of bins of a row.
 const MAX_BINS: usize = 256;
 
-/// How far below the strongest cell high-intensity cells reach, decibels: a nosing is some 10 dB
-/// weaker than the corner under it, and that of the first step, seen obliquely, weaker still.
+/// Range of high-intensity cells below the strongest cell, dB. A nosing is about 10 dB weaker than the corner under
+/// it, and that of the first step, seen obliquely, is weaker still.
 pub const HIGH_INTENSITY_DB: f32 = 25.0;
 
-/// Echoes this far below the strongest at their own range cannot be told from what the beam's
-/// side lobes make of that one, decibels: it leaves a nosing 10 dB below its corner in the beam's
-/// main lobe, and takes what makes the corner of a bright step look like a pillar.
+/// Level below the strongest echo at the same range at which an echo counts as that one's side lobe, dB. It keeps a
+/// nosing 10 dB below its corner in the beam's main lobe, and removes the side lobes that make the corner of a bright
+/// step look like a pillar.
 const SIDE_LOBE_DB: f32 = 25.0;
 
-/// `db` in units of a cell.
+/// Converts dB to units of a cell.
 const fn units(db: f32) -> u8 {
     (db / DB_PER_UNIT) as u8
 }
 
-/// The map's levels, gathered row by row while the scan goes on; the order of the rows does not
-/// matter.
+/// Levels of the map, collected row by row during the scan, in any order of the rows.
 #[derive(Clone, Debug)]
 pub struct MapLevels {
-    /// Least cell of all: the minimum received power.
+    /// Minimum of all cells: the minimum received power.
     floor: u8,
-    /// Strongest cell of all.
+    /// Maximum of all cells.
     peak: u8,
-    /// Strongest cell that CA-CFAR let through.
+    /// Maximum of the CA-CFAR detections.
     hit_peak: u8,
-    /// The same for each range bin.
+    /// Maximum of the CA-CFAR detections in each range bin.
     column_peak: [u8; MAX_BINS],
-    /// Number of cells that CA-CFAR let through.
+    /// Number of CA-CFAR detections.
     hits: u32,
 }
 
 impl MapLevels {
-    /// Levels of a map without rows.
+    /// Returns the levels of a map without rows.
     pub const fn new() -> Self {
         Self {
             floor: u8::MAX,
@@ -55,7 +55,7 @@ impl MapLevels {
         }
     }
 
-    /// Forgets all rows.
+    /// Removes all rows.
     pub fn clear(&mut self) {
         self.floor = u8::MAX;
         self.peak = 0;
@@ -64,12 +64,12 @@ impl MapLevels {
         self.hits = 0;
     }
 
-    /// Number of cells that CA-CFAR let through.
+    /// Returns the number of CA-CFAR detections.
     pub fn hits(&self) -> u32 {
         self.hits
     }
 
-    /// Takes row `row` of `map` in.
+    /// Adds row `row` of `map`.
     pub fn add_row(&mut self, map: &PolarMap, row: usize) {
         for &cell in map.row(row) {
             self.floor = self.floor.min(cell);
@@ -84,7 +84,7 @@ impl MapLevels {
         }
     }
 
-    /// Strongest hit within one bin of `bin`, the width of a range lobe.
+    /// Returns the strongest detection within one bin of `bin`, the width of a range lobe.
     fn column(&self, bin: usize) -> u8 {
         let near = self.column_peak.get(bin.saturating_sub(1)..);
         near.unwrap_or(&[])
@@ -102,8 +102,8 @@ impl Default for MapLevels {
     }
 }
 
-/// The map as the particles see it: raw, or with everything below the CFAR threshold at the
-/// minimum received power (paper III-C).
+/// The map from which particles are weighted: raw, or with all cells below the CFAR threshold at the minimum received
+/// power (paper III-C).
 #[derive(Clone, Copy, Debug)]
 pub struct Field<'a> {
     map: &'a PolarMap,
@@ -112,7 +112,7 @@ pub struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// The field that `spread` starts from; `levels` are those of `map`.
+    /// Returns the field for the distribution `spread`; `levels` are those of `map`.
     pub fn new(map: &'a PolarMap, levels: &'a MapLevels, spread: Spread) -> Self {
         Self {
             map,
@@ -121,7 +121,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Least level of a high-intensity cell.
+    /// Returns the minimum level of a high-intensity cell.
     fn bright(&self) -> u8 {
         let peak = match self.cfar {
             true => self.levels.hit_peak,
@@ -130,8 +130,8 @@ impl<'a> Field<'a> {
         peak.saturating_sub(units(HIGH_INTENSITY_DB)).max(1)
     }
 
-    /// Power above the minimum at a particle's place (angle, range), units of a cell; 0 outside
-    /// the map and, on the CFAR map, below the threshold and where only a side lobe is.
+    /// Returns the power above the minimum at a particle's place (angle, range), in units of a cell. It is 0 outside
+    /// the map and, on the CFAR map, below the threshold and at side lobes.
     pub fn weight(&self, particle: &PointParticle) -> u16 {
         let Some((row, bin)) = particle.cell() else {
             return 0;
@@ -169,11 +169,11 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Draws `config`'s number of modes: Gaussians around randomly chosen high-intensity cells,
-    /// each as likely as the other. None when there is no such cell.
+    /// Draws `config`'s number of modes: Gaussians around random high-intensity cells, all equally likely. It returns
+    /// none if there is no such cell.
     ///
-    /// One random offset and equal distances from then on (systematic sampling) spread the modes
-    /// over all bright places, where independent draws would now and then leave one out.
+    /// Systematic sampling (one random offset, then equal distances) spreads the modes over all high-intensity
+    /// places. Independent draws would sometimes miss one.
     pub fn modes(&self, config: &ParticleConfig, rng: &mut impl Rng) -> Vec<Gaussian, MAX_MODES> {
         let mut count = 0_u32;
         self.each_bright(&mut |_, _| count += 1);
@@ -181,7 +181,7 @@ impl<'a> Field<'a> {
         let number = u32::from(config.modes).min(MAX_MODES as u32);
         let number = NonZeroU32::new(number).unwrap_or(NonZeroU32::MIN);
         let mut modes = Vec::new();
-        // The k-th mode stands on the cell of rank (offset + k count) / number.
+        // The k-th mode is at the cell of rank (offset + k count) / number.
         let mut below = offset;
         let mut until_next = below / number;
         self.each_bright(&mut |row, bin| {
@@ -197,13 +197,13 @@ impl<'a> Field<'a> {
         modes
     }
 
-    /// A mode around the cell (`row`, `bin`): as wide across the beam as along it.
+    /// Returns a mode around the cell (`row`, `bin`), as wide across the beam as along it.
     fn gaussian(&self, config: &ParticleConfig, row: usize, bin: usize) -> Gaussian {
         let geometry = self.map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
         let sigma_m = config.mode_sigma as f32 * 1e-5;
         let range = geometry.range_m(bin as f32).max(geometry.bin_m);
-        // `as` saturates, and makes 0 of what is not a number.
+        // `as` saturates, and converts NaN to 0.
         Gaussian {
             mean: [row, bin].map(|k| (k as f32 * unit) as i16),
             sigma: [
@@ -213,7 +213,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// A place somewhere on the map, each area of the sagittal plane as likely as the other.
+    /// Returns a random place on the map, evenly distributed over the area of the sagittal plane.
     pub fn anywhere(&self, rng: &mut impl Rng) -> [i16; 2] {
         let geometry = self.map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
@@ -235,7 +235,7 @@ mod tests {
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro128PlusPlus;
 
-    /// The default scan with cells of level 40 and hits as given: row, bin, level.
+    /// The default scan with cells of level 40 and these detections: row, bin, level.
     fn scan(hits: &[(usize, usize, u8)]) -> (PolarMap, MapLevels) {
         let mut map = PolarMap::new();
         map.begin(&Config::default()).unwrap();
@@ -336,7 +336,7 @@ mod tests {
         let mut rng = rng(9);
         let (mut nearer, mut upper) = (0, 0);
         let n = 20_000;
-        // Half of the area of a ring lies within this radius.
+        // Radius within which half of the area of a ring lies.
         let (near, far) = (
             geometry.range_m(-0.5),
             geometry.range_m(map.bins() as f32 - 0.5),

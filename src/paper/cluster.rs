@@ -1,36 +1,36 @@
-//! Clusters: Fuzzy ART, and the paper's rules for clusters that are no steps (paper III-B).
+//! Clusters: Fuzzy ART, and the paper's rules to reject clusters that are not steps (paper III-B).
 
 use heapless::Vec;
 
-/// Most inputs that one step of an epoch compares, and most clusters of a scan.
+/// Maximum number of clusters of a scan.
 pub const MAX_CLUSTERS: usize = 64;
 
-/// The mark of a particle without a cluster.
+/// Mark of a particle without a cluster.
 pub const NO_CLUSTER: u16 = u16::MAX;
 
-/// Where an input went.
+/// Category of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Match {
-    /// Its category.
+    /// Index of the category.
     pub category: u16,
-    /// Whether the category had to grow for it, or is new.
+    /// Whether the category is new or had to grow.
     pub learned: bool,
 }
 
-/// One category: the smallest box around all inputs that it has taken, which is what a weight
-/// vector of complement-coded inputs is under fast learning.
+/// One category: the bounding box of all its inputs, which is equivalent to a weight vector of complement-coded
+/// inputs with fast learning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Category<const F: usize> {
-    /// Least value of each feature.
+    /// Minimum of each feature.
     pub low: [u8; F],
-    /// Largest value of each feature.
+    /// Maximum of each feature.
     pub high: [u8; F],
-    /// |w| = Σ low + (255 - high): the less, the larger the box.
+    /// |w| = Σ low + (255 - high): the smaller, the larger the box.
     norm: u16,
 }
 
 impl<const F: usize> Category<F> {
-    /// Largest |w|: that of a point.
+    /// Maximum |w|: that of a point.
     const NORM: u16 = 255 * F as u16;
 
     fn point(input: &[u8; F]) -> Self {
@@ -41,7 +41,7 @@ impl<const F: usize> Category<F> {
         }
     }
 
-    /// |w| - |I ∧ w|: how much the box must grow to hold `input` too.
+    /// Returns |w| - |I ∧ w|: the growth of the box that includes `input`.
     #[inline]
     fn growth(&self, input: &[u8; F]) -> u16 {
         (self.low.iter().zip(&self.high).zip(input))
@@ -51,7 +51,7 @@ impl<const F: usize> Category<F> {
             .sum()
     }
 
-    /// Grows to hold `input` too: w becomes I ∧ w.
+    /// Extends the box to include `input`: w becomes I ∧ w.
     fn learn(&mut self, input: &[u8; F]) {
         self.norm -= self.growth(input).min(self.norm);
         for ((low, high), &value) in self.low.iter_mut().zip(&mut self.high).zip(input) {
@@ -61,12 +61,12 @@ impl<const F: usize> Category<F> {
     }
 }
 
-/// Fuzzy ART (Carpenter, Grossberg, Rosen 1991) on complement-coded inputs of `F` bytes, with fast
-/// learning (β = 1) and in the conservative limit (α → 0).
+/// Fuzzy ART (Carpenter, Grossberg, Rosen 1991) on complement-coded inputs of `F` bytes, with fast learning (β = 1)
+/// and in the conservative limit (α → 0).
 ///
-/// An input goes to the category with the largest choice |I ∧ w| / (α + |w|) among those that
-/// match, |I ∧ w| ≥ ρ |I|; when none does, it founds a category. Choices are compared crosswise,
-/// without a division, so the answer is exact.
+/// An input goes to the category with the largest choice |I ∧ w| / (α + |w|) among those that match, |I ∧ w| ≥ ρ |I|.
+/// If none matches, the input becomes a new category. Choices are compared by cross-multiplication, without a
+/// division, so the result is exact.
 #[derive(Clone, Debug)]
 pub struct FuzzyArt<const F: usize, const C: usize> {
     categories: Vec<Category<F>, C>,
@@ -74,7 +74,7 @@ pub struct FuzzyArt<const F: usize, const C: usize> {
 }
 
 impl<const F: usize, const C: usize> FuzzyArt<F, C> {
-    /// A network without categories and with the vigilance ρ in thousandths.
+    /// Returns a network without categories, with the vigilance ρ in thousandths.
     pub fn new(vigilance: u16) -> Self {
         let least = u32::from(Category::<F>::NORM) * u32::from(vigilance.min(1000));
         Self {
@@ -83,13 +83,13 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
         }
     }
 
-    /// The categories, oldest first.
+    /// Returns the categories, the oldest first.
     pub fn categories(&self) -> &[Category<F>] {
         &self.categories
     }
 
-    /// Presents one input, and learns from it. `None` when no category matches and there is no
-    /// room for another.
+    /// Presents one input and learns from it. Returns `None` if no category matches and there is no room for a new
+    /// one.
     pub fn present(&mut self, input: &[u8; F]) -> Option<Match> {
         let mut best: Option<(usize, u32, u32)> = None;
         for (k, category) in self.categories.iter().enumerate() {
@@ -98,7 +98,7 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
             if matched < self.least_norm {
                 continue;
             }
-            // Of equal choices α prefers the smaller box, and order the older one.
+            // Of equal choices, α prefers the smaller box, and then the order prefers the older one.
             let better = best.is_none_or(|(_, best_matched, best_norm)| {
                 let (this, other) = (matched * best_norm, best_matched * norm);
                 this > other || (this == other && norm > best_norm)
@@ -125,9 +125,9 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
         })
     }
 
-    /// Presents all `items` in their order, again and again until an epoch neither learns nor
-    /// moves anything, at most `epochs` times. `features` gives an item's input, `mark` is where
-    /// its category goes ([`NO_CLUSTER`] for none). Returns the number of epochs.
+    /// Presents all `items` in their order, repeatedly until an epoch changes nothing, at most `epochs` times.
+    /// `features` returns an item's input, `mark` the place for its category ([`NO_CLUSTER`] for none). Returns the
+    /// number of epochs.
     pub fn settle<T>(
         &mut self,
         items: &mut [T],
@@ -152,36 +152,36 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
     }
 }
 
-/// What became of a cluster.
+/// Result of the rejection rules for a cluster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fate {
-    /// It is a step.
+    /// The cluster is a step.
     #[default]
     Kept,
     /// Too few particles: scatter that did not converge.
     Outlier,
-    /// Part of the same object as the cluster of this number, and one with it now.
+    /// Part of the same object as the cluster of this number, and fused with it.
     Fused(u16),
-    /// Part of an object that another cluster stands for.
+    /// Part of an object that another cluster represents.
     Redundant,
 }
 
-/// What the rules of rejection ask of a cluster.
+/// Quantities by which a cluster is rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extent {
-    /// Its particles.
+    /// Number of its particles.
     pub count: u16,
-    /// Its place along the beam's reference axis (the depth of stairs going up), metres.
+    /// Place along the axis of the beam's angle (the depth of stairs going up), metres.
     pub along_m: f32,
-    /// Its place across that axis (their height), metres.
+    /// Place across that axis (the height of stairs going up), metres.
     pub across_m: f32,
-    /// What became of it.
+    /// Result of the rejection rules.
     pub fate: Fate,
 }
 
 impl Extent {
-    /// Whether this one stands for an object rather than `other`: the one with more particles, of
-    /// equal ones the higher.
+    /// Whether this cluster represents an object rather than `other`: the one with more particles, of equal ones the
+    /// higher one.
     fn precedes(&self, other: &Self) -> bool {
         self.count > other.count || (self.count == other.count && self.across_m > other.across_m)
     }
@@ -199,7 +199,7 @@ pub fn reject_outliers(clusters: &mut [Extent]) {
     }
 }
 
-/// Calls `judge` with the number of each kept cluster, the largest first, and lets it decide.
+/// Calls `judge` with the number of each kept cluster, the largest first, and sets the fate that it returns.
 fn by_precedence(
     clusters: &mut [Extent],
     mut judge: impl FnMut(&[Extent], usize, &Extent) -> Fate,
@@ -219,9 +219,8 @@ fn by_precedence(
     }
 }
 
-/// Fuses each kept cluster that is closer than `spacing_m` along the axis to one with more
-/// particles with the nearest of those: a riser is one object, however high it is and however
-/// unevenly it shines.
+/// Fuses clusters along the axis. Each kept cluster that is closer than `spacing_m` to one with more particles is
+/// fused with the nearest of those: a riser is one object, whatever its height and however uneven its echoes.
 pub fn fuse(clusters: &mut [Extent], spacing_m: f32) {
     let mut objects: u64 = 0;
     by_precedence(clusters, |clusters, k, cluster| {
@@ -240,10 +239,11 @@ pub fn fuse(clusters: &mut [Extent], spacing_m: f32) {
     });
 }
 
-/// Of two kept clusters closer than `spacing_m` along or across the axis, marks the one with fewer
-/// particles as redundant; of equal ones the lower.
+/// Marks one of each pair of kept clusters closer than `spacing_m` along or across the axis as redundant: the one
+/// with fewer particles, of equal ones the lower one.
 ///
-/// The largest cluster speaks first, so that one that is itself redundant takes no other with it.
+/// Clusters are processed from the largest on, so that a cluster that is itself redundant makes no other one
+/// redundant.
 pub fn reject_redundant(clusters: &mut [Extent], spacing_m: f32) {
     let mut objects: u64 = 0;
     by_precedence(clusters, |clusters, k, cluster| {
@@ -265,7 +265,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Categories of `inputs` in their order, and the network that they leave.
+    /// Returns the categories of `inputs` in their order, and the trained network.
     fn settle<const F: usize>(
         inputs: &[[u8; F]],
         vigilance: u16,
@@ -279,7 +279,7 @@ mod tests {
 
     #[test]
     fn a_box_grows_as_far_as_the_vigilance_lets_it() {
-        // One feature, ρ = 0.8: |I ∧ w| = 255 - box ≥ 204, so a box may be 51 wide and no wider.
+        // One feature, ρ = 0.8: |I ∧ w| = 255 - box ≥ 204, so a box may be at most 51 wide.
         let (marks, art) = settle(&[[0], [51], [52], [103], [104]], 800);
         assert_eq!(marks, [0, 0, 1, 1, 2]);
         assert_eq!(art.categories()[1].low, [52]);
@@ -288,17 +288,17 @@ mod tests {
 
     #[test]
     fn a_category_is_chosen_by_the_choice_function() {
-        // Worked by hand, two features, norm 510. After the first three inputs A = (0,0)…(100,0)
-        // with |w| = 410 and B = the point (200,0) with |w| = 510. The input (150,0) gives
-        // A: |I ∧ w| = 360, T = 360/410 = 0.878; B: 460, T = 460/510 = 0.902: it goes to B.
+        // Computed by hand: two features, norm 510. After the first three inputs A = (0,0)…(100,0) with |w| = 410 and
+        // B = the point (200,0) with |w| = 510. The input (150,0) gives A: |I ∧ w| = 360, T = 360/410 = 0.878; B:
+        // 460, T = 460/510 = 0.902: it goes to B.
         let mut art = FuzzyArt::<2, 8>::new(700);
         assert_eq!(art.present(&[0, 0]).unwrap().category, 0);
         assert_eq!(art.present(&[100, 0]).unwrap().category, 0);
         assert_eq!(art.present(&[200, 0]).unwrap().category, 1);
         let answer = art.present(&[150, 0]).unwrap();
         assert_eq!((answer.category, answer.learned), (1, true));
-        // 125 to the right of A's edge by 25 and of B's (150…200) by 25: A loses the larger share
-        // of its smaller norm, 385/410 = 0.939 against 435/460 = 0.946.
+        // 125 is 25 to the right of A's edge and 25 to the left of B's (150…200). A loses the larger share of its
+        // smaller norm, 385/410 = 0.939 against 435/460 = 0.946.
         assert_eq!(art.present(&[125, 0]).unwrap().category, 1);
     }
 
@@ -310,8 +310,8 @@ mod tests {
             category.learn(&high);
             art.categories.push(category).unwrap();
         }
-        // Within all three T = |w| / (α + |w|): 1 for every box when α → 0, and yet the larger the
-        // smaller the box; of the two equal ones the older.
+        // Within all three boxes T = |w| / (α + |w|), which is 1 for α → 0. For α > 0 the smaller box has the larger
+        // T; of the two equal ones the older one is chosen.
         let answer = art.present(&[145]).unwrap();
         assert_eq!((answer.category, answer.learned), (1, false));
     }
@@ -410,7 +410,7 @@ mod tests {
     #[test]
     fn clusters_that_lost_all_particles_are_outliers_and_do_not_count() {
         use Fate::{Kept, Outlier};
-        // Mean of the two that are left: 50.5.
+        // Mean of the two remaining clusters: 50.5.
         let mut clusters = extents(&[(96, 0.0, 0.0), (0, 0.0, 0.0), (5, 1.0, 1.0)]);
         reject_outliers(&mut clusters);
         assert_eq!(fates(&clusters), [Kept, Outlier, Outlier]);

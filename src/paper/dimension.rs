@@ -1,4 +1,4 @@
-//! From a cluster to a step: distance and height with their standard deviations (paper IV).
+//! Conversion of a cluster to a step: distance and height with their standard deviations (paper IV).
 
 use super::cluster::{Extent, Fate};
 use super::particles::{Moments, PointParticle};
@@ -8,28 +8,28 @@ use crate::math;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 
-/// Particles below the topmost whose mean distance from each other says how dense they are there.
+/// Number of gaps below the topmost particle over which the density of particles is measured.
 const TOP_GAPS: usize = 4;
 
-/// One cluster's particles, in units of their coordinates.
+/// Statistics of one cluster's particles, in units of their coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClusterShape {
-    /// Particles.
+    /// Number of particles.
     count: u16,
     /// Power-weighted mean along the axis (eq. 5).
     along: f32,
-    /// Its standard deviation.
+    /// Standard deviation along the axis.
     along_sigma: f32,
     /// Mean across the axis.
     across: f32,
-    /// The topmost particle across the axis.
+    /// Coordinate of the topmost particle across the axis.
     top: f32,
-    /// Mean distance between the topmost particles.
+    /// Mean gap between the topmost particles.
     gap: f32,
 }
 
 impl ClusterShape {
-    /// The shape of `members`, the topmost first.
+    /// Returns the statistics of `members`, which are sorted with the topmost first.
     pub fn of(members: &[PointParticle]) -> Self {
         let peak = members.iter().map(|p| p.weight).max().unwrap_or(0);
         let power = Moments::of(members, |p| linear_power(peak - p.weight.min(peak)));
@@ -50,28 +50,27 @@ impl ClusterShape {
         }
     }
 
-    /// What the rules of rejection see of it.
+    /// Returns the quantities by which the cluster is rejected.
     pub fn extent(&self, unit_m: f32) -> Extent {
         Extent {
             count: self.count,
             along_m: self.along * unit_m,
-            // Coordinates count downwards.
+            // Coordinates increase downwards.
             across_m: -self.across * unit_m,
             fate: Fate::Kept,
         }
     }
 
-    /// The step that it is.
+    /// Returns the cluster as a step.
     fn step(&self, geometry: &Geometry, unit_m: f32, config: &ParticleConfig) -> Step {
         let along = self.along * unit_m;
         let (sin, cos) = math::sin_cos(0.5 * geometry.beamwidth_rad);
-        // Half the beam's width at the cluster's distance (eq. 3): so far beyond the edge the beam
-        // still sees it.
+        // Half of the beam's width at the cluster's distance (eq. 3): an edge is detected up to this distance outside
+        // the beam.
         let half_beam = along * sin / cos;
         let edge = self.top * unit_m + half_beam;
-        // The mean is as good as the echo is narrow, but no better than a bin's rounding; the edge
-        // as good as the beam model, whose width depends on how far the echo stands out, and as the
-        // particles are dense.
+        // The mean is as accurate as the echo is narrow, limited by the rounding of a bin. The edge is as accurate as
+        // the beam model, whose width depends on the echo's level, and as the density of the particles.
         let along_sigma = math::hypot(0.5 * self.along_sigma * unit_m, 0.1 * geometry.bin_m);
         let across_sigma = math::hypot(0.5 * half_beam, self.gap * unit_m);
         let share = f32::from(config.particles) / f32::from(config.modes.max(1));
@@ -101,7 +100,7 @@ impl ClusterShape {
     }
 }
 
-/// Power this many cells' units (eighth octaves) below 1, Q15.
+/// Returns the power `below` cell units (eighths of an octave) below 1, Q15.
 fn linear_power(below: u16) -> u16 {
     /// 2^(-k/8), Q15.
     const EIGHTHS: [u16; 8] = [32768, 30048, 27554, 25268, 23170, 21247, 19484, 17867];
@@ -109,7 +108,7 @@ fn linear_power(below: u16) -> u16 {
     eighth.checked_shr(u32::from(below / 8)).unwrap_or(0)
 }
 
-/// Makes `answer` of the clusters `kept`, nearest step first.
+/// Writes the clusters `kept` into `answer`, the nearest step first.
 pub fn steps<'a>(
     kept: impl Iterator<Item = &'a ClusterShape>,
     geometry: &Geometry,
@@ -117,7 +116,7 @@ pub fn steps<'a>(
     answer: &mut Answer,
 ) {
     for shape in kept {
-        // A full list has no room for another step, whichever it is.
+        // Where the list is full, further steps are dropped.
         let _ = answer.steps.push(shape.step(geometry, unit_m, config));
     }
     shell_sort(&mut answer.steps, |a, b| a.distance_m < b.distance_m);
@@ -133,7 +132,7 @@ pub fn steps<'a>(
 mod tests {
     use super::*;
 
-    /// A radar 40 cm up with a 5° beam and bins of 1.28 cm: 64 units of 0.2 mm.
+    /// A mirror 40 cm above the ground with a 5° beam and bins of 1.28 cm: 64 units of 0.2 mm.
     fn geometry(plane: Plane) -> Geometry {
         Geometry {
             first_range_m: 0.15,
@@ -162,7 +161,7 @@ mod tests {
 
     #[test]
     fn distance_is_the_power_weighted_mean_and_height_the_topmost_less_half_a_beam() {
-        // 8 units are an octave: the second particle counts half as much as the others.
+        // 8 units are an octave: the second particle has half the weight of the others.
         let members = [
             particle(1.0, 0.1, 80),
             particle(1.0, 0.2, 72),

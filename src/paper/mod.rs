@@ -1,14 +1,14 @@
-//! The paper's estimator (sections III and IV): particles converge on bright places, Fuzzy ART
-//! divides them into clusters, and every cluster that is not rejected is a step.
+//! The paper's estimator (sections III and IV): particles converge on places of high intensity, Fuzzy ART groups them
+//! into clusters, and every cluster that is not rejected is a step.
 //!
-//! Where the paper leaves a choice:
-//! - A particle's weight is its power above the minimum in decibels; in a cluster's mean (eq. 5)
-//!   it is linear power, so that the middle of the echo counts and not its skirts.
-//! - Inputs of Fuzzy ART are place and power scaled to 0…1: the particles' extent in depth and in
-//!   height, and as far above the weakest as high-intensity cells reach; they come in order of
-//!   depth. `vigilance` is what makes of ρ = 0.5 a fair clustering of them.
-//! - Clusters of one riser are fused (III-B: "must be either fused or …"), those that come too
-//!   close to another in height are rejected.
+//! Choices where the paper is open:
+//! - A particle's weight is its power above the minimum, dB. In a cluster's mean (eq. 5) it is linear power, so that
+//!   the centre of the echo counts and not its skirts.
+//! - Inputs of Fuzzy ART are place and power scaled to 0…1. Places are scaled by the particles' extent in depth and in
+//!   height, power above the weakest particle by the range of high-intensity cells. Inputs are sorted by depth.
+//!   `vigilance` converts the paper's ρ = 0.5 to a suitable vigilance for these inputs.
+//! - Clusters of one riser are fused (III-B: "must be either fused or …"). Clusters too close to another one in height
+//!   are rejected.
 
 pub mod bright;
 pub mod cluster;
@@ -33,42 +33,41 @@ use cluster::{Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
 use particles::{Moments, PointCloud, PointParticle, UNITS_PER_CELL};
 
-/// Clusters closer than this in depth or in height are redundant, metres (III-B).
+/// Minimum distance of two clusters in depth and in height, metres (III-B): one of a closer pair is redundant.
 const REDUNDANT_M: f32 = 0.1;
 
-/// Most epochs of Fuzzy ART. Boxes only grow, so that two or three settle all but odd cases.
+/// Maximum number of epochs of Fuzzy ART. Boxes only grow, so that most cases settle in two or three.
 const EPOCHS: u8 = 6;
 
-/// Noise alone lets fewer than this many times the expected false alarms through.
+/// Minimum number of detections for an answer, relative to the expected number of false alarms of noise alone.
 const FALSE_ALARM_MARGIN: f32 = 3.0;
-/// A particle farther than this many standard deviations from its cluster's mean, along or across,
-/// is an outlier of it.
+/// Distance from a cluster's mean, along or across, beyond which a particle is an outlier, standard deviations.
 const STRAY_SIGMAS: f32 = 3.5;
 
-/// Coordinates of clustered particles: along the axis that the mirror's angle is measured from
-/// (forward in the depth plane, down in the height plane) and across it (down, forward), both from
-/// the mirror's centre in units of this many metres. The roles of depth and height, which the two
-/// planes exchange, are thus the same to everything that follows.
+/// Coordinate system of clustered particles, with its origin in the mirror's centre. The first coordinate is along
+/// the axis from which the mirror's angle is measured (forward in the depth plane, down in the height plane), the
+/// second one across it (down, forward). Depth and height exchange their roles between the planes, so all that
+/// follows is the same for both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Places {
-    /// Metres of one unit.
+    /// Unit of the coordinates, metres.
     pub unit_m: f32,
 }
 
 impl Places {
-    /// The places of `map`'s particles.
+    /// Returns the coordinate system for `map`'s particles.
     pub fn of(map: &PolarMap) -> Self {
         Self {
             unit_m: map.geometry().bin_m / f32::from(UNITS_PER_CELL),
         }
     }
 
-    /// Takes a particle from cells of `map` to its place.
+    /// Converts a particle from cells of `map` to these coordinates.
     fn place(self, map: &PolarMap, particle: &mut PointParticle) {
         let geometry = map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
         let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
-        // The row's real angle, and a fraction of a step beside it.
+        // The row's measured angle, plus a fraction of a step.
         let nearest = particle.cell().map_or(0, |(row, _)| row);
         let angle = map.angle_rad(nearest) + (row - nearest as f32) * geometry.step_rad;
         let (sin, cos) = math::sin_cos(angle);
@@ -77,7 +76,7 @@ impl Places {
     }
 }
 
-/// What the estimator keeps: the map's levels during the scan, the particles after it.
+/// Memory of the estimator: the map's levels during the scan, the particles after it.
 #[derive(Debug)]
 pub struct Paper {
     levels: MapLevels,
@@ -85,7 +84,7 @@ pub struct Paper {
 }
 
 impl Paper {
-    /// Before the first scan.
+    /// Returns an estimator before the first scan.
     pub const fn new() -> Self {
         Self {
             levels: MapLevels::new(),
@@ -114,7 +113,7 @@ impl Estimator for Paper {
     ) -> Option<Sight> {
         let Self { levels, cloud } = self;
         let (map, config) = (scan.map, scan.config);
-        // It has no echoes to compare from sweep to sweep, and does not say how sure it is.
+        // This estimator has no echoes to compare from sweep to sweep, and computes no confidence.
         let sight = Sight::nothing(Agreement::untested(scan.drive.mode));
         if levels.hits() as f32 <= FALSE_ALARM_MARGIN * expected_false_alarms(map, config) {
             return Some(sight);
@@ -159,7 +158,7 @@ impl Default for Paper {
     }
 }
 
-/// Shows the observer the particles after a stage.
+/// Reports the particles after a stage to the observer.
 fn show(
     observer: &mut dyn Observer,
     stage: CloudStage,
@@ -175,12 +174,13 @@ fn show(
     });
 }
 
-/// Cells that CA-CFAR would let through if there were nothing but noise.
+/// Returns the expected number of CA-CFAR detections in a map of noise alone.
 fn expected_false_alarms(map: &PolarMap, config: &Config) -> f32 {
     (map.rows() * map.bins()) as f32 * config.cfar.false_alarm
 }
 
-/// Draws the particles and resamples them until they stand on bright places, each place once.
+/// Draws the particles, resamples them until they have converged on high-intensity places, and merges those at one
+/// place.
 fn converge(
     field: &Field<'_>,
     config: &ParticleConfig,
@@ -196,7 +196,7 @@ fn converge(
         let modes = field.modes(config, rng);
         let count = modes.len().max(1);
         for (k, mode) in modes.iter().enumerate() {
-            // As even as whole numbers allow.
+            // As even as integers allow.
             let share = number * (k + 1) / count - number * k / count;
             cloud.add_mode(share, || mode.draw(rng));
         }
@@ -204,23 +204,23 @@ fn converge(
     cloud.weigh(|particle| field.weight(particle));
     show(observer, CloudStage::Drawn, cloud, field, &[]);
     for _ in 0..config.rounds {
-        // Particles do not move, so their weights stay what they are.
+        // Particles do not move, so their weights do not change.
         cloud.resample(rng);
         show(observer, CloudStage::Resampled, cloud, field, &[]);
     }
     cloud.merge_duplicates();
 }
 
-/// Fuzzy ART's vigilance in thousandths for the paper's sensitivity ρ in thousandths.
+/// Returns Fuzzy ART's vigilance for the paper's sensitivity ρ, both in thousandths.
 ///
-/// Inputs fill 0…1 in every direction, so that the least vigilance that can part them at all is
-/// above 0: ρ takes the range from there, where a cluster may reach over four fifths of each
-/// direction, to 1, where every particle is a cluster.
+/// Inputs fill 0…1 in every direction, so that the smallest vigilance that separates any of them is above 0. ρ is
+/// scaled to the range from there, where a cluster may extend over four fifths of each direction, to 1, where every
+/// particle is a cluster.
 fn vigilance(sensitivity: u16) -> u16 {
     1000 - 4 * (1000 - sensitivity.min(1000)) / 5
 }
 
-/// Marks the particles with their clusters.
+/// Assigns the particles to clusters.
 fn form_clusters(cloud: &mut PointCloud, sensitivity: u16) {
     cloud.sort_by_key(|p| (p.at, p.weight));
     cloud.merge_duplicates();
@@ -240,7 +240,7 @@ fn form_clusters(cloud: &mut PointCloud, sensitivity: u16) {
     let scales = [scale(low[0], high[0]), scale(low[1], high[1])];
     let power_scale = 255.0 * DB_PER_UNIT / HIGH_INTENSITY_DB;
     let features = |p: &PointParticle| {
-        // `as` saturates: beyond the span power counts no further.
+        // `as` saturates, which limits the power to its range.
         let [along, across] = [0, 1].map(|k: usize| {
             let offset = f32::from(p.at[k & 1]) - f32::from(low[k & 1]);
             (offset * scales[k & 1]) as u8
@@ -254,8 +254,8 @@ fn form_clusters(cloud: &mut PointCloud, sensitivity: u16) {
     reject_strays(cloud);
 }
 
-/// Takes a cluster's outliers out of it, so that what is left is evenly spread: the paper's
-/// "outliers detection and removal applied to particles in each cluster".
+/// Removes a cluster's outliers, so that the rest is evenly spread: the paper's "outliers detection and removal
+/// applied to particles in each cluster".
 fn reject_strays(cloud: &mut PointCloud) {
     let mut rest = cloud.particles_mut();
     while let Some((members, after)) = rest.split_at_mut_checked(cluster_len(rest))
@@ -275,21 +275,21 @@ fn reject_strays(cloud: &mut PointCloud) {
     sort_by_cluster(cloud);
 }
 
-/// Puts the particles of each cluster side by side, the topmost first.
+/// Sorts the particles by cluster, in each cluster the topmost first.
 fn sort_by_cluster(cloud: &mut PointCloud) {
     cloud.sort_by_key(|p| (p.mark, p.at[1], p.at[0], p.weight));
 }
 
-/// How many particles at the front belong to the cluster of the first.
+/// Returns the number of leading particles that belong to the cluster of the first one.
 fn cluster_len(particles: &[PointParticle]) -> usize {
     let mark = particles.first().map(|p| p.mark);
     let same = particles.iter().take_while(|p| Some(p.mark) == mark);
     same.count()
 }
 
-/// The particles of each cluster, side by side as [`sort_by_cluster`] puts them.
+/// Returns the particles of each cluster, sorted by [`sort_by_cluster`].
 fn members(mut particles: &[PointParticle]) -> impl Iterator<Item = &[PointParticle]> {
-    // `chunk_by` would do, but for its path to a panic.
+    // `chunk_by` has a path to a panic.
     core::iter::from_fn(move || {
         let (members, rest) = particles.split_at_checked(cluster_len(particles))?;
         particles = rest;
@@ -297,31 +297,31 @@ fn members(mut particles: &[PointParticle]) -> impl Iterator<Item = &[PointParti
     })
 }
 
-/// The shape of each cluster; empty ones included, so that numbers stay what they are.
+/// Returns the shape of each cluster. Empty clusters are included, so that the numbers of clusters do not change.
 fn shapes(cloud: &PointCloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
     let mut shapes = Vec::new();
     for members in members(cloud.particles()) {
         let mark = members.first().map_or(NO_CLUSTER, |p| p.mark);
         while shapes.len() < usize::from(mark) && shapes.push(ClusterShape::default()).is_ok() {}
         if mark != NO_CLUSTER {
-            // There are at most as many marks as places.
+            // Cannot fail: there are at most as many marks as places.
             let _ = shapes.push(ClusterShape::of(members));
         }
     }
     shapes
 }
 
-/// What the rules of rejection see of the clusters.
+/// Returns the quantities by which clusters are rejected.
 fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
     let mut extents = Vec::new();
-    // As many places as shapes.
+    // Cannot fail: there are as many places as shapes.
     while let Some(shape) = shapes.get(extents.len())
         && extents.push(shape.extent(unit_m)).is_ok()
     {}
     extents
 }
 
-/// Gives the particles of fused clusters to the cluster that these are fused with.
+/// Moves the particles of fused clusters to the cluster with which they are fused.
 fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterShape], unit_m: f32) {
     for particle in cloud.particles_mut() {
         let extent = extents.get(usize::from(particle.mark));
@@ -351,8 +351,7 @@ mod tests {
     use crate::verdict::{Reason, Reasons, Status};
     use proptest::prelude::*;
 
-    /// A scan of `config` whose cells come from `cell(range, angle)`: level, and whether CFAR lets
-    /// it through.
+    /// Returns a scan of `config` with cells from `cell(range, angle)`: level, and whether it is a CFAR detection.
     fn scan(config: &Config, mut cell: impl FnMut(f32, f32) -> (u8, bool)) -> (PolarMap, Paper) {
         let mut map = PolarMap::new();
         map.begin(config).unwrap();
@@ -373,8 +372,8 @@ mod tests {
         (map, paper)
     }
 
-    /// Per riser a corner and, 10 dB weaker, a nosing, seen through a beam that is 6 dB (two-way)
-    /// down at half its width, on noise of level 40.
+    /// For each riser a corner and, 10 dB weaker, a nosing, seen by a beam that is 6 dB (two-way) down at half its
+    /// width, on noise of level 40.
     fn staircase(config: &Config, steps: &[(f32, f32, f32)]) -> (PolarMap, Paper) {
         let mut map = PolarMap::new();
         map.begin(config).unwrap();
@@ -414,8 +413,7 @@ mod tests {
                 ));
             }
         }
-        // Particles are few: now and then two steps fall into one cluster, or the topmost particle
-        // is a stray one.
+        // With few particles, two steps sometimes fall into one cluster, or the topmost particle is an outlier.
         assert!(errors.len() >= 50, "{} of 60 steps", errors.len());
         let middle = errors.len() / 2;
         errors.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -428,7 +426,7 @@ mod tests {
     fn a_particle_far_from_its_cluster_is_taken_out_of_it() {
         let mut cloud = PointCloud::new();
         let mut k = 0;
-        // 40 side by side in each of two clusters, and beside the second a stray one.
+        // 40 side by side in each of two clusters, and one outlier beside the second.
         cloud.add_mode(81, || {
             k += 1;
             [if k > 40 { 3000 } else { 0 } + k % 5, k % 7]
@@ -453,7 +451,7 @@ mod tests {
     #[test]
     fn noise_is_no_stairs() {
         let config = Config::default();
-        // As many hits as false alarms are to be expected, spread evenly.
+        // As many detections as expected false alarms, evenly spread.
         let mut cells = 0_u32;
         let (map, mut paper) = scan(&config, |_, _| {
             cells += 1;

@@ -1,10 +1,9 @@
 //! Particles: a probability density as weighted samples in two coordinates (paper III-A).
 //!
-//! A [`PointCloud`] holds samples in *modes*, each a subset whose weights are normalised and resampled
-//! on their own, so that a weak place keeps its share beside a strong one. What the coordinates
-//! and weights mean is the estimator's business: cells of the map while the particles are weighed,
-//! places in the sagittal plane once they are clustered. Eight bytes a particle, everything in
-//! place, integers only.
+//! A [`PointCloud`] holds samples in *modes*. Each mode is a subset that is normalised and resampled on its own, so
+//! that a weak place keeps its share beside a strong one. Coordinates and weights are defined by the estimator: cells
+//! of the map while the particles are weighted, places in the sagittal plane once they are clustered. A particle has
+//! eight bytes, all operations are in place, and arithmetic is in integers.
 
 use core::num::NonZeroU32;
 
@@ -15,27 +14,27 @@ pub use crate::config::MAX_PARTICLES;
 use crate::math;
 use crate::sort::shell_sort;
 
-/// Most modes of one cloud.
+/// Maximum number of modes of one cloud.
 pub const MAX_CLOUD_MODES: usize = 64;
 
-/// Coordinate units to one cell (row or range bin) of the map: fine enough that rounding stays
-/// below 0.2 mm and 0.004°, coarse enough that the largest map fits 16 bits.
+/// Number of coordinate units per cell (row or range bin) of the map. It keeps rounding below 0.2 mm and 0.004°, and
+/// the largest map within 16 bits.
 pub const UNITS_PER_CELL: i16 = 64;
 
 /// One sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PointParticle {
-    /// Its two coordinates.
+    /// The two coordinates.
     pub at: [i16; 2],
-    /// Its weight, not normalised.
+    /// Weight, not normalised.
     pub weight: u16,
-    /// How often it was drawn while it is resampled; its cluster afterwards.
+    /// Number of copies during resampling; number of the cluster afterwards.
     pub mark: u16,
 }
 
 impl PointParticle {
-    /// The cell (row, bin) of the map that a particle with coordinates (angle, range) lies in;
-    /// `None` short of the first.
+    /// Returns the cell (row, bin) of the map that holds a particle with coordinates (angle, range); `None` before
+    /// the first one.
     pub fn cell(&self) -> Option<(usize, usize)> {
         let unit = i32::from(UNITS_PER_CELL);
         let [row, bin] = self
@@ -45,7 +44,7 @@ impl PointParticle {
     }
 }
 
-/// A normal density without correlation, to draw particles from.
+/// A normal density without correlation, from which particles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gaussian {
     /// Mean of each coordinate.
@@ -68,38 +67,38 @@ impl Gaussian {
     }
 }
 
-/// A standard normal deviate in Q12, |z| ≤ 3.45.
+/// Returns a standard normal deviate in Q12, |z| ≤ 3.45.
 ///
-/// The sum of four uniform bytes (Irwin–Hall, excess kurtosis -0.3): one random word, and the same
-/// bits everywhere. Where particles start needs no better tails than that.
+/// It is the sum of four uniform bytes (Irwin–Hall, excess kurtosis -0.3): it needs one random word and has the same
+/// bits on every platform. The tails are sufficient for the start of the particles.
 pub fn standard_normal(rng: &mut impl Rng) -> i32 {
     // Four bytes: mean 510, variance 4 (256² - 1) / 12 = 147.80².
     const Q12_PER_SIGMA_X256: i32 = (4096.0 * 256.0 / 147.8) as i32;
-    // Two bytes at a time, and then the two sums.
+    // Adds two bytes at a time, and then the two sums.
     let word = rng.next_u32();
     let pairs = (word & 0x00ff_00ff) + (word >> 8 & 0x00ff_00ff);
     let sum = (pairs + (pairs >> 16)) as u16;
     ((i32::from(sum) - 510) * Q12_PER_SIGMA_X256) >> 8
 }
 
-/// An integer from 0 to `below` - 1, each as likely as the other to within 2⁻³² `below`; 0 for 0.
+/// Returns a random integer from 0 to `below` - 1, evenly distributed to within 2⁻³² `below`; 0 for 0.
 pub fn uniform(rng: &mut impl Rng, below: u32) -> u32 {
     ((u64::from(rng.next_u32()) * u64::from(below)) >> 32) as u32
 }
 
-/// Weighted particles in modes: as many as a scan has.
+/// Weighted particles in modes, with the capacity of a scan.
 pub type PointCloud = SizedCloud<MAX_PARTICLES>;
 
-/// Weighted particles in modes; `N` at most.
+/// Weighted particles in modes, at most `N`.
 #[derive(Debug, Default)]
 pub struct SizedCloud<const N: usize> {
     particles: Vec<PointParticle, N>,
-    /// Where each mode ends.
+    /// End of each mode.
     ends: Vec<u16, MAX_CLOUD_MODES>,
 }
 
 impl<const N: usize> SizedCloud<N> {
-    /// A cloud without particles.
+    /// Returns a cloud without particles.
     pub const fn new() -> Self {
         Self {
             particles: Vec::new(),
@@ -107,24 +106,24 @@ impl<const N: usize> SizedCloud<N> {
         }
     }
 
-    /// Removes everything.
+    /// Removes all particles and modes.
     pub fn clear(&mut self) {
         self.particles.clear();
         self.ends.clear();
     }
 
-    /// All particles, mode after mode.
+    /// Returns all particles, mode after mode.
     pub fn particles(&self) -> &[PointParticle] {
         &self.particles
     }
 
-    /// All particles, to be moved or weighed.
+    /// Returns all particles for a change of place or weight.
     pub fn particles_mut(&mut self) -> &mut [PointParticle] {
         &mut self.particles
     }
 
-    /// Adds a mode of `count` particles of weight 1 at the places that `draw` gives; fewer when
-    /// the cloud is full. Returns whether all found room.
+    /// Adds a mode of `count` particles of weight 1 at the places that `draw` returns; fewer if the cloud is full.
+    /// Returns whether there was room for all.
     pub fn add_mode(&mut self, count: usize, mut draw: impl FnMut() -> [i16; 2]) -> bool {
         if self.ends.is_full() {
             return false;
@@ -141,7 +140,7 @@ impl<const N: usize> SizedCloud<N> {
         self.ends.push(end).is_ok() && complete
     }
 
-    /// The particles of one mode after the other; modes without any weight have been removed.
+    /// Returns the particles of each mode. Modes without weight have been removed.
     pub fn modes(&self) -> impl Iterator<Item = &[PointParticle]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
@@ -151,15 +150,15 @@ impl<const N: usize> SizedCloud<N> {
         })
     }
 
-    /// Gives each particle a weight.
+    /// Sets each particle's weight.
     pub fn weigh(&mut self, mut weight: impl FnMut(&PointParticle) -> u16) {
         for particle in &mut self.particles {
             particle.weight = weight(particle);
         }
     }
 
-    /// Normalises the weights of each mode and resamples it with replacement; a mode whose
-    /// weights are all zero is removed. Weights stay with their particles.
+    /// Normalises the weights of each mode and resamples it with replacement. A mode whose weights are all zero is
+    /// removed. A particle keeps its weight.
     pub fn resample(&mut self, rng: &mut impl Rng) {
         let mut start = 0;
         let mut kept = 0;
@@ -169,7 +168,7 @@ impl<const N: usize> SizedCloud<N> {
             let mode = self.particles.get_mut(start..end).unwrap_or(&mut []);
             if resample_mode(mode, rng) {
                 kept = move_down(&mut self.particles, start..end, kept);
-                // There is room for as many as there were.
+                // Cannot fail: there are at most as many modes as before.
                 let _ = alive.push(kept as u16);
             }
             start = end;
@@ -178,8 +177,8 @@ impl<const N: usize> SizedCloud<N> {
         self.ends = alive;
     }
 
-    /// Keeps one of each run of equal particles (same place, same weight), adding up their marks:
-    /// what resampling with replacement leaves, for the copies of a particle stand side by side.
+    /// Keeps one of each run of equal particles (same place, same weight) and adds up their marks. After resampling
+    /// with replacement, the copies of a particle are adjacent.
     pub fn merge_duplicates(&mut self) {
         let mut ends = self.ends.iter_mut();
         let mut end = ends.next();
@@ -212,19 +211,19 @@ impl<const N: usize> SizedCloud<N> {
         self.particles.truncate(kept);
     }
 
-    /// Puts all particles in ascending order of `key`; they form one mode from then on.
+    /// Sorts all particles by ascending `key` and makes them one mode.
     pub fn sort_by_key<K: Ord>(&mut self, key: impl Fn(&PointParticle) -> K) {
         shell_sort(&mut self.particles, |a, b| key(a) < key(b));
         self.ends.clear();
-        // One of 64 places is free.
+        // Cannot fail: the 64 places are free.
         let _ = self.ends.push(self.particles.len() as u16);
     }
 
-    /// Keeps the particles that `keep` holds for, in order, as one mode.
+    /// Keeps the particles for which `keep` returns true, in their order, as one mode.
     pub fn retain(&mut self, keep: impl FnMut(&PointParticle) -> bool) {
         self.particles.retain(keep);
         self.ends.clear();
-        // One of 64 places is free.
+        // Cannot fail: the 64 places are free.
         let _ = self.ends.push(self.particles.len() as u16);
     }
 }
@@ -243,17 +242,16 @@ fn move_down(particles: &mut [PointParticle], from: core::ops::Range<usize>, to:
     to + count
 }
 
-/// Systematic resampling in place (Kitagawa 1996): a comb of n equidistant teeth with one random
-/// offset is laid over the cumulated weights, each particle survives once for each of its teeth.
-/// The expected number of copies is exactly n times the normalised weight. Returns whether there
-/// was any weight.
+/// Resamples a mode in place by systematic resampling (Kitagawa 1996). A comb of n equidistant teeth with one random
+/// offset is laid over the cumulated weights, and each particle is copied once for each of its teeth. The expected
+/// number of copies is exactly n times the normalised weight. Returns whether there was any weight.
 fn resample_mode(mode: &mut [PointParticle], rng: &mut impl Rng) -> bool {
     let n = mode.len() as u32;
     let total: u32 = mode.iter().map(|p| u32::from(p.weight)).sum();
     let Some(total) = NonZeroU32::new(total) else {
         return false;
     };
-    // Survivors gather at the front with their number of copies …
+    // Survivors are moved to the front, with their number of copies as the mark.
     let mut below_tooth = uniform(rng, total.get());
     let mut kept = 0;
     for k in 0..mode.len() {
@@ -269,8 +267,8 @@ fn resample_mode(mode: &mut [PointParticle], rng: &mut impl Rng) -> bool {
             kept += 1;
         }
     }
-    // … and spread from the last on: k survivors have k copies or more, so none is overwritten
-    // before its turn.
+    // The copies are written from the last survivor on: k survivors have at least k copies, so that none is
+    // overwritten before it is copied.
     let mut end = mode.len();
     for k in (0..kept).rev() {
         let Some(&particle) = mode.get(k) else { break };
@@ -300,12 +298,12 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// The moments of `particles` under `weight`; `None` when that is zero throughout.
+    /// Returns the moments of `particles` under `weight`; `None` if all weights are zero.
     pub fn of<'a>(
         particles: impl IntoIterator<Item = &'a PointParticle>,
         mut weight: impl FnMut(&PointParticle) -> u16,
     ) -> Option<Self> {
-        // Sums about the first particle keep their digits.
+        // Sums are relative to the first particle, to keep their precision.
         let mut origin = None;
         let mut total = 0_u32;
         let mut first = [0_i64; 2];
@@ -350,7 +348,7 @@ mod tests {
         Xoshiro128PlusPlus::seed_from_u64(seed)
     }
 
-    /// A cloud with one mode for each list of weights; particle k of mode m stands at (m, k).
+    /// Returns a cloud with one mode for each list of weights; particle k of mode m is at (m, k).
     fn cloud(modes: &[&[u16]]) -> PointCloud {
         let mut cloud = PointCloud::new();
         for (m, weights) in modes.iter().enumerate() {

@@ -1,18 +1,18 @@
-//! What the table says of each number, and the macro that makes type, default and table of one list.
+//! Entry of the table of tuned numbers, and the macro that makes type, default and table from one list.
 
-/// Where a number comes from.
+/// Origin of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// It follows from physics, from another number or from the instrument.
+    /// Follows from physics, from another number or from the instrument.
     Derived,
-    /// It is what stairs, wheelchairs or building codes are like.
+    /// Taken from stairs, wheelchairs or building codes as they are.
     Custom,
-    /// It was set by hand while watching the accuracy on tuning seeds.
+    /// Tuned by hand for accuracy on tuning seeds.
     Hand,
 }
 
 impl Origin {
-    /// Its name in a table.
+    /// Returns its name in a table.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Derived => "derived",
@@ -25,33 +25,33 @@ impl Origin {
 /// One number of a table `P`.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry<P> {
-    /// What it belongs to.
+    /// Stage to which it belongs.
     pub group: &'static str,
-    /// Its field.
+    /// Name of its field.
     pub name: &'static str,
-    /// Its unit; empty for a mere number.
+    /// Unit; empty for a dimensionless number.
     pub unit: &'static str,
-    /// What it means.
+    /// Meaning.
     pub meaning: &'static str,
-    /// Where it comes from …
+    /// Origin.
     pub origin: Origin,
-    /// … in words; empty where the origin says it all.
+    /// Explanation of the origin; empty where none is needed.
     pub why: &'static str,
-    /// Reads it.
+    /// Returns its value.
     pub get: fn(&P) -> f32,
-    /// Changes it.
+    /// Sets its value.
     pub set: fn(&mut P, f32),
-    /// Where it stands in `P`, bytes; alike on host and chip.
+    /// Offset of the field in `P`, bytes; equal on host and chip.
     pub offset: usize,
 }
 
-/// Makes the type, its default and its table of one list.
+/// Makes the type, its default and its table from one list.
 macro_rules! params {
     ($($group:literal { $(
         #[doc = $meaning:literal]
         $name:ident = $value:expr, $unit:literal, $origin:ident $(, $why:literal)?;
     )* })*) => {
-        /// The numbers; lengths in metres, angles in radians, as their names say.
+        /// Tuned numbers; lengths in metres, angles in radians, as their names say.
         #[derive(Clone, Debug, PartialEq)]
         #[repr(C)]
         pub struct Params { $($(
@@ -63,10 +63,10 @@ macro_rules! params {
         }
 
         impl Params {
-            /// What is flashed.
+            /// Values in the released firmware.
             pub const DEFAULT: Self = Self { $($($name: $value,)*)* rules: Rules::ALL };
 
-            /// Every number with what is known of it, in the order of the stages that use it.
+            /// All numbers with their descriptions, in the order of the stages that use them.
             pub const TABLE: &'static [Entry<Self>] = &[$($(Entry {
                 group: $group,
                 name: stringify!($name),

@@ -1,101 +1,102 @@
-//! Shape of the measurement model's numbers.
+//! Types of the measurement model's parameters.
 
-/// Classes of point features.
+/// Number of classes of point features.
 pub const POINTS: usize = 7;
-/// Classes of extended features.
+/// Number of classes of extended features.
 pub const EXTENDED: usize = 6;
 
-/// What a class of point features shows.
+/// Accuracy, level and detection of a class of point features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Mean offset in range, metres, …
+    /// Mean offset in range, metres.
     pub range_m: f32,
-    /// … and its standard deviation.
+    /// Standard deviation in range, metres.
     pub range_sigma_m: f32,
-    /// Mean offset across the line of sight, upwards, metres, …
+    /// Mean offset across the line of sight, upwards, metres.
     pub across_m: f32,
-    /// … its standard deviation, …
+    /// Standard deviation across the line of sight, metres.
     pub across_sigma_m: f32,
-    /// … what a lobe wider than a point's adds to the mean, metres per unit of width, …
+    /// Increase of the mean across with the lobe's width beyond a point scatterer's, metres per unit of width.
     pub across_per_width_m: f32,
-    /// … and to the standard deviation.
+    /// Standard deviation across per unit of that width, metres.
     pub sigma_per_width_m: f32,
-    /// Level at a metre where the scene's strongest echo has 30 dB, dB, …
+    /// Level at a range of one metre where the scene's strongest echo has 30 dB, dB.
     pub snr_db: f32,
-    /// … per dB of that, …
+    /// Increase of the level per dB of the strongest echo.
     pub snr_per_db: f32,
-    /// … and its standard deviation, dB.
+    /// Standard deviation of the level, dB.
     pub snr_sigma_db: f32,
-    /// Log-odds of being seen, …
+    /// Log-odds of detection.
     pub seen: f32,
-    /// … per 10 dB, …
+    /// Increase of the log-odds per 10 dB of the level that the strongest echo predicts at the feature's range.
     pub seen_per_ten_db: f32,
-    /// … and per cell of room around it.
+    /// Increase of the log-odds per resolution cell of room around the feature.
     pub seen_per_room: f32,
 }
 
-/// What a class of extended features shows.
+/// Rate and level of a class of extended features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extended {
-    /// Logarithm of the number of echoes, per metre or per scan, …
+    /// Logarithm of the number of echoes, per metre or per scan.
     pub rate: f32,
-    /// … and per 10 dB.
+    /// Increase of the logarithm per 10 dB of the strongest echo.
     pub rate_per_ten_db: f32,
-    /// Level, dB, …
+    /// Level, dB.
     pub snr_db: f32,
-    /// … per dB of the strongest echo's, …
+    /// Increase of the level per dB of the strongest echo.
     pub snr_per_db: f32,
-    /// … and its standard deviation, dB.
+    /// Standard deviation of the level, dB.
     pub snr_sigma_db: f32,
-    /// Standard deviation off the surface, metres.
+    /// Standard deviation of the distance from the surface, metres.
     pub off_sigma_m: f32,
 }
 
-/// What a riser shows whose foot is hidden, and how likely one shows nothing.
+/// Echoes of a riser whose foot is hidden, and the log-odds that a riser has no echo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hidden {
-    /// Share of echoes at the lower end of what can be seen, their offset and spread, metres.
+    /// Lower end of the visible part: share of the echoes there, their offset and standard deviation, metres.
     pub low: [f32; 3],
-    /// The same at the top.
+    /// Upper end: share of the echoes there, their offset and standard deviation, metres.
     pub top: [f32; 3],
-    /// Log-odds of showing nothing, per 10 dB, if the foot is hidden, per 10 dB of the riser before.
+    /// Log-odds of no echo: constant, per 10 dB of the expected level, if the foot is hidden, per 10 dB of the riser
+    /// before.
     pub nothing: [f32; 4],
 }
 
-/// Levels of echoes that are told apart going down.
+/// Number of level classes of echoes going down.
 pub const LEVELS: usize = 20;
 
-/// What the end of a tread shows that is seen from above.
+/// Echoes of the end of a tread that is seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreadEnd {
     /// Expected number of echoes at the end itself.
     pub number: f32,
-    /// Where they lie on the mean, metres along the tread from its end, …
+    /// Mean place of these echoes, metres along the tread from its end.
     pub off_m: f32,
-    /// … and their standard deviation.
+    /// Standard deviation of their place, metres.
     pub sigma_m: f32,
 }
 
-/// What treads show that are seen from above, in the height plane.
+/// Echoes of treads that are seen from above, in the height plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreadNumbers {
-    /// Logarithm of the number of echoes per metre straight below the mirror where the scene's strongest echo has
-    /// 30 dB; per 10 dB of that; per 10° off the vertical; and per both.
+    /// Logarithm of the number of echoes per metre straight below the mirror where the scene's strongest echo has 30
+    /// dB; its increase per 10 dB of that echo, per 10° from the vertical, and per both.
     pub rate: [f32; 4],
-    /// Density of levels on treads over that of all other echoes in a square metre, by level: square metres.
+    /// Density of levels on treads over that of all other echoes in a square metre, by level class, m².
     pub ratio_m2: [f32; LEVELS],
     /// Standard deviation of heights, metres.
     pub height_sigma_m: f32,
-    /// Where a tread ends: at an edge behind the mirror, and at one before it.
+    /// Ends of a tread: at an edge behind the mirror, and at one ahead of it.
     pub ends: [TreadEnd; 2],
-    /// Where a tread begins behind such edges.
+    /// Beginnings of a tread, behind an edge behind the mirror, and behind one ahead of it.
     pub starts: [TreadEnd; 2],
-    /// Factor on the standard deviations of edges: echoes lie more evenly along a tread than chance would have them.
+    /// Factor on the standard deviations of edges: echoes lie more evenly along a tread than independent ones would.
     pub edge_sigma_scale: f32,
 }
 
 impl TreadNumbers {
-    /// Before anything is counted: treads that show nothing.
+    /// Parameters before anything is counted: treads without echoes.
     pub const NOTHING: Self = {
         let end = TreadEnd {
             number: 0.0,
@@ -113,14 +114,14 @@ impl TreadNumbers {
     };
 }
 
-/// The whole model.
+/// All parameters of the measurement model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Generative {
-    /// By class: corner, nosing, flash, top over a flash, hidden riser, open edge below and above.
+    /// By class: corner, nosing, flash, top above a flash, hidden riser, open edge below and above the mirror.
     pub points: [Point; POINTS],
     /// By class: face, tread, floor, air, inside, noise.
     pub extended: [Extended; EXTENDED],
-    /// Hidden risers.
+    /// Risers whose foot is hidden.
     pub hidden: Hidden,
     /// Treads that are seen from above.
     pub treads: TreadNumbers,

@@ -1,94 +1,94 @@
-//! Shape of the verdict's fitted numbers.
+//! Types of the horizon's fitted weights.
 
 use crate::math;
 
-/// Number of features of a cell; `src/infer/horizon.rs` says what each is.
+/// Number of features of a cell; `src/infer/horizon.rs` defines each.
 pub const FEATURES: usize = 50;
 
-/// What the estimator knows of a cell.
+/// Features of a cell.
 pub type Features = [f32; FEATURES];
 
-/// From the hazards' log-odds of being right to how often answers are.
+/// Calibration map (Platt scaling) from the log-odds that the model computes to those of the measured frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Map {
-    /// Log-odds of being right per unit of those that the hazards add up to …
+    /// Change of the calibrated log-odds per unit of the computed ones.
     pub slope: f32,
-    /// … and where these are 0.
+    /// Calibrated log-odds where the computed ones are 0.
     pub offset: f32,
 }
 
 impl Map {
-    /// Takes the hazards at their word.
+    /// The map that changes nothing.
     pub const IDENTITY: Self = Self {
         slope: 1.0,
         offset: 0.0,
     };
 
-    /// Probability of something to which the particles give the share `share` (Platt scaling).
+    /// Returns the calibrated probability of something with the share `share` of the particles' weight.
     pub fn of_share(&self, share: f32) -> f32 {
         self.at(share_log_odds(share))
     }
 
-    /// Probability of being right at log-odds of `log_odds`.
+    /// Returns the calibrated probability at computed log-odds of `log_odds`.
     fn at(&self, log_odds: f32) -> f32 {
         1.0 / (1.0 + math::exp(-(self.slope * log_odds + self.offset)))
     }
 }
 
-/// The verdict's numbers for one plane.
+/// Fitted weights of the horizon for one plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Log-odds of an error in a cell per unit of each feature.
     pub hazard: Features,
-    /// From what the hazards add up to, of answers without steps and with steps: what is not seen at
-    /// all is another matter than what is seen and may be wrong.
+    /// Calibration maps of the summed hazards, of answers without steps and with steps. They differ, since a missed
+    /// step and a mismeasured one are different errors.
     pub maps: [Map; 2],
-    /// From the particles' share of what the answer leaves out to how often it stands there.
+    /// Calibration map of the particles' share for things that the answer leaves out.
     pub maybe: Map,
-    /// An answer without steps, or with steps, is `ok` from this probability on. Above 1 if none is.
+    /// Minimum probability of being correct for `ok`, of answers without steps and with steps; above 1 if none is
+    /// `ok`.
     pub ok_from: [f32; 2],
 }
 
 impl Weights {
-    /// Logarithm of the probability that nothing goes wrong in a cell: -ln(1 + e^x) of the weighted
-    /// features.
+    /// Returns the log-probability of no error in a cell: -ln(1 + e^x), where x are the weighted features.
     pub fn log_survival(&self, features: &Features) -> f32 {
         log_survival(self.log_odds(features))
     }
 
-    /// Log-odds of an error in a cell.
+    /// Returns the log-odds of an error in a cell.
     pub fn log_odds(&self, features: &Features) -> f32 {
         let pairs = features.iter().zip(&self.hazard);
         pairs.map(|(feature, weight)| feature * weight).sum()
     }
 
-    /// Probability of being right where the cells' log survivals add up to `log_right`.
+    /// Returns the probability of being correct where the cells' log-probabilities add up to `log_right`.
     pub fn probability(&self, log_right: f32, stairs: bool) -> f32 {
         probability(&self.maps, log_right, stairs)
     }
 }
 
-/// Shares nearer to 0 or 1 count as this near: of those the few that are wrong would decide on the map's slope.
+/// Minimum distance of a share from 0 and 1. Beyond, a few wrong cases would dominate the slope of the map.
 const LEAST_SHARE: f32 = 0.05;
 
-/// Log-odds of the particles' share of something.
+/// Returns the log-odds of a share of the particles' weight.
 pub fn share_log_odds(share: f32) -> f32 {
     let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
     math::ln(share) - math::ln(1.0 - share)
 }
 
-/// Logarithm of the probability of no error whose log-odds are `x`.
+/// Returns the log-probability of no error, where `x` are the log-odds of one.
 pub fn log_survival(x: f32) -> f32 {
     let rest = math::log2(1.0 + math::exp(-x.abs()));
     -(math::max(x, 0.0) + core::f32::consts::LN_2 * rest)
 }
 
-/// Probability of being right where log survivals add up to `log_right`, by the map of answers without
-/// steps or by that of answers with steps.
+/// Returns the probability of being correct where log-probabilities add up to `log_right`, by the map of answers
+/// without or with steps.
 pub fn probability([clear, steps]: &[Map; 2], log_right: f32, stairs: bool) -> f32 {
     let map = if stairs { steps } else { clear };
     let wrong = 1.0 - math::exp(log_right);
-    // ln p/(1 - p); no cell is without any hazard.
+    // ln p/(1 - p); no cell has a hazard of exactly 0.
     let log_wrong = math::ln(wrong.max(f32::EPSILON));
     map.at(log_right - log_wrong)
 }

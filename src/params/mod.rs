@@ -1,9 +1,9 @@
-//! Every tuned number of the default estimator, in one table of one type.
+//! Tuned numbers of the default estimator, in one table of one type.
 //!
-//! The table (`src/params/table.rs`) gives each its unit, its meaning and where it comes from;
-//! `cargo sim params` prints it, and with `--sensitivity` what a fifth more or less of each does to
-//! the accuracy on tuning seeds ([docs/parameters.md](../../docs/parameters.md)). Those of the posterior
-//! are constants ([`posterior`]). What is in neither is derived, and stands beside its derivation.
+//! The table (`src/params/table.rs`) gives unit, meaning and origin of each number. `cargo sim params` prints it;
+//! with `--sensitivity` it also prints how the accuracy on tuning seeds changes with a fifth more or less of each
+//! ([docs/parameters.md](../../docs/parameters.md)). Those of the posterior are constants ([`posterior`]). Numbers
+//! that are in neither are derived, and stand beside their derivation.
 
 pub mod carried;
 pub mod counted;
@@ -25,7 +25,7 @@ pub use table::Params;
 use crate::config::Plane;
 use hazard::Weights;
 
-/// The verdict's numbers that were counted for scans of a plane.
+/// Returns the horizon's weights for a plane, counted from simulated scans.
 pub const fn fitted_for(plane: Plane) -> &'static Weights {
     match plane {
         Plane::Depth => &fitted::UP,
@@ -33,7 +33,7 @@ pub const fn fitted_for(plane: Plane) -> &'static Weights {
     }
 }
 
-/// The numbers that everything is worked off with.
+/// Returns the tuned numbers in use.
 #[cfg(not(feature = "ablation"))]
 pub const fn current() -> &'static Params {
     &Params::DEFAULT
@@ -44,8 +44,8 @@ pub use patched::current;
 #[cfg(all(feature = "ablation", not(target_os = "none")))]
 pub use replaced::{current, replace};
 
-/// Other numbers than those that are flashed, in an image for the emulator: the host writes them into its ELF file, in
-/// place of `NUMBERS`, to count what each rule costs.
+/// Replaceable numbers in an image for the emulator. The host writes other numbers into its ELF file in place of
+/// `NUMBERS`, to measure the effect of each rule.
 #[cfg(all(feature = "ablation", target_os = "none"))]
 mod patched {
     use super::Params;
@@ -53,14 +53,14 @@ mod patched {
 
     static NUMBERS: Params = Params::DEFAULT;
 
-    /// The numbers that everything is worked off with.
+    /// Returns the tuned numbers in use.
     pub fn current() -> &'static Params {
-        // What the compiler knows of the static's value no longer holds when the image runs.
+        // Keeps the compiler from using the static's initial value, which the host replaces.
         black_box(&NUMBERS)
     }
 }
 
-/// Other numbers than those that are flashed, for the whole program: to measure what each is worth.
+/// Replaceable numbers for the whole program, to measure the effect of each.
 #[cfg(all(feature = "ablation", not(target_os = "none")))]
 mod replaced {
     extern crate std;
@@ -70,13 +70,13 @@ mod replaced {
 
     static CURRENT: RwLock<&'static Params> = RwLock::new(&Params::DEFAULT);
 
-    /// The numbers that everything is worked off with.
+    /// Returns the tuned numbers in use.
     pub fn current() -> &'static Params {
-        // Nothing panics while it is locked.
+        // Cannot be poisoned: nothing panics while it is locked.
         CURRENT.read().map_or(&Params::DEFAULT, |params| *params)
     }
 
-    /// Puts other numbers in their place, for all threads; estimators that are made later use them.
+    /// Replaces the numbers for all threads. Estimators that are made later use them.
     pub fn replace(params: &'static Params) {
         if let Ok(mut current) = CURRENT.write() {
             *current = params;

@@ -1,7 +1,7 @@
-//! Every rule of the estimator, and how it is turned off to measure what it is worth.
+//! Rules of the estimator, and how each is disabled to measure its effect.
 //!
-//! A rule that a number expresses is turned off by the value at which it does nothing; any other one has a
-//! switch. `cargo sim ablate` turns them off one at a time and counts what that changes
+//! A rule that a number expresses is disabled by the value at which it has no effect; every other rule has a switch.
+//! `cargo sim ablate` disables them one at a time and counts the changes
 //! ([docs/ablation.md](../../docs/ablation.md)).
 
 use super::switches::Rules;
@@ -11,14 +11,14 @@ use crate::verdict::Reason;
 /// A value that no measured quantity reaches.
 const NEVER: f32 = 1e9;
 
-/// A rule and how it is turned off.
+/// A rule and how it is disabled.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// Stage of the estimator that it belongs to.
+    /// Stage of the estimator to which it belongs.
     pub group: &'static str,
     /// Name.
     pub name: &'static str,
-    /// What it does.
+    /// Effect of the rule.
     pub meaning: &'static str,
     off: Off,
 }
@@ -30,7 +30,7 @@ enum Off {
 }
 
 impl Rule {
-    /// Turns it off.
+    /// Disables the rule.
     pub fn turn_off(&self, params: &mut Params) {
         match self.off {
             Off::Switch(off) => off(&mut params.rules),
@@ -39,7 +39,7 @@ impl Rule {
     }
 }
 
-/// Every rule between echoes and status.
+/// Returns all rules between echoes and status.
 pub fn rules() -> impl Iterator<Item = Rule> {
     let switches = Rules::SWITCHES.iter();
     let switches = switches.map(|switch| Rule {
@@ -51,10 +51,10 @@ pub fn rules() -> impl Iterator<Item = Rule> {
     switches.chain(NUMBERS.iter().copied())
 }
 
-/// Makes the list of the rules that a number turns off.
+/// Makes the list of the rules that are disabled by a number.
 macro_rules! numbers {
     ($( #[doc = $meaning:literal] $name:ident in $group:literal: |$p:ident| $off:expr; )*) => {
-        /// Rules that a number turns off.
+        /// Rules that are disabled by a number.
         const NUMBERS: &[Rule] = &[
             $(Rule {
                 group: $group,
@@ -131,7 +131,7 @@ numbers! {
     lobes_few in "mount": |p| p.beam_broad_few = NEVER;
 }
 
-/// Reasons of doubt about the instrument: each is a rule of `health`.
+/// Reasons about the instrument: each is a rule of `health`.
 pub const DOUBTS: &[Reason] = &[
     Reason::Silent,
     Reason::AdcBit,

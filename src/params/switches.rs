@@ -1,41 +1,41 @@
-//! Switches of the estimator's rules that no number turns off.
+//! Switches of the estimator's rules that cannot be disabled by a number.
 
 use crate::verdict::Reasons;
 
-/// A rule's switch.
+/// Switch of a rule.
 #[derive(Clone, Copy, Debug)]
 pub struct RuleSwitch {
-    /// Stage of the estimator that the rule belongs to.
+    /// Stage of the estimator to which the rule belongs.
     pub group: &'static str,
-    /// Name.
+    /// Name of the rule.
     pub name: &'static str,
-    /// One sentence on the rule's effect.
+    /// Effect of the rule, one sentence.
     pub meaning: &'static str,
-    /// Whether it is on.
+    /// Returns whether the rule is enabled.
     pub is_on: fn(&Rules) -> bool,
-    /// Turns it off.
+    /// Disables the rule.
     pub turn_off: fn(&mut Rules),
-    /// Where it stands in [`Rules`], bytes; alike on host and chip.
+    /// Offset of the switch in [`Rules`], bytes; equal on host and chip.
     pub offset: usize,
 }
 
 /// Makes the switches and their list.
 macro_rules! switches {
     ($( $(#[doc = $meaning:literal])* $name:ident in $group:literal; )*) => {
-        /// Switches of the rules that no number turns off; all on in what is flashed.
+        /// Switches of the rules that cannot be disabled by a number; all are enabled in the released firmware.
         #[derive(Clone, Debug, PartialEq)]
         #[repr(C)]
         pub struct Rules {
             $( $(#[doc = $meaning])* pub $name: bool, )*
-            /// Reasons of doubt that do not count.
+            /// Reasons about the instrument that are ignored.
             pub muted: Reasons,
         }
 
         impl Rules {
-            /// All on.
+            /// All rules enabled.
             pub const ALL: Self = Self { $($name: true,)* muted: Reasons::NONE };
 
-            /// Each, in their order.
+            /// All switches, in the order of the fields.
             pub const SWITCHES: &[RuleSwitch] = &[
                 $(RuleSwitch {
                     group: $group,

@@ -1,4 +1,4 @@
-//! The numbers of the default estimator, in the order of the stages that use them.
+//! Tuned numbers of the default estimator, in the order of the stages that use them.
 
 use super::entry::{Entry, Origin, params};
 use super::posterior;

@@ -1,4 +1,5 @@
-//! Sentences out, motion in. Commands, which come over the same UART, are the scanner's: [`crate::scanner::command`].
+//! Sentences of the report UART, and the motion sentence. Commands on the same UART:
+//! [`crate::scanner::command`].
 
 pub mod motion;
 pub mod sentence;

@@ -1,18 +1,18 @@
-//! The motion sentence: what the chair's controller tells the scanner of its own motion.
+//! Motion sentence: travel and pitch of the chair, from its controller to the scanner.
 //!
-//! `$PSTC,MOTION,SEQUENCE,TRAVEL,PITCH*CRC`: a number from 0 to 65535, one more each time; forward
-//! travel in mm with one decimal, cumulative; pitch in 0.001°, nose up positive, or empty. Up to a
-//! hundred a second; `docs/motion.md` says the rest.
+//! `$PSTC,MOTION,SEQUENCE,TRAVEL,PITCH*CRC`: sequence number from 0 to 65535, increased by one each time;
+//! forward travel in mm with one decimal, cumulative; pitch in 0.001°, nose up positive, or empty. Up to a
+//! hundred a second. For more see `docs/motion.md`.
 
 use super::sentence::{Fields, Line, ParseError, Tenths, Writer};
 use crate::motion::Reading;
 
-/// What a motion sentence begins with.
+/// Beginning of every motion sentence.
 pub const PREFIX: &str = "$PSTC,MOTION";
-/// Steeper no chair stands, 0.001°.
+/// Maximum pitch of a chair, 0.001°.
 const STEEPEST: i32 = 45_000;
 
-/// The sentence that says `reading`, with its CRC and line end.
+/// Returns the sentence of `reading`, with its CRC and line end.
 ///
 /// ```
 /// use stairscan::motion::Reading;
@@ -30,10 +30,10 @@ pub fn write(reading: &Reading) -> Line {
         .finish()
 }
 
-/// Parses what stands between `$PSTC,` and `*`.
+/// Parses the body of a motion sentence, between `$PSTC,` and `*`.
 ///
 /// # Errors
-/// Names the field that is missing or malformed.
+/// Returns the field that is missing or malformed.
 pub fn parse(body: &str) -> Result<Reading, ParseError> {
     let mut fields = Fields(body.split([',']));
     if fields.text("name")? != "MOTION" {

@@ -1,4 +1,4 @@
-//! The sentences of the report UART, written and parsed in one place.
+//! Sentences of the report UART: format, writer and parser.
 //!
 //! ASCII lines in the style of NMEA 0183: `$PSTR,` (a proprietary sentence of the stair scanner),
 //! the sentence's name, comma-separated fields, `*`, a CRC-32 (ISO-HDLC, of everything between `$`
@@ -11,38 +11,42 @@
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `DROP` | scan number; distance; σ of distance; depth; probability |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
-//! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; what ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
-//! | `BOOT` | version; git revision; reset cause; clock; boots since power came; settings; serial number of the chip |
-//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot; settings |
-//! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of it; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer as it should |
+//! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; hazard that ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
+//! | `BOOT` | version; git revision; reset cause; clock source; boots since power-on; settings; serial number of the chip |
+//! | `STAT` | state; clock source; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of the motion input since boot; settings |
+//! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of the motion input; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer correctly |
 //! | `CONF` | key; value |
 //! | `DONE` | command |
-//! | `FAIL` | command or `-`; field or `-`; what was expected: all up to the CRC, which may hold a command with its own frame |
+//! | `FAIL` | command or `-`; field or `-`; expected value: all text up to the CRC, possibly a command with its own frame |
 //! | `HALT` | reason: the firmware stopped with a fault and resets the chip |
 //!
-//! Lengths are millimetres with one decimal; a field without a value (the last step's tread depth)
-//! is empty. The horizon is how far the answer vouches for itself, from the mirror: up to there `ok` promises that no step is
-//! missing or made up and that each distance and height is within max(30 mm, 3σ), at most 80 mm. The confidence is
-//! the probability that nothing is wrong up to there (or over the first metre, if that is farther), in
-//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN`, then its `STEP`s, then
-//! at most one `DROP` (where the ground ends or falls by more than 40 mm and no staircase going down is told; the ground
-//! does not end before distance − 3σ; the depth of the next surface is empty where it is not known), then its `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
-//! cent; a negative height: the ground may end), each nearest first; they hold no time and no
-//! clock, so that the same chirps give the same bytes everywhere.
+//! Lengths are in millimetres with one decimal; a field without a value (the last step's tread depth) is empty.
+//! The horizon is the distance from the mirror up to which the answer is valid: `ok` guarantees that no step up
+//! to there is missing or false and that each distance and height is within max(30 mm, 3σ), at most 80 mm. The
+//! confidence is the probability that the answer is right up to the horizon (or over the first metre, if that
+//! is farther), in per cent with one decimal. Both are empty if the estimator does not give them.
 //!
-//! `GUARD` is the word of one guard sweep. The free distance is that up to which the ground goes on without a rise or a
-//! drop of more than 40 mm and without anything on it, from the mirror at the sweep's last row; it is empty in a
-//! `fault`, and 0.0 where the instrument is in doubt. `none` says that nothing ends it within the range that a sweep
-//! sees, `unknown` that the ground is just not seen farther. The confidence is the probability that no hazard is nearer.
+//! A scan is one `SCAN`, then its `STEP`s, then at most one `DROP`, then its `MAYBE`s, each nearest first. A
+//! `DROP` is sent where the ground ends or falls by more than 40 mm and no staircase going down is reported;
+//! the ground does not end before distance − 3σ, and the depth of the next surface is empty if it is not known.
+//! A `MAYBE` is a possible step or drop that the answer does not contain, with its probability in per cent; a
+//! negative height is a possible end of the ground. None of these sentences contains a time or a clock, so the
+//! same chirps give the same bytes everywhere.
 //!
-//! `LIVE` comes by itself five times a second, in every state, and may stand between any two sentences.
-//! Only there stand times. Its counters count since boot and stay at 65535.
+//! `GUARD` is the result of one guard sweep. The free distance is that up to which the ground has no rise or
+//! drop of more than 40 mm and no obstacle, from the mirror at the sweep's last row; it is empty in a `fault`,
+//! and 0.0 if a health check of the instrument failed or the mounting was never configured. `none`: nothing ends
+//! it within the range of a sweep. `unknown`: the ground is not seen beyond. The confidence is the probability
+//! that no hazard is nearer.
 //!
-//! Settings are the CRC-32 of the values that decide an answer ([`crate::scanner::Settings::hash`]), in
-//! eight hex digits: whoever set the scanner up sees at every scan that it still is.
+//! `LIVE` is sent five times a second without a request, in every state, possibly between the sentences of a
+//! scan. It is the only sentence with times. Its counters count since boot and saturate at 65535.
 //!
-//! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest
-//! thing in the image and brings panics that no one can reach but everyone must link.
+//! The field settings is the CRC-32 of all settings that change an answer ([`crate::scanner::Settings::hash`]),
+//! in eight hex digits: a host can verify with every scan that its settings are still in force.
+//!
+//! Numbers are written digit by digit instead of by `core::fmt`, which would be the largest part of the image
+//! and would link unreachable panics.
 
 mod fields;
 mod frame;
@@ -61,87 +65,87 @@ pub use lines::{DropLine, MaybeLine, ScanLine, StepLine};
 pub use live::LiveLine;
 pub(crate) use writer::Writer;
 
-/// Any sentence; text is borrowed from the line it was parsed from.
+/// Any sentence; its text is borrowed from the parsed line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sentence<'a> {
     /// Head of a scan's answer.
     Scan(ScanLine),
     /// One step of a scan.
     Step(StepLine),
-    /// Where the ground ends.
+    /// Edge where the ground ends.
     Drop(DropLine),
-    /// What may stand there though the answer does not hold it.
+    /// Possible step or drop that the answer does not contain.
     Maybe(MaybeLine),
-    /// How far the ground is free by a guard sweep.
+    /// Free distance by a guard sweep.
     Guard(GuardLine),
     /// First sentence after boot.
     Boot {
         /// Version of the firmware.
         version: &'a str,
-        /// Git revision it was built from.
+        /// Git revision of the build.
         revision: &'a str,
-        /// Why the chip was reset.
+        /// Cause of the reset.
         reset: &'a str,
-        /// What drives the core: `hse-168` or `hsi-16`.
+        /// Clock source of the core: `hse-168` or `hsi-16`.
         clock: &'a str,
-        /// Boots since power came, this one included.
+        /// Number of boots since power-on, including this one.
         boots: u32,
-        /// Hash of the settings that it begins with.
+        /// Hash of the settings at boot.
         settings: u32,
-        /// The chip's own number, 96 bits, as it stands in its memory.
+        /// Serial number of the chip, 96 bits, in the order of its memory.
         serial: [u32; 3],
     },
     /// Answer to `status`.
     State {
         /// State of the scanner.
         state: &'a str,
-        /// What drives the core.
+        /// Clock source of the core.
         clock: &'a str,
         /// Scans since boot.
         scans: u32,
         /// Estimator in use.
         estimator: &'a str,
-        /// What is wrong at present.
+        /// Reasons at present.
         reasons: Reasons,
-        /// What the motion input is.
+        /// State of the motion input.
         motion: &'a str,
-        /// Motion sentences since boot that were not as they should be, or missing too long.
+        /// Number of motion sentences that were wrong or too late, since boot.
         motion_faults: u16,
         /// Hash of the settings of the next scan.
         settings: u32,
     },
-    /// How the scanner fares, five times a second.
+    /// State and counters of the scanner, five times a second.
     Live(LiveLine<'a>),
     /// One value of the configuration.
     Config {
-        /// Its key.
+        /// Key.
         key: &'a str,
-        /// Its value.
+        /// Value.
         value: &'a str,
     },
-    /// A command was carried out.
+    /// A command was executed.
     Done {
-        /// The command.
+        /// Command.
         command: &'a str,
     },
     /// A command was refused; nothing changed.
     Fail {
-        /// The command, or `-`.
+        /// Command, or `-`.
         command: &'a str,
-        /// The field that is wrong, or `-`.
+        /// Field that is wrong, or `-`.
         field: &'a str,
-        /// What was expected of it.
+        /// Expected value.
         expected: &'a str,
     },
     /// The firmware stopped and is about to reset the chip.
     Halt {
-        /// Why.
+        /// Reason of the stop.
         reason: Reason,
     },
 }
 
 impl Status {
-    /// The word that stands in a sentence.
+    /// Returns the status as it appears in a sentence.
     pub const fn as_str(self) -> &'static str {
         match self {
             Status::Ok => "ok",
@@ -152,7 +156,7 @@ impl Status {
 }
 
 impl Direction {
-    /// The word that stands in a sentence.
+    /// Returns the direction as it appears in a sentence.
     pub const fn as_str(self) -> &'static str {
         match self {
             Direction::None => "none",
@@ -163,7 +167,7 @@ impl Direction {
 }
 
 impl Sentence<'_> {
-    /// The line, with its CRC and line end.
+    /// Returns the line, with its CRC and line end.
     pub fn write(&self) -> Line {
         match *self {
             Sentence::Scan(s) => s.write(),
@@ -242,7 +246,7 @@ impl Sentence<'_> {
     /// ```
     ///
     /// # Errors
-    /// Says whether the frame, the CRC or which field is wrong.
+    /// Returns whether the frame, the CRC or which field is wrong.
     pub fn parse(line: &str) -> Result<Sentence<'_>, ParseError> {
         let line = line.trim_end_matches(['\r', '\n']);
         if !line.bytes().all(|b| matches!(b, b' '..=b'~')) {
@@ -250,7 +254,7 @@ impl Sentence<'_> {
         }
         let body = line.strip_prefix('$').ok_or(ParseError::Frame)?;
         let (body, sum) = body.rsplit_once('*').ok_or(ParseError::Frame)?;
-        // `from_str_radix` would take a sign for a digit.
+        // `from_str_radix` would accept a sign.
         let digits = sum.len() == 8 && sum.bytes().all(|b| b.is_ascii_hexdigit());
         if !digits || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
             return Err(ParseError::Crc);
@@ -292,7 +296,7 @@ impl Sentence<'_> {
             "DONE" => Sentence::Done {
                 command: fields.text("command")?,
             },
-            // The last field holds what it likes.
+            // The last field of `FAIL` may contain any text.
             "FAIL" => {
                 return Ok(Sentence::Fail {
                     command: fields.text("command")?,
@@ -312,8 +316,8 @@ impl Sentence<'_> {
     }
 }
 
-/// Sentence `k` (from 0) of a scan of this number, made with settings of this hash: its head, its steps, its drop, what else may stand there;
-/// none beyond the last.
+/// Returns sentence `k` (from 0) of a scan with this number and settings hash: head, steps, drop, possible
+/// further steps; `None` beyond the last.
 pub fn of_scan(
     (scan, settings): (u32, u32),
     lost_rows: u16,
@@ -338,7 +342,7 @@ pub fn of_scan(
     Some(Sentence::Maybe(line))
 }
 
-/// Hands the sentences of one scan to `sink`, in order; `of` is its number and its settings' hash.
+/// Passes the sentences of one scan to `sink`, in order; `of` is its number and its settings' hash.
 pub fn write_scan(of: (u32, u32), lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
     for k in 0..=u8::MAX {
         match of_scan(of, lost_rows, outcome, k) {

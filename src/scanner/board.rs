@@ -1,4 +1,4 @@
-//! What the scanner is built over, beside its mirror and its radar module.
+//! Interface of the board and data of its boot: what the scanner needs besides mirror and radar module.
 
 use super::fitness::Fitness;
 use super::settings::Settings;
@@ -6,22 +6,22 @@ use super::store::StoreError;
 use crate::scanner::command::Measure;
 use crate::verdict::{Reason, Reasons};
 
-/// What else the scanner needs of its board.
+/// Functions of the board: retained state, flash, diagnostics.
 pub trait Board {
-    /// Whether `stop` was the last word; survives a reset.
+    /// Whether `stop` was the last of `start` and `stop`; survives a reset.
     fn stopped(&self) -> bool;
-    /// Remembers whether to stand still.
+    /// Retains whether the scanner stays idle.
     fn set_stopped(&mut self, stopped: bool);
-    /// Hash of the settings that were in force before the reset; `None` after the power was off.
+    /// Returns the hash of the settings that were in force before the reset; `None` after a power-up.
     fn settings_before(&self) -> Option<u32>;
-    /// Remembers the hash of the settings that are in force over a reset.
+    /// Retains the hash of the settings in force over a reset.
     fn note_settings(&mut self, hash: u32);
-    /// Keeps `settings` over loss of power. May take as long as flash takes to erase, during which
-    /// nothing else runs: only from a standstill.
+    /// Saves `settings` in flash. May block for as long as flash takes to erase; so it may be called only when
+    /// nothing moves.
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
-    /// The firmware has run long enough to forget crashes before this boot.
+    /// Clears the count of crashes before this boot: the firmware has run long enough.
     fn survived(&mut self);
-    /// A diagnostic value.
+    /// Returns a diagnostic value.
     fn measure(&self, measure: Measure) -> u32;
 }
 
@@ -55,31 +55,31 @@ impl<B: Board + ?Sized> Board for &mut B {
     }
 }
 
-/// What the first sentence after boot says.
+/// Content of the boot sentence, and state of the board at boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Version of the firmware.
     pub version: &'static str,
     /// Git revision that it was built from.
     pub revision: &'static str,
-    /// Why the chip was reset.
+    /// Cause of the reset.
     pub reset: &'static str,
-    /// What drives the core.
+    /// Clock source of the core.
     pub clock: &'static str,
-    /// Boots since power came, this one included.
+    /// Number of boots since power-up, this one included.
     pub boots: u32,
-    /// The chip's own number.
+    /// The chip's unique number.
     pub serial: [u32; 3],
-    /// What reset the chip, where that was a crash, the watchdog or the supply.
+    /// Cause of the reset as a reason, if it was a crash, the watchdog or the supply.
     pub cause: Option<Reason>,
-    /// Whether such resets followed one another: the scanner stands still until it is told to start.
+    /// Whether such resets followed one another: the scanner then stays idle until a command starts it.
     pub crash_loop: bool,
-    /// Processor, memory, clock and supply.
+    /// State of processor, memory, clock and supply.
     pub fitness: Fitness,
 }
 
 impl Identity {
-    /// Returns what `status` shows of the reset until a scan has succeeded.
+    /// Returns the reasons that `status` shows about the reset until a scan has succeeded.
     pub(super) fn reasons(&self) -> Reasons {
         let cause = |reason| Reasons::NONE.with(reason);
         let mut reasons = self.cause.map_or(Reasons::NONE, cause);
@@ -90,7 +90,7 @@ impl Identity {
     }
 }
 
-/// The scanner's hardware, each piece behind its trait.
+/// The scanner's hardware, each part behind its trait.
 #[derive(Clone, Copy, Debug)]
 pub struct Hardware<M, L, P, B> {
     /// The mirror ([`super::Mirror`]).
@@ -99,6 +99,6 @@ pub struct Hardware<M, L, P, B> {
     pub link: L,
     /// The report port ([`BytePort`](crate::port::BytePort)).
     pub port: P,
-    /// The rest ([`Board`]).
+    /// The rest of the board ([`Board`]).
     pub board: B,
 }

@@ -1,4 +1,4 @@
-//! `calibrate`: a scan of a floor and a wall sets how the scanner is mounted.
+//! Command `calibrate`: a scan of a floor and a wall becomes the settings of the mounting.
 
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
@@ -14,7 +14,7 @@ use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
-    /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
+    /// `calibrate`: makes a scan when idle or in a fault; [`Machine::calibrated`] turns it into settings.
     #[inline(never)]
     pub fn calibrate(&mut self, now: Micros, task: CalibrationRequest) {
         if !self.stands() {
@@ -23,7 +23,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
                 expected: "idle: stop first",
             });
         }
-        // Plane and mirror's offset are not seen, and height and angle only near what they are.
+        // Plane and mirror offset cannot be measured, and height and angle only close to their set values.
         match self.settings.fit_to_save() {
             Ok(()) => {
                 self.calibration = Some(task);
@@ -33,7 +33,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         }
     }
 
-    /// What follows from the scan: saved settings, or a refusal that changes nothing.
+    /// Handles the finished scan: saves the settings, or reports an error and changes nothing.
     #[inline(never)]
     pub(super) fn calibrated(&mut self, rows: &Rows, task: CalibrationRequest) {
         match self.take_calibration(rows, task) {
@@ -68,7 +68,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
             expected: error.expected(),
         })?;
         self.change("mount-height", &settings)?;
-        // Where home is has another angle now.
+        // The home position now has another angle.
         self.hardware.mirror.disable();
         let scale = settings::number(i64::from(settings.config.mount.range_scale));
         self.reports.value("range-scale", &scale);

@@ -1,4 +1,4 @@
-//! The data's way through one scan, as the sweep drives it.
+//! Interface of the data path, as the sweep drives it through one scan.
 
 use crate::Iq;
 use crate::config::{Config, ConfigError};
@@ -6,44 +6,46 @@ use crate::drive::Drive;
 use crate::mount::Mounting;
 use crate::verdict::{Conditions, GuardWord, Outcome};
 
-/// From samples to steps: what a scan does with its chirps.
+/// Data path from samples to steps.
 ///
-/// The sweep fills [`DataPath::samples`], has them worked off by [`DataPath::row`] while the mirror
-/// moves on, and asks for the outcome after the last row. Rows may come in either direction.
+/// The sweep fills [`DataPath::samples`], has them processed by [`DataPath::row`] while the mirror moves on,
+/// and requests the outcome after the last row. Rows may come in either direction.
 pub trait DataPath {
     /// Empties the map for scan number `scan` of `config`.
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError>;
-    /// Where the next chirp's samples go: as many as the configuration says.
+    /// Returns the buffer for the next chirp's samples; its length is set by the configuration.
     fn samples(&mut self) -> &mut [Iq];
-    /// Works off the samples as row `row`, seen while the shaft stood on its microstep.
+    /// Processes the samples as row `row`, received while the shaft was at its microstep.
     fn row(&mut self, row: u16);
-    /// Row `row` is lost: its chirp did not come after all retries.
+    /// Marks row `row` as lost: its chirp was not received after all retries.
     fn lost(&mut self, row: u16);
-    /// The steps, after the last row, with what is known of the chair's motion meanwhile and of the scan's conditions.
+    /// Returns the outcome after the last row, from the chair's motion during the scan and the scan's
+    /// conditions.
     fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome;
-    /// The same for a chair that is known to stand, under good conditions.
+    /// [`DataPath::conclude`] for a chair that is known to stand, under good conditions.
     fn finish(&mut self) -> Outcome {
         self.conclude(&Drive::STANDING, Conditions::GOOD)
     }
-    /// [`DataPath::begin`] of guard sweep number `sweep`.
+    /// [`DataPath::begin`] for guard sweep number `sweep`.
     ///
     /// # Errors
-    /// Names the field that does not fit.
+    /// Names the field that is not valid.
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError>;
-    /// The word of a guard sweep, after its last row, instead of [`DataPath::conclude`]: how far the ground is free by it
-    /// and by the guard sweeps before, of which number 1, as [`DataPath::begin_guard`] has it, forgets all others.
+    /// Returns the result of a guard sweep after its last row, instead of [`DataPath::conclude`]: the free
+    /// distance by this and the previous guard sweeps. Sweep number 1 of [`DataPath::begin_guard`] discards all
+    /// previous ones.
     fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord;
-    /// How the scanner is mounted, after the last row of a scan of a flat floor and a wall `wall_m` from the
+    /// Returns the mounting after the last row of a scan of a flat floor and a wall `wall_m` metres from the
     /// mirror, instead of [`DataPath::conclude`].
     ///
     /// # Errors
-    /// Says what of instrument or scene is not as it must be.
+    /// Names the property of instrument or scene that is out of its limits.
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError>;
-    /// Whether a known-answer chirp comes out of the arithmetic as it must.
+    /// Runs the known-answer test of the arithmetic; returns whether it has passed.
     fn self_test(&mut self) -> bool;
 }
 
-/// So that a data path too large for the stack can stay where it is.
+// For a data path that is too large for the stack.
 impl<D: DataPath + ?Sized> DataPath for &mut D {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         (**self).begin(config, scan)

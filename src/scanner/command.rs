@@ -1,30 +1,30 @@
-//! Commands in: lines of the report UART.
+//! Parser of commands: lines of the report UART.
 //!
-//! A command is one line, ended by CR or LF: a word and its arguments, separated by commas or
-//! spaces, in lower case. Like a sentence it may be framed as `$PSTC,…*CRC` (CRC-32 in eight hex
-//! digits), and then the CRC must be right; a person at a terminal leaves the frame away. What changes
-//! something for good must be framed: one damaged letter makes another value. Where the frame is
-//! missing, `FAIL` offers the whole sentence, to be sent instead ([`framed`] writes it).
+//! A command is one line, ended by CR or LF: a command word and its arguments, separated by commas or spaces,
+//! in lower case. Like a sentence it may be framed as `$PSTC,…*CRC` (CRC-32 in eight hex digits); the CRC must
+//! then be right. A person at a terminal may omit the frame. Commands that change something permanently must be
+//! framed, since one damaged letter makes another value. If the frame is missing, `FAIL` contains the framed
+//! sentence to send instead ([`framed`] writes it).
 //!
-//! | command | what it does | answer |
+//! | command | effect | answer |
 //! |---|---|---|
-//! | `start` | scans again and again; survives a reset | `DONE` |
-//! | `stop` | ends the present scan, stands still; survives a reset | `DONE` |
+//! | `start` | scans repeatedly; survives a reset | `DONE` |
+//! | `stop` | ends the current scan and stays idle; survives a reset | `DONE` |
 //! | `scan` | one scan, when stopped or guarding | `DONE`, later `SCAN` and `STEP`s |
 //! | `guard,on\|off` | sweeps the ground ahead many times a second; `scan` comes in between | `DONE`, later `GUARD`s |
-//! | `watch,on\|off` | the same, and a full scan when a rise or a drop comes near and the chair stands or slows | `DONE`, later `GUARD`s |
+//! | `watch,on\|off` | as `guard`, and a full scan when a rise or a drop comes near and the chair stands or slows | `DONE`, later `GUARD`s |
 //! | `status` | | `STAT` |
 //! | `version` | | `CONF` with version and revision |
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | | `CONF` |
-//! | `set,KEY,VALUE` | framed; from the next scan on ([`super::settings`] lists the keys) | `CONF` |
-//! | `save` | framed, when stopped: the settings outlive the power ([`super::store`]) | `DONE` |
-//! | `calibrate,WALL_MM,DATE` | framed, when stopped: a scan of a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::mount::command`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
-//! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
+//! | `set,KEY,VALUE` | framed; effective from the next scan ([`super::settings`] lists the keys) | `CONF` |
+//! | `save` | framed, when stopped: writes the settings to flash ([`super::store`]) | `DONE` |
+//! | `calibrate,WALL_MM,DATE` | framed, when stopped: scans a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::mount::command`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
+//! | `reset` | discards the evidence of earlier scans: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`crate::report::motion`]) | none |
 //!
-//! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
+//! Each error gets one `FAIL` that names the field, and changes nothing.
 
 use core::iter::Filter;
 use core::str::Split;
@@ -35,66 +35,66 @@ use crate::motion::Reading;
 use crate::report::motion;
 use crate::report::sentence::{Line, ParseError, Writer, crc32};
 
-/// Longest command line, bytes.
+/// Maximum length of a command line, bytes.
 pub const MAX_COMMAND: usize = 96;
 
-/// What a line asks for.
+/// A parsed command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command<'a> {
-    /// Scan again and again.
+    /// Scans repeatedly.
     Start,
-    /// Stand still.
+    /// Ends the current scan and stays idle.
     Stop,
-    /// One scan.
+    /// Makes one scan.
     Scan,
-    /// Sweep the ground ahead again and again, or no more.
+    /// Switches repeated guard sweeps on or off.
     Guard(bool),
-    /// The same, with a full scan of what comes near.
+    /// Switches repeated guard sweeps on or off, with a full scan of a near rise or drop.
     Watch(bool),
-    /// State, clock, scans.
+    /// Reports state, clock and number of scans.
     Status,
-    /// Version and revision.
+    /// Reports version and revision.
     Version,
-    /// Run the self-test.
+    /// Runs the self-test.
     SelfTest,
-    /// Forget what earlier scans said.
+    /// Discards the evidence of earlier scans.
     Reset,
-    /// Every setting.
+    /// Reports every setting.
     GetAll,
-    /// What is measured rather than set: a diagnostic value by name.
+    /// Reports a diagnostic value, which is measured and cannot be set.
     Measure(Measure),
-    /// One setting.
+    /// Reports one setting.
     Get(&'static str),
-    /// Change one setting.
+    /// Changes one setting: key and value.
     Set(&'static str, &'a str),
-    /// Keep the settings over loss of power.
+    /// Saves the settings in flash.
     Save,
-    /// Find out how the scanner is mounted.
+    /// Calibrates the mounting.
     Calibrate(CalibrationRequest),
-    /// The chair's motion.
+    /// Motion input of the chair.
     Motion(Reading),
 }
 
-/// What `calibrate` is told.
+/// Arguments of `calibrate`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CalibrationRequest {
     /// Horizontal distance from the mirror's centre to the wall, mm.
     pub wall_mm: u16,
-    /// Today's year, month and day as one number: 20261122.
+    /// Year, month and day of the calibration as one number, such as 20261122.
     pub date: u32,
 }
 
 /// Diagnostic values that `get` reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
-    /// Most bytes of stack that were ever in use.
+    /// Maximum stack use since boot, bytes.
     StackUsed,
-    /// Bytes of stack that there are.
+    /// Size of the stack, bytes.
     StackSize,
 }
 
 impl Measure {
-    /// Its key.
+    /// Returns its key.
     pub const fn key(self) -> &'static str {
         match self {
             Measure::StackUsed => "stack-used",
@@ -110,7 +110,7 @@ impl Measure {
 }
 
 impl Command<'_> {
-    /// The word that stands for it in `DONE` and `FAIL`.
+    /// Returns the word that identifies it in `DONE` and `FAIL`.
     pub const fn word(&self) -> &'static str {
         match self {
             Command::Start => "start",
@@ -131,12 +131,12 @@ impl Command<'_> {
     }
 }
 
-/// A line that is no command.
+/// A line that is no valid command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadCommand {
-    /// The command's word, or `-`.
+    /// The command word, or `-`.
     pub command: &'static str,
-    /// What is wrong and what was expected.
+    /// The invalid field and its expected value.
     pub error: ConfigError,
 }
 
@@ -145,21 +145,21 @@ fn bad(command: &'static str, field: &'static str, expected: &'static str) -> Ba
     BadCommand { command, error }
 }
 
-/// The words of a line.
+/// Iterator over the words of a line.
 type CommandWords<'a> = Filter<Split<'a, [char; 2]>, fn(&&'a str) -> bool>;
 
-/// The next word.
+/// Returns the next word.
 fn next<'a>(words: &mut CommandWords<'a>) -> Option<&'a str> {
     words.next()
 }
 
-/// The next word, if it is a whole number.
+/// Returns the next word as a whole number; `None` if it is none.
 fn next_number(words: &mut CommandWords<'_>) -> Option<u32> {
     let number: i64 = next(words)?.parse().ok()?;
     number.try_into().ok()
 }
 
-/// Parses one line without its end.
+/// Parses one line without its line end.
 pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
     let body = unframe(line)?;
     if is_motion(line) {
@@ -208,7 +208,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
     }
 }
 
-/// The sentence of a command, of its words: with its CRC and line end.
+/// Returns a command's words as a framed sentence, with CRC and line end.
 ///
 /// ```
 /// use stairscan::scanner::command::framed;
@@ -223,17 +223,17 @@ pub fn framed(words: &[&str]) -> Line {
         .finish()
 }
 
-/// Whether a line that [`parse`] takes bears a CRC, which then is right.
+/// Whether a line that [`parse`] accepts has a CRC, which is then right.
 pub fn is_framed(line: &str) -> bool {
     line.starts_with('$')
 }
 
-/// Whether a line is a motion sentence, a damaged one perhaps: it comes too often to be answered.
+/// Whether a line is a motion sentence, possibly a damaged one: these come too often to be answered.
 pub fn is_motion(line: &str) -> bool {
     line.starts_with(motion::PREFIX)
 }
 
-/// The argument of `guard` and `watch`.
+/// Parses the argument of `guard` and `watch`.
 fn switch(command: &'static str, words: &mut CommandWords<'_>) -> Result<bool, BadCommand> {
     match next(words) {
         Some("on") => Ok(true),
@@ -242,7 +242,7 @@ fn switch(command: &'static str, words: &mut CommandWords<'_>) -> Result<bool, B
     }
 }
 
-/// The arguments of `calibrate`.
+/// Parses the arguments of `calibrate`.
 fn calibration(words: &mut CommandWords<'_>) -> Result<CalibrationRequest, BadCommand> {
     let wall_mm = next_number(words).and_then(|wall| wall.try_into().ok());
     let wall_mm = wall_mm.ok_or(bad("calibrate", "wall", "a distance in mm"))?;
@@ -260,7 +260,7 @@ fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadComman
     Settings::key(key).ok_or(bad(command, "key", "a setting that get lists"))
 }
 
-/// What stands in the frame, if there is one.
+/// Returns the content of the frame, or the whole line if it has none.
 fn unframe(line: &str) -> Result<&str, BadCommand> {
     let Some(body) = line.strip_prefix('$') else {
         return Ok(line);
@@ -270,7 +270,7 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
     let (body, sum) = star
         .and_then(|at| body.split_at_checked(at))
         .and_then(|(body, sum)| Some((body, sum.strip_prefix('*')?)))
-        // `from_str_radix` would take a sign for a digit.
+        // `from_str_radix` would accept a leading sign.
         .filter(|(_, sum)| sum.bytes().all(|b| b.is_ascii_hexdigit()))
         .ok_or(bad("-", "crc", "* and eight hex digits at the end"))?;
     if u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
@@ -283,18 +283,18 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
         .ok_or(bad("-", "frame", "$PSTC at the beginning"))
 }
 
-/// What a byte has completed.
+/// Result of one byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParserEvent {
-    /// Nothing yet.
+    /// The line is not complete.
     Partial,
     /// [`LineReader::line`] holds a line.
     Line,
-    /// The line cannot be a command; it is skipped to its end.
+    /// The line cannot be a command; it is skipped up to its end.
     Bad(ConfigError),
 }
 
-/// Collects bytes into lines. A line that is too long or not plain text is one error, told at once.
+/// Collects bytes into lines. A line that is too long or not plain text causes one error, reported at once.
 #[derive(Debug, Default)]
 pub struct LineReader {
     bytes: heapless::Vec<u8, MAX_COMMAND>,
@@ -338,7 +338,7 @@ impl LineReader {
         })
     }
 
-    /// The line that the last byte completed.
+    /// Returns the line that the last byte completed; empty if it completed none.
     pub fn line(&self) -> &str {
         if self.complete {
             core::str::from_utf8(&self.bytes).unwrap_or("")
@@ -433,7 +433,7 @@ mod tests {
 
     #[test]
     fn a_sign_is_no_digit_of_a_crc() {
-        // A body whose CRC-32 begins with a zero, in place of which a sign stands.
+        // A body whose CRC-32 begins with a zero; a sign then replaces that digit.
         let body = (0..).map(|k| std::format!("PSTC,set,seed,{k}"));
         let body = body
             .into_iter()

@@ -1,4 +1,4 @@
-//! Commands: lines of the report port, carried out one by one.
+//! Executes commands: lines of the report port, one by one.
 
 use super::guard::GuardMode;
 use super::pulse::Pulse;
@@ -14,34 +14,34 @@ use crate::scanner::settings::{self, Settings};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 
-/// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a
+/// Maximum number of bytes read in one call, so that a continuous sender cannot block the scanner: more than a
 /// port's queue holds.
 const MOST_READ: u32 = 1024;
 
-/// The line that comes in over the report port, and the list that goes out.
+/// Reader of the report port's lines, and progress of the listing.
 #[derive(Debug)]
 pub(super) struct Console {
     reader: LineReader,
     /// Next key that `get` lists.
     listing: Option<usize>,
-    /// What has been read and waits for room to be answered.
+    /// Input that waits for room for its answer.
     held: Option<Held>,
-    /// Lines that were refused.
+    /// Number of refused lines.
     refused: u16,
     pulse: Pulse,
 }
 
-/// What has been read and is to be answered.
+/// Input that is to be answered.
 #[derive(Clone, Copy, Debug)]
 enum Held {
-    /// A line.
+    /// A complete line.
     Line,
-    /// What cannot be one.
+    /// A line that cannot be a command.
     Bad(ConfigError),
 }
 
 impl Console {
-    /// Nothing has been typed yet.
+    /// Creates a console without any input.
     pub fn new(now: Micros) -> Self {
         Self {
             reader: LineReader::default(),
@@ -52,7 +52,7 @@ impl Console {
         }
     }
 
-    /// Carries out what has been typed, and hands the port what there is to say.
+    /// Executes the received commands, and hands queued sentences to the port.
     pub(super) fn step<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
@@ -64,8 +64,8 @@ impl Console {
         machine.reports.pump(&mut machine.hardware.port);
     }
 
-    /// Says how the scanner fares when that is due, and nothing else waits for the port: a port that is
-    /// slow or stuck gets no more to carry by it.
+    /// Sends `LIVE` when it is due and nothing else waits for the port, so that a slow or blocked port gets no
+    /// additional load.
     fn beat<M, L, P: BytePort, B, D>(
         &mut self,
         now: Micros,
@@ -100,8 +100,8 @@ impl Console {
         machine.reports.live(live)
     }
 
-    /// Reads motion sentences, which are not answered, and at most one other line, which waits until
-    /// its answer has room.
+    /// Reads motion sentences, which have no answer, and at most one other line, which waits until there is
+    /// room for its answer.
     fn read<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
@@ -137,7 +137,7 @@ impl Console {
         }
     }
 
-    /// A motion sentence. A damaged one is counted, and told by `status` and with the scan.
+    /// Handles a motion sentence. A damaged one is counted, and reported by `status` and with the scan.
     #[inline(never)]
     fn drive<M, L, P, B, D>(&mut self, now: Micros, machine: &mut Machine<'_, M, L, P, B, D>) {
         match command::parse(self.reader.line()) {
@@ -146,7 +146,7 @@ impl Console {
         }
     }
 
-    // Out of line for the stack, as in `states`.
+    // Out of line because of the stack, as in `states`.
     #[inline(never)]
     fn execute<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
@@ -205,7 +205,7 @@ impl Console {
                     .reports
                     .offer("calibrate", &["calibrate", &wall, &date]);
             }
-            // Taken in before: `drive`.
+            // Handled before: `drive`.
             Command::Motion(_) => {}
             Command::Measure(measure) => {
                 let value = settings::number(i64::from(machine.hardware.board.measure(measure)));
@@ -214,7 +214,7 @@ impl Console {
         }
     }
 
-    /// One more sentence of `get`'s list.
+    /// Queues the next sentence of `get`'s listing.
     #[inline(never)]
     fn list<M, L, P, B, D>(&mut self, machine: &mut Machine<'_, M, L, P, B, D>) {
         let Some(next) = self.listing else { return };
@@ -234,8 +234,8 @@ impl Console {
     }
 }
 
-/// `save`: only from a standstill, since nothing runs while flash is erased; and only what somebody
-/// vouches for.
+/// `save`: only when idle or in a fault, since nothing runs while flash is erased; and only settings that are
+/// configured.
 #[inline(never)]
 fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
     let refused = if !machine.stands() {

@@ -1,30 +1,30 @@
-//! The motor's driver as the mirror sees it, where it has more than STEP, DIR and EN.
+//! Interface of the motor driver to the mirror, for drivers with more than STEP, DIR and EN.
 
 use core::task::Poll;
 
 use super::settings::MotorConfig;
 use crate::time::Micros;
 
-/// What can be wrong with a driver.
+/// Error of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverError {
-    /// It does not answer, or does not take what it is told.
+    /// The driver does not answer, or does not accept a write.
     Silent,
-    /// It has been reset and no longer knows what it was told.
+    /// The driver was reset and has lost its configuration.
     Reset,
-    /// It has switched itself off, or reports a short circuit or too little voltage.
+    /// The driver has switched itself off, or reports a short circuit or undervoltage.
     Fault,
 }
 
-/// A driver that can be set up and read. Nothing here waits: each call gets as far as it can.
+/// A driver that can be set up and read. No call waits: each proceeds as far as possible.
 pub trait MotorDriver {
-    /// Begins to set it up, whatever was under way.
+    /// Begins the set-up, whatever is under way.
     fn set_up(&mut self, motor: &MotorConfig);
-    /// Begins to read its status, unless something is under way.
+    /// Begins a reading of the status, unless something is under way.
     fn look(&mut self);
-    /// Goes on with what was begun; ready where nothing is under way.
+    /// Continues the current activity; ready if there is none.
     fn poll(&mut self, now: Micros) -> Poll<Result<(), DriverError>>;
-    /// How long after EN it must be left alone before the first pulse, microseconds.
+    /// Returns the time after EN for which no pulse may be sent, µs.
     fn tuning_us(&self) -> u32 {
         0
     }
@@ -48,7 +48,7 @@ impl<D: MotorDriver + ?Sized> MotorDriver for &mut D {
     }
 }
 
-/// No wire leads to the driver: whoever asks for one gets no answer.
+/// A driver without a UART: every request fails as silent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoWire;
 

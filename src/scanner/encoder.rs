@@ -1,19 +1,20 @@
-//! An absolute encoder on the mirror's shaft: its angle is measured, not only counted.
+//! An absolute encoder on the mirror's shaft: the angle is measured, not only counted.
 //!
-//! Steps that are lost, a coupling that slips and a home switch that is not where it was all leave the count
-//! of the pulses as it is. An encoder sees the shaft itself: [`EncodedMirror`] has it read behind homing and
-//! behind every sweep, before that sweep's answer, and calls the mirror slipped where it says something else
-//! than the count.
+//! In: the mirror's position by pulses, the encoder's reading. Out: [`MirrorError::Slipped`] if they disagree.
 //!
-//! What an encoder may differ by. Its readings of one place repeat to a few hundredths of a degree, those of
-//! two places are as far apart as they should be to twice its linearity error only. So a place is held against
-//! the first reading behind homing that was taken there, within [`REPEATS`]; and only that first one against
-//! home, within [`LINEARITY`]. Home itself is held against `encoder-home`, what a calibration has read there.
+//! Lost steps, a slipping coupling and a displaced home switch leave the pulse count unchanged. An encoder
+//! measures the shaft itself: [`EncodedMirror`] reads it after homing and after every sweep, before that
+//! sweep's answer, and reports a slip if the reading does not match the count.
 //!
-//! | module | what it does |
+//! Error budget: readings at one position repeat to a few hundredths of a degree. The difference between two
+//! positions is accurate only to twice the encoder's linearity error. So a position is compared with the first
+//! reading taken there after homing, within [`REPEATS`]; only that first reading is compared with home, within
+//! [`LINEARITY`]. Home itself is compared with `encoder-home`, the reading of a calibration.
+//!
+//! | module | content |
 //! |---|---|
 //! | [`as5600`] | an AS5600 over I²C |
-//! | [`bus`] | I²C over two pins, for which every wait has an end |
+//! | [`bus`] | I²C over two pins, with a timeout of every wait |
 
 pub mod as5600;
 pub mod bus;
@@ -23,21 +24,21 @@ use super::settings::{Encoder, MotorConfig};
 use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::time::Micros;
 
-/// What can be wrong with an encoder.
+/// Error of an encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EncoderError {
-    /// It does not answer.
+    /// The encoder does not answer.
     Silent,
-    /// It answers, and finds no magnet.
+    /// The encoder answers, and reports no magnet.
     NoMagnet,
 }
 
-/// A sensor that says where the shaft is, from the moment when it has power.
+/// A sensor of the shaft's absolute angle, valid from power-up.
 pub trait AngleEncoder {
-    /// Angle of the shaft in 1/65536 turn, from any zero; it grows where positions do.
+    /// Returns the angle of the shaft in 1/65536 turn, from any zero; it grows with the position.
     ///
     /// # Errors
-    /// Says why there is none. It must come to that by itself: nobody waits for it with a clock.
+    /// Returns the cause if there is no angle. The call must end by itself: the caller has no timeout.
     fn angle(&mut self) -> Result<u16, EncoderError>;
 }
 
@@ -47,56 +48,57 @@ impl<E: AngleEncoder + ?Sized> AngleEncoder for &mut E {
     }
 }
 
-/// Readings of one place lie within this of each other, 1/65536 turn: half a degree. An AS5600 has 0.09° a
-/// count and noise of 0.015° rms (data sheet); homing repeats to two microsteps; the rest is for a shaft
-/// that is held by a magnetic field and temperature.
+/// Maximum difference of two readings at one position, 1/65536 turn: half a degree. An AS5600 has 0.09° a count
+/// and noise of 0.015° rms (data sheet); homing repeats to two microsteps; the rest is for temperature, and for
+/// a shaft that is held by a magnetic field.
 pub const REPEATS: u16 = 91;
-/// A place's first reading lies within this of where home says, 1/65536 turn: 2.25°, for an AS5600 may be off
-/// by 1° at either of the two places (data sheet, INL), and [`REPEATS`] aside from that.
+/// Maximum difference of a position's first reading from the value expected from home, 1/65536 turn: 2.25°. An
+/// AS5600 may be off by 1° at either of the two positions (data sheet, INL), plus [`REPEATS`].
 pub const LINEARITY: u16 = 410;
-/// The shaft has stood so long before it is read, µs: twice what `settle` allows it, and the AS5600's slowest
-/// filter takes 2.2 ms (data sheet).
+/// Time for which the shaft has rested before a reading, µs: twice the default of `settle`; the AS5600's
+/// slowest filter takes 2.2 ms (data sheet).
 pub(super) const REST_US: u32 = 10_000;
-/// Readings, each after as long a rest, of which one must be right: one disturbed byte is no slip.
+/// Maximum number of readings, each after the same rest, of which one must be right: one disturbed byte is no
+/// slip.
 const READINGS: u8 = 3;
-/// Two places are one within this, microsteps: a tenth of a degree.
+/// Maximum distance of two positions that count as one, microsteps: a tenth of a degree.
 const SAME_PLACE: u32 = (MICROSTEPS_PER_TURN / 3600) as u32;
-/// Home, and both ends of a sweep in each plane.
+/// Number of positions with a stored reading: home, and both ends of a sweep in each plane.
 const PLACES: usize = 5;
 
-/// 1/65536 turn of a microstep, as a ratio in lowest terms.
+/// Ratio of a microstep to 1/65536 turn, in lowest terms.
 const MICROSTEP: (i32, i32) = (32, 25);
 const _: () = assert!(MICROSTEPS_PER_TURN * MICROSTEP.0 == 65_536 * MICROSTEP.1);
-/// 0.001° of 1/65536 turn, likewise.
+/// Ratio of 1/65536 turn to 0.001°, in lowest terms.
 const THOUSANDTHS: (i32, i32) = (5_625, 1_024);
 const _: () = assert!(65_536 / THOUSANDTHS.1 * THOUSANDTHS.0 == 360_000);
 
-/// A reading in 0.001°, from 0 on.
+/// Converts a reading to 0.001°, at least 0.
 fn thousandths(reading: u16) -> i32 {
     i32::from(reading) * THOUSANDTHS.0 / THOUSANDTHS.1
 }
 
-/// The reading of 0.001°, up to a turn.
+/// Converts an angle in 0.001°, up to a turn, to a reading.
 fn reading_of(angle: u32) -> u16 {
     (angle.saturating_mul(THOUSANDTHS.1 as u32) / THOUSANDTHS.0 as u32) as u16
 }
 
-/// How far two readings are apart, the shorter way round.
+/// Returns the distance of two readings, 1/65536 turn, the shorter way round.
 fn apart(a: u16, b: u16) -> u16 {
     (a.wrapping_sub(b) as i16).unsigned_abs()
 }
 
-/// What the encoder has read at a place.
+/// Reading of the encoder at one position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct ShaftReading {
-    /// Microsteps from the horizontal, as the pulses have it.
+    /// Position by the pulse count, microsteps from the horizontal.
     position: i32,
-    /// 1/65536 turn.
+    /// Reading, 1/65536 turn.
     reading: u16,
 }
 
 impl ShaftReading {
-    /// What is to be read at `position`.
+    /// Returns the expected reading at `position`.
     fn expects(&self, position: i32) -> u16 {
         let way = position.wrapping_sub(self.position);
         let turned = way.wrapping_mul(MICROSTEP.0) / MICROSTEP.1;
@@ -104,12 +106,12 @@ impl ShaftReading {
     }
 }
 
-/// A look at the encoder, under way.
+/// State of an encoder check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Look {
-    /// When the shaft has rested; none before it stands.
+    /// Time at which the shaft has rested long enough; `None` until it stands.
     until: Option<Micros>,
-    /// Readings that failed, or were of another place.
+    /// Number of readings that failed or did not match.
     failed: u8,
 }
 
@@ -118,17 +120,17 @@ struct Look {
 pub struct EncodedMirror<M, E> {
     mirror: M,
     encoder: E,
-    /// Which one there is, as of the last homing.
+    /// Type of the encoder at the last homing.
     kind: Encoder,
-    /// What is to be read at home, once that is known.
+    /// Expected reading at home; `None` until it is known.
     home: Option<u16>,
-    /// What has been read since the last homing: there, then where sweeps have ended.
+    /// Readings since the last homing: at home, then at the ends of sweeps.
     seen: heapless::Vec<ShaftReading, PLACES>,
     look: Option<Look>,
 }
 
 impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
-    /// A mirror, and the encoder that may be on its shaft.
+    /// Creates a mirror with the encoder that may be on its shaft.
     pub fn new(mirror: M, encoder: E) -> Self {
         Self {
             mirror,
@@ -140,7 +142,7 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         }
     }
 
-    /// Whether what is read now is what must be read there.
+    /// Whether the reading matches the expected one; stores the first reading of a position.
     fn agrees(&mut self, now: ShaftReading) -> bool {
         let near = |seen: &&ShaftReading| seen.position.abs_diff(now.position) <= SAME_PLACE;
         let known = self.seen.iter().find(near);
@@ -152,16 +154,16 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         let agrees = apart(now.reading, expected) <= within;
         if agrees && known.is_none() {
             if self.seen.is_full() {
-                // Sweeps end elsewhere than they did.
+                // The ends of the sweeps have changed.
                 self.seen.truncate(1);
             }
-            // There is room by now.
+            // There is room now.
             let _ = self.seen.push(now);
         }
         agrees
     }
 
-    /// Reads the encoder on a shaft that rests.
+    /// Reads the encoder while the shaft rests, and checks the reading.
     #[inline(never)]
     fn read(&mut self) -> Result<(), MirrorError> {
         let reading = self.encoder.angle().map_err(|_| MirrorError::Encoder)?;
@@ -172,7 +174,7 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         }
     }
 
-    /// Goes on with a look at the encoder while the shaft stands.
+    /// Continues an encoder check while the shaft stands.
     fn look_on(&mut self, now: Micros, look: Look) -> Result<Motion, MirrorError> {
         let until = look.until.unwrap_or(now.plus(REST_US));
         let next = |until, failed| Look {
@@ -217,7 +219,7 @@ impl<M: Mirror, E: AngleEncoder> Mirror for EncodedMirror<M, E> {
     }
 
     fn check(&mut self, motor: &MotorConfig) {
-        // One that is new has not seen home.
+        // Another encoder has no reading at home yet.
         if motor.encoder.kind != self.kind {
             self.disable();
         }

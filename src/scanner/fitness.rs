@@ -4,12 +4,12 @@ use crate::scanner::seal::ImageState;
 use crate::scanner::settings::{Settings, Switch};
 use crate::verdict::{Reason, Reasons};
 
-/// State of processor, memory, clock and supply at boot, which holds until a reset.
+/// State of processor, memory, clock and supply at boot, valid until a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fitness {
-    /// Whether the image in flash is what was built.
+    /// State of the image in flash.
     pub image: ImageState,
-    /// Whether the march test of the memory failed.
+    /// Whether the march test of the memory has failed.
     pub memory_damaged: bool,
     /// Whether the supply is too low.
     pub supply_low: bool,
@@ -18,7 +18,7 @@ pub struct Fitness {
 }
 
 impl Fitness {
-    /// Fit for everything.
+    /// No fault.
     pub const GOOD: Self = Self {
         image: ImageState::Whole,
         memory_damaged: false,
@@ -26,7 +26,7 @@ impl Fitness {
         internal_clock: false,
     };
 
-    /// Returns why no scan may be made, if so. A setting allows the internal oscillator.
+    /// Returns the reason that prevents scans, if any. A setting allows the internal oscillator.
     pub(super) fn fault(self, settings: &Settings) -> Option<Reason> {
         let allowed = settings.timing.internal_clock == Switch::On;
         let faults = [
@@ -39,7 +39,7 @@ impl Fitness {
         found.map(|(_, reason)| reason)
     }
 
-    /// Returns why no answer may be `ok`.
+    /// Returns the reasons that prevent `ok`.
     pub(super) fn doubts(self) -> Reasons {
         match self.image {
             ImageState::Blank => Reasons::NONE.with(Reason::ImageUnsealed),

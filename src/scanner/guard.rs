@@ -1,6 +1,7 @@
-//! The guard between two sweeps: what `watch` waits for, the last full scan's hazard, and whether the settings allow a guard.
+//! State of the guard between two sweeps: the trigger of `watch`, the last full scan's hazard, and whether the
+//! settings allow a guard.
 //!
-//! `guarding` carries the commands out on the machine.
+//! `guarding` executes the commands on the state machine.
 
 use crate::config::ConfigError;
 use crate::drive::{Drive, Mode};
@@ -13,58 +14,59 @@ use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 use crate::verdict::{Ending, GuardWord, Outcome, Status};
 
-/// Whether the scanner guards.
+/// Operating mode of the guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum GuardMode {
-    /// It scans, or stands still.
+    /// No guard: the scanner scans or is idle.
     #[default]
     Off,
-    /// It guards.
+    /// Guard sweeps.
     Guard,
-    /// It guards, and takes a full scan of what comes near.
+    /// Guard sweeps, with a full scan of a near hazard.
     Watch,
 }
 
-/// A full scan's hazard counts beside guard sweeps for so long, microseconds: 5 s. By then a chair has left it behind,
-/// or an odometer's error has grown to centimetres.
+/// Time for which a full scan's hazard limits guard sweeps, µs: 5 s. After that a chair has passed it, or an
+/// odometer's error has grown to centimetres.
 const SCAN_COUNTS_US: u32 = 5_000_000;
-/// A chair stands that is slower than this, m/s: what an odometer's millimetre a sweep makes of standing, twice.
+/// Speed below which a chair counts as standing, m/s: twice the speed that an odometer's resolution of a
+/// millimetre a sweep shows at standstill.
 const STANDING_M_S: f32 = 0.03;
-/// A chair slows whose speed is below this share of its mean over some sweeps.
+/// Ratio of a chair's speed to its mean over some sweeps below which it counts as slowing.
 const SLOWING: f32 = 0.8;
-/// Share of a sweep's speed in that mean.
+/// Weight of a sweep's speed in that mean.
 const NEWEST: f32 = 0.25;
 
 /// The guard between two sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GuardState {
     pub mode: GuardMode,
-    /// A full scan comes next.
+    /// Whether a full scan comes next.
     pub asked: bool,
-    /// Whether the hazard that is near has had its full scan.
+    /// Whether the near hazard has had its full scan.
     pub looked: bool,
-    /// The mirror may still run out behind the last sweep.
+    /// Whether the mirror may still be moving after the last sweep.
     pub running: bool,
     /// Number of the last sweep.
     pub sweep: u32,
     /// Mean speed over some sweeps, m/s.
     speed_m_s: f32,
-    /// The last full scan's nearest hazard.
+    /// Nearest hazard of the last full scan.
     hazard: Option<Hazard>,
 }
 
-/// The nearest hazard that a full scan has told.
+/// The nearest hazard that a full scan has reported.
 #[derive(Clone, Copy, Debug)]
 struct Hazard {
-    /// When the scan ended.
+    /// Time of the end of the scan.
     at: Micros,
-    /// Nearest place, metres from the mirror at the scan's last row.
+    /// Nearest position, metres from the mirror at the scan's last row.
     from_m: f32,
     ending: Ending,
 }
 
 impl GuardState {
-    /// Off.
+    /// No guard.
     pub const OFF: Self = Self {
         mode: GuardMode::Off,
         asked: false,
@@ -80,7 +82,7 @@ impl GuardState {
         self.mode != GuardMode::Off
     }
 
-    /// Keeps the hazard that a full scan has told at `now`.
+    /// Stores the nearest hazard of a full scan that ended at `now`.
     pub fn note(&mut self, now: Micros, outcome: &Outcome) {
         let first = outcome.answer.steps.first();
         let step = first.map(|step| {
@@ -108,8 +110,8 @@ impl GuardState {
                 });
     }
 
-    /// Holds the word of a sweep against the last full scan; `moved_m` is the travel since, 0 where it is not known: then
-    /// the hazard is no farther.
+    /// Limits the result of a sweep to the last full scan's hazard. `moved_m` is the travel since, metres; 0 if
+    /// it is unknown: the hazard is then no farther than without travel.
     pub fn compare(&mut self, now: Micros, moved_m: f32, word: &mut GuardWord) {
         self.hazard = (self.hazard).filter(|hazard| now.since(hazard.at) < SCAN_COUNTS_US);
         if let Some(hazard) = self.hazard {
@@ -117,7 +119,7 @@ impl GuardState {
         }
     }
 
-    /// Whether the chair stands or slows, as far as that is known.
+    /// Whether the chair is known to stand or to slow down.
     fn slows(&mut self, drive: &Drive<'_>) -> bool {
         if drive.mode == Mode::Standing {
             return true;
@@ -131,8 +133,8 @@ impl GuardState {
         slower
     }
 
-    /// Asks for a full scan where `watch` is on, a rise or a drop has come nearer than `within_m`, and the chair stands
-    /// or slows: one scan of each.
+    /// Requests a full scan if `watch` is on, a rise or a drop has come nearer than `within_m`, and the chair
+    /// stands or slows down: one scan of each hazard.
     pub fn watch(&mut self, word: &GuardWord, drive: &Drive<'_>, within_m: f32) {
         let slows = self.slows(drive);
         let ends = matches!(word.ending(), Ending::Rise | Ending::Drop);
@@ -144,8 +146,8 @@ impl GuardState {
     }
 }
 
-/// Says whether the scanner can guard with these settings: the ground that is swept, and how often by motor and link.
-/// `times` are those of a row, if the module can be triggered while the mirror turns.
+/// Checks whether the scanner can guard with these settings: the swept ground, and the sweep rate by motor and
+/// link. `times` are those of a row, if the module can be triggered while the mirror turns.
 #[inline(never)]
 pub(super) fn fit(settings: &Settings, times: Option<RowTimes>) -> Result<(), ConfigError> {
     settings.guard.check(&settings.config)?;
@@ -180,10 +182,10 @@ pub(super) fn fit(settings: &Settings, times: Option<RowTimes>) -> Result<(), Co
     check(false, "link-rate", expected)
 }
 
-/// A second.
+/// Microseconds in a second.
 const SECOND_US: u32 = 1_000_000;
 
-/// Duration of a guard sweep of settings whose angles are those of the guard.
+/// Returns the duration of a guard sweep, µs; `settings` must have the angles of the guard.
 fn period_us(settings: &Settings, times: RowTimes) -> Result<u32, ConfigError> {
     let schedule = Schedule::in_plane(settings.config.sweep, crate::config::Plane::Depth)?;
     let cruise = Cruise::new(settings, &schedule, times).ok_or(ConfigError {

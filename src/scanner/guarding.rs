@@ -1,4 +1,4 @@
-//! `guard` and `watch`: coarse sweeps of the ground ahead, one after the other, and full scans in between.
+//! Commands `guard` and `watch`: repeated coarse sweeps of the ground ahead, with full scans in between.
 
 use super::guard::{GuardMode, fit};
 use super::states::Machine;
@@ -15,7 +15,7 @@ use crate::time::Micros;
 use crate::verdict::{Conditions, GuardWord};
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
-    /// `guard` and `watch`: from now on, or no more.
+    /// `guard` and `watch`: switches guard sweeps on or off.
     #[inline(never)]
     pub fn guard(&mut self, now: Micros, on: bool, mode: GuardMode) {
         let command = match mode {
@@ -38,11 +38,11 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         self.wake(now);
     }
 
-    /// Says whether the scanner can guard with these settings.
+    /// Checks whether the scanner can guard with these settings.
     #[inline(never)]
     pub(super) fn fit_to_guard(&self, settings: &Settings) -> Result<(), ConfigError> {
         let samples = settings.config.radar.samples;
-        // Before the module has answered, it is as the settings ask for.
+        // Before the module has answered, its requested settings are assumed.
         let times = match self.connected {
             true => self.hardware.link.row_times(samples),
             false => row_times(&settings.module, samples),
@@ -50,14 +50,14 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         fit(settings, times)
     }
 
-    /// The guard ends by itself, and says why.
+    /// Switches the guard off because of `error`, and reports it.
     pub(super) fn end_guard(&mut self, now: Micros, error: ConfigError) {
         self.guard.mode = GuardMode::Off;
         self.reports.refuse("guard", error.field, error.expected);
         self.resume(now);
     }
 
-    /// From the last row of a guard sweep to its word.
+    /// Turns a finished guard sweep into its result.
     #[inline(never)]
     pub(super) fn guarded(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish_guard(now);

@@ -1,4 +1,4 @@
-//! The settings in force: whether somebody vouches for them, and whether memory still holds them.
+//! The settings in force: whether they were configured, and whether memory still holds them unchanged.
 
 use super::planes::plane_of;
 use crate::config::{ConfigError, Plane, Planes, RadarConfig};
@@ -6,28 +6,28 @@ use crate::drive::Mode;
 use crate::scanner::record::MOUNTING;
 use crate::scanner::settings::{Settings, Switch};
 
-/// The settings in force. They change by [`Keeper::change`] and [`Keeper::adopt`] only.
+/// The settings in force. Only [`Keeper::change`] and [`Keeper::adopt`] change them.
 #[derive(Debug)]
 pub(super) struct Keeper {
     settings: Settings,
-    /// Of `settings`: memory must not change them by itself.
+    /// Checksum of `settings`, to detect memory corruption.
     seal: u32,
     /// Hash of `settings`.
     hash: u32,
-    /// Which of [`MOUNTING`] are still to come, a bit each.
+    /// Bit mask of the entries of [`MOUNTING`] that are not set yet.
     missing: u8,
 }
 
-/// Memory has changed what was set.
+/// Error of settings that memory has corrupted.
 const DAMAGED: ConfigError = ConfigError {
     field: "settings",
     expected: "a reset first: memory has changed them",
 };
 
 impl Keeper {
-    /// After boot: the settings that were saved, or else defaults for which nobody vouches. `before` is
-    /// the hash of those in force before a reset: where it is another, something was set and not
-    /// saved, and what was saved is not what was asked for.
+    /// Creates the settings after boot: the saved ones, or else unconfigured defaults. `before` is the hash of
+    /// the settings in force before a reset. If it differs, a setting was changed and not saved, so the saved
+    /// settings count as unconfigured.
     #[inline(never)]
     pub fn new(stored: Option<Settings>, before: Option<u32>) -> Self {
         let settings = stored.unwrap_or_default();
@@ -41,30 +41,29 @@ impl Keeper {
         }
     }
 
-    /// The settings.
+    /// Returns the settings.
     pub fn get(&self) -> &Settings {
         &self.settings
     }
 
-    /// Their hash.
+    /// Returns their hash.
     pub fn hash(&self) -> u32 {
         self.hash
     }
 
-    /// Whether somebody vouches for them: they were saved, or the scanner has been told since boot how
-    /// it is mounted.
+    /// Whether the settings are configured: they were saved, or the whole mounting has been set since boot.
     pub fn configured(&self) -> bool {
         self.missing == 0
     }
 
-    /// Whether they are still those that were set.
+    /// Whether the settings are unchanged in memory.
     #[inline(never)]
     pub fn intact(&self) -> bool {
         self.settings.seal() == self.seal
     }
 
-    /// Takes what they became by setting `key`, unless memory has changed them: then nobody knows what
-    /// else would be vouched for.
+    /// Takes `settings`, in which `key` has changed. Fails if memory has corrupted the settings in force: other
+    /// values could be wrong, too.
     #[inline(never)]
     pub fn change(&mut self, key: &'static str, settings: &Settings) -> Result<(), ConfigError> {
         if !self.intact() {
@@ -77,8 +76,8 @@ impl Keeper {
         Ok(())
     }
 
-    /// Keeps what the module says, so that commands are checked against it, unless no scan can be
-    /// made of it: then the scan says so, and commands must still work.
+    /// Takes over the module's data, so that commands are checked against it. Ignores data with which no scan
+    /// is possible: the scan reports that, and commands must still work.
     #[inline(never)]
     pub fn adopt(&mut self, radar: RadarConfig) {
         let mut settings = self.settings;
@@ -95,7 +94,8 @@ impl Keeper {
         self.hash = settings.hash();
     }
 
-    /// Whether they may be saved: nobody's defaults may become somebody's settings.
+    /// Whether the settings may be saved: not if they are corrupted, or if any entry of [`MOUNTING`] is still a
+    /// default.
     pub fn fit_to_save(&self) -> Result<(), ConfigError> {
         let needed = MOUNTING.get(self.missing.trailing_zeros() as usize);
         match needed {
@@ -109,29 +109,30 @@ impl Keeper {
     }
 }
 
-/// What of a scan's settings is told with it or needed after it: others may have come meanwhile.
+/// The settings of a scan that are reported with it or needed after it; the settings in force may have changed
+/// in the meantime.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ScanSettings {
-    /// Their hash.
+    /// Hash of the settings.
     pub hash: u32,
-    /// Whether somebody vouches for them.
+    /// Whether the settings are configured.
     pub configured: bool,
-    /// What holds without motion input.
+    /// Mode of the motion input.
     pub motion: Mode,
-    /// Whether earlier scans have a say.
+    /// Whether evidence of earlier scans is used.
     pub fusion: Switch,
-    /// Duration of a chirp.
+    /// Duration of a chirp, µs.
     pub chirp_us: u32,
-    /// Which planes there are.
+    /// The setting `plane`.
     pub planes: Planes,
-    /// The plane that it is made in.
+    /// Plane of this scan.
     pub plane: Plane,
     /// Whether it is a guard sweep.
     pub guard: bool,
 }
 
 impl ScanSettings {
-    /// Those that a scan begins with now; `below` says that the answer before asks for the height plane.
+    /// Returns the data of a scan that begins now; `below` if the previous answer requests the height plane.
     pub fn of(keeper: &Keeper, below: bool) -> Self {
         let planes = keeper.get().config.mount.plane;
         Self {
@@ -146,12 +147,12 @@ impl ScanSettings {
         }
     }
 
-    /// Whether it comes in between scans of the other plane.
+    /// Whether the scan is in the other plane than the regular scans.
     pub fn stands_aside(&self) -> bool {
         self.plane != self.planes.first()
     }
 
-    /// The plane, where settings alone do not say it.
+    /// Returns the plane, if the settings alone do not determine it.
     pub fn told_plane(&self) -> Option<Plane> {
         (self.planes == Planes::Both).then_some(self.plane)
     }

@@ -1,4 +1,7 @@
 //! The mirror as the sweep sees it, and homing over any step generator.
+//!
+//! In: target positions and motor settings. Out: position, motion and errors of the shaft. Homing finds the
+//! home switch twice and rejects spurious edges.
 
 use core::task::Poll;
 
@@ -8,29 +11,29 @@ use super::settings::{Driver, DriverConfig, MotorConfig};
 use crate::schedule::{MICROSTEPS_PER_TURN, microsteps};
 use crate::time::Micros;
 
-/// Whether the shaft stands.
+/// Motion state of the shaft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// It turns.
+    /// The shaft turns, or a check is under way.
     Moving,
-    /// It stands where it was sent.
+    /// The shaft stands where it was sent.
     Still,
 }
 
-/// What a motor can get wrong.
+/// Error of the mirror's motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MirrorError {
     /// The driver reported a stall: the position is lost.
     Stall,
-    /// The home switch did not answer within the bounds of the search.
+    /// The home switch did not close or open within the search range.
     HomeNotFound,
     /// The driver does not answer, was reset, or reports an error.
     Driver,
-    /// The home switch is not where homing has found it, or the encoder finds the shaft elsewhere.
+    /// The home switch is not where homing found it, or the encoder reads another angle than expected.
     Slipped,
-    /// The encoder does not answer, or finds no magnet.
+    /// The encoder does not answer, or reports no magnet.
     Encoder,
-    /// A move was asked for before homing had given the position a meaning.
+    /// A move was requested before homing.
     NotHomed,
 }
 
@@ -40,186 +43,190 @@ pub trait Mirror {
     fn start_home(&mut self, motor: &MotorConfig);
     /// Starts a move to `position`, microsteps from the horizontal.
     fn start_move(&mut self, position: i32, motor: &MotorConfig);
-    /// Begins to look at the driver: until it is known to be well [`Mirror::poll`] says [`Motion::Moving`],
-    /// and moves that are started wait. Homing was made for one driver; where `motor` has another, home is unknown again.
+    /// Starts a check of the driver. Until the driver has passed it, [`Mirror::poll`] returns
+    /// [`Motion::Moving`], and new moves wait. Homing holds for one driver configuration: if `motor` has
+    /// another, the home position is lost.
     fn check(&mut self, _motor: &MotorConfig) {}
-    /// Begins to look whether the home switch still stands where homing has found it: until then
-    /// [`Mirror::poll`] says [`Motion::Moving`], and an error where it does not.
+    /// Starts a check that the home switch is still where homing found it. Until it ends [`Mirror::poll`]
+    /// returns [`Motion::Moving`]; it returns an error if the switch is elsewhere.
     fn cross_home(&mut self, _motor: &MotorConfig) {}
-    /// Begins to look whether the shaft is where the pulses should have brought it, once it stands: until then
-    /// [`Mirror::poll`] says [`Motion::Moving`], and an error where it is not. No, where nothing can tell.
+    /// Starts a check that the shaft is where the pulses should have brought it, once it stands. Until it ends
+    /// [`Mirror::poll`] returns [`Motion::Moving`]; it returns an error if the shaft is elsewhere. Returns
+    /// whether a check was started: `false` without a sensor for it.
     fn prove(&mut self) -> bool {
         false
     }
-    /// What an encoder has read at home, 0.001° from 0 on.
+    /// Encoder reading at home, 0.001°, at least 0; `None` without an encoder, or before homing.
     fn home_reading(&self) -> Option<i32> {
         None
     }
-    /// Whether the shaft stands by now. An error also leaves the driver off.
+    /// Returns whether the shaft stands. An error also switches the driver off.
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError>;
-    /// Where the shaft was at the last [`Mirror::poll`], microsteps from the horizontal.
+    /// Position of the shaft at the last [`Mirror::poll`], microsteps from the horizontal.
     fn position(&self) -> i32;
-    /// Whether the position means anything.
+    /// Whether homing has succeeded, so that the position is valid.
     fn homed(&self) -> bool;
     /// Switches the driver off; the position is lost.
     fn disable(&mut self);
 }
 
-/// What the step generator knows at one moment.
+/// State of the step generator at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PulseState {
-    /// Where the shaft is, microsteps.
+    /// Position of the shaft, microsteps.
     pub position: i32,
-    /// Pulses are still to come.
+    /// Whether pulses are still to come.
     pub moving: bool,
-    /// The home switch's edge has come since it was armed; it ended the move.
+    /// Whether an edge of the home switch has come since it was armed; it ended the move.
     pub home_edge: bool,
-    /// The driver reported a stall; that ended the move and switched the driver off.
+    /// Whether the driver reported a stall; that ended the move and switched the driver off.
     pub stalled: bool,
 }
 
-/// A step generator with its two inputs: what the chip's timer and edge interrupts provide.
+/// A step generator with its two inputs: the chip's timer and edge interrupts.
 pub trait StepPort {
-    /// Begins a move to `target`. With `until_home` the home switch's edge ends it at once.
+    /// Begins a move to `target`, microsteps. With `until_home` an edge of the home switch ends it at once.
     fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool);
-    /// State of move and inputs.
+    /// Returns the state of move and inputs.
     fn state(&mut self) -> PulseState;
     /// Whether the home switch is pressed now.
     fn home_pressed(&mut self) -> bool;
-    /// Declares the present place to be `position`.
+    /// Sets the current position to `position`, microsteps.
     fn set_position(&mut self, position: i32);
-    /// Switches the driver; on also forgets an old stall.
+    /// Switches the driver on or off; on also clears a previous stall.
     fn set_enabled(&mut self, on: bool);
-    /// Takes over how the driver is to be told.
+    /// Takes over the driver's microsteps, pulse width and signal levels.
     fn configure(&mut self, _driver: &DriverConfig) {}
 }
 
-/// The moves of homing.
+/// State of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Homing {
-    /// Leaving a switch that was pressed from the start.
+    /// Leaves a switch that was pressed from the start.
     Leave { tries: u8 },
-    /// Towards the switch, at search speed.
+    /// Moves towards the switch, at search speed.
     Search,
-    /// A little away from it again; moves that it takes until the switch lets go.
+    /// Moves off the switch. `tries` counts the moves made so far without a release of the switch.
     BackOff { tries: u8 },
-    /// Towards it, slowly: this edge counts.
+    /// Moves slowly towards the switch: this edge defines home.
     Approach,
-    /// An edge has come and the shaft stands: does the level stay?
+    /// An edge has ended the move: waits for a stable level.
     Confirm(Confirm),
 }
 
-/// A look at the switch's level after an edge.
+/// Check of the switch level after an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Confirm {
     /// Whether the edge came on the slow approach.
     slow: bool,
-    /// The first look.
+    /// Time of the first reading.
     begun: Micros,
-    /// The last look that found the switch released; the first look.
+    /// Time of the last reading that found the switch released, or of the first reading.
     since: Micros,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MirrorState {
     Unknown,
-    /// The driver is told over its wire what to do; EN follows.
+    /// The driver is being configured over its UART; EN follows.
     SettingUp,
-    /// EN is on, and the driver wakes until then; none before the first look.
+    /// EN is on. Time at which the driver is awake; `None` before the first poll.
     Waking(Option<Micros>),
     Homing(Homing),
     Homed,
-    /// On the way to the home switch once more.
+    /// A check of the home switch is under way.
     Crossing(Crossing),
     Failed(MirrorError),
 }
 
-/// The moves of a look at the home switch.
+/// State of a check of the home switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Crossing {
-    /// Slowly towards it, and not yet fast to a place before it.
+    /// Whether the shaft approaches the switch slowly; otherwise it moves fast to a position before it.
     slow: bool,
-    /// Looks that found it elsewhere.
+    /// Failed tries so far: the switch was elsewhere.
     tries: u8,
 }
 
-/// What the search for home has found so far.
+/// Intermediate results of the search for home.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct HomeSearch {
-    /// Where the search ends.
+    /// Position at which the search fails, microsteps.
     end: i32,
-    /// The last edge that was not refuted; none before the first.
+    /// Position of the last edge that was not rejected, microsteps; `None` before the first.
     edge: Option<i32>,
-    /// Slow approaches that ended at one place, one after the other.
+    /// Number of consecutive slow approaches that ended at one position.
     agreeing: u8,
-    /// Edges that came to nothing.
+    /// Number of spurious edges.
     spurious: u8,
 }
 
-/// A stepper motor: moves and homing over a [`StepPort`], and a [`MotorDriver`] where the settings say so.
+/// A stepper motor: moves and homing over a [`StepPort`], and a [`MotorDriver`] where the settings select one.
 ///
-/// The home switch stands at the negative end of the shaft's way and is found twice, the second
-/// time slowly, so that its place does not depend on where the shaft was at power-up. Every search
-/// is bounded by the way that the shaft can have.
+/// The home switch is at the negative end of the shaft's range and is found twice, the second time slowly, so
+/// that its position does not depend on where the shaft was at power-up. Every search is bounded by the shaft's
+/// range.
 ///
-/// An edge alone is no switch: a spike on the wire makes one, too. So after each edge the level must
-/// stay for 5 ms; the switch must let go on the way back; and the slow approach must end about where
-/// the search ended. What is refuted is forgotten and the search goes on, a few times. A level is only
-/// believed to be low once it has been seen high, since an input that has edges and no level could
-/// never home otherwise; until then an edge counts when two slow approaches have ended at one place.
+/// An edge alone does not prove the switch: a spike on the wire causes one, too. So after each edge the level
+/// must stay for 5 ms; the switch must open on the way back; and the slow approach must end close to where the
+/// search ended. A rejected edge is discarded and the search continues, up to a limit. A low level rejects an
+/// edge only once a high level has been seen, since an input with edges but no level could never home
+/// otherwise. Until then an edge counts when two slow approaches have ended at one position.
 #[derive(Debug)]
 pub struct Stepper<P, D = NoWire> {
     port: P,
     driver: D,
     state: MirrorState,
-    /// As of the last look at the port.
+    /// Position at the last reading of the port, microsteps from the horizontal.
     position: i32,
     motor: MotorConfig,
     found: HomeSearch,
-    /// Whether the switch's level has ever been seen high.
+    /// Whether the switch's level has ever been high.
     level_seen: bool,
-    /// Whether the driver is being looked at: a move waits for that, since one that was reset makes other
-    /// steps of its pulses.
+    /// Whether a check of the driver is under way. A move waits for it, since a driver that was reset makes
+    /// steps of another size from its pulses.
     looking: bool,
-    /// The move that waits.
+    /// Pending move: target in microsteps, and ramp.
     next: Option<(i32, Ramp)>,
 }
 
-/// Off the switch before the slow approach: 5°.
+/// Distance that the shaft backs off the switch before the slow approach, microsteps: 5°.
 const BACK_OFF: i32 = MICROSTEPS_PER_TURN / 72;
-/// Longest way to the switch: a whole turn is more than the shaft has.
+/// Maximum travel of the search for the switch, microsteps: a whole turn is more than the shaft's range.
 const SEARCH: i32 = MICROSTEPS_PER_TURN;
-/// Moves of [`BACK_OFF`] that must release a pressed switch.
+/// Maximum number of moves of [`BACK_OFF`] until a pressed switch opens.
 const LEAVE_TRIES: u8 = 6;
-/// The level must stay so long after an edge, µs: contacts bounce for a few ms, spikes last less.
+/// Time for which the level must be stable after an edge, µs: contacts bounce for a few ms, spikes last less.
 const LEVEL_US: u32 = 5_000;
-/// A level that has not stayed by then will not, µs.
+/// Timeout of a stable level after an edge, µs.
 const BOUNCE_US: u32 = 20_000;
-/// The first slow approach ends so near where the fast search did: 2.5°, for a search does not stop dead.
+/// Maximum distance between the end of the fast search and of the first slow approach, microsteps: 2.5°, since
+/// a search does not stop dead.
 const NEAR_SEARCH: i32 = BACK_OFF / 2;
-/// A look at the switch begins so far before it, and ends as far behind it at last: 1°.
+/// Distance from the expected switch position at which a check of the switch begins, and by which it may
+/// overrun it, microsteps: 1°.
 const CROSSING: i32 = BACK_OFF / 5;
-/// Slow approaches to one switch end so near each other, microsteps: what motors and switches repeat to.
+/// Maximum deviation of the switch position in a check, microsteps: repeatability of motors and switches.
 const REPEATS: u32 = 2;
-/// Looks that may find the switch elsewhere: one spike on its wire is no slip.
+/// Number of failed tries after which a check of the switch fails: one spike on its wire is no slip.
 const CROSSING_TRIES: u8 = 2;
-/// Two slow approaches end so near each other: 1°.
+/// Maximum distance between the ends of two slow approaches, microsteps: 1°.
 const NEAR_APPROACH: i32 = BACK_OFF / 5;
-/// Slow approaches to one place that prove a switch whose level was never seen.
+/// Number of slow approaches to one position that prove a switch whose high level was never seen.
 const AGREEING: u8 = 2;
-/// Edges that may come to nothing before the switch is given up: the ways of all of them, and the
-/// search, are within the three turns that the self-test allows.
+/// Maximum number of spurious edges in one homing. The moves after all of them, and the search, stay within the
+/// three turns that the self-test allows.
 const MOST_SPURIOUS: u8 = 4;
 
 impl<P: StepPort> Stepper<P> {
-    /// A motor that has not been homed, with a driver that nothing but its pins lead to.
+    /// Creates a motor that has not been homed, with a driver that is connected by its pins only.
     pub fn new(port: P) -> Self {
         Self::with_driver(port, NoWire)
     }
 }
 
 impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
-    /// A motor that has not been homed.
+    /// Creates a motor that has not been homed.
     pub fn with_driver(port: P, driver: D) -> Self {
         Self {
             port,
@@ -234,12 +241,12 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// The step generator.
+    /// Returns the step generator.
     pub fn port(&self) -> &P {
         &self.port
     }
 
-    /// What the port knows now.
+    /// Reads the state of the port, and stores its position.
     fn look(&mut self) -> PulseState {
         let pulses = self.port.state();
         self.position = pulses.position;
@@ -257,7 +264,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.port.begin(target, ramp, until_home);
     }
 
-    /// How the switch's edge is approached where its place counts.
+    /// Ramp of the slow approach, whose edge defines home.
     fn slow(&self) -> Ramp {
         Ramp {
             speed: self.motor.search_speed / 8,
@@ -268,7 +275,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     #[inline(never)]
     fn enter(&mut self, homing: Homing) {
         self.state = MirrorState::Homing(homing);
-        // Speeds from which the motor can stop dead, since an edge ends the move at once.
+        // Start-stop speeds, since an edge ends the move at once.
         let fast = Ramp {
             speed: self.motor.search_speed,
             acceleration: 0,
@@ -297,7 +304,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.enter(Homing::Search);
     }
 
-    /// EN: from now on the driver wakes.
+    /// Switches EN on; the driver then wakes.
     fn enable(&mut self) {
         self.port.set_enabled(true);
         self.state = MirrorState::Waking(None);
@@ -330,7 +337,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// Goes on with the look at the driver; the move that waits for it follows.
+    /// Continues the check of the driver; then begins the pending move.
     fn look_on(&mut self, now: Micros) -> Result<Motion, MirrorError> {
         match self.driver.poll(now) {
             Poll::Pending => return Ok(Motion::Moving),
@@ -355,7 +362,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// The next move of a look at the switch once the present one has ended.
+    /// Begins the next move of a check of the switch after the current one has ended.
     #[inline(never)]
     fn cross_on(&mut self, at: Crossing, edge: bool) -> Result<Motion, MirrorError> {
         let off = self.position.abs_diff(microsteps(self.motor.home_angle));
@@ -363,7 +370,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             self.state = MirrorState::Homed;
             return Ok(Motion::Still);
         }
-        // A switch that is pressed before it is reached is not where it was either.
+        // A switch that is pressed before it is reached has moved, too.
         let elsewhere = at.slow || self.pressed();
         let tries = at.tries + u8::from(elsewhere);
         if tries >= CROSSING_TRIES {
@@ -373,7 +380,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         Ok(Motion::Moving)
     }
 
-    /// The edge was none of the switch's: the search goes on where it was.
+    /// Rejects a spurious edge: the search continues from the current position.
     #[inline(never)]
     fn refute(&mut self) -> Result<Motion, MirrorError> {
         self.found.spurious += 1;
@@ -386,7 +393,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         Ok(Motion::Moving)
     }
 
-    /// The next move once the present one's move has ended.
+    /// Begins the next move of homing after the current one has ended.
     fn advance(&mut self, now: Micros, homing: Homing, edge: bool) -> Result<Motion, MirrorError> {
         match homing {
             Homing::Leave { tries } if self.pressed() => {
@@ -411,7 +418,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
                 }));
             }
             Homing::Search => return self.fail(MirrorError::HomeNotFound),
-            // What ended the search does not stand where it ended.
+            // The switch is not where the search ended.
             Homing::Approach => return self.refute(),
             Homing::Confirm(look) => return self.confirm(now, look),
         }
@@ -435,7 +442,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// Nothing speaks against the edge at which the shaft stands.
+    /// Accepts the edge at which the shaft stands, after its level has passed the check.
     fn proven(&mut self, slow: bool) -> Result<Motion, MirrorError> {
         let HomeSearch { edge, agreeing, .. } = self.found;
         let near = match agreeing {
@@ -453,7 +460,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
                 return Ok(Motion::Still);
             }
         } else if slow {
-            // Another place than before: this one is to be proven now.
+            // Another position than before: it is to be confirmed from now on.
             self.found.agreeing = 0;
             self.found.spurious += 1;
             if self.found.spurious > MOST_SPURIOUS {

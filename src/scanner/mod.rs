@@ -1,4 +1,4 @@
-//! The scanner: mirror motor, settings, and the state machine that ties them to the stages.
+//! The scanner: mirror motor, settings, and the state machine that connects them to the data path.
 //!
 //! ```text
 //!            ┌────────── stopped ──────────┐
@@ -11,50 +11,50 @@
 //!                       └──fault── reporting ──► (go on?)
 //! ```
 //!
-//! While the scanner guards, `guarding` takes the place of `scanning`: guard sweeps follow each other, and `scan` puts a
-//! full scan between two of them.
+//! While the scanner guards, `guarding` replaces `scanning`: guard sweeps follow each other, and `scan` inserts
+//! a full scan between two of them.
 //!
-//! It is polled: [`Scanner::step`] never waits, so that a command is answered during a scan, the watchdog
-//! sees every state's own deadline, and a chirp is on the wire and worked off while the mirror moves to the
-//! next angle. Hardware comes in behind four narrow traits ([`Mirror`],
-//! [`RadarModule`], [`BytePort`], [`Board`]) and time as an argument, so the code that scans on the chip is
-//! the code that runs in the emulator and behind `replay`.
+//! The scanner is polled: [`Scanner::step`] never waits. So a command is answered during a scan, the watchdog
+//! sees the deadline of every state, and a chirp is transmitted and processed while the mirror moves to the
+//! next angle. The hardware is behind four narrow traits ([`Mirror`], [`RadarModule`], [`BytePort`], [`Board`])
+//! and the time is an argument, so the code that scans on the chip is the code that runs in the emulator and
+//! behind `replay`.
 //!
-//! A fault leaves the motor's driver off, and so does `stop`. After `fault-hold` the self-test homes the
-//! mirror and asks the module again; nothing has to be reset by hand. Only after crashes that followed
-//! one another the scanner stands still until `start`, `scan` or `selftest`.
+//! A fault switches the motor driver off, and so does `stop`. After `fault-hold` the self-test homes the mirror
+//! and queries the module again; no manual reset is needed. Only after a series of crashes the scanner stays
+//! idle until `start`, `scan` or `selftest`.
 //!
-//! | the machine | what it does | over |
+//! | module of the state machine | purpose | uses |
 //! |---|---|---|
-//! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`sweep`] |
-//! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
-//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::mount::command`] |
-//! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`record`] |
+//! | `states` | the state machine above: the current activity and its deadline | `keeper`, `reports`, [`sweep`] |
+//! | `commands` | executes the commands of the report port; `LIVE` | `states`, `reports`, `pulse` |
+//! | `calibrating` | turns a scan of a floor and a wall into settings | `states`, [`crate::mount::command`] |
+//! | `keeper` | the settings in force: whether they were configured, and whether memory still holds them | [`record`] |
 //! | `guarding` | guard sweeps, and full scans in between | `states`, `guard` |
-//! | `guard` | the guard between two sweeps, and whether settings allow one | [`pace`] |
-//! | `planes` | which plane a scan is made in, with `plane both` | [`crate::drive`], [`crate::verdict`] |
+//! | `guard` | guard state between two sweeps, and whether the settings allow a guard | [`pace`] |
+//! | `planes` | plane of each scan, with `plane both` | [`crate::drive`], [`crate::verdict`] |
 //! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
-//! | `reports` | which sentences tell a scan, a state, an answer | [`outbox`] |
-//! | `pulse` | when `LIVE` is due, and its times | [`crate::time`] |
+//! | `reports` | sentences that report a scan, a state, an answer | [`outbox`] |
+//! | `pulse` | due time of `LIVE`, and the times that it reports | [`crate::time`] |
 //!
-//! | its parts | what they do |
+//! | other module | purpose |
 //! |---|---|
-//! | [`settings`] | configuration, time-outs and motor data, by key |
-//! | [`record`] | settings as text: their hash, and what a record of them holds |
+//! | [`settings`] | configuration, timeouts and motor data, by key |
+//! | [`record`] | settings as 32-bit words: hash, checksum and layout of a record |
 //! | [`seal`] | a checksum over the whole image |
-//! | [`store`] | settings that outlive the power: records in two sectors of flash |
+//! | [`store`] | non-volatile settings: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
-//! | [`driver`] | the motor's driver as the mirror sees it |
-//! | [`tmc2209`] | that driver's wire and registers |
+//! | [`driver`] | the motor driver as the mirror sees it |
+//! | [`tmc2209`] | UART and registers of the TMC2209 motor driver |
 //! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
-//! | [`board`] | what survives a reset, who the firmware is |
+//! | [`board`] | state that survives a reset, identity of the firmware |
 //! | [`command`] | lines of the report port → commands, checked against the settings' keys |
-//! | [`chain`] | the data's way: samples, map, estimator |
-//! | [`pace`] | how fast a mirror that does not stop may turn |
+//! | [`chain`] | the data path: samples, map, estimator |
+//! | [`pace`] | maximum speed of a mirror that does not stop |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
-//! | [`outbox`] | sentences on their way out |
+//! | [`outbox`] | queue of outgoing sentences |
 
 pub mod board;
 mod calibrating;
@@ -101,8 +101,8 @@ use states::Machine;
 
 /// The scanner over its hardware.
 ///
-/// Its larger parts, what it has to say ([`Reports`]) and what it is told of the chair's motion
-/// ([`Odometry`]), are lent to it: a scanner on a small stack keeps them elsewhere.
+/// Its larger parts, the outgoing sentences ([`Reports`]) and the motion input ([`Odometry`]), are borrowed, so
+/// that a scanner on a small stack can keep them elsewhere.
 #[derive(Debug)]
 pub struct Scanner<'a, M, L, P, B, D> {
     machine: Machine<'a, M, L, P, B, D>,
@@ -110,9 +110,9 @@ pub struct Scanner<'a, M, L, P, B, D> {
 }
 
 impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
-    /// A scanner that has just booted. `settings` are those that were saved, and must be valid; without
-    /// them it begins with defaults, and no answer is `ok` before it has been told how it is mounted.
-    // Out of line: what it is put together in would lie beneath the estimator for good.
+    /// Creates a scanner that has just booted. `settings` are those that were saved, and must be valid. With
+    /// `None` it begins with defaults, and no answer is `ok` before the mounting has been set.
+    // Out of line: its temporaries would otherwise stay on the stack beneath the estimator.
     #[inline(never)]
     pub fn new(
         hardware: Hardware<M, L, P, B>,
@@ -128,44 +128,44 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
         }
     }
 
-    /// The data path: map and estimator of the last scan.
+    /// Returns the data path: map and estimator of the last scan.
     pub fn data(&self) -> &D {
         self.machine.data()
     }
 
-    /// What is known of the chair's motion in the last scan.
+    /// Returns the chair's motion during the last scan, as far as it is known.
     pub fn drive(&self) -> Drive<'_> {
         self.machine.drive()
     }
 
-    /// The serial port.
+    /// Returns the serial port.
     pub fn port_mut(&mut self) -> &mut P {
         &mut self.machine.hardware.port
     }
 
-    /// Number of scans begun since boot.
+    /// Returns the number of scans begun since boot.
     pub fn scans(&self) -> u32 {
         self.machine.scans()
     }
 
-    /// Number of guard sweeps begun since the guard was switched on.
+    /// Returns the number of guard sweeps begun since the guard was switched on.
     pub fn sweeps(&self) -> u32 {
         self.machine.guard.sweep
     }
 
-    /// Name of the present state.
+    /// Returns the name of the current state.
     pub fn state(&self) -> &'static str {
         self.machine.state()
     }
 
-    /// Whether the present state has met its own deadline: only then may the watchdog be fed.
+    /// Whether the current state is within its deadline: only then may the watchdog be fed.
     pub fn healthy(&self, now: Micros) -> bool {
         self.machine.healthy(now)
     }
 
-    /// Gets as far as it can without waiting.
+    /// Proceeds as far as possible without waiting.
     pub fn step(&mut self, now: Micros) {
-        // The state first: no command comes before the boot sentence.
+        // The state first: the boot sentence precedes any command's answer.
         self.machine.run(now);
         self.console.step(now, &mut self.machine);
     }

@@ -1,28 +1,28 @@
-//! Sentences on their way out.
+//! Queue of outgoing sentences.
 
 use crate::port::BytePort;
 use crate::report::sentence::MAX_SENTENCE;
 use crate::report::{Line, Sentence};
 
-/// Bytes that wait for the UART: four of the longest sentences, 90 ms at 115,200 baud. A scan's sentences are
+/// Capacity of the queue, bytes: four of the longest sentences, 90 ms at 115,200 baud. A scan's sentences are
 /// queued as the port takes them.
 const CAPACITY: usize = 1024;
 
-/// A queue of whole sentences before a port that never waits.
+/// A queue of whole sentences for a port that never blocks.
 #[derive(Debug, Default)]
 pub struct Outbox {
     bytes: heapless::Deque<u8, CAPACITY>,
 }
 
 impl Outbox {
-    /// Nothing waits.
+    /// Creates an empty queue.
     pub const fn new() -> Self {
         Self {
             bytes: heapless::Deque::new(),
         }
     }
 
-    /// Whether nothing waits.
+    /// Whether the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
@@ -32,7 +32,7 @@ impl Outbox {
         CAPACITY - self.bytes.len() >= MAX_SENTENCE
     }
 
-    /// Queues one sentence; false, and nothing queued, when there is no room.
+    /// Queues one sentence; returns `false`, and queues nothing, if there is no room.
     pub fn push(&mut self, sentence: &Sentence<'_>) -> bool {
         if !self.has_room() {
             return false;
@@ -44,7 +44,7 @@ impl Outbox {
         true
     }
 
-    /// Hands over what the port takes.
+    /// Hands over as many bytes as the port takes.
     pub fn pump(&mut self, port: &mut impl BytePort) {
         loop {
             let (front, _) = self.bytes.as_slices();

@@ -1,19 +1,21 @@
-//! How fast a mirror that does not stop may turn.
+//! Speed of a mirror that does not stop at the rows.
+//!
+//! In: settings, schedule and the times of the radar module. Out: a [`Cruise`], or `None` if there is no valid
+//! one.
 
 use super::settings::{MotorConfig, Settings};
 use crate::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use crate::signal::radar::wire::{RowTimes, SLACK_US};
 
-/// A module that takes one request at a time gets the next one after the row has been worked off,
-/// microseconds: its budget of 25,000 instructions at 168 MHz, and a third more.
+/// Time for processing a row, µs, with a module that takes one request at a time: its budget of 25,000
+/// instructions at 168 MHz, and a third more.
 const WORK_US: u32 = 200;
-/// A row takes one part in so many longer than the wire needs: baud rates of both ends may be 2 % off,
-/// and the motor's steps come later than their timer by the interrupt's own time, which helps.
+/// Reciprocal of the share by which a row takes longer than the wire needs: the baud rates of both ends may be
+/// 2 % off. The motor's steps come later than their timer by the interrupt's own time, which adds margin.
 const MARGIN: u32 = 20;
-/// An answer's place is free again one part in so many of a row's time before it is needed.
+/// Reciprocal of the share of a row's time by which an answer's timeout ends before its buffer is needed again.
 const PATIENCE: u32 = 50;
-/// A shaft that has reached its speed turns for so long before the first row, microseconds: what the
-/// ramp has left of swinging dies down as it does after a move.
+/// Time at constant speed before the first row, µs: oscillations from the ramp decay as they do after a move.
 const CALM_US: u32 = 5_000;
 
 /// A sweep at constant speed: ramps outside the sector, every row in passing.
@@ -21,26 +23,27 @@ const CALM_US: u32 = 5_000;
 pub struct Cruise {
     /// Speed inside the sector, microsteps/s.
     pub speed: u32,
-    /// From row to row, microseconds.
+    /// Time from row to row, µs.
     pub period_us: u32,
-    /// A chirp that has not come by then is lost: another row's trigger needs its place, microseconds.
+    /// Timeout of a chirp, µs: after it, another row's trigger needs its buffer.
     pub patience_us: u32,
-    /// From an end of the shaft's way to the nearest row, microsteps: ramp, calm, and what a chirp takes.
+    /// Distance from an end of the shaft's travel to the nearest row, microsteps: ramp, settling, and the
+    /// duration of a chirp.
     pub run: i32,
-    /// A row's trigger leaves so many microsteps before its place ...
+    /// Distance before a row's position at which its trigger becomes due, microsteps.
     pub lead: i32,
-    /// ... and so long after that microstep, microseconds, so that the place comes in mid chirp.
+    /// Delay of the trigger after that microstep, µs, so that the row's position is reached in mid chirp.
     pub delay_us: u32,
 }
 
-/// Slower is no sweep, microsteps/s: nor is a slower `speed` a setting.
+/// Minimum speed of a sweep, microsteps/s: also the minimum of the setting `speed`.
 const SLOWEST: u32 = 100;
-/// Acceleration of a motor that stops dead, for the length of its ramps, microsteps/s².
+/// Acceleration assumed for the ramps of a motor that stops without one, microsteps/s².
 const DEAD_STOP: f32 = 1e9;
 
 impl Cruise {
-    /// That of `settings` with a module whose rows take `times`; none where the shaft has no room for the ramps, or
-    /// would have to creep.
+    /// Returns the cruise of `settings` with a module whose rows take `times`; `None` if the shaft has no room
+    /// for the ramps, or the speed would be below `SLOWEST`.
     pub fn new(settings: &Settings, schedule: &Schedule, times: RowTimes) -> Option<Self> {
         let (motor, timing) = (&settings.motor, &settings.timing);
         let chirp_us = times.chirp_us.unwrap_or(timing.chirp_duration);
@@ -51,7 +54,7 @@ impl Cruise {
             false => capture.saturating_add(answer).saturating_add(WORK_US),
         };
         let period_us = busy.saturating_add(busy / MARGIN);
-        // Rows may be closer together than microsteps: their distance is no whole number.
+        // Rows may be closer together than microsteps: their distance need not be a whole number.
         let way = settings.config.sweep.angle_step.unsigned_abs() as f32
             * (MICROSTEPS_PER_TURN as f32 / 360_000.0);
         let speed = ((way * 1e6 / period_us as f32) as u32).min(motor.speed);
@@ -67,7 +70,7 @@ impl Cruise {
             a => a as f32,
         };
         let ramp = speed as f32 * speed as f32 / (2.0 * acceleration);
-        // From the trigger's call to mid chirp.
+        // Time from the trigger's call to mid chirp.
         let early_us = trigger as f32 + 0.5 * chirp_us as f32;
         let lead = (v * early_us) as i32 + 1;
         let delay_us = (lead as f32 / v - early_us) as u32;
@@ -90,8 +93,8 @@ impl Cruise {
         (within && last > 0).then_some(cruise)
     }
 
-    /// Duration of one of many sweeps that follow each other both ways, microseconds: the way from end to end and the
-    /// ramps on it.
+    /// Returns the duration of one of many consecutive sweeps in alternating directions, µs: the way from end
+    /// to end and the ramps on it.
     pub fn sweep_us(&self, motor: &MotorConfig, schedule: &Schedule) -> u32 {
         let (start, end) = self.ends(schedule, false);
         let ramps = match motor.acceleration {
@@ -103,14 +106,15 @@ impl Cruise {
         (seconds * 1e6) as u32
     }
 
-    /// Which way the shaft turns from the sweep's first row to its last, 1 or -1.
+    /// Returns the direction of the shaft from the sweep's first row to its last, 1 or -1.
     pub fn direction(schedule: &Schedule, backward: bool) -> i32 {
         let last = schedule.rows().saturating_sub(1);
         let down = schedule.scheduled_shaft(last) >= schedule.scheduled_shaft(0);
         if down != backward { 1 } else { -1 }
     }
 
-    /// Where the shaft's way begins and ends. One way's end is the other's beginning.
+    /// Returns start and end of the shaft's travel, microsteps. The end of one direction is the start of the
+    /// other.
     pub fn ends(&self, schedule: &Schedule, backward: bool) -> (i32, i32) {
         let last = schedule.rows().saturating_sub(1);
         let (first, last) = match backward {

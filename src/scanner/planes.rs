@@ -1,10 +1,11 @@
-//! Depth plane and height plane of one scanner: which of them a scan is made in, with the setting `plane both`.
+//! Depth plane and height plane of one scanner: selection of a scan's plane, with the setting `plane both`.
 //!
-//! The depth plane sees that the ground ends, and hardly anything of the treads below: they lie in the shadow of the
-//! edge. The height plane sees treads from above, and nothing far ahead. So every scan is made in the depth plane, but
-//! for the one after an answer of the depth plane that tells a drop, if the height plane sees as far as that drop
-//! ([`reach_m`]) and the chair stands ([`asks_below`]). It stands aside of the others: it is compared with none of them
-//! and leaves what they said as it is ([`Retention::Aside`](crate::drive::Retention)).
+//! The depth plane detects where the ground ends, but hardly the treads below, which are in the shadow of the
+//! edge. The height plane covers treads from above, and nothing far ahead. So every scan is made in the depth
+//! plane, except the one after an answer of the depth plane that reports a drop, if the height plane reaches
+//! that drop ([`reach_m`]) and the chair stands ([`asks_below`]). A scan in the height plane is independent of
+//! the others: it is compared with none of them and leaves their evidence unchanged
+//! ([`Retention::Aside`](crate::drive::Retention)).
 
 use crate::config::{Config, ConfigError, EstimatorKind, Plane, Planes, check};
 use crate::drive::{Drive, Input, Mode};
@@ -14,10 +15,11 @@ use crate::schedule::Schedule;
 use crate::signal::grid::BinWindow;
 use crate::verdict::{Outcome, Reason};
 
-/// From this angle on the height plane sees ground that the depth plane sees, too, 0.001°: H tan α > H / tan α.
+/// Angle beyond which the height plane covers ground that the depth plane covers, too, 0.001°: H tan α > H /
+/// tan α.
 const COMMON_GROUND: i32 = 45_000;
 
-/// The plane of a scan; `below` says that the answer before asks for the height plane.
+/// Returns the plane of a scan; `below` if the previous answer requests the height plane.
 pub(super) fn plane_of(planes: Planes, below: bool) -> Plane {
     match planes {
         Planes::Both if below => Plane::Height,
@@ -25,7 +27,7 @@ pub(super) fn plane_of(planes: Planes, below: bool) -> Plane {
     }
 }
 
-/// Fails unless the shaft can turn to every row of every plane, and unless `both` can ever lead to a scan in the height
+/// Checks that the shaft can turn to every row of every plane, and that `both` can lead to a scan in the height
 /// plane.
 pub(super) fn check_planes(config: &Config) -> Result<(), ConfigError> {
     Schedule::new(config)?;
@@ -59,15 +61,15 @@ pub(super) fn check_planes(config: &Config) -> Result<(), ConfigError> {
     )
 }
 
-/// Farthest range that the map keeps, metres from the mirror.
+/// Returns the maximum range of the map, metres from the mirror.
 fn range_m(config: &Config) -> f32 {
     let window = BinWindow::of_scan(config);
     let end = f32::from(window.first.saturating_add(window.count));
     end * config.radar.bin_spacing_m() - config.mount.mirror_offset_m()
 }
 
-/// How far ahead of the mirror the height plane sees the ground, metres: to where the beam of its last row meets it, or
-/// to the end of the range.
+/// Returns how far ahead of the mirror the height plane covers the ground, metres: to where the beam of its
+/// last row meets it, or to the end of the range.
 pub(super) fn reach_m(config: &Config) -> f32 {
     let last = config.sweep.angle_count.saturating_sub(1);
     let (_, cos) = math::sin_cos(config.sweep.angle(last) as f32 * 1e-3 * math::RAD_PER_DEG);
@@ -80,16 +82,16 @@ pub(super) fn reach_m(config: &Config) -> f32 {
     math::sqrt(slant_m * slant_m - height_m * height_m)
 }
 
-/// Whether an answer of the depth plane asks for a scan in the height plane: it tells a drop that the height plane sees,
-/// and the chair stands.
+/// Whether an answer of the depth plane requests a scan in the height plane: it reports a drop within the
+/// height plane's reach, and the chair stands.
 pub(super) fn asks_below(config: &Config, outcome: &Outcome, drive: &Drive<'_>) -> bool {
     let near = |m: f32| m <= reach_m(config);
     let edge = outcome.answer.drop.as_ref();
     edge.is_some_and(|edge| near(edge.distance_m)) && stands(outcome, drive)
 }
 
-/// Whether the chair stands: it is known to, its controller says so, or, where there never was a controller that says
-/// anything, two sweeps agree from one place.
+/// Whether the chair stands: it is known to, or its controller reports it, or, without any motion input, two
+/// sweeps from one position agree.
 fn stands(outcome: &Outcome, drive: &Drive<'_>) -> bool {
     let reasons = outcome.reasons();
     match (drive.mode, drive.input) {

@@ -1,24 +1,24 @@
-//! When the scanner says how it fares, and the times that it tells then.
+//! Due time of `LIVE`, and the times that it reports.
 
 use crate::time::Micros;
 
-/// From one `LIVE` to the next, ms.
+/// Period of `LIVE`, ms.
 const PERIOD_MS: u32 = 200;
 
 /// Time since boot and since the last answer.
 #[derive(Debug)]
 pub(super) struct Pulse {
-    /// Up to here time is counted.
+    /// Time up to which the counters are updated.
     counted: Micros,
     uptime_ms: u32,
     age_ms: Option<u32>,
-    /// Time since the last one was due.
+    /// Time since the last `LIVE` was due, ms.
     since_ms: u32,
     due: bool,
 }
 
 impl Pulse {
-    /// The scanner has just booted.
+    /// Starts the counters at boot.
     pub const fn new(now: Micros) -> Self {
         Self {
             counted: now,
@@ -29,7 +29,7 @@ impl Pulse {
         }
     }
 
-    /// Counts the time up to `now`.
+    /// Updates the counters up to `now`.
     pub fn count(&mut self, now: Micros) {
         let ms = now.since(self.counted) / 1000;
         self.counted = self.counted.plus(ms * 1000);
@@ -37,34 +37,34 @@ impl Pulse {
         self.age_ms = self.age_ms.map(|age_ms| age_ms.saturating_add(ms));
         self.since_ms = self.since_ms.saturating_add(ms);
         if self.since_ms >= PERIOD_MS {
-            // One that could not be told is not told twice.
+            // One that could not be sent is not sent twice.
             self.since_ms %= PERIOD_MS;
             self.due = true;
         }
     }
 
-    /// The last row of a scan that was answered was worked off at `at`.
+    /// Notes that the last row of an answered scan was processed at `at`.
     pub fn answered(&mut self, at: Micros) {
         self.count(at);
         self.age_ms = Some(0);
     }
 
-    /// Whether it is time for another `LIVE`.
+    /// Whether `LIVE` is due.
     pub fn due(&self) -> bool {
         self.due
     }
 
-    /// It has been told.
+    /// Marks `LIVE` as sent.
     pub fn told(&mut self) {
         self.due = false;
     }
 
-    /// Time since boot, ms.
+    /// Returns the time since boot, ms.
     pub fn uptime_ms(&self) -> u32 {
         self.uptime_ms
     }
 
-    /// Time since the last row of the last scan that was answered, ms.
+    /// Returns the time since the last row of the last answered scan, ms.
     pub fn age_ms(&self) -> Option<u32> {
         self.age_ms
     }

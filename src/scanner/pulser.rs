@@ -1,12 +1,12 @@
 //! STEP/DIR/EN over embedded-hal pins.
 //!
-//! The board calls [`Pulser::tick`] from a timer's interrupt; nothing here knows the timer. A pulse is
-//! one rising edge of STEP, as step drivers have it.
+//! In: target positions and ramps. Out: pulses, and the position. The board calls [`Pulser::tick`] from a
+//! timer's interrupt; this module does not depend on the timer. A pulse is one rising edge of STEP.
 //!
-//! Positions are told in microsteps of 51,200 a turn, whatever the driver makes of a pulse. A driver with
-//! coarser ones counts its own: each target is rounded to the nearest of them, each position is computed
-//! from their number since the place was last declared, so nothing accumulates and a position is where
-//! the driver really has the shaft.
+//! Positions are in microsteps of 51,200 a turn, independent of the driver's resolution. A driver with coarser
+//! steps is counted in its own steps: each target is rounded to the nearest of them, and each position is
+//! computed from their number since the position was last set. So no error accumulates, and the position is
+//! where the driver has the shaft.
 
 use core::hint::black_box;
 
@@ -16,7 +16,7 @@ use super::ramp::{self, Ramp};
 use super::settings::WireLevel;
 use crate::schedule::scaled;
 
-/// Emits the pulses of one move after another.
+/// Generator of the pulses of consecutive moves.
 #[derive(Debug)]
 pub struct Pulser<S, D, E> {
     step: S,
@@ -24,28 +24,28 @@ pub struct Pulser<S, D, E> {
     enable: E,
     /// Level of EN that switches the driver on.
     on: WireLevel,
-    /// How many of the driver's own steps are how many microsteps.
+    /// Ratio of the driver's own steps to microsteps.
     ratio: (i32, i32),
-    /// The place that was declared last, microsteps.
+    /// Position that was set last, microsteps.
     origin: i32,
-    /// The driver's own steps from there.
+    /// Number of the driver's own steps from there.
     steps: i32,
     forward: bool,
     done: u32,
     total: u32,
-    /// Of the present move, in own steps: top speed and acceleration.
+    /// Top speed and acceleration of the current move, in own steps/s and own steps/s².
     ramp: (f32, f32),
     tick_hz: u32,
 }
 
 impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
-    /// A pulser at position 0 with its driver off, which a low EN switches on; `tick_hz` is the timer's
+    /// Creates a pulser at position 0 with its driver off, which a low EN switches on; `tick_hz` is the timer's
     /// frequency.
     pub fn new(step: S, dir: D, enable: E, tick_hz: u32) -> Self {
         Self::with_enable(step, dir, (enable, WireLevel::Low), tick_hz)
     }
 
-    /// A pulser whose driver this level of EN switches on.
+    /// Creates a pulser with the level of EN that switches the driver on.
     pub fn with_enable(step: S, dir: D, (enable, on): (E, WireLevel), tick_hz: u32) -> Self {
         let mut pulser = Self {
             step,
@@ -65,8 +65,8 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         pulser
     }
 
-    /// Takes over the driver's ratio of own steps and microsteps, and the level of EN that switches it on.
-    /// Counts from the next [`Pulser::set_enabled`].
+    /// Sets the ratio of own steps to microsteps, and the level of EN that switches the driver on. The level
+    /// takes effect with the next [`Pulser::set_enabled`].
     pub fn configure(&mut self, ratio: (i32, i32), on: WireLevel) {
         let origin = self.position();
         self.ratio = ratio;
@@ -74,22 +74,22 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         self.set_position(origin);
     }
 
-    /// Switches the driver; off also ends a move. Where the shaft is when it gets its current is not
-    /// known, and counts as 0.
+    /// Switches the driver on or off; off also ends a move. The position of the shaft at switch-on is unknown
+    /// and counts as 0.
     pub fn set_enabled(&mut self, on: bool) {
         if on {
             self.set_position(0);
         } else {
             self.stop();
         }
-        // Pins of the chip cannot fail.
+        // The chip's pins cannot fail.
         let _ = match (self.on, on) {
             (WireLevel::Low, true) | (WireLevel::High, false) => self.enable.set_low(),
             (WireLevel::Low, false) | (WireLevel::High, true) => self.enable.set_high(),
         };
     }
 
-    /// Begins a move to `target`: ticks until the first pulse, or `None` when it is already there.
+    /// Begins a move to `target`; returns the ticks until the first pulse, or `None` if it is already there.
     pub fn begin(&mut self, target: i32, ramp: Ramp) -> Option<u32> {
         let (own, of) = self.ratio;
         let target = scaled(target.saturating_sub(self.origin), self.ratio);
@@ -100,7 +100,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         if self.total == 0 {
             return None;
         }
-        // DIR stands for the whole first interval before the first STEP edge.
+        // DIR is stable for the whole first interval before the first STEP edge.
         let _ = if self.forward {
             self.dir.set_high()
         } else {
@@ -113,14 +113,14 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         ramp::interval(self.ramp, (self.done, self.total), self.tick_hz)
     }
 
-    /// One pulse: ticks until the next, or `None` when the move is done.
+    /// Emits one pulse; returns the ticks until the next, or `None` if the move is done.
     ///
-    /// An interval is computed while STEP is high, behind the last pulse too.
+    /// The next interval is computed while STEP is high, after the last pulse, too.
     pub fn tick(&mut self) -> Option<u32> {
         self.tick_wide(|| ())
     }
 
-    /// One pulse that ends when `hold` does.
+    /// Emits one pulse whose high time ends when `hold` returns.
     #[inline]
     pub fn tick_wide(&mut self, hold: impl FnOnce()) -> Option<u32> {
         if !self.moving() {
@@ -130,7 +130,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         let direction = if self.forward { 1 } else { -1 };
         self.steps = self.steps.wrapping_add(direction);
         self.done += 1;
-        // The compiler must neither put it off behind the edge nor leave it out.
+        // The compiler must neither move the computation behind the edge nor remove it.
         let interval = black_box(self.interval());
         hold();
         let _ = self.step.set_low();
@@ -147,13 +147,13 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         self.done < self.total
     }
 
-    /// Position, microsteps.
+    /// Returns the position, microsteps.
     pub fn position(&self) -> i32 {
         let (own, of) = self.ratio;
         self.origin.saturating_add(scaled(self.steps, (of, own)))
     }
 
-    /// Declares the present place to be `position`.
+    /// Sets the current position to `position`, microsteps.
     pub fn set_position(&mut self, position: i32) {
         self.stop();
         (self.origin, self.steps) = (position, 0);

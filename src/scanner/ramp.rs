@@ -2,7 +2,7 @@
 
 use crate::math;
 
-/// How fast a move may be.
+/// Speed limits of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ramp {
     /// Top speed, microsteps/s.
@@ -11,27 +11,27 @@ pub struct Ramp {
     pub acceleration: u32,
 }
 
-// How many intervals this thread has computed, for the tests of who computes one while a pulse stands.
+// Number of intervals that this thread has computed, for the tests of when an interval is computed.
 #[cfg(test)]
 std::thread_local! {
     pub(super) static COMPUTED: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
 }
 
 impl Ramp {
-    /// Time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
+    /// Returns the time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
     pub fn interval(&self, k: u32, total: u32, tick_hz: u32) -> u32 {
         let (top, acceleration) = self.scaled(1.0);
         interval((top, acceleration), (k, total), tick_hz)
     }
 
-    /// Top speed and acceleration where a microstep counts as so many.
+    /// Returns top speed and acceleration in steps of which `scale` make a microstep.
     pub(super) fn scaled(&self, scale: f32) -> (f32, f32) {
         let top = self.speed.max(1) as f32;
         (top * scale, self.acceleration as f32 * scale)
     }
 
-    /// No move of `total` steps takes longer, microseconds: half as much again as a trapezoid,
-    /// whose s/v + v/a is never below a triangle's 2√(s/a).
+    /// Returns an upper limit of the duration of a move of `total` steps, µs: 1.5 times a trapezoid, whose s/v
+    /// + v/a is never below a triangle's 2√(s/a).
     pub fn bound_us(&self, total: u32) -> u32 {
         let speed = self.speed.max(1) as f32;
         let ramps = match self.acceleration {
@@ -42,7 +42,7 @@ impl Ramp {
         (seconds * 1e6) as u32
     }
 
-    /// Duration of a move of `total` steps, microseconds.
+    /// Returns the duration of a move of `total` steps, µs.
     pub fn duration_us(&self, total: u32) -> u32 {
         const TICK_HZ: u32 = 1_000_000;
         (0..total).fold(0, |sum: u32, k| {
@@ -51,12 +51,12 @@ impl Ramp {
     }
 }
 
-/// Time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`; top speed and
-/// acceleration in such steps.
+/// Returns the time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`; top speed and
+/// acceleration are in such steps.
 ///
-/// Constant acceleration a from rest has reached v = √(2as) after the way s; counted from both
-/// ends that is a triangle for a short move and a trapezoid for a long one, with no state to
-/// carry and no error to accumulate. One square root and one division a step.
+/// With constant acceleration a from rest the speed after the way s is v = √(2as). Counted from both ends that
+/// is a triangle for a short move and a trapezoid for a long one, without state and without accumulated error.
+/// It takes one square root and one division a step.
 #[inline]
 pub(super) fn interval(
     (top, acceleration): (f32, f32),
@@ -73,7 +73,7 @@ pub(super) fn interval(
         math::sqrt(2.0 * acceleration * way)
     };
     let speed = if ramped < top { ramped } else { top };
-    // A float that is too large saturates, and a tick is the least that a timer can wait.
+    // A float that is too large saturates; one tick is the minimum wait of a timer.
     ((tick_hz as f32 / speed) as u32).max(1)
 }
 
@@ -121,7 +121,7 @@ mod tests {
             if k + 1 < total {
                 let (a, b) = (v(k), v(k + 1));
                 let allowed = 2.0 * f64::from(RAMP.acceleration);
-                // A tick of the timer is this much of the squared speed.
+                // Change of the squared speed by one tick of the timer.
                 let grain = 4.0 * b.max(a).powi(3) / f64::from(hz);
                 prop_assert!((b * b - a * a).abs() <= allowed * 1.001 + grain, "{} {}", a, b);
             }

@@ -1,18 +1,17 @@
-//! Settings as words: what their hash is taken over, and what a record of them holds.
+//! Settings as 32-bit words: input of their hash and checksum, and layout of a record.
 
 use super::settings::Settings;
 use crate::crc;
 use crate::setting::Effect;
 
-/// What no default can know: how this scanner is mounted. Until each of these has been set or loaded,
-/// no answer is `ok`.
+/// Settings of the mounting, for which no default is right. Until each of these has been set or loaded, no
+/// answer is `ok`.
 pub const MOUNTING: [&str; 4] = ["plane", "mirror-offset", "mount-height", "home-angle"];
 
-/// Words of a record.
+/// Number of values of a record, one 32-bit word each.
 pub const WORDS: usize = Settings::KEYS.len();
 
-/// Which keys stand where, as one number (FNV-1a of all of them): a record of other keys is another
-/// firmware's.
+/// Hash of all keys in their order (FNV-1a): a record with other keys was written by another firmware.
 pub const LAYOUT: u32 = layout();
 
 const fn layout() -> u32 {
@@ -32,9 +31,9 @@ const fn layout() -> u32 {
 }
 
 impl Settings {
-    /// CRC-32 (ISO-HDLC) of the values that decide an answer, those that `docs/hardware.md` marks, in the order of
-    /// its table, as 32-bit little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE float, words as
-    /// their place in its list, from 0.
+    /// CRC-32 (ISO-HDLC) of the settings that affect an answer, those that `docs/hardware.md` marks, in the
+    /// order of its table, as 32-bit little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE
+    /// float, enumerated values as their index in the list of values, from 0.
     ///
     /// ```
     /// use stairscan::scanner::Settings;
@@ -59,8 +58,8 @@ impl Settings {
         crc::of_words(words.get(..count).unwrap_or(&words))
     }
 
-    /// CRC-32 of everything, to the last bit: what memory must not change by itself. Whether samples are
-    /// real stands in no word, for no record holds it.
+    /// CRC-32 of every bit of the settings, to detect memory corruption. The flag `radar.real` is added
+    /// separately, since no record holds it.
     pub(super) fn seal(&self) -> u32 {
         crc::of_words(&self.words()) ^ u32::from(self.config.radar.real)
     }
@@ -86,7 +85,7 @@ mod tests {
         assert_eq!(back, settings);
         let alarm = |s: &Settings| s.config.cfar.false_alarm.to_bits();
         assert_eq!(alarm(&back), alarm(&settings));
-        // But what no record holds: the radar module says at every scan whether its samples are real.
+        // `radar.real` is in no record: the radar module reports at every scan whether its samples are real.
         settings.config.radar.real = true;
         assert_ne!(settings.seal(), back.seal());
         assert_eq!(settings.hash(), back.hash());
@@ -118,7 +117,7 @@ mod tests {
         let mut effects = Vec::new();
         settings.see(&mut |row, _| effects.push((row.key, row.effect)));
         for (k, &(key, effect)) in effects.iter().enumerate() {
-            // The nearest value that is valid alone; where there is none, the structure is changed unchecked.
+            // The nearest value that is valid alone; if there is none, the structure is changed unchecked.
             let other = (1..4096).find_map(|by| {
                 let mut words = default;
                 words[k] ^= by;

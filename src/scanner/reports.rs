@@ -1,4 +1,4 @@
-//! What the scanner says: which sentences tell a scan, a state, the answer to a command.
+//! Outgoing sentences of a scan, a state, or the answer to a command.
 
 use crate::config::Plane;
 use crate::port::BytePort;
@@ -9,7 +9,7 @@ use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
 use crate::verdict::{Conditions, Outcome, Reasons};
 
-/// The last scan's answer and the sentences that wait for the port: some 3 KB.
+/// The last scan's answer and the queue of sentences to the port: some 3 KB.
 #[derive(Debug)]
 pub struct Reports {
     outbox: Outbox,
@@ -17,25 +17,25 @@ pub struct Reports {
     pub(super) outcome: Outcome,
 }
 
-/// How far the sentences of a scan have got.
+/// Progress of the sentences of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Telling {
     /// Number of the scan.
     pub scan: u32,
-    /// Hash of the settings that it was made with.
+    /// Hash of the scan's settings.
     pub settings: u32,
-    /// The plane that it was made in, where settings alone do not say it.
+    /// Plane of the scan, if the settings alone do not determine it.
     pub plane: Option<Plane>,
-    /// Rows that were lost.
+    /// Number of lost rows.
     pub lost: u16,
-    /// Whether hardware ended the scan, or did not let it begin.
+    /// Whether a hardware fault ended the scan or prevented it.
     pub broken: bool,
-    /// Sentences queued so far.
+    /// Number of sentences queued so far.
     pub queued: u8,
 }
 
 impl Reports {
-    /// Nothing to say yet.
+    /// Creates an empty queue without an answer.
     pub const fn new() -> Self {
         Self {
             outbox: Outbox::new(),
@@ -48,17 +48,17 @@ impl Reports {
         self.outbox.has_room()
     }
 
-    /// Hands over what the port takes.
+    /// Hands over as many bytes as the port takes.
     pub(super) fn pump(&mut self, port: &mut impl BytePort) {
         self.outbox.pump(port);
     }
 
-    /// The answer to a command: done.
+    /// Answers a command: done.
     pub(super) fn done(&mut self, command: &str) {
         self.outbox.push(&Sentence::Done { command });
     }
 
-    /// The answer to a command that is refused.
+    /// Refuses a command.
     #[inline(never)]
     pub(super) fn refuse(&mut self, command: &str, field: &str, expected: &str) {
         self.outbox.push(&Sentence::Fail {
@@ -68,7 +68,7 @@ impl Reports {
         });
     }
 
-    /// The answer to a command that only counts inside a sentence: that sentence, to be sent instead.
+    /// Answers a command that must be framed: with the framed sentence, to be sent instead.
     #[inline(never)]
     pub(super) fn offer(&mut self, command: &str, parts: &[&str]) {
         let framed = command::framed(parts);
@@ -79,34 +79,34 @@ impl Reports {
         self.refuse(command, "crc", &expected);
     }
 
-    /// The answer to a question for a value.
+    /// Answers a request for a value.
     #[inline(never)]
     pub(super) fn value(&mut self, key: &str, value: &str) {
         self.outbox.push(&Sentence::Config { key, value });
     }
 
-    /// The answer to `version`.
+    /// Answers `version`.
     pub(super) fn version(&mut self, identity: &Identity) {
         let mut value = heapless::String::<64>::new();
         for part in [identity.version, " ", identity.revision] {
-            // A revision that does not fit is left away.
+            // A revision that does not fit is left out.
             let _ = value.push_str(part);
         }
         self.value("version", &value);
     }
 
-    /// The answer to `status`.
+    /// Answers `status`.
     pub(super) fn status(&mut self, status: &Sentence<'_>) {
         self.outbox.push(status);
     }
 
-    /// How the scanner fares, where nothing else waits for the port; whether that was so.
+    /// Queues `LIVE` if nothing else waits for the port; returns whether it was queued.
     #[inline(never)]
     pub(super) fn live(&mut self, live: LiveLine<'_>) -> bool {
         self.outbox.is_empty() && self.outbox.push(&Sentence::Live(live))
     }
 
-    /// The first sentence after boot.
+    /// Queues the boot sentence.
     pub(super) fn boot(&mut self, identity: &Identity, settings: u32) {
         self.outbox.push(&Sentence::Boot {
             version: identity.version,
@@ -119,20 +119,20 @@ impl Reports {
         });
     }
 
-    /// A failed self-test, told as scan 0; false when there is no room yet.
+    /// Queues a failed self-test as scan 0; `false` if there is no room yet.
     pub(super) fn failed_test(&mut self, reasons: Reasons, settings: u32) -> bool {
         let failed = Outcome::broken(reasons, Conditions::GOOD);
         self.outbox
             .push(&Sentence::Scan(ScanLine::new(0, 0, &failed, settings)))
     }
 
-    /// The word of a guard sweep; false when there is no room yet.
+    /// Queues the result of a guard sweep; `false` if there is no room yet.
     #[inline(never)]
     pub(super) fn guard(&mut self, line: GuardLine) -> bool {
         self.outbox.push(&Sentence::Guard(line))
     }
 
-    /// Queues the answer's sentences as they fit; true when all are queued.
+    /// Queues the sentences of the answer as they fit; `true` when all are queued.
     pub(super) fn tell(&mut self, telling: &mut Telling) -> bool {
         let of = (telling.scan, telling.settings);
         while let Some(mut sentence) = of_scan(of, telling.lost, &self.outcome, telling.queued) {

@@ -1,8 +1,8 @@
-//! Everything that a command may read or set, by key.
+//! All settings that commands read or set, by key.
 //!
-//! Each setting is one row, where its structure is declared with `settings!` ([`crate::setting`]): here, in
-//! [`crate::config`], [`crate::signal::radar::module`], `motor` and `guard`. `docs/hardware.md` has all rows as one table. How they
-//! become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
+//! Each setting is one row where its structure is declared with `settings!` ([`crate::setting`]): here, in
+//! [`crate::config`], [`crate::signal::radar::module`], `motor` and `guard`. `docs/hardware.md` has all rows as
+//! one table. [`super::record`] turns them into a hash and a record; [`super::store`] saves a record in flash.
 
 mod found;
 mod guard;
@@ -23,16 +23,16 @@ pub use guard::GuardConfig;
 pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
 pub use words::{SweepMode, Sweeping, Switch};
 
-/// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
-/// with room for the retries on top.
+/// Maximum time that can be set, µs: differences of [`super::Micros`] stay unambiguous, with room for the
+/// retries.
 pub const MAX_TIME: u32 = 600_000_000;
-// The table's limits are literals, so that messages are made of them.
+// The limits in the table are literals, since messages are made of them.
 const _: () = assert!(MAX_TIME == 600_000_000 && SHAFT_LIMIT == 170_000);
 
-/// A turn, 0.001°.
+/// One turn, 0.001°.
 const TURN: u32 = 360_000;
-/// Fewest microsteps a turn in passing: one of them is then four of 51,200, and no row's place is
-/// passed by more than the three at which its trigger still counts.
+/// Minimum microsteps a turn in continuous mode: one of them is then four of 51,200, so that no row's position
+/// is passed by more than the three at which its trigger is still in time.
 const LEAST_IN_PASSING: u32 = 12_800;
 
 settings! {
@@ -43,7 +43,7 @@ settings! {
     rows {
         /// From the end of a move to the trigger.
         settle: u32 = 5_000, "settle" "us" [100 to 600_000_000] Pace;
-        // 200 samples take 8.2 ms at 1 Mbaud; six times that is not a hiccup any more.
+        // 200 samples take 8.2 ms at 1 Mbaud; six times that is more than a delay of the scanner's own.
         /// From a trigger to the whole chirp.
         chirp_timeout: u32 = 50_000, "chirp-timeout" "us" [100 to 600_000_000] Pace;
         /// From a configure frame to the radar module's answer.
@@ -70,7 +70,7 @@ settings! {
 }
 
 settings! {
-    /// When the scanner was calibrated, and which chip then belonged to it.
+    /// Date of the calibration, and the chip that it belongs to.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Calibrated
     parts {}
@@ -84,18 +84,18 @@ settings! {
 }
 
 impl Calibrated {
-    /// Whether it may be that of the scanner with this chip.
+    /// Whether the calibration may belong to the scanner with this chip.
     pub fn fits(&self, chip: u32) -> bool {
         self.date == 0 || self.chip == chip
     }
 }
 
 settings! {
-    /// Everything that can be set.
+    /// All settings.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Settings
     parts {
-        /// What a scan is.
+        /// Configuration of a scan.
         config: Config;
         /// Waits and retries.
         timing: Timing;
@@ -103,7 +103,7 @@ settings! {
         motor: MotorConfig;
         /// When and where the mounting was calibrated.
         calibrated: Calibrated;
-        /// Which radar module, and what it is to be set to.
+        /// Type of the radar module, and its requested settings.
         module: Wish;
         /// The guard's sweep.
         guard: GuardConfig;
@@ -122,12 +122,12 @@ settings! {
 }
 
 impl Settings {
-    /// The key as it stands in [`Settings::KEYS`].
+    /// Returns the key as it stands in [`Settings::KEYS`].
     pub fn key(text: &str) -> Option<&'static str> {
         Self::KEYS.iter().copied().find(|key| *key == text)
     }
 
-    /// The value of `key`.
+    /// Returns the value of `key` as text.
     pub fn get(&self, key: &str) -> Option<ValueText> {
         let mut found = None;
         self.see(&mut |row, value| {
@@ -138,7 +138,7 @@ impl Settings {
         found
     }
 
-    /// Every value to the last bit, in the order of the keys: what a record holds.
+    /// Returns every value to the last bit, in the order of the keys: the values of a record.
     pub fn words(&self) -> [u32; Self::KEYS.len()] {
         let mut words = [0; Self::KEYS.len()];
         let mut places = words.iter_mut();
@@ -150,7 +150,7 @@ impl Settings {
         words
     }
 
-    /// Takes back what [`Settings::words`] gave; `None` where a value is not valid.
+    /// Restores settings from [`Settings::words`]; `None` if a value is not valid.
     pub fn from_words(words: &[u32; Self::KEYS.len()]) -> Option<Self> {
         let mut settings = Self::default();
         let mut words = words.iter();
@@ -163,7 +163,7 @@ impl Settings {
         (valid && settings.validate().is_ok()).then_some(settings)
     }
 
-    /// Sets `key`; an error leaves everything as it was.
+    /// Sets `key`; on an error all settings keep their values.
     pub fn set(&mut self, key: &'static str, value: &str) -> Result<(), ConfigError> {
         let mut next = *self;
         let mut read = Err(ConfigError {
@@ -181,7 +181,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Checks every field by itself and that shaft and map hold such a scan.
+    /// Checks every field by itself, and that shaft and map hold such a scan.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.limits()?;
         self.config.validate()?;
@@ -198,7 +198,7 @@ impl Settings {
         self.check_microsteps()
     }
 
-    /// The map must hold the scan that the radar module's present settings make.
+    /// Checks that the map holds the scan that the radar module's current settings make.
     fn check_map(&self) -> Result<(), ConfigError> {
         let window = BinWindow::of_scan(&self.config);
         let cells = usize::from(window.count) * usize::from(self.config.sweep.angle_count);
@@ -214,8 +214,8 @@ impl Settings {
         )
     }
 
-    /// Rows must not stand closer together than the driver's own microsteps; and a sweep that does not
-    /// stop looks for each row's place within three microsteps of 51,200.
+    /// Checks that rows are not closer together than the driver's own microsteps, and that in continuous mode a
+    /// microstep is within the tolerance of a row's position, three of 51,200.
     fn check_microsteps(&self) -> Result<(), ConfigError> {
         const KEY: &str = "microsteps-per-turn";
         let microsteps = u32::from(self.motor.driver.microsteps);

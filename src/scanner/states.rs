@@ -1,4 +1,4 @@
-//! The scanner's states: what is under way, what follows, and by when.
+//! State machine of the scanner: the current activity, what follows it, and its deadline.
 
 use core::task::Poll;
 
@@ -23,22 +23,22 @@ use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 use crate::verdict::{Conditions, GuardWord, Outcome, Reason, Reasons, Status};
 
-/// What the self-test is at.
+/// Stage of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Test {
     Arithmetic,
     Home,
-    /// Until when the module may take, and when to ask again.
+    /// The module is queried: timeout of its answer, and time of the next query.
     Link {
         until: Micros,
         again: Option<Micros>,
     },
 }
 
-/// What is to be done once the self-test has passed.
+/// Activity that follows a passed self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Errand {
-    /// Scan again and again, or stand still if stopped.
+    /// Scan repeatedly, or stay idle if stopped.
     Resume,
     /// One scan, also when stopped.
     Once,
@@ -59,7 +59,7 @@ enum ScannerState {
     Idle,
     Scanning(Sweep),
     Reporting(Telling),
-    /// The word of a guard sweep waits for the port; whether hardware ended the sweep.
+    /// The result of a guard sweep waits for the port; `true` if a hardware fault ended the sweep.
     Warning(GuardLine, bool),
     Fault {
         until: Until,
@@ -67,16 +67,16 @@ enum ScannerState {
     },
 }
 
-/// How long a fault holds.
+/// Duration of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Until {
-    /// Then the self-test runs again.
+    /// Until this time; then the self-test runs again.
     Time(Micros),
-    /// Until a command starts something: trying again by itself has only led back here.
+    /// Until a command starts something: automatic retries have only led back to the fault.
     Told,
 }
 
-/// The scanner's states over its hardware; lines from the report port are `commands`' business.
+/// The scanner's state machine over its hardware; `commands` handles the lines of the report port.
 #[derive(Debug)]
 pub(super) struct Machine<'a, M, L, P, B, D> {
     pub hardware: Hardware<M, L, P, B>,
@@ -84,7 +84,7 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub reports: &'a mut Reports,
     pub odometry: &'a mut Odometry,
     pub settings: Keeper,
-    /// Of the scan under way, or the last one.
+    /// Settings of the current scan, or of the last one.
     pub(super) scan: ScanSettings,
     pub(super) guard: GuardState,
     pub identity: Identity,
@@ -94,47 +94,47 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub(super) connected: bool,
     reasons: Reasons,
     deadline: Micros,
-    /// When the scanner booted, until it has run for [`SURVIVED_US`].
+    /// Time of the boot, until the scanner has run for [`SURVIVED_US`].
     booted: Option<Micros>,
-    /// Whether the next answer shall be a first one.
+    /// Whether the next answer discards the evidence of earlier scans.
     forgets: bool,
-    /// Whether the last answer asks for a scan in the height plane.
+    /// Whether the last answer requests a scan in the height plane.
     below: bool,
-    /// When the last row of an answer was worked off, until that is noted.
+    /// Time when the last row of an answer was processed, until `LIVE` has taken it over.
     pub answered: Option<Micros>,
-    /// Requests that the module did not answer as it should.
+    /// Number of requests that the module did not answer correctly.
     pub link_errors: u16,
-    /// What the next scan is for, where it is for no answer.
+    /// Calibration request that the next scan serves; such a scan gives no answer.
     pub(super) calibration: Option<CalibrationRequest>,
 }
 
-/// After so long, and a scan, crashes before this boot are forgotten: 60 s.
+/// Run time, µs, after which an answered scan clears the count of earlier crashes: 60 s.
 const SURVIVED_US: u32 = 60_000_000;
-/// An idle poll, or any other that nothing else bounds.
+/// Time limit of a poll in idle, and of any other step without a limit of its own, µs.
 const POLL_US: u32 = 500_000;
 
 impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
-    /// The data path.
+    /// Returns the data path.
     pub fn data(&self) -> &D {
         &self.data
     }
 
-    /// What is known of the chair's motion in the last scan.
+    /// Returns the chair's motion during the last scan, as far as it is known.
     pub fn drive(&self) -> Drive<'_> {
         self.odometry.drive(self.scan.motion, self.scan.chirp_us)
     }
 
-    /// What earlier scans said has no say in the next answer.
+    /// Discards the evidence of earlier scans from the next answer on.
     pub fn forget(&mut self) {
         self.forgets = true;
     }
 
-    /// Number of scans begun since boot.
+    /// Returns the number of scans begun since boot.
     pub fn scans(&self) -> u32 {
         self.scans
     }
 
-    /// Name of the present state.
+    /// Returns the name of the current state.
     pub fn state(&self) -> &'static str {
         match self.state {
             ScannerState::Boot => "boot",
@@ -148,17 +148,17 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         }
     }
 
-    /// Whether nothing is under way and nothing moves.
+    /// Whether the scanner is idle or in a fault, so that nothing moves.
     pub fn stands(&self) -> bool {
         matches!(self.state, ScannerState::Idle | ScannerState::Fault { .. })
     }
 
-    /// Whether the present state has met its own deadline.
+    /// Whether the current state is within its deadline.
     pub fn healthy(&self, now: Micros) -> bool {
         !now.reached(self.deadline)
     }
 
-    /// What `status` says.
+    /// Returns the content of the answer to `status`.
     pub fn status(&self, now: Micros) -> Sentence<'static> {
         Sentence::State {
             state: self.state(),
@@ -173,10 +173,10 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     }
 }
 
-// Whatever is inlined into the main loop lies on the stack beneath the estimator, whose frames are
-// the deepest of the firmware. Functions with more than a few words of their own are out of line.
+// Everything that is inlined into the main loop stays on the stack beneath the estimator, whose frames are the
+// deepest of the firmware. So functions with more than a few words of locals are out of line.
 impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'a, M, L, P, B, D> {
-    /// Just booted; the first call of [`Machine::run`] says so.
+    /// Creates the state machine after boot; the first call of [`Machine::run`] sends the boot sentence.
     pub fn new(
         hardware: Hardware<M, L, P, B>,
         data: D,
@@ -185,7 +185,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         identity: Identity,
         now: Micros,
     ) -> Self {
-        // What was calibrated with another chip's mirror and mounting is not this one's.
+        // A calibration with another chip belongs to another mirror and mounting.
         let chip = crc::of_words(&identity.serial);
         let stored = stored.filter(|settings| settings.calibrated.fits(chip));
         let settings = Keeper::new(stored, hardware.board.settings_before());
@@ -215,8 +215,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         machine
     }
 
-    /// Lets the board remember settings that somebody vouches for, and no others: a reset that loses
-    /// them is to be told until they come again.
+    /// Lets the board retain the hash of configured settings, and of no others. If a reset loses these
+    /// settings, `unconfigured` is reported until they are set again.
     fn note(&mut self) {
         if self.settings.configured() {
             let hash = self.settings.hash();
@@ -224,7 +224,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// `set`: what `settings` became by setting `key`.
+    /// `set`: replaces the settings by `settings`, in which `key` has changed.
     pub fn change(&mut self, key: &'static str, settings: &Settings) -> Result<(), ConfigError> {
         if self.guard.is_on() {
             self.fit_to_guard(settings)?;
@@ -234,7 +234,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         Ok(())
     }
 
-    /// `start`: on and on, from now if nothing is under way.
+    /// `start`: scans repeatedly, from now on if nothing is under way.
     pub fn start(&mut self, now: Micros) {
         self.hardware.board.set_stopped(false);
         self.guard.mode = GuardMode::Off;
@@ -242,7 +242,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.wake(now);
     }
 
-    /// Begins what is to be done, if nothing is under way.
+    /// Begins the next activity if the scanner is idle or in a fault that waits for a command.
     pub(super) fn wake(&mut self, now: Micros) {
         let until = Until::Told;
         if matches!(self.state, ScannerState::Idle)
@@ -252,8 +252,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// `stop`: stand still, whatever is under way, with the motor's driver off. The position is lost
-    /// with it, and the next scan homes.
+    /// `stop`: ends any activity and switches the motor driver off. The position is lost with it, and the next
+    /// scan homes.
     pub fn stop(&mut self) {
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
@@ -264,10 +264,10 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.reports.done("stop");
     }
 
-    /// `scan` and `selftest`: only from a standstill, where nothing else is under way.
+    /// `scan` and `selftest`: only when idle or in a fault; while guarding, `scan` is deferred.
     pub fn errand(&mut self, now: Micros, command: &str, errand: Errand) {
         if errand == Errand::Once && self.guard.is_on() && !self.stands() {
-            // What is under way ends before.
+            // The current sweep ends first.
             self.guard.asked = true;
             return self.reports.done(command);
         }
@@ -282,7 +282,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// One call of the present state. Whatever it leaves behind sets the next deadline.
+    /// Runs the current state once. The state that follows sets the next deadline.
     pub fn run(&mut self, now: Micros) {
         match &mut self.state {
             ScannerState::Boot => self.boot(now),
@@ -334,7 +334,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Scans on unless told to stand still; the scan in the height plane that an answer asks for belongs to it.
+    /// Continues scanning unless stopped. A scan in the height plane that an answer requests is made even then.
     pub(super) fn resume(&mut self, now: Micros) {
         let guards = self.guard.is_on();
         if core::mem::take(&mut self.guard.asked) || (guards && self.below) {
@@ -363,7 +363,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         if errand == Errand::Guard
             && let Err(error) = self.fit_to_guard(self.settings.get())
         {
-            // The module is not what the settings ask for.
+            // The module differs from what the settings request.
             return self.end_guard(now, error);
         }
         self.scan = ScanSettings::of(&self.settings, below);
@@ -378,7 +378,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             return self.report_broken(Reason::SettingsDamaged, Conditions::GOOD, 0);
         }
         let backward = match self.settings.get().sweeping {
-            // The guard goes both ways in turn, and the first one as is set.
+            // Guard sweeps alternate in direction. With `sweep up` the first one is backward; otherwise it continues
+            // the alternation of the sweeps before.
             Sweeping::Backward if self.scan.guard && number == 1 => true,
             _ if self.scan.guard => self.backward,
             Sweeping::Both => self.backward,
@@ -401,7 +402,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                     false => settings.config.sweep,
                 };
                 self.odometry.begin(angles.angle_count);
-                // A scan in between goes the way of the next one, whose beginning then is near.
+                // A scan in the height plane takes the direction of the next scan, whose start position then is
+                // near.
                 if !self.scan.stands_aside() {
                     self.backward = !backward;
                 }
@@ -437,7 +439,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Homing takes at most a turn to the switch and a few short moves at an eighth of the speed.
+    /// Returns the time limit of homing, µs: a turn to the switch at most, and a few short moves at an eighth
+    /// of the speed.
     fn home_bound_us(&self) -> u32 {
         let speed = self.settings.get().motor.search_speed.max(1);
         let seconds = 3 * MICROSTEPS_PER_TURN as u32 / speed + 1;
@@ -460,7 +463,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             }
             return;
         }
-        // The module may be booting for seconds; a stall meanwhile is still a stall.
+        // The module may be booting for seconds; a stall in that time is still reported.
         if let Err(error) = self.hardware.mirror.poll(now) {
             return self.fail_test(now, mirror_reason(error), errand);
         }
@@ -471,13 +474,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         match answer {
             Ok(radar) => {
                 self.connected = true;
-                // Whether a scan can be made of it is for the scan to say, which asks again.
+                // The scan checks whether these settings are usable; it queries them again.
                 self.settings.adopt(radar);
                 self.passed(now, errand);
             }
             Err(error) if now.reached(until) => self.fail_test(now, link_reason(error), errand),
             Err(_) => {
-                // An error that came at once is not asked for again at once.
+                // A query that failed at once is repeated only after a pause.
                 let pause = now.plus(self.settings.get().timing.configure_timeout);
                 let again = Some(pause);
                 self.state = ScannerState::SelfTest(Test::Link { until, again }, errand);
@@ -498,7 +501,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// A failed self-test is told as scan 0: the scanner has no answer, and says why.
+    /// Handles a failed self-test, which is reported as scan 0 without an answer.
     fn fail_test(&mut self, now: Micros, reason: Reason, errand: Errand) {
         if self.calibration.take().is_some() {
             self.refuse_calibration(ConfigError {
@@ -511,7 +514,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 .refuse("selftest", reason.as_str(), "a test that passes");
         }
         self.reasons = match self.scans {
-            // Why the chip was reset is told as long as it has not scanned.
+            // The cause of the reset is reported until the first scan.
             0 => self.identity.reasons().with(reason),
             _ => Reasons::NONE.with(reason),
         };
@@ -544,7 +547,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// From the last row to the outcome.
+    /// Turns a finished scan into its outcome.
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
         let aside = self.scan.stands_aside();
@@ -590,8 +593,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.enter_reporting(outcome, rows.lost, false);
     }
 
-    /// Tells that hardware did not let the scan begin, or ended it.
-    // Out of line: its outcome would lie beneath the estimator beside the one that the estimator makes.
+    /// Reports that a hardware fault prevented the scan or ended it.
+    // Out of line: its outcome would otherwise be on the stack beneath the estimator, beside the estimator's
+    // own.
     #[inline(never)]
     fn report_broken(&mut self, reason: Reason, conditions: Conditions, lost: u16) {
         if self.scan.guard {
@@ -601,13 +605,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
     }
 
-    /// Tells the word of a guard sweep; `broken` says that hardware ended it, or did not let it begin.
+    /// Reports the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
     pub(super) fn warn(&mut self, word: &GuardWord, broken: bool) {
         self.reasons = word.reasons();
         self.state = ScannerState::Warning(GuardLine::new(self.guard.sweep, word), broken);
     }
 
-    /// Queues the word of a guard sweep once it fits, and goes on.
+    /// Queues the result of a guard sweep once it fits, and continues.
     #[inline(never)]
     fn told(&mut self, now: Micros, line: GuardLine, broken: bool) {
         self.deadline = now.plus(POLL_US);
@@ -635,7 +639,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         });
     }
 
-    /// Queues the answer's sentences as they fit, and goes on when all are queued.
+    /// Queues the sentences of the answer as they fit, and continues when all are queued.
     #[inline(never)]
     fn report(&mut self, now: Micros) {
         self.deadline = now.plus(POLL_US);
@@ -655,7 +659,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Once the firmware has run for a minute, a scan has come to its end.
+    /// Clears the count of crashes after the first scan without a fault that ends a minute or more after boot.
     fn forget_crashes(&mut self, now: Micros, fault: bool) {
         if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
             self.booted = None;

@@ -1,22 +1,22 @@
-//! Settings that outlive the power: a log in two sectors of flash, behind `embedded-storage`'s traits.
+//! Non-volatile settings: a log in two sectors of flash, behind `embedded-storage`'s traits.
 //!
-//! Each sector is divided into slots of [`SLOT`] bytes; a slot holds one record, written in one go and
-//! never again until its sector is erased:
+//! Each sector is divided into slots of [`SLOT`] bytes. A slot holds one record, which is written once and
+//! stays until its sector is erased:
 //!
-//! | word | what (32 bits, little-endian) |
+//! | word | content (32 bits, little-endian) |
 //! |---|---|
 //! | 0 | `STC1`: a record of settings, version 1 of this format |
-//! | 1 | number: of two records the one with the higher number counts |
-//! | 2 | which keys stand where ([`LAYOUT`]): another firmware may have others |
+//! | 1 | sequence number: the record with the highest one is valid |
+//! | 2 | hash of the keys in their order ([`LAYOUT`]): another firmware may have other keys |
 //! | 3 | n, number of values |
-//! | 4 ... | the values, in the order of the keys, as [`Settings::hash`] has them, none left out |
+//! | 4 ... | the values, in the order of the keys, encoded as in [`Settings::hash`], none left out |
 //! | 4 + n | CRC-32 (ISO-HDLC) of everything before it |
 //!
-//! A new record goes to the slot behind the last one that is not blank. When the sector is full, the
-//! other one, which holds only older records, is erased and written. So the record in force is never
-//! touched before the next one stands whole: whenever the power goes, the old or the new one is read,
-//! and neither a mixture nor none. A sector is always erased before its first slot is written, also
-//! when it looks blank: an erasure that was cut short may leave bits that read blank and do not stay so.
+//! A new record goes to the slot after the last one that is not blank. When the sector is full, the other one,
+//! which holds only older records, is erased and written. So the record in force stays untouched until the next
+//! one is complete: after a power failure at any time, either the old or the new record is read. A sector is
+//! always erased before its first slot is written, even when it reads as blank: an interrupted erasure may
+//! leave bits that read as blank but are not stable.
 
 use embedded_storage::nor_flash::NorFlash;
 
@@ -24,22 +24,22 @@ use super::record::{LAYOUT, WORDS};
 use super::settings::Settings;
 use crate::crc;
 
-/// Bytes of a slot.
+/// Size of a slot, bytes.
 pub const SLOT: u32 = 1024;
-/// Words before the values.
+/// Number of words before the values.
 const HEAD: usize = 4;
-/// Word that a record begins with, and that says how to read it.
+/// First word of a record: identifies the format.
 const MAGIC: u32 = u32::from_le_bytes(*b"STC1");
-/// Words of a slot.
+/// Number of words of a slot.
 const MAX_WORDS: usize = SLOT as usize / 4;
-/// Words of a record.
+/// Number of words of a record.
 const RECORD: usize = HEAD + WORDS + 1;
 const _: () = assert!(RECORD <= MAX_WORDS, "a slot holds a record");
 
-/// Why a record could not be written. The one before is still in force.
+/// Cause of a failed save. The previous record is still in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreError {
-    /// There is no flash that can be written, or its controller does not answer.
+    /// The flash cannot be written, or its controller does not answer.
     Controller,
     /// A sector could not be erased.
     Erase,
@@ -48,7 +48,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// What was expected instead, for `FAIL`.
+    /// Returns the expected condition, for `FAIL`.
     pub const fn expected(self) -> &'static str {
         match self {
             StoreError::Controller => "a flash controller that answers",
@@ -64,21 +64,21 @@ pub struct Store<F> {
     flash: F,
 }
 
-/// A record that is whole.
+/// A complete record.
 #[derive(Clone, Copy, Debug)]
 struct ValidRecord {
     slot: u32,
     number: u32,
-    /// Its values; none where it is of other keys.
+    /// Values of the record; `None` if it has other keys.
     values: Option<[u32; WORDS]>,
 }
 
 impl<F: NorFlash> Store<F> {
     const SECTOR: u32 = F::ERASE_SIZE as u32;
-    /// Slots of a sector.
+    /// Number of slots of a sector.
     const SLOTS: u32 = Self::SECTOR / SLOT;
 
-    /// The records in `flash`, whose capacity is two sectors of [`NorFlash::ERASE_SIZE`] bytes.
+    /// Creates the store in `flash`, whose capacity is two sectors of [`NorFlash::ERASE_SIZE`] bytes.
     pub fn new(flash: F) -> Self {
         const {
             assert!(F::ERASE_SIZE.is_multiple_of(SLOT as usize));
@@ -87,20 +87,20 @@ impl<F: NorFlash> Store<F> {
         Self { flash }
     }
 
-    /// The flash.
+    /// Returns the flash.
     pub fn flash_mut(&mut self) -> &mut F {
         &mut self.flash
     }
 
-    /// The settings that were saved last; `None` where none were, or another firmware did.
+    /// Returns the settings that were saved last; `None` if there are none, or another firmware saved them.
     pub fn load(&mut self) -> Option<Settings> {
         Settings::from_words(&self.newest()?.values?)
     }
 
-    /// Saves `settings`, unless they are what is in force already.
+    /// Saves `settings`, unless they equal the record in force.
     ///
     /// # Errors
-    /// Says what the flash failed at; what was in force before still is.
+    /// Names the flash operation that failed; the previous record stays in force.
     pub fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
         let values = settings.words();
         let newest = self.newest();
@@ -120,7 +120,7 @@ impl<F: NorFlash> Store<F> {
         self.write(slot, number, &values)
     }
 
-    /// The first slot of `sector`, erased.
+    /// Erases `sector` and returns its first slot.
     fn erase(&mut self, sector: u32) -> Result<u32, StoreError> {
         let (from, to) = (sector * Self::SECTOR, (sector + 1) * Self::SECTOR);
         self.flash.erase(from, to).map_err(|_| StoreError::Erase)?;
@@ -156,14 +156,14 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// The first slot behind `slot` in the same sector with nothing but blank ones from there on.
+    /// Returns the first slot after `slot` in its sector from which on all slots are blank.
     fn free_behind(&mut self, slot: u32) -> Option<u32> {
         let end = (slot / Self::SLOTS + 1) * Self::SLOTS;
         let blank = (slot + 1..end).rev().take_while(|&k| self.is_blank(k));
         blank.last()
     }
 
-    /// Word `k` of `slot`; a flash that cannot be read holds nothing.
+    /// Returns word `k` of `slot`; 0 if the flash cannot be read.
     fn word(&mut self, slot: u32, k: usize) -> u32 {
         let mut bytes = [0; 4];
         match self.flash.read(slot * SLOT + 4 * k as u32, &mut bytes) {
@@ -176,7 +176,7 @@ impl<F: NorFlash> Store<F> {
         (0..MAX_WORDS).all(|k| self.word(slot, k) == u32::MAX)
     }
 
-    /// The whole record with the highest number.
+    /// Returns the valid record with the highest number.
     fn newest(&mut self) -> Option<ValidRecord> {
         let mut newest: Option<ValidRecord> = None;
         for slot in 0..2 * Self::SLOTS {
@@ -189,7 +189,7 @@ impl<F: NorFlash> Store<F> {
         newest
     }
 
-    /// What stands in `slot`, if it is a whole record.
+    /// Returns the record in `slot`, if it is valid.
     fn record(&mut self, slot: u32) -> Option<ValidRecord> {
         if self.word(slot, 0) != MAGIC {
             return None;

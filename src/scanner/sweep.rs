@@ -1,16 +1,20 @@
-//! One scan: configure, move, settle, trigger, receive, retry, row after row; or all rows in passing.
+//! One scan as a polled state machine: configure, move, settle, trigger, receive, retry, row after row; or all
+//! rows in passing.
 //!
-//! `sweep-mode stop`: the mirror stands still for each trigger, and for as long as the chirp itself
-//! takes after it. Then it goes on to the next row while the chirp's samples are on the wire and worked
-//! off. Where they do not come, it goes back for the row.
+//! In: settings, mirror and radar module. Out: the rows' samples, handed to the [`DataPath`], and [`Rows`] at
+//! the end.
 //!
-//! `sweep-mode continuous`: the mirror turns through the sector at constant speed ([`Cruise`]), each row is
-//! triggered in passing so that its place comes in mid chirp (`passing`). A row whose chirp was lost, or
-//! that could not be triggered in time, is lost and told: filled on the way back it would be another
-//! moment's, and the chair may have moved.
+//! `sweep-mode stop`: the mirror stands still for each trigger and for the duration of the chirp. Then it moves
+//! to the next row while the chirp's samples are received and processed. If they do not arrive, it returns to
+//! the row.
 //!
-//! Whose chirp an answer is, says the link by the sequence number of its request: in neither mode a
-//! row gets another row's.
+//! `sweep-mode continuous`: the mirror turns through the sector at constant speed ([`Cruise`]). Each row is
+//! triggered in passing so that its angle is reached in mid chirp (`passing`). A row whose chirp was lost, or
+//! that could not be triggered in time, is reported as lost. It is not repeated on the way back, since the
+//! chair may have moved by then.
+//!
+//! The link matches an answer to its request by the sequence number, so no row gets another row's chirp in
+//! either mode.
 
 mod holding;
 mod passing;
@@ -34,7 +38,7 @@ use turning::ContinuousSweep;
 
 pub use rows::{Rows, link_reason, mirror_reason};
 
-/// Of so many rows of a guard sweep one may be lost, a tenth as of a scan's: more make it a fault.
+/// Number of rows of a guard sweep for each row that may be lost: a tenth, as for a scan. More make it a fault.
 const GUARD_ROWS_PER_LOST: u16 = 10;
 
 /// The rows of one scan, as a polled state machine.
@@ -45,54 +49,55 @@ pub struct Sweep {
     scan: u32,
     backward: bool,
     at: RowState,
-    /// Rows done, in the order of the sweep.
+    /// Number of finished rows, in the order of the sweep.
     done: u16,
     attempt: u8,
     lost: u16,
     streak: u16,
-    /// A row whose samples have come and are not worked off yet.
+    /// Row whose samples have been received and not processed yet.
     pending: Option<u16>,
-    /// A row that has just been triggered, and when.
+    /// Row that has just been triggered, and the time.
     fired: Option<(u16, Micros)>,
-    /// Requests that were not answered as they should be, since the last look.
+    /// Number of requests without a correct answer since the last call of [`Sweep::failed`].
     failed: u16,
     deadline: Micros,
-    /// By when the mirror's present move has ended.
+    /// Deadline of the mirror's current move.
     move_deadline: Micros,
-    /// Keeps the mirror still until the chirp is captured.
+    /// Detects the end of the chirp's capture, until which the mirror must stand.
     hold: Hold,
-    /// The mirror has gone on to the next row before this one's chirp has come.
+    /// Whether the mirror has moved on to the next row before this row's chirp has been received.
     gone_on: bool,
-    /// The mirror is not on its way to where it has to go, but will be sent there when it stands.
+    /// Whether the mirror's current move has another target than the row needs; a second move follows when it
+    /// stands.
     astray: bool,
-    /// Since when the shaft has been seen at rest where it was sent.
+    /// Time since which the shaft has been seen at rest at its target.
     rest: Option<Micros>,
-    /// In `continuous`, how; none: the mirror stops at every row.
+    /// State of a continuous sweep; `None` if the mirror stops at every row.
     turning: Option<ContinuousSweep>,
-    /// One of many guard sweeps: the next one follows at once.
+    /// Whether it is a guard sweep, after which the next one follows at once.
     guard: bool,
-    /// An encoder has been asked where the shaft is before it turns.
+    /// Whether the encoder check before the turn has been started.
     proven: bool,
 }
 
-/// Purpose of a sweep.
+/// Number, plane and kind of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
-    /// Number of the scan, or of the guard sweep.
+    /// Number of the scan or guard sweep.
     pub number: u32,
-    /// The plane that it is made in.
+    /// Plane of the scan.
     pub plane: Plane,
     /// Whether it is a guard sweep: over the angles of [`GuardConfig`](super::settings::GuardConfig).
     pub guard: bool,
-    /// Whether the mirror may still run out behind a guard sweep.
+    /// Whether the mirror may still be moving after a guard sweep.
     pub running: bool,
 }
 
 impl Sweep {
     /// Begins the sweep of `task`, from the last row to the first if `backward`.
     ///
-    /// `settings` must be valid; they are copied, so that what a command changes meanwhile is for
-    /// the next scan.
+    /// `settings` must be valid. They are copied, so that commands during the sweep take effect in the next
+    /// scan.
     pub fn start(
         now: Micros,
         settings: &Settings,
@@ -142,11 +147,11 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// Sends the mirror to where the first row, or the ramp before it, begins: at once, or when it stands, since it may
-    /// still run out behind a guard sweep.
+    /// Sends the mirror to the first row, or to the start of the ramp before it: at once, or when it stands if
+    /// it may still be moving after a guard sweep.
     fn approach(&mut self, now: Micros, mirror: &mut impl Mirror, running: bool) {
         let target = self.target();
-        // An error is told by the next look.
+        // An error is reported by the next poll.
         if running && mirror.poll(now) == Ok(Motion::Moving) {
             self.astray = true;
             let bound = self
@@ -160,7 +165,7 @@ impl Sweep {
         }
     }
 
-    /// How the mirror is to turn, with what is known of module and link.
+    /// Plans the motion of the mirror from the settings and the timing of module and link.
     fn plan(&mut self, link: &impl RadarModule) {
         let cruise = match self.settings.sweep_mode {
             SweepMode::Stop => None,
@@ -172,27 +177,27 @@ impl Sweep {
         self.turning = cruise.map(ContinuousSweep::new);
     }
 
-    /// The moment by which the row must have got further.
+    /// Returns the time by which the row must have progressed.
     pub fn deadline(&self) -> Micros {
         self.deadline
     }
 
-    /// What the radar module said at the beginning of this scan.
+    /// Returns the settings, with the radar module's data read at the beginning of this scan.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The row that was triggered since the last call, and when.
+    /// Returns the row that was triggered since the last call, and the time.
     pub fn fired(&mut self) -> Option<(u16, Micros)> {
         self.fired.take()
     }
 
-    /// How many requests the module did not answer as it should since the last call.
+    /// Returns the number of requests without a correct answer since the last call.
     pub fn failed(&mut self) -> u16 {
         core::mem::take(&mut self.failed)
     }
 
-    /// The row that comes after `place` others, in the order of the map.
+    /// Returns the row with index `place` in the order of the sweep, as an index of the map.
     fn nth(&self, place: u16) -> u16 {
         if self.backward {
             let last = self.schedule.rows().saturating_sub(1);
@@ -202,12 +207,12 @@ impl Sweep {
         }
     }
 
-    /// Row that is due, in the order of the map.
+    /// Returns the row that is due, as an index of the map.
     fn row(&self) -> u16 {
         self.nth(self.done)
     }
 
-    /// Where the mirror has to be for what is due.
+    /// Returns the position that the mirror needs next, microsteps.
     fn target(&self) -> i32 {
         match &self.turning {
             Some(turning) => turning.start(&self.schedule, self.backward),
@@ -251,9 +256,9 @@ impl Sweep {
         })
     }
 
-    /// All rows are done. Where the sweep has ended on the side of the home switch and that is to be
-    /// checked, or an encoder is to be read, the answer waits for it: a mirror that has slipped saw another
-    /// scene than it says.
+    /// Ends the sweep after all rows. If the sweep has ended on the side of the home switch and the switch is
+    /// to be checked, or an encoder is to be read, the answer waits for the check: after a slip the rows belong
+    /// to other angles.
     #[inline(never)]
     fn finish(&mut self, now: Micros, mirror: &mut impl Mirror) -> Poll<Rows> {
         let motor = &self.settings.motor;
@@ -263,7 +268,7 @@ impl Sweep {
             bound = bound.saturating_add(motor.cross_bound_us());
             mirror.cross_home(motor);
         }
-        // Its readings take less than the margin.
+        // Reading the encoder takes less than the margin.
         if !mirror.prove() && !crosses {
             return self.end(None);
         }
@@ -272,8 +277,8 @@ impl Sweep {
         Poll::Pending
     }
 
-    /// Gets as far as it can without waiting.
-    // Out of line, like what it calls: what a sweep takes of the stack would lie beneath the estimator.
+    /// Proceeds as far as possible without waiting.
+    // Out of line, like the functions it calls: its stack frame would otherwise stay beneath the estimator.
     #[inline(never)]
     pub fn poll(
         &mut self,
@@ -309,20 +314,21 @@ impl Sweep {
         Poll::Pending
     }
 
-    /// The mirror stands, if not where it has to, then on its way there.
+    /// Handles a mirror that stands: begins the second move if the position is not the target, else the
+    /// settling time.
     fn arrived(&mut self, now: Micros, mirror: &mut impl Mirror) {
         if core::mem::take(&mut self.astray) {
             let target = self.target();
             return self.start_move(now, mirror, target);
         }
-        // From the first look at it, not from the last pulse: the shaft rests at least so long.
+        // From the first poll that sees it, not from the last pulse: the shaft has rested at least that long.
         let since = *self.rest.get_or_insert(now);
         let settle = self.settings.timing.settle;
         self.at = RowState::Settle(since.plus(settle));
         self.deadline = now.plus(settle).plus(MARGIN_US);
     }
 
-    /// Once the chirp is captured the mirror goes on, whether or not its samples have come.
+    /// Sends the mirror on once the chirp is captured, whether or not its samples have been received.
     fn go_on(
         &mut self,
         now: Micros,
@@ -347,7 +353,7 @@ impl Sweep {
         }
     }
 
-    // Out of line: what beginning a scan takes of the stack would lie beneath the estimator.
+    // Out of line: the stack frame of a scan's start would otherwise stay beneath the estimator.
     #[inline(never)]
     fn poll_configure<D: DataPath>(
         &mut self,
@@ -372,7 +378,7 @@ impl Sweep {
                 }
                 self.attempt = 0;
                 self.at = RowState::Move;
-                // The module may have become another one since the mirror was sent off.
+                // Another module may have been connected since the mirror was sent off.
                 let (before, last) = (self.target(), self.move_deadline);
                 self.plan(link);
                 self.astray |= self.target() != before;
@@ -431,13 +437,13 @@ impl Sweep {
             let target = self.target();
             self.start_move(now, mirror, target);
         }
-        // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
+        // In a separate call of `poll`: processing takes time, and `now` is stale after it.
         self.at = RowState::Work;
         Poll::Pending
     }
 
-    /// Triggers the row once more, from where it is seen: where the mirror has gone on, it ends that move
-    /// and comes back.
+    /// Triggers the row once more at its position. If the mirror has moved on, it first ends that move and
+    /// returns.
     fn again(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarModule) {
         if core::mem::take(&mut self.gone_on) {
             self.astray = true;
@@ -448,7 +454,7 @@ impl Sweep {
         }
     }
 
-    /// Works off the last chirp while the mirror is on its way to the next.
+    /// Processes the last chirp while the mirror moves to the next row.
     #[inline(never)]
     fn work(
         &mut self,

@@ -1,26 +1,29 @@
-//! A TMC2209 over its single wire: set-up, and status before each scan.
+//! A TMC2209 over its single-wire UART: set-up, and status before each scan.
 //!
-//! Sections are those of Trinamic's data sheet, revision 1.09. One wire carries both directions
-//! (section 4): what is sent comes back, and the answer follows. A register is written by eight bytes that
-//! nobody answers; the chip counts those that were whole (`IFCNT`). So all are written, and the count must
-//! have grown by as many. What is lost or damaged makes the whole set-up, or the reading, begin again.
+//! In: the settings of motor and driver. Out: [`DriverError`] if the driver does not answer, was reset or
+//! reports a fault.
 //!
-//! | register | is set to |
+//! Sections are those of Trinamic's data sheet, revision 1.09. One wire carries both directions (section 4):
+//! the bytes sent are received back, and the answer follows. A register is written by eight bytes without an
+//! answer; the chip counts the valid ones (`IFCNT`). So all registers are written, and the count must have
+//! grown by their number. If a byte is lost or damaged, the whole set-up, or the whole reading, is repeated.
+//!
+//! | register | value |
 //! |---|---|
-//! | `GSTAT` | its flags are cleared: a reset that is told from now on comes after this set-up |
-//! | `GCONF` | the wire is for this, microsteps come from `CHOPCONF`, StealthChop (StallGuard4 needs it), current from the registers and not from VREF, filter of STEP |
-//! | `IHOLD_IRUN` | `motor-current`, standing or not: the mirror's place does not shift with the current, and between scans EN is what switches it off |
-//! | `TPOWERDOWN` | the chip's own value after power-up |
-//! | `TCOOLTHRS` | StallGuard works from 0.8 of `search-speed` on; not at all where `stall-threshold` is 0 |
+//! | `GSTAT` | flags cleared: a reset flag from now on means a reset after this set-up |
+//! | `GCONF` | UART instead of power-down on this pin, microsteps from `CHOPCONF`, StealthChop (StallGuard4 needs it), current from the registers and not from VREF, filter of STEP |
+//! | `IHOLD_IRUN` | `motor-current`, at standstill, too: the mirror's position does not shift with the current, and between scans EN switches it off |
+//! | `TPOWERDOWN` | the power-up value |
+//! | `TCOOLTHRS` | StallGuard works from 0.8 of `search-speed` on; off if `stall-threshold` is 0 |
 //! | `SGTHRS` | `stall-threshold` |
-//! | `CHOPCONF` | `microsteps-per-turn`, a motor of 200 full steps taken for granted; range of the current; the rest as after power-up, with interpolation to 256 |
+//! | `CHOPCONF` | `microsteps-per-turn`, assuming a motor of 200 full steps; range of the current; the rest as after power-up, with interpolation to 256 |
 //!
-//! | status | means |
+//! | status | meaning |
 //! |---|---|
-//! | `GSTAT`: reset | it was reset since it was set up, and drives with what its pins say |
-//! | `GSTAT`: driver error, charge pump | it has switched itself off |
-//! | `DRV_STATUS`: overtemperature, short to ground or supply | likewise |
-//! | `DRV_STATUS`: overtemperature warning, open load | nothing: the one comes before it switches off, the other is told of every motor that stands or turns fast (section 5.5.3) |
+//! | `GSTAT`: reset | the driver was reset after the set-up, and works with the configuration of its pins |
+//! | `GSTAT`: driver error, charge pump | the driver has switched itself off |
+//! | `DRV_STATUS`: overtemperature, short to ground or supply | the driver has switched itself off |
+//! | `DRV_STATUS`: overtemperature warning, open load | ignored: the first precedes the switch-off, the second is reported for every motor that stands or turns fast (section 5.5.3) |
 
 use core::hint::black_box;
 use core::task::Poll;
@@ -30,18 +33,18 @@ use super::settings::{DriverConfig, MotorConfig};
 use crate::port::BytePort;
 use crate::time::Micros;
 
-/// Baud rate of the wire: the chip takes 9600 to 500,000 and finds out by itself (section 4).
+/// Baud rate of the wire. The chip accepts 9600 to 500,000 and detects it (section 4).
 pub const BAUD: u32 = 115_200;
 
-/// A datagram's first byte (section 4.1).
+/// First byte of a datagram (section 4.1).
 const SYNC: u8 = 0x05;
 /// The chip's address: its pins MS1 and MS2 are low.
 const CHIP: u8 = 0;
-/// Address of whoever asked.
+/// Address of the master in an answer.
 const MASTER: u8 = 0xff;
-/// Bit of a register's address that makes a datagram write it.
+/// Bit of a register address that marks a write datagram.
 const WRITE: u8 = 0x80;
-/// Bytes of a datagram that writes, and of an answer.
+/// Length of a write datagram, and of an answer, bytes.
 const DATAGRAM: usize = 8;
 
 // Addresses of registers (section 5).
@@ -65,38 +68,39 @@ const FAILED: u32 = 1 << 1 | 1 << 2;
 const TPOWERDOWN_VALUE: u32 = 20;
 /// CHOPCONF after power-up: `intpol`, HSTRT 5, TOFF 3 (section 5.5.1). MRES is 0, 256 microsteps.
 const CHOPCONF_VALUE: u32 = 0x1000_0053;
-/// Where MRES stands in it.
+/// Bit position of MRES in CHOPCONF.
 const MRES: u32 = 24;
-/// CHOPCONF: the sense resistors' voltage is 0.18 V at full scale in place of 0.325.
+/// CHOPCONF: sense voltage 0.18 V at full scale instead of 0.325 V.
 const VSENSE: u32 = 1 << 17;
 /// DRV_STATUS: `ot`, `s2ga`, `s2gb`, `s2vsa`, `s2vsb` (section 5.5.3).
 const FATAL: u32 = 0b11_1110;
 
-/// Greatest current with 0.325 V, and with 0.18 V, over 0.11 Ω and the chip's own 0.02 Ω, mA rms:
-/// V / (0.13 Ω · √2) (section 9).
+/// Maximum current with 0.325 V and with 0.18 V over 0.11 Ω and the chip's own 0.02 Ω, mA rms: V / (0.13 Ω ·
+/// √2) (section 9).
 const FULL_SCALE: [u32; 2] = [1_767, 979];
-/// Steps of the current's scale.
+/// Number of steps of the current scale.
 const SCALE: u32 = 32;
 
-/// The chip's own clock, and a quarter more, so that StallGuard already works a little below the speed:
-/// TSTEP counts it from microstep to microstep, of 256, and TCOOLTHRS is compared with it (section 5.2).
+/// The chip's clock, Hz, times 1.25, so that StallGuard works from a little below the speed on. TSTEP counts
+/// this clock from microstep to microstep, of 256, and TCOOLTHRS is compared with it (section 5.2).
 const CLOCK_AND_QUARTER: u32 = 15_000_000;
-/// TCOOLTHRS has 20 bits.
+/// Maximum of TCOOLTHRS, which has 20 bits.
 const SLOWEST: u32 = 0xf_ffff;
 
-/// An answer begins 8 bits after the question and takes 64 (section 4.1.2): 0.7 ms. The main loop may be
-/// late by a few more.
+/// Timeout of an answer, µs. The answer begins 8 bits after the request and takes 64 (section 4.1.2): 0.7 ms.
+/// The main loop may add a few ms.
 const ANSWER_US: u32 = 10_000;
-/// So many times it is tried before the chip counts as silent: within 30 ms, less than what a move's
-/// deadline has to spare.
+/// Number of attempts after which the chip counts as silent: within 30 ms, less than the margin of a move's
+/// deadline.
 const TRIES: u8 = 3;
-/// Bytes that are taken in one call: more than what can have come.
+/// Maximum number of bytes taken in one call: more than can have been received.
 const BURST: u8 = 64;
-/// StealthChop measures the motor while it stands, within 130 ms after EN (section 6.1).
+/// Time of StealthChop's automatic tuning after EN, µs: the chip measures the motor at standstill for up to 130
+/// ms (section 6.1).
 const TUNING_US: u32 = 140_000;
 
 /// CRC-8 of a datagram: polynomial 0x07, the least significant bit first (section 4.2).
-// Out of line, and its loops rolled: nobody waits for it.
+// Out of line and not unrolled: speed does not matter here.
 #[inline(never)]
 pub fn crc(bytes: &[u8]) -> u8 {
     /// x⁸ + x² + x + 1.
@@ -111,8 +115,8 @@ pub fn crc(bytes: &[u8]) -> u8 {
     crc
 }
 
-/// Current scale (0 to 31) and whether VSENSE is set, for a current in mA rms: the nearest below it, on
-/// the finer range where that reaches (section 9).
+/// Returns the current scale (0 to 31) and whether VSENSE is set, for a current in mA rms: the nearest value
+/// below it, on the finer range if that suffices (section 9).
 pub fn current_scale(milliamperes: u16) -> (u32, bool) {
     let [coarse, fine] = FULL_SCALE;
     let current = u32::from(milliamperes);
@@ -122,51 +126,51 @@ pub fn current_scale(milliamperes: u16) -> (u32, bool) {
     (steps - 1, vsense)
 }
 
-/// One datagram's purpose.
+/// Content of one datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Datagram {
     Read(u8),
     Write(u8, u32),
 }
 
-/// What is under way, one after the other.
+/// Current step of a set-up or status reading, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum DriverStep {
-    /// Nothing.
+    /// Nothing is under way.
     Idle,
-    /// How many were written before.
+    /// Reads IFCNT before the set-up.
     Before,
-    /// The register of this place among those to write.
+    /// Writes the register of this index.
     Write(u8),
-    /// Whether all of them have arrived.
+    /// Reads IFCNT to check that all registers were received.
     Written,
-    /// Flags since the set-up.
+    /// Reads the flags since the set-up.
     Flags,
-    /// What it is at.
+    /// Reads the driver status.
     Status,
 }
 
-/// A TMC2209 at the other end of `port`.
+/// A TMC2209 connected to `port`.
 #[derive(Debug)]
 pub struct Tmc2209<P> {
     port: P,
     motor: MotorConfig,
     step: DriverStep,
-    /// Where to begin anew.
+    /// Step to which a retry returns.
     first: DriverStep,
     tries: u8,
     /// IFCNT before the set-up.
     count: u8,
     frame: heapless::Vec<u8, DATAGRAM>,
     sent: usize,
-    /// By when an answer has come; none while the question is being sent.
+    /// Timeout of the answer; `None` while the request is being sent.
     until: Option<Micros>,
-    /// The last bytes that came, the youngest lowest.
+    /// Last eight bytes received, the newest in the lowest byte.
     heard: u64,
 }
 
 impl<P: BytePort> Tmc2209<P> {
-    /// Nothing is under way.
+    /// Creates the driver; nothing is under way.
     pub fn new(port: P) -> Self {
         Self {
             port,
@@ -182,12 +186,12 @@ impl<P: BytePort> Tmc2209<P> {
         }
     }
 
-    /// The wire.
+    /// Returns the port of the wire.
     pub fn port_mut(&mut self) -> &mut P {
         &mut self.port
     }
 
-    /// The registers that a set-up writes.
+    /// Returns addresses and values of the registers that a set-up writes.
     fn registers(motor: &MotorConfig) -> [(u8, u32); 7] {
         let DriverConfig {
             stall_threshold,
@@ -214,7 +218,7 @@ impl<P: BytePort> Tmc2209<P> {
         ]
     }
 
-    /// The datagram of the present step.
+    /// Returns the datagram of the current step.
     fn datagram(&self) -> Option<Datagram> {
         Some(match self.step {
             DriverStep::Idle => return None,
@@ -229,7 +233,7 @@ impl<P: BytePort> Tmc2209<P> {
         })
     }
 
-    /// Begins the datagram of `step`; behind the last register the count follows.
+    /// Begins the datagram of `step`; IFCNT follows after the last register.
     #[inline(never)]
     fn enter(&mut self, step: DriverStep) {
         self.step = step;
@@ -242,7 +246,7 @@ impl<P: BytePort> Tmc2209<P> {
             Some(Datagram::Read(register)) => (register, None),
             Some(Datagram::Write(register, value)) => (register | WRITE, Some(value)),
         };
-        // It holds the longest.
+        // The capacity suffices for the longest datagram.
         let _ = self.frame.extend_from_slice(&[SYNC, CHIP, register]);
         if let Some(value) = data {
             let _ = self.frame.extend_from_slice(&value.to_be_bytes());
@@ -256,7 +260,7 @@ impl<P: BytePort> Tmc2209<P> {
         self.enter(step);
     }
 
-    /// Once more from the beginning, some times.
+    /// Repeats the sequence from its first step, up to [`TRIES`] attempts.
     fn again(&mut self) -> Result<(), DriverError> {
         self.tries += 1;
         if self.tries >= TRIES {
@@ -266,7 +270,7 @@ impl<P: BytePort> Tmc2209<P> {
         Ok(())
     }
 
-    /// Takes what has come, which is our own bytes too, up to an answer about `register`.
+    /// Reads the received bytes, which include the echo of the sent ones, up to an answer about `register`.
     fn hear(&mut self, register: u8) -> Option<u32> {
         for _ in 0..BURST {
             self.heard = self.heard << u8::BITS | u64::from(self.port.read()?);
@@ -282,7 +286,7 @@ impl<P: BytePort> Tmc2209<P> {
         None
     }
 
-    /// What an answer leads to.
+    /// Handles the answer to the current step.
     fn answered(&mut self, value: u32) -> Result<(), DriverError> {
         match self.step {
             DriverStep::Before => {
@@ -307,7 +311,7 @@ impl<P: BytePort> Tmc2209<P> {
         Ok(())
     }
 
-    /// One look at the wire.
+    /// Advances the sequence by one step, without waiting.
     fn advance(&mut self, now: Micros) -> Result<(), DriverError> {
         let register = match self.datagram() {
             None => return Ok(()),

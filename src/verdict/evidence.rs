@@ -1,36 +1,36 @@
-//! What a status rests on, as plain values.
+//! Inputs of a status, as plain values.
 
 use super::reasons::{Reason, Reasons};
 use crate::motion::Agreement;
 
-/// All that a status rests on. Empty, it makes a `fault`.
+/// All inputs of a status. The default, without any evidence, leads to a `fault`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
-    /// What of board, motor or link allowed no scan, or ended it.
+    /// Faults of board, motor or link that prevented the scan or ended it.
     pub faults: Reasons,
-    /// Why the chirps can be no answer.
+    /// Signal fault that makes the chirps unusable.
     pub unusable: Option<Reason>,
-    /// Signs of the instrument above their limits.
+    /// Instrument faults: health checks of the signal beyond their limits.
     pub signs: Reasons,
-    /// What the scanner knows of the scan beside its chirps.
+    /// Conditions of the scan that its chirps do not show.
     pub conditions: Conditions,
-    /// What the estimator says; `None` where none has worked.
+    /// The estimator's assessment of its answer; `None` if no estimator has run.
     pub sight: Option<Sight>,
 }
 
-/// The conditions under which a scan was made: known to the scanner, not to its data path.
+/// Conditions of a scan that are known to the scanner, not to its data path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Conditions {
-    /// Doubts about processor and image that hold until a reset.
+    /// Degrading faults of processor and image, which last until a reset.
     pub board: Reasons,
-    /// Whether somebody has said how the scanner is mounted.
+    /// Whether the mounting has been configured.
     pub configured: bool,
     /// Whether rows were lost.
     pub lost_rows: bool,
 }
 
 impl Conditions {
-    /// A board without doubts, a known mounting, all rows.
+    /// No faults of the board, a configured mounting, all rows received.
     pub const GOOD: Self = Self {
         board: Reasons::NONE,
         configured: true,
@@ -44,19 +44,19 @@ impl Default for Conditions {
     }
 }
 
-/// How far an answer is valid, and how likely.
+/// Range and probability for which an answer is valid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Validity {
-    /// Up to where, metres from the mirror.
+    /// Horizon, metres from the mirror.
     pub horizon_m: f32,
-    /// Probability that nothing is wrong up to the horizon, or over the first metre where that is farther.
+    /// Probability that the answer is right up to the horizon, or over the first metre if that is farther.
     pub confidence: f32,
-    /// Probability that nothing is wrong up to the first step, and that it is there; 1 without steps.
+    /// Probability that the first step exists and that the answer is right up to it; 1 without steps.
     pub first_step: f32,
 }
 
 impl Validity {
-    /// Nowhere.
+    /// An answer that is valid nowhere.
     pub const NONE: Self = Self {
         horizon_m: 0.0,
         confidence: 0.0,
@@ -64,28 +64,29 @@ impl Validity {
     };
 }
 
-/// What an estimator says of its answer.
+/// An estimator's assessment of its answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// Whether any echo stands out of the noise for sure.
+    /// Whether any echo is clearly above the noise.
     pub heard: bool,
-    /// How far the answer is valid; `None` if the estimator does not say.
+    /// Horizon and confidence; `None` if the estimator computes none.
     pub valid: Option<Validity>,
-    /// Nearest place of the told drop's edge, [`DropEdge::nearest_m`](crate::answer::DropEdge::nearest_m), metres
-    /// from the mirror; `None` if no drop is told.
+    /// Nearest position of the reported drop's edge,
+    /// [`DropEdge::nearest_m`](crate::answer::DropEdge::nearest_m), metres from the mirror; `None` if no drop
+    /// is reported.
     pub drop_m: Option<f32>,
-    /// Whether the floor, or the first riser's corner, is elsewhere than the mounting says.
+    /// Whether the floor, or the first riser's corner, is not where the mounting puts it.
     pub astray: bool,
-    /// Whether lobes are narrower or broader over the rows than the beam.
+    /// Whether the lobes of echoes are narrower or broader over the rows than the beam.
     pub stretched: bool,
-    /// Whether this sweep and the one before agree.
+    /// Agreement of this sweep with the one before.
     pub agreement: Agreement,
-    /// What is weak about the answer.
+    /// Weaknesses of the answer.
     pub weak: Reasons,
 }
 
 impl Sight {
-    /// Nothing but noise.
+    /// Returns the assessment of a scan with nothing but noise.
     pub fn nothing(agreement: Agreement) -> Self {
         Self {
             heard: false,

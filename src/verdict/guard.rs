@@ -1,31 +1,32 @@
-//! From evidence to the word of a guard sweep: status, free distance, what ends it, confidence and reasons.
+//! From evidence to the result of a guard sweep: status, free distance, hazard that ends it, confidence and
+//! reasons.
 //!
-//! It stands beside [`status`](super::status) because a guard sweep has neither steps nor a horizon: what is promised
-//! is the free distance alone. Like there, evidence that is missing never makes an answer.
+//! It is apart from [`status`](super::status) because a guard sweep has neither steps nor a horizon: it reports
+//! the free distance alone. As there, missing evidence never leads to an answer.
 
 use super::evidence::Conditions;
 use super::reasons::{Reason, Reasons};
 use super::status::Status;
 use crate::drive::{Drive, Input, Mode};
 
-/// Kind of the hazard that ends the free ground.
+/// Kind of the hazard that ends the free distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ending {
-    /// Nothing within the range that the sweep sees.
+    /// No hazard within the range of the sweep.
     None,
     /// A rise that may be a step.
     Rise,
     /// The ground ends or falls.
     Drop,
-    /// Something taller than a step, or a wall.
+    /// An obstacle taller than a step, or a wall.
     Obstacle,
-    /// Nothing is known of the ground beyond.
+    /// The ground beyond is unknown.
     #[default]
     Unknown,
 }
 
 impl Ending {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 5] = [
         Self::None,
         Self::Rise,
@@ -34,7 +35,7 @@ impl Ending {
         Self::Unknown,
     ];
 
-    /// The word that stands in a sentence.
+    /// Returns the word for it in a sentence.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -46,7 +47,7 @@ impl Ending {
     }
 }
 
-/// Free ground as the sweep's inference estimates it.
+/// Free ground as estimated by the sweep's inference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeGround {
     /// Free distance, metres from the mirror at the sweep's last row.
@@ -57,39 +58,39 @@ pub struct FreeGround {
     pub confidence: f32,
 }
 
-/// All that the word of a guard sweep rests on. Empty, it makes a `fault`.
+/// All inputs of a guard sweep's result. The default, without any evidence, leads to a `fault`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardEvidence {
     /// Faults of motor or link that ended the sweep.
     pub faults: Reasons,
-    /// Why the chirps can be no answer.
+    /// Signal fault that makes the chirps unusable.
     pub unusable: Option<Reason>,
-    /// Whether any echo stands out of the noise.
+    /// Whether any echo is above the noise.
     pub heard: bool,
-    /// Signs of the instrument above their limits.
+    /// Instrument faults: health checks of the signal beyond their limits.
     pub signs: Reasons,
     /// Conditions of the sweep that its chirps do not show.
     pub conditions: Conditions,
-    /// Why motion input keeps the word from being `ok`, and whether it was bad.
+    /// Quality of the motion input.
     pub motion: MotionDoubt,
-    /// Result of the inference; `None` where none has worked.
+    /// Result of the inference; `None` if it has not run.
     pub ground: Option<FreeGround>,
 }
 
 /// Quality of a sweep's motion input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotionDoubt {
-    /// Nothing.
+    /// The input is good, or none is needed.
     #[default]
     Fine,
-    /// It was late, damaged or impossible; the sweep was worked off without it.
+    /// The input was late, damaged or impossible; the sweep was processed without it.
     Bad,
-    /// It is required, and not every row's place is known by it.
+    /// The input is required, and does not give every row's position.
     Missing,
 }
 
 impl MotionDoubt {
-    /// That of a sweep.
+    /// Returns the quality of a sweep's motion input.
     pub fn of(drive: &Drive<'_>) -> Self {
         match (drive.mode, drive.input) {
             (Mode::Standing, _) => Self::Fine,
@@ -100,7 +101,7 @@ impl MotionDoubt {
     }
 }
 
-/// The word of one guard sweep.
+/// Result of one guard sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuardWord {
     status: Status,
@@ -111,7 +112,7 @@ pub struct GuardWord {
 }
 
 impl GuardWord {
-    /// No answer, for these reasons.
+    /// Returns a result without an answer, for these reasons.
     const fn fault(reasons: Reasons) -> Self {
         Self {
             status: Status::Fault,
@@ -122,13 +123,14 @@ impl GuardWord {
         }
     }
 
-    /// The word of a sweep that motor or link ended.
+    /// Returns the result of a sweep that a fault of motor or link ended.
     pub fn broken(reason: Reason) -> Self {
         Self::fault(Reasons::NONE.with(reason))
     }
 
-    /// Returns the word that `evidence` allows: faults of hardware, then of the signal, then no echo; doubts about the
-    /// instrument, which leave nothing of the free distance; then what only keeps the word from being `ok`.
+    /// Returns the result that `evidence` allows. Order of precedence: hardware faults, signal faults, no echo
+    /// (each a `fault`); instrument faults, which set the free distance to 0; conditions that only prevent
+    /// `ok`.
     pub fn new(evidence: &GuardEvidence) -> Self {
         let reason = |reason| Self::fault(Reasons::NONE.with(reason));
         let mut word = match (evidence.unusable, evidence.ground) {
@@ -159,7 +161,7 @@ impl GuardWord {
         word
     }
 
-    /// Takes in doubts about the instrument: nothing of the free distance is left.
+    /// Adds instrument faults: the free distance and the confidence become 0.
     fn doubt(&mut self, doubts: Reasons) {
         self.reasons = self.reasons.and(doubts);
         if !doubts.is_empty() && self.status != Status::Fault {
@@ -169,7 +171,7 @@ impl GuardWord {
         }
     }
 
-    /// Keeps the word from being `ok`, and leaves its free distance.
+    /// Prevents `ok` and keeps the free distance.
     fn degrade(&mut self, reason: Reason) {
         self.reasons.add(reason);
         if self.status == Status::Ok {
@@ -177,7 +179,8 @@ impl GuardWord {
         }
     }
 
-    /// Takes in that the last full scan has a hazard at `at_m`, metres from where the mirror is now: the nearer counts.
+    /// Limits the free distance to a hazard of the last full scan at `at_m`, metres from the mirror's present
+    /// position, if that is nearer.
     pub fn limit(&mut self, at_m: f32, ending: Ending) {
         if self.free_m.is_some_and(|free_m| at_m < free_m) {
             (self.free_m, self.ending) = (Some(crate::math::max(at_m, 0.0)), ending);
@@ -185,27 +188,27 @@ impl GuardWord {
         }
     }
 
-    /// How far it can be trusted.
+    /// Returns the status.
     pub fn status(&self) -> Status {
         self.status
     }
 
-    /// Free distance, metres from the mirror at the sweep's last row; `None` of a fault.
+    /// Returns the free distance, metres from the mirror at the sweep's last row; `None` for a fault.
     pub fn free_m(&self) -> Option<f32> {
         self.free_m
     }
 
-    /// Kind of the hazard that ends the free ground.
+    /// Returns the kind of the hazard that ends the free distance.
     pub fn ending(&self) -> Ending {
         self.ending
     }
 
-    /// Probability that no hazard is nearer.
+    /// Returns the probability that no hazard is nearer.
     pub fn confidence(&self) -> f32 {
         self.confidence
     }
 
-    /// Why it is not `ok`, and what is weak where it is.
+    /// Returns the reasons that prevent `ok`, and the weaknesses of the result.
     pub fn reasons(&self) -> Reasons {
         self.reasons
     }
@@ -221,7 +224,7 @@ mod tests {
         confidence: 0.998,
     };
 
-    /// Evidence without a fault or a doubt.
+    /// Evidence without any fault.
     fn good() -> GuardEvidence {
         GuardEvidence {
             heard: true,

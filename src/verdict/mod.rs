@@ -1,16 +1,16 @@
-//! From evidence to status, horizon, confidence and reasons: the only place that writes a status.
+//! From evidence to status, horizon, confidence and reasons: the only place that sets a status.
 //!
-//! In: faults of board, motor and link; the verdict and the doubts of [`crate::health`]; what the scanner knows of the
-//! scan ([`Conditions`]); what the estimator says of its answer ([`Sight`]). Out: a [`Verdict`]. [`verdict`] is total,
-//! and begins with a `fault`: evidence that is missing never makes an answer.
+//! In: faults of board, motor and link; the results of [`crate::health`]; the conditions of the scan
+//! ([`Conditions`]); the estimator's assessment of its answer ([`Sight`]). Out: a [`Verdict`]. [`verdict`] is
+//! defined for any evidence and starts from a `fault`: missing evidence never leads to an answer.
 //!
-//! | module | holds |
+//! | module | content |
 //! |---|---|
-//! | [`evidence`] | what a status rests on, as plain values |
+//! | [`evidence`] | inputs of a status, as plain values |
 //! | [`status`] | evidence → verdict: one function |
-//! | [`outcome`] | an answer with its verdict, which nothing else can write |
-//! | [`guard`] | evidence → word of a guard sweep: one function |
-//! | [`reasons`] | the table of reasons: word, meaning, effect, condition |
+//! | [`outcome`] | an answer with its verdict, which only this module can set |
+//! | [`guard`] | evidence → result of a guard sweep: one function |
+//! | [`reasons`] | table of the reasons: code, meaning, effect, condition |
 
 pub mod evidence;
 pub mod guard;

@@ -1,14 +1,14 @@
-//! An answer with its verdict: what is reported of a scan.
+//! An answer with its verdict: the content of a scan's report.
 
 use super::evidence::{Conditions, Evidence};
 use super::reasons::Reasons;
 use super::status::{Status, Verdict, verdict};
 use crate::answer::{Answer, DropEdge};
 
-/// Returns the free distance, metres from the mirror: the ground goes on level up to the nearest of the horizon, the
-/// first step's distance (`step_m`) and the drop's [`DropEdge::nearest_m`]; at least 0.
+/// Returns the free distance, metres from the mirror: the distance to the nearest of the horizon, the first
+/// step (`step_m`) and the drop's [`DropEdge::nearest_m`], over level ground; at least 0.
 ///
-/// `None` where no free distance is promised: of an answer that is not `ok`, or has no horizon.
+/// Returns `None` if the answer is not `ok` or has no horizon.
 pub fn free_m(
     status: Status,
     horizon_m: Option<f32>,
@@ -25,7 +25,7 @@ pub fn free_m(
     )
 }
 
-/// The outcome of one scan.
+/// Outcome of one scan.
 ///
 /// ```
 /// use stairscan::answer::{Direction, Step};
@@ -47,13 +47,13 @@ pub fn free_m(
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// What stands ahead.
+    /// Steps and drop ahead.
     pub answer: Answer,
     verdict: Verdict,
 }
 
 impl Outcome {
-    /// Without an answer, and a `fault` (`silent`) until [`Outcome::decide`].
+    /// An outcome without an answer: a `fault` (`silent`) until [`Outcome::decide`].
     pub const fn silent() -> Self {
         Self {
             answer: Answer::NONE,
@@ -61,7 +61,7 @@ impl Outcome {
         }
     }
 
-    /// That of a scan that hardware did not allow, or ended.
+    /// Returns the outcome of a scan that a hardware fault prevented or ended.
     pub fn broken(faults: Reasons, conditions: Conditions) -> Self {
         let mut outcome = Self::silent();
         outcome.decide(&Evidence {
@@ -72,7 +72,7 @@ impl Outcome {
         outcome
     }
 
-    /// Gives the answer its verdict. A `fault` has no answer.
+    /// Sets the verdict from `evidence`. A `fault` clears the answer.
     #[inline(never)]
     pub fn decide(&mut self, evidence: &Evidence) {
         self.verdict = verdict(evidence);
@@ -81,23 +81,23 @@ impl Outcome {
         }
     }
 
-    /// How far it can be trusted.
+    /// Returns the status.
     pub fn status(&self) -> Status {
         self.verdict.status
     }
 
-    /// Why it is not `ok`, and what is weak where it is.
+    /// Returns the reasons that prevent `ok`, and the weaknesses of the answer.
     pub fn reasons(&self) -> Reasons {
         self.verdict.reasons
     }
 
-    /// Up to where the answer is valid, metres from the mirror; `None` if the estimator does not say, and
-    /// then it claims the whole range.
+    /// Returns the horizon, metres from the mirror. `None` if the estimator computes none; the answer then
+    /// claims the whole range.
     pub fn horizon_m(&self) -> Option<f32> {
         self.verdict.valid.map(|valid| valid.horizon_m)
     }
 
-    /// Free distance: [`free_m`] of status, horizon and answer.
+    /// Returns the free distance: [`free_m`] of status, horizon and answer.
     pub fn free_m(&self) -> Option<f32> {
         let first = self.answer.steps.first().map(|step| step.distance_m);
         free_m(
@@ -108,8 +108,8 @@ impl Outcome {
         )
     }
 
-    /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
-    /// farther; `None` if the estimator does not say.
+    /// Returns the probability that the answer is right up to the horizon, or over the first metre if that is
+    /// farther; `None` if the estimator computes none.
     pub fn confidence(&self) -> Option<f32> {
         self.verdict.valid.map(|valid| valid.confidence)
     }

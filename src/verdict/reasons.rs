@@ -1,25 +1,25 @@
-//! Every reason that stands beside a status: its word, its meaning, what it does to an answer, and when it is told.
+//! Table of all reasons that a status may have: code, meaning, effect on the answer, and the condition of each.
 //!
-//! This is the only list of them. The report and its parser, `--help`, the report page, the C header of `controller/`,
-//! the README and `docs/reasons.md` are made from it, or held against it by a test.
+//! This is the only list of them. The report and its parser, `--help`, the report page, the C header of
+//! `controller/`, the README and `docs/reasons.md` are generated from it, or compared with it by a test.
 
 use core::fmt;
 
-/// What a reason does to an answer.
+/// Effect of a reason on an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReasonEffect {
     /// There is no answer.
     Fault,
-    /// A doubt about the instrument: `degraded`, with a horizon and a confidence of 0.
+    /// Instrument fault: `degraded`, with a horizon and a confidence of 0.
     Doubt,
-    /// `degraded`, with its horizon.
+    /// `degraded`; the horizon is kept.
     Degraded,
-    /// Nothing: for people and logs.
+    /// None: information for people and logs.
     Word,
 }
 
 impl ReasonEffect {
-    /// Its word in documents.
+    /// Returns its name in documents.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Fault => "fault",
@@ -32,36 +32,36 @@ impl ReasonEffect {
 
 macro_rules! reasons {
     ($($(#[doc = $doc:literal])* $name:ident = $text:literal [$($effect:ident),+] $condition:literal),* $(,)?) => {
-        /// Why a scan is `degraded` or a `fault`, or what is weak about one that is `ok`.
+        /// Condition that makes a scan `degraded` or a `fault`, or that is a weakness of one that is `ok`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
         pub enum Reason { $($(#[doc = $doc])* $name),* }
 
-        // A list for each kind of text, not one of rows: the image then holds the words alone.
+        // One list for each kind of text instead of one of rows: the image then holds the codes alone.
         impl Reason {
-            /// Every reason, in the order of their bits.
+            /// All reasons, in the order of their bits.
             pub const ALL: &'static [Reason] = &[$(Reason::$name),*];
 
-            /// The word that stands in a sentence.
+            /// Returns its code in a sentence.
             pub fn as_str(self) -> &'static str {
-                // Every reason has a word; a table of them is a third of a `match` in each caller.
+                // A table of the codes takes a third of the flash of a `match` in each caller.
                 const WORDS: &[&str] = &[$($text),*];
                 WORDS.get(self as usize).copied().unwrap_or("")
             }
 
-            /// What it means, in a sentence for people.
+            /// Returns its meaning, a sentence for people.
             pub fn meaning(self) -> &'static str {
                 const MEANINGS: &[&str] = &[$(concat!($($doc),*)),*];
                 MEANINGS.get(self as usize).map_or("", |text| text.trim())
             }
 
-            /// What it may do to an answer; which of several, its condition says.
+            /// Returns its possible effects on an answer; [`Reason::condition`] says when each of them applies.
             pub fn effects(self) -> &'static [ReasonEffect] {
                 const EFFECTS: &[&[ReasonEffect]] = &[$(&[$(ReasonEffect::$effect),+]),*];
                 EFFECTS.get(self as usize).copied().unwrap_or(&[])
             }
 
-            /// When it is told, in a sentence.
+            /// Returns the condition under which it is reported, as text.
             pub fn condition(self) -> &'static str {
                 const CONDITIONS: &[&str] = &[$($condition),*];
                 CONDITIONS.get(self as usize).copied().unwrap_or("")
@@ -226,29 +226,29 @@ reasons! {
         "The encoder does not answer on its bus, or reports no magnet.",
 }
 
-/// A set of [`Reason`]s.
+/// A set of [`Reason`]s, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reasons(u64);
 
-/// Every reason has a bit.
+// Each reason needs a bit.
 const _: () = assert!(Reason::ALL.len() <= u64::BITS as usize);
 
 impl Reasons {
     /// No reason.
     pub const NONE: Self = Self(0);
 
-    /// Adds one.
+    /// Adds one reason.
     pub fn add(&mut self, reason: Reason) {
         *self = self.with(reason);
     }
 
-    /// This set and one more.
+    /// Returns this set and one more reason.
     #[must_use]
     pub const fn with(self, reason: Reason) -> Self {
         Self(self.0 | 1 << reason as u8)
     }
 
-    /// All that are in either set.
+    /// Returns the union of both sets.
     #[must_use]
     pub const fn and(self, others: Self) -> Self {
         Self(self.0 | others.0)
@@ -259,24 +259,24 @@ impl Reasons {
         self.0 & (1 << reason as u8) != 0
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// The first reason of the set.
+    /// Returns the first reason of the set.
     pub fn first(self) -> Option<Reason> {
         Reason::ALL.get(self.0.trailing_zeros() as usize).copied()
     }
 
-    /// The reasons of the set, in the order of [`Reason::ALL`].
+    /// Returns the reasons of the set, in the order of [`Reason::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Reason> {
         Reason::ALL.iter().copied().filter(move |&r| self.has(r))
     }
 }
 
 impl fmt::Display for Reasons {
-    /// The words joined by `+`; nothing for the empty set.
+    /// The codes joined by `+`; nothing for the empty set.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, reason) in self.iter().enumerate() {
             if k > 0 {

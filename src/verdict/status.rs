@@ -1,41 +1,44 @@
 //! The verdict: status, horizon, confidence and reasons of an answer.
+//!
+//! In: the evidence of a scan. Out: its verdict, by one function without state.
 
 use super::evidence::{Evidence, Sight, Validity};
 use super::reasons::{Reason, Reasons};
 use crate::motion::Finding;
 
-/// Least horizon of an `ok` answer, metres, unless the horizon ends at a told drop that is nearer: design contract.
+/// Minimum horizon of an `ok` answer, metres, unless the horizon ends at a nearer reported drop. Source: design
+/// contract.
 pub const LEAST_HORIZON_M: f32 = 1.0;
 
-/// From this probability of the first step on, [`Validity::first_step`], stairs that begin beyond the horizon may stand in
-/// an `ok` answer. Of 900 such answers among 4,408 `ok`s of the draw that thresholds are tested on, 135 are less sure, and
-/// 4 of the 5 that tell stairs where there are none.
+/// Minimum probability of the first step, [`Validity::first_step`], for stairs that begin beyond the horizon in
+/// an `ok` answer. Measured on the draw for testing thresholds: of 4,408 `ok` answers 900 have such stairs. 135
+/// of these are below the limit, among them 4 of the 5 that report stairs where there are none.
 pub const LEAST_FIRST_STEP: f32 = 0.9;
 
-/// What a controller may do with a scan.
+/// Permitted use of a scan by a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Trust it; zero steps then means that there are no stairs.
+    /// Valid; zero steps then means that there are no stairs.
     Ok,
-    /// Usable; the reasons say what is weak.
+    /// Usable; the reasons name the weaknesses.
     Degraded,
-    /// No answer; the reasons say why. Never holds steps.
+    /// No answer; the reasons name the faults. Never contains steps.
     Fault,
 }
 
-/// What an answer is worth.
+/// Status, validity and reasons of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// How far it can be trusted.
+    /// Permitted use.
     pub status: Status,
-    /// How far it is valid; `None` if the estimator does not say.
+    /// Horizon and confidence; `None` if the estimator computes none.
     pub valid: Option<Validity>,
-    /// Why it is not `ok`, and what is weak where it is.
+    /// Reasons that prevent `ok`, and weaknesses of the answer.
     pub reasons: Reasons,
 }
 
-/// Returns the verdict on `evidence`: faults of hardware, then of the signal, then no echo; doubts about the
-/// instrument, which leave nothing of the horizon; then what only keeps an answer from being `ok`.
+/// Returns the verdict on `evidence`. Order of precedence: hardware faults, signal faults, no echo (each a
+/// `fault`); instrument faults, which set the horizon to 0; conditions that only prevent `ok`.
 pub fn verdict(evidence: &Evidence) -> Verdict {
     let Evidence {
         faults,
@@ -62,8 +65,8 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
     verdict
 }
 
-/// Whether a horizon is too near for an `ok`: below [`LEAST_HORIZON_M`], and not up to the near edge of a told drop; or
-/// before stairs that are not sure.
+/// Whether the horizon is too short for an `ok`: below [`LEAST_HORIZON_M`] and not up to the near edge of a
+/// reported drop, or the first step's probability is below [`LEAST_FIRST_STEP`].
 fn is_short(valid: Validity, drop_m: Option<f32>) -> bool {
     let at_drop = drop_m.is_some_and(|edge| edge > 0.0 && valid.horizon_m >= edge);
     let near = valid.horizon_m < LEAST_HORIZON_M && !at_drop;
@@ -71,14 +74,14 @@ fn is_short(valid: Validity, drop_m: Option<f32>) -> bool {
 }
 
 impl Verdict {
-    /// Where there is nothing to decide on.
+    /// Verdict without evidence.
     pub const SILENT: Self = Self {
         status: Status::Fault,
         valid: None,
         reasons: Reasons::NONE.with(Reason::Silent),
     };
 
-    /// No answer.
+    /// Returns a verdict without an answer.
     fn fault(reasons: Reasons) -> Self {
         Self {
             reasons,
@@ -86,7 +89,7 @@ impl Verdict {
         }
     }
 
-    /// On what the estimator says alone: `ok` if its answer is valid far enough.
+    /// Returns the verdict by the estimator's assessment alone: `ok` if the answer is valid far enough.
     fn of(sight: &Sight) -> Self {
         let mut verdict = Self {
             status: Status::Ok,
@@ -117,8 +120,8 @@ impl Verdict {
         verdict
     }
 
-    /// Takes in doubts about the instrument: no estimator knows better than its instrument, so that nothing of the
-    /// horizon is left.
+    /// Adds instrument faults. No estimator can correct its instrument's faults, so horizon and confidence
+    /// become 0.
     fn doubt(&mut self, doubts: Reasons) {
         self.reasons = self.reasons.and(doubts);
         if !doubts.is_empty() && self.status != Status::Fault {
@@ -127,7 +130,7 @@ impl Verdict {
         }
     }
 
-    /// Keeps the answer from being `ok`, and leaves its horizon.
+    /// Prevents `ok` and keeps the horizon.
     fn degrade(&mut self, reason: Reason) {
         self.reasons.add(reason);
         if self.status == Status::Ok {

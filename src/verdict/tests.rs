@@ -1,4 +1,4 @@
-//! The verdict over all combinations of evidence, and against the table of reasons.
+//! Tests of the verdict over all combinations of evidence, and against the table of reasons.
 
 use super::*;
 use crate::answer::{Direction, DropEdge, Step};
@@ -14,7 +14,7 @@ fn valid_to(horizon_m: f32) -> Validity {
     }
 }
 
-/// An estimator's word that makes an `ok`.
+/// Returns an estimator's assessment that leads to `ok`.
 fn sure() -> Sight {
     Sight {
         heard: true,
@@ -30,12 +30,12 @@ fn seen(sight: Sight) -> Evidence {
     }
 }
 
-/// One reason, or none.
+/// Returns the empty set and the set of one reason.
 fn one_of(reason: Reason) -> [Reasons; 2] {
     [Reasons::NONE, Reasons::NONE.with(reason)]
 }
 
-/// Horizons, and near edges of drops that they end at or before.
+/// Horizons and near edges of drops, metres: the horizon reaches the drop, or ends before it.
 const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
     (None, None),
     (None, Some(0.8)),
@@ -45,7 +45,7 @@ const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
     (Some(LEAST_HORIZON_M), None),
 ];
 
-/// Every sight that differs in what a verdict looks at.
+/// Returns all combinations of the parts of an assessment that a verdict depends on.
 fn sights() -> Vec<Option<Sight>> {
     let mut sights = Vec::from([None]);
     let findings = [
@@ -75,7 +75,7 @@ fn sights() -> Vec<Option<Sight>> {
     sights
 }
 
-/// Every evidence that differs in what a verdict looks at.
+/// Returns all combinations of the parts of the evidence that a verdict depends on.
 fn all() -> Vec<Evidence> {
     let mut all = Vec::new();
     for sight in sights() {
@@ -195,7 +195,7 @@ fn a_horizon_that_ends_at_a_nearer_drop_is_not_short() {
     let at_drop = found(0.7, Some(0.7));
     assert!(at_drop.status == Status::Ok && at_drop.reasons.is_empty());
     assert_eq!(at_drop.valid, Some(valid_to(0.7)));
-    // Ground between horizon and drop is not promised; nor is anything where the edge may be behind the mirror.
+    // Ground between horizon and drop is not free; neither is any if the edge may be behind the mirror.
     for (horizon_m, drop_m) in [(0.7, 0.71), (0.7, 1.2), (0.0, 0.0), (0.1, -0.1)] {
         let short = found(horizon_m, Some(drop_m));
         assert_eq!(short.status, Status::Degraded, "{horizon_m} {drop_m}");
@@ -203,7 +203,7 @@ fn a_horizon_that_ends_at_a_nearer_drop_is_not_short() {
     }
 }
 
-/// An answer with a step and a drop, on evidence that makes it `ok` up to `horizon_m`.
+/// Returns an answer with a step and a drop, on evidence that makes it `ok` up to `horizon_m`.
 fn outcome(horizon_m: f32, step_m: Option<f32>, drop: Option<DropEdge>) -> Outcome {
     let mut outcome = Outcome::silent();
     outcome.answer.drop = drop;
@@ -242,7 +242,7 @@ fn the_free_distance_ends_at_the_nearest_of_horizon_step_and_drop() {
     assert!(near(free(0.7, None, drop(0.76)), 0.7));
     assert!(near(free(1.4, Some(0.9), drop(0.8)), 0.74));
     assert_eq!(free(1.4, Some(-0.1), None), Some(0.0));
-    // Not `ok`: too near a horizon; without a horizon nothing is promised.
+    // Not `ok`: the horizon is too near. Without a horizon there is no free distance.
     assert_eq!(free(0.7, None, drop(0.9)), None);
     assert_eq!(free_m(Status::Ok, None, None, None), None);
     assert_eq!(free_m(Status::Degraded, Some(1.4), None, None), None);

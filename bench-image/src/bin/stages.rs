@@ -1,7 +1,7 @@
-//! In the emulator: instruction counts of every stage, one `name count` a line.
+//! Emulator image: prints the instruction count of every stage, one `name count` a line.
 //!
-//! Whole scans come from the file `scans` in the emulator's working directory, one behind the
-//! other: a [head](bench_image::head) and the rows' chirps.
+//! Whole scans come from the file `scans` in the emulator's working directory, one after the other: a
+//! [header](bench_image::head) and the rows' chirps.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
@@ -31,10 +31,10 @@ mod image {
     use stairscan::verdict::{Conditions, Outcome};
     use stm32f4xx_hal as _;
 
-    // What goes into a stage and what comes out is a `black_box`: inlined into the loop that counts
-    // it, a stage whose result nobody reads would not be computed.
+    // Input and output of a stage pass through `black_box`: inlined into the counting loop, a stage with an
+    // unused result would not be computed.
 
-    /// Repetitions: the timer's grain of 6 instructions vanishes.
+    /// Repetitions of a stage, which average out the timer's resolution of 6 instructions.
     const ROUNDS: u32 = 100;
 
     #[entry]
@@ -55,7 +55,7 @@ mod image {
         }
     }
 
-    /// A chirp with leakage, mirror, two echoes and noise-like dither, peaking near half scale.
+    /// Returns a chirp with leakage, mirror, two echoes and noise-like dither, with a peak near half scale.
     fn chirp(samples: usize) -> impl Iterator<Item = Iq> {
         let mut dither = 1u32;
         (0..samples).map(move |n| {
@@ -73,7 +73,7 @@ mod image {
         })
     }
 
-    /// One transform of 256 complex points, in and out, beside its peer.
+    /// Counts one transform of 256 complex points, input and output included, and the one of `microfft`.
     #[inline(never)]
     fn transforms(counter: &mut Counter) {
         let mut input = [Packed::ZERO; 256];
@@ -94,7 +94,7 @@ mod image {
         hprintln!("microfft_f32 {}", count);
     }
 
-    /// The passes over one chirp of 200 samples, and all of them.
+    /// Counts each pass over one chirp of 200 samples, and the whole chirp.
     #[inline(never)]
     fn chirp_stages(counter: &mut Counter) {
         let mut samples = [Iq::default(); 200];
@@ -121,7 +121,7 @@ mod image {
         });
         hprintln!("stages {}", count);
         row_stages(counter, &config, &window, &power);
-        // The same chirp once more taken for 400 real samples.
+        // The same chirp, interpreted as 400 real samples.
         for (name, real) in [("chirp", false), ("chirp_real", true)] {
             let radar = RadarConfig {
                 real,
@@ -131,7 +131,7 @@ mod image {
         }
     }
 
-    /// From a chirp to a row of the map.
+    /// Counts the processing from a chirp to a row of the map.
     #[inline(never)]
     fn whole(
         counter: &mut Counter,
@@ -155,7 +155,7 @@ mod image {
         })
     }
 
-    /// From power to a row.
+    /// Counts the stages from power to a row.
     #[inline(never)]
     fn row_stages(counter: &mut Counter, config: &Config, window: &Window, power: &[u32; 256]) {
         let kept = BinWindow::new(&config.radar, &config.mount, &config.cfar);
@@ -176,7 +176,7 @@ mod image {
     static mut PIPELINE: Pipeline = Pipeline::new();
     static mut RANGE: RangeProcessor = RangeProcessor::idle();
 
-    /// Takes the time of each stage after the last row.
+    /// Observer that counts the instructions of each stage after the last row.
     struct Laps<'c> {
         counter: &'c Counter,
         since: u32,
@@ -198,7 +198,7 @@ mod image {
         }
     }
 
-    /// The scans of the host's file through the whole scan state.
+    /// Processes the scans of the host's file with the whole pipeline.
     #[inline(never)]
     fn scans(counter: &mut Counter) {
         // SAFETY: the only reference to the static, made once.
@@ -217,10 +217,10 @@ mod image {
         }
     }
 
-    /// One scan: `scan CHIRP ROW POST …`, the worst of its chirps (samples to row of the map, with the
-    /// health of the instrument), the worst of its rows (with what the estimator does during the scan),
-    /// from the last row to the last byte of the report, and each stage of that: the estimator's, and
-    /// the report.
+    /// Processes one scan and prints `scan CHIRP ROW POST …`: the maximum over its chirps (samples to row of
+    /// the map, with the health checks), the maximum over its rows (with the estimator's work during the scan),
+    /// the instructions from the last row to the last byte of the report, and each stage of these: the
+    /// estimator's, and the report.
     #[inline(never)]
     fn scan(counter: &mut Counter, pipeline: &mut Pipeline, config: &Config, file: &mut HostFile) {
         let ready = pipeline.begin(config, 1).is_ok();
@@ -256,7 +256,7 @@ mod image {
         );
     }
 
-    /// Reads the next row's chirp; says whether there was one.
+    /// Reads the next row's chirp; returns whether there was one.
     #[inline(never)]
     fn chirp_of(file: &mut HostFile, config: &Config, pipeline: &mut Pipeline) -> bool {
         let mut bytes = [0; 4 * MAX_SAMPLES];
@@ -271,7 +271,8 @@ mod image {
         true
     }
 
-    /// One sweep of the guard: `sweep COUNT`, from the last row to the word, health included.
+    /// Processes one guard sweep and prints `sweep COUNT`: the instructions from the last row to the result,
+    /// health checks included.
     #[inline(never)]
     fn sweep(counter: &mut Counter, pipeline: &mut Pipeline, config: &Config, file: &mut HostFile) {
         let ready = pipeline.begin_guard(config, 1).is_ok();

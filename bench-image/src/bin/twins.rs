@@ -1,4 +1,5 @@
-//! In the emulator: do the DSP instructions give the same bits as their definitions?
+//! Emulator image: compares the results of the DSP instructions with those of their portable definitions, bit
+//! by bit.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,4 +1,4 @@
-//! Test bodies: what the scanner is to detect, with its dimensions, as part of a scene.
+//! Test bodies with their dimensions, as parts of a scene.
 
 use stairscan::verdict::Ending;
 
@@ -10,23 +10,24 @@ const POST_M: f64 = 0.06;
 const POST_TOP_M: f64 = 0.90;
 /// Rise and going of the stairs, metres: 2 rise + going = 63 cm.
 const FLIGHT_M: [f64; 2] = [0.17, 0.29];
-/// Steps of the stairs.
+/// Number of steps of the stairs.
 const FLIGHT_STEPS: usize = 4;
-/// How far the ground goes on behind a body, metres: farther than the range.
+/// Length of the ground behind a body, metres: beyond the range.
 const BEYOND_M: f64 = 2.5;
 /// Thickness of a floating tread, metres.
 const SLAB_M: f64 = 0.04;
-/// Where level ground ends, metres: farther than the range.
+/// End of level ground, metres: beyond the range.
 const LEVEL_M: f64 = 4.0;
-/// A scan need not tell a lower rise or drop by name, centimetres: single rises count as steps from here on.
+/// Minimum height of a rise or depth of a drop that a scan must name, centimetres. From here on
+/// single rises count as steps.
 const LEAST_STEP_CM: u32 = 6;
 
 /// A test body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Body {
-    /// A platform of so many centimetres that begins at the place and goes on.
+    /// A platform of this height, centimetres, that begins at the body's place and goes on.
     Rise(u32),
-    /// A fall of so many centimetres to a floor that goes on.
+    /// A drop of this depth, centimetres, to a floor that goes on.
     Drop(u32),
     /// An upright round steel post in the plane of the beam.
     Post,
@@ -41,7 +42,7 @@ pub enum Body {
 }
 
 impl Body {
-    /// Those whose distance, yaw, pitch and window are changed.
+    /// Bodies that are measured over distance, yaw, pitch and window.
     pub const STANDARD: [Self; 6] = [
         Self::Rise(10),
         Self::Drop(15),
@@ -51,7 +52,7 @@ impl Body {
         Self::Down,
     ];
 
-    /// Short name without its size, as `--body` and files have it.
+    /// Returns the short name without the size, as `--body` and files use it.
     pub const fn kind(self) -> &'static str {
         match self {
             Self::Rise(_) => "rise",
@@ -64,7 +65,7 @@ impl Body {
         }
     }
 
-    /// Name with its size.
+    /// Returns the name with the size.
     pub fn name(self) -> String {
         match self {
             Self::Rise(cm) => format!("rise of {cm} cm"),
@@ -77,7 +78,7 @@ impl Body {
         }
     }
 
-    /// Its dimensions, in words.
+    /// Returns the dimensions as text.
     pub fn dimensions(self) -> String {
         let [rise, going] = FLIGHT_M.map(|m| 100.0 * m);
         match self {
@@ -99,7 +100,7 @@ impl Body {
         }
     }
 
-    /// Hazard that a guard sweep should name; `None` of level ground.
+    /// Returns the hazard that a guard sweep should name; `None` of level ground.
     pub const fn ending(self) -> Option<Ending> {
         match self {
             Self::Rise(_) | Self::Closed | Self::Open => Some(Ending::Rise),
@@ -109,8 +110,8 @@ impl Body {
         }
     }
 
-    /// Whether a scan detects it by telling a step or a drop at its place. Of the others a free distance that ends
-    /// before them is enough.
+    /// Whether a scan detects the body by reporting a step or a drop at its place. For the others a
+    /// free distance that ends before the body is enough.
     pub const fn told_by_name(self) -> bool {
         match self {
             Self::Rise(cm) | Self::Drop(cm) => cm >= LEAST_STEP_CM,
@@ -119,7 +120,8 @@ impl Body {
         }
     }
 
-    /// Puts it into `spec` with its front at `at_m`, ground and body of the material `ground`.
+    /// Adds the body to `spec` with its front at `at_m`, metres, ground and body of the material
+    /// `ground`.
     pub fn place(self, spec: &mut SceneSpec, at_m: f64, ground: &str) {
         let flight = |count, rise_m| flight(count, rise_m, at_m, ground);
         match self {
@@ -140,7 +142,7 @@ impl Body {
             Self::Post => {
                 spec.post.push(PostSpec {
                     at_m: at_m + 0.5 * POST_M,
-                    // In the plane that the mirror sweeps, whatever the yaw.
+                    // In the plane that the mirror sweeps, at any yaw.
                     lateral_m: 0.0,
                     diameter_m: POST_M,
                     bottom_m: 0.0,
@@ -150,7 +152,7 @@ impl Body {
             }
             Self::Level => {}
         }
-        // Flights going down bring their upper floor with them.
+        // A flight going down includes its upper floor.
         if !matches!(self, Self::Drop(_) | Self::Down) {
             spec.floor.push(FloorSpec {
                 from_m: -0.6,
@@ -162,7 +164,7 @@ impl Body {
     }
 }
 
-/// A flight going up.
+/// Returns a flight going up.
 fn flight(count: usize, rise_m: f64, distance_m: f64, material: &str) -> StairsSpec {
     // Gratings have front plates (EN ISO 14122-3).
     let riser = (material == "grating").then(|| "metal".to_owned());
@@ -201,7 +203,7 @@ mod tests {
     use super::*;
     use crate::sweeps::{hazards, truth};
 
-    /// The bodies stand where they are put, and are the hazards that they are named after.
+    /// The bodies stand at the given place, and are the hazards that they are named after.
     #[test]
     fn a_body_is_the_first_hazard_of_its_scene() {
         for body in Body::STANDARD {

@@ -1,7 +1,8 @@
-//! Conditions of a measurement, and the scene that a body makes under one of them.
+//! Conditions of a measurement, and the scene of a body under one of them.
 //!
-//! Everything that the condition does not fix is drawn for each scene: workmanship of the mounting, side lobes, the piece of each
-//! material, and a few centimetres and degrees, so that no cell rests on one range bin or one angle.
+//! Everything that the condition does not fix is drawn for each scene: mounting errors, side lobes,
+//! the properties of each material, and a few centimetres and degrees, so that no cell depends on
+//! one range bin or one angle.
 
 use crate::scene::material::{NAMES, builtin};
 use crate::scene::maths::Random;
@@ -9,7 +10,8 @@ use crate::scene::spec::{MaterialSpec, SceneSpec};
 
 use super::body::Body;
 
-/// Dry grounds, by turns where a condition names none: the simulator's wood, glazed tiles, concrete, carpet and grating.
+/// Dry grounds, used in turn where a condition names none: the simulator's wood, glazed tiles,
+/// concrete, carpet and grating.
 pub const GROUNDS: [&str; 5] = [
     "painted-wood",
     "dark-ceramic",
@@ -22,25 +24,26 @@ pub const WET: &str = "wet";
 /// Distance of the reference condition, metres.
 pub const REFERENCE_M: f64 = 1.0;
 
-/// Loss of a clean instrument, dB: the simulator's default.
+/// System loss of a clean instrument, dB: the simulator's default.
 const CLEAN_DB: f64 = 15.0;
-/// The body stands so far from the condition's distance, metres either way: more than two range bins.
+/// Maximum deviation of the body's place from the condition's distance, metres either way: more
+/// than two range bins.
 const PLACE_M: f64 = 0.025;
-/// The chair looks so far from the condition's yaw, degrees either way.
+/// Maximum deviation of the chair's heading from the condition's yaw, degrees either way.
 const YAW_DEG: f64 = 1.0;
-/// Standard deviation and most of a pitch that nobody tells, degrees: homing of the mirror, tyres.
+/// Standard deviation and maximum of the unknown pitch error, degrees: homing of the mirror, tyres.
 const PITCH_DEG: [f64; 2] = [0.15, 0.4];
-/// The same of the mirror's height, metres.
+/// Standard deviation and maximum of the mirror's height error, metres.
 const HEIGHT_M: [f64; 2] = [0.002, 0.005];
-/// First side lobes of the beam, dB below its peak.
+/// Range of the level of the beam's first side lobes, dB below its peak.
 const SIDE_LOBES_DB: [f64; 2] = [18.0, 24.0];
-/// Texture of a piece of a material, dB either way.
+/// Maximum deviation of a material's diffuse level, dB either way.
 const TEXTURE_DB: f64 = 4.0;
-/// Roughness of a piece of a material, a factor either way.
+/// Maximum deviation of a material's roughness, a factor either way.
 const ROUGHNESS: f64 = 2.0;
-/// Largest roughness, metres: a relief of a wavelength is none of facets.
+/// Maximum roughness, metres. The facet model does not hold for a relief of a wavelength.
 const ROUGHEST_M: f64 = 1.2e-3;
-/// Random numbers of these draws, apart from those of surfaces and chirps.
+/// Stream of the random numbers of these draws, apart from those of surfaces and chirps.
 const STREAM: u64 = 0x4341_5041;
 
 /// Condition of one cell.
@@ -48,15 +51,15 @@ const STREAM: u64 = 0x4341_5041;
 pub struct Condition {
     /// Distance of the body's front from the mirror, metres.
     pub distance_m: f64,
-    /// Heading against the perpendicular of the body's edge, degrees.
+    /// Heading relative to the perpendicular of the body's edge, degrees.
     pub yaw_deg: f64,
-    /// Pitch of the chair that its inclinometer tells, degrees, nose up positive.
+    /// Pitch of the chair as the inclinometer reports it, degrees, nose up positive.
     pub pitch_deg: f64,
-    /// Loss out and back together beyond that of a clean window, dB.
+    /// Two-way loss beyond that of a clean window, dB.
     pub loss_db: f64,
-    /// Material of ground and body; `None`: [`GROUNDS`] by turns.
+    /// Material of ground and body; `None` uses [`GROUNDS`] in turn.
     pub ground: Option<&'static str>,
-    /// Speed towards the body, m/s; 0 of a chair that stands.
+    /// Speed towards the body, m/s; 0 for a chair that stands.
     pub speed: f64,
 }
 
@@ -72,7 +75,7 @@ impl Condition {
     };
 }
 
-/// A scene, and where its body stands.
+/// A scene with the place of its body.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The scene.
@@ -95,12 +98,12 @@ pub fn scene(body: Body, condition: &Condition, turn: usize, seed: u64) -> Setup
     Setup { spec, at_m }
 }
 
-/// A normal deviate of this standard deviation, cut off.
+/// Draws a normal deviate of the given standard deviation, clipped to ± the maximum.
 fn clipped([deviation, most]: [f64; 2], rng: &mut Random) -> f64 {
     (deviation * rng.normal()).clamp(-most, most)
 }
 
-/// The scanner and the chair that it is mounted on.
+/// Sets the scanner and its mounting on the chair.
 fn instrument(spec: &mut SceneSpec, condition: &Condition, rng: &mut Random) {
     spec.radar.system_loss_db = CLEAN_DB + condition.loss_db;
     spec.mirror.sidelobe_db = rng.between(SIDE_LOBES_DB[0], SIDE_LOBES_DB[1]);
@@ -111,7 +114,7 @@ fn instrument(spec: &mut SceneSpec, condition: &Condition, rng: &mut Random) {
     mount.height_error_m = clipped(HEIGHT_M, rng);
 }
 
-/// A piece of a built-in material.
+/// Draws one piece of a built-in material.
 fn piece(name: &str, rng: &mut Random) -> MaterialSpec {
     debug_assert!(NAMES.contains(&name));
     let plain = builtin(name).unwrap_or_default();
@@ -128,7 +131,7 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    /// Every standard body can be built at the ends of every range.
+    /// Each standard body can be built at the ends of all ranges.
     #[test]
     fn scenes_can_be_built() {
         let ends = [(0.4, 0.0, -4.0), (2.0, 14.0, 4.0), (0.4, 14.0, 0.0)];

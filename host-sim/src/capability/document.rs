@@ -1,10 +1,10 @@
-//! A document of headings, text, tables and drawings, as Markdown and as a page.
+//! A document of headings, text, tables and drawings, as Markdown and as an HTML page.
 
 use std::fmt::Write as _;
 
 use crate::html;
 
-/// A table; each row has as many cells as the head.
+/// A table. Each row has as many cells as the head.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// Names of the columns.
@@ -14,7 +14,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty one with these columns.
+    /// Creates an empty table with these columns.
     pub fn new(head: &[&str]) -> Self {
         Self {
             head: head.iter().map(|name| (*name).to_owned()).collect(),
@@ -23,10 +23,10 @@ impl Table {
     }
 }
 
-/// A part of a document. Texts may hold `code` and nothing else of Markdown.
+/// A part of a document. Texts may contain `code` but no other Markdown.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Part {
-    /// A heading of a level, from 1.
+    /// A heading with its level, from 1.
     Heading(usize, String),
     /// A paragraph.
     Text(String),
@@ -38,14 +38,14 @@ pub enum Part {
     Figure {
         /// Name of its file.
         file: String,
-        /// Description for those who do not see it.
+        /// Alternative text.
         alt: String,
-        /// SVG.
+        /// The SVG text.
         svg: String,
     },
 }
 
-/// Returns the document as Markdown whose drawings lie in `directory`.
+/// Returns the document as Markdown. Its drawings lie in `directory`.
 pub fn markdown(parts: &[Part], directory: &str) -> String {
     let blocks = parts.iter().map(|part| match part {
         Part::Heading(level, text) => format!("{} {text}\n", "#".repeat(*level)),
@@ -64,7 +64,7 @@ fn rows_of(table: &Table) -> String {
     line(&table.head) + &rule + &rows
 }
 
-/// Returns the document as one page without a network.
+/// Returns the document as one HTML page that needs no network.
 pub fn page(title: &str, parts: &[Part]) -> String {
     let mut body = String::new();
     for part in parts {
@@ -105,7 +105,7 @@ fn cells_of(table: &Table) -> String {
     )
 }
 
-/// Text with its `code` as HTML.
+/// Escapes a text for HTML, with its `code` marked.
 fn marked(text: &str) -> String {
     let pieces = text.split('`').enumerate();
     let piece = |(k, piece): (usize, &str)| match k % 2 {

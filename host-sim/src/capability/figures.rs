@@ -1,4 +1,5 @@
-//! One drawing for each body: shares by distance, yaw, pitch, window and ground, and by size where there is one.
+//! One drawing for each body: shares over distance, yaw, pitch, window and ground, and over size
+//! where the body has one.
 
 use crate::hardware::sheet::{Anchor, FAINT, INK, Place, Sheet};
 use crate::score::Share;
@@ -8,20 +9,21 @@ use super::plan::{Series, sizes};
 use super::results::Measured;
 use super::tally::{Counts, Tally, lower, upper};
 
-/// Size of a panel with its margins, and of the part that is drawn in, pixels.
+/// Size of a panel with its margins, and the margins (left, top, right, bottom), pixels.
 const PANEL: [f64; 2] = [380.0, 250.0];
 const MARGIN: [f64; 4] = [52.0, 34.0, 14.0, 44.0];
-/// Height of the legend.
+/// Height of the legend, pixels.
 const LEGEND: f64 = 34.0;
-/// Panels beside each other.
+/// Number of panels beside each other.
 const ACROSS: usize = 3;
-/// Colours that people who see no red or green tell apart (Okabe and Ito): scan, guard.
+/// Colours of scan and guard, distinguishable with red-green colour blindness (Okabe and Ito).
 const COLOURS: [&str; 2] = ["#0072b2", "#d55e00"];
-/// Half width of a mark, and distance of scan and guard from the middle of their column, pixels.
+/// Half width of a mark, and offset of the marks of scan and guard from the middle of their column,
+/// pixels.
 const MARK: f64 = 4.0;
 const ASIDE: f64 = 6.0;
 
-/// Values along a panel.
+/// Values of one panel.
 struct Panel {
     title: String,
     values: Vec<(String, Tally)>,
@@ -72,7 +74,7 @@ fn sheet_of(panels: &[Panel]) -> Sheet {
     sheet
 }
 
-/// The area of a panel: left, top, right, bottom.
+/// Returns the plot area of a panel: left, top, right, bottom.
 fn area(corner: Place) -> [f64; 4] {
     let [left, top, right, bottom] = MARGIN;
     [
@@ -126,7 +128,7 @@ fn draw(sheet: &mut Sheet, corner: Place, panel: &Panel) {
     }
 }
 
-/// A dot of the scan, or a square of the guard.
+/// Draws a dot for the scan, or a square for the guard.
 fn mark(sheet: &mut Sheet, channel: usize, (x, y): Place, colour: &str) {
     match channel {
         0 => sheet.ellipse((x, y), (MARK, MARK), colour),
@@ -134,7 +136,7 @@ fn mark(sheet: &mut Sheet, channel: usize, (x, y): Place, colour: &str) {
     }
 }
 
-/// The mark of what is `ok` and free beyond.
+/// Draws the cross for answers that are `ok` with free ground beyond the body.
 fn cross(sheet: &mut Sheet, (x, y): Place, colour: &str) {
     let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"");
     for side in [-1.0, 1.0] {

@@ -1,4 +1,5 @@
-//! Scenes of a cell into outcomes: simulated, scanned and swept by the scanner's own loop.
+//! Measures the scenes of a cell: each is simulated, scanned and swept by the scanner's own loop,
+//! and gives one outcome.
 
 use anyhow::{Context, Result};
 
@@ -14,19 +15,19 @@ use super::outcome::{GuardOutcome, ScanOutcome};
 use super::plan::Cell;
 use super::standing;
 
-/// Guard sweeps of a chair that stands: a second.
+/// Number of guard sweeps of a chair that stands: 0.8 s.
 pub const SWEEPS: usize = 8;
 
 /// The outcomes of one scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Of a full scan; `None` from a chair that drives.
+    /// Outcome of a full scan; `None` for a chair that drives.
     pub scan: Option<ScanOutcome>,
-    /// Of guard sweeps.
+    /// Outcome of the guard sweeps.
     pub guard: GuardOutcome,
 }
 
-/// Simulates and judges scene number `turn` of a cell.
+/// Simulates and classifies scene number `turn` of a cell.
 ///
 /// # Errors
 /// Names a scene that cannot be built or scanned.
@@ -40,7 +41,7 @@ pub fn seen(cell: &Cell, turn: usize, seed: u64) -> Result<Seen> {
     outcomes.with_context(|| format!("{name}: {:?}", cell.condition))
 }
 
-/// One scan, and a second of guard sweeps.
+/// Simulates one scan, and [`SWEEPS`] guard sweeps.
 fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<Seen> {
     let Setup { spec, at_m } = setup;
     let recording = Scene::new(spec.clone())?.simulate(name, seed);
@@ -52,7 +53,7 @@ fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<Se
     })
 }
 
-/// Guard sweeps of a chair that comes to the body from farther away.
+/// Simulates the guard sweeps of a chair that approaches the body.
 fn driving(cell: &Cell, setup: Setup, name: &str, (seed, speed): (u64, f64)) -> Result<Seen> {
     let drive = drive(seed, guard::SWEEPS, speed);
     let rows = {
@@ -70,7 +71,7 @@ fn driving(cell: &Cell, setup: Setup, name: &str, (seed, speed): (u64, f64)) -> 
     })
 }
 
-/// The words on the sweeps of a recording.
+/// Returns the answers on the sweeps of a recording.
 fn words(recording: &Recording) -> Result<Vec<Word>> {
     let words = replay::guarded(recording, &Options::default())?;
     Ok(words.iter().map(Word::of).collect())

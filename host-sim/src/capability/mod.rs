@@ -1,13 +1,14 @@
-//! The capability sheet: for each test body the probability of detection, the response time and the false alarms, with
-//! bounds.
+//! The capability sheet: the probability of detection, the response time and the false alarms of
+//! each test body, with confidence bounds.
 //!
-//! A plan of cells goes in ([`plan`]): a test body ([`body`]) under one condition ([`condition`]), seen by so many
-//! independent scenes. Each scene is scanned and swept by the scanner's own loop ([`measure`], [`standing`]), each answer is judged by a
-//! rule ([`outcome`]), and the counts of a cell get their bounds ([`tally`], [`results`]). What is made of them is one document
-//! ([`sheet`], [`figures`]), written as Markdown or as a page ([`document`]).
+//! The input is a plan of cells ([`plan`]). A cell is a test body ([`body`]) under one condition
+//! ([`condition`]) in a number of independent scenes. Each scene is scanned and swept by the
+//! scanner's own loop ([`measure`], [`standing`]), each answer is classified by a rule
+//! ([`outcome`]), and the counts of a cell get their bounds ([`tally`], [`results`]). The output is
+//! one document ([`sheet`], [`figures`]), as Markdown or as an HTML page ([`document`]).
 //!
-//! It stands beside [`crate::score`] and [`crate::sweeps`], which measure answers on random scenes: here one quantity
-//! changes at a time, so that a table says where the scanner stops to see a hazard.
+//! [`crate::score`] and [`crate::sweeps`] measure answers on random scenes. Here one quantity
+//! changes at a time, so that a table shows at which value detection fails.
 
 pub mod body;
 pub mod condition;

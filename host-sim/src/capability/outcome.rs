@@ -1,4 +1,5 @@
-//! Rules of counting: when an answer has detected a body, or is free where it must not be.
+//! Rules of counting: when an answer has detected a body, and when it wrongly reports free ground
+//! beyond it.
 
 use stairscan::answer::Direction;
 use stairscan::verdict::Ending;
@@ -8,14 +9,17 @@ use crate::sweeps::score::Word;
 
 use super::body::Body;
 
-/// A step or a drop is told at the body's place within this, metres: the score's own distance.
+/// Maximum distance between a reported step or drop and the body's place for a detection, metres:
+/// as in the score.
 const AT_PLACE_M: f64 = 0.10;
-/// Free ground that ends so far beyond a body still ends at it, metres: the guard's contract.
+/// Tolerance by which free ground may end beyond a body and still count as ending at it, metres:
+/// the guard's contract.
 const BEYOND_M: f64 = 0.05;
-/// Sweeps of a recording before the guard is held to its free distance: as in `cargo sim guard`.
+/// Number of sweeps at the beginning of a recording whose free distance is not counted: as in
+/// `cargo sim guard`.
 const FIRST_SWEEPS: usize = 2;
 
-/// Free distance, metres, with whether it is `ok`.
+/// Whether an `ok` answer has a free distance that ends beyond a body at `at_m`, metres.
 fn is_beyond(is_ok: bool, free_m: Option<f64>, at_m: f64) -> bool {
     is_ok && free_m.is_some_and(|free_m| free_m > at_m + BEYOND_M)
 }
@@ -23,20 +27,20 @@ fn is_beyond(is_ok: bool, free_m: Option<f64>, at_m: f64) -> bool {
 /// The outcome of one full scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ScanOutcome {
-    /// The answer is `ok`.
+    /// Whether the answer is `ok`.
     pub ok: bool,
-    /// The body is detected.
+    /// Whether the body is detected.
     pub detected: bool,
-    /// The answer is `ok`, and its free ground ends beyond the body.
+    /// Whether the answer is `ok` and its free ground ends beyond the body.
     pub beyond: bool,
-    /// A step or a drop is told somewhere.
+    /// Whether a step or a drop is reported at any place.
     pub alarm: bool,
-    /// Free distance, metres; `None` where none is promised.
+    /// Free distance, metres; `None` if none is reported.
     pub free_m: Option<f64>,
 }
 
 impl ScanOutcome {
-    /// That of an answer to a scene with `body` at `at_m`.
+    /// Classifies an answer to a scene with `body` at `at_m`, metres.
     pub fn of(answer: &Answer, body: Body, at_m: f64) -> Self {
         let answered = !answer.is_fault();
         let near = |m: f64| (m - at_m).abs() <= AT_PLACE_M;
@@ -67,22 +71,23 @@ impl ScanOutcome {
 /// The outcome of consecutive guard sweeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardOutcome {
-    /// The last sweep is `ok`.
+    /// Whether the last sweep is `ok`.
     pub ok: bool,
-    /// The first sweep (from 1) that ends at or before the body and names it.
+    /// Number (from 1) of the first sweep that names the body and whose free distance ends at or
+    /// before it.
     pub named_at: Option<usize>,
     /// Distance of the body at that sweep, metres.
     pub named_m: Option<f64>,
-    /// From the third sweep on one is `ok` with free ground beyond the body.
+    /// Whether a sweep from the third on is `ok` with free ground beyond the body.
     pub beyond: bool,
-    /// A sweep names a rise, a drop or an obstacle.
+    /// Whether a sweep names a rise, a drop or an obstacle.
     pub alarm: bool,
     /// Free distance of the last sweep, metres.
     pub free_m: Option<f64>,
 }
 
 impl GuardOutcome {
-    /// That of the words on sweeps, at each of which `body` stands at one of `at_m`.
+    /// Classifies the answers on sweeps. `at_m` is the distance of `body` at each sweep, metres.
     pub fn of(words: &[Word], body: Body, at_m: &[f64]) -> Self {
         let detects = |(word, at_m): (&Word, &f64)| {
             let ends = word.free_m.is_some_and(|free_m| free_m <= at_m + BEYOND_M);
@@ -107,12 +112,13 @@ fn is_ok(word: &Word) -> bool {
     word.status == stairscan::verdict::Status::Ok
 }
 
-/// Whether it names a hazard.
+/// Whether an ending names a hazard.
 fn names(ending: Ending) -> bool {
     matches!(ending, Ending::Rise | Ending::Drop | Ending::Obstacle)
 }
 
-/// Whether two endings name one hazard. Rise and obstacle are alike: which it is, is a matter of height.
+/// Whether two endings name the same hazard. Rise and obstacle count as the same, because they
+/// differ by height only.
 fn alike(a: Ending, b: Ending) -> bool {
     let stands = |e| matches!(e, Ending::Rise | Ending::Obstacle);
     a == b || stands(a) && stands(b)
@@ -129,7 +135,7 @@ mod tests {
         format!("${body}*{:08X}", crc32(body))
     }
 
-    /// An answer of these sentences, without their checksums.
+    /// Parses an answer of these sentences, given without their checksums.
     fn answer(bodies: &[&str]) -> Answer {
         let lines = bodies.iter().map(|body| sentence(body)).collect();
         Answer::parse("made", lines).unwrap()

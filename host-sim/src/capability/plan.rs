@@ -1,11 +1,11 @@
-//! The plan of a measurement: which bodies under which conditions, by how many scenes each, with which seeds.
+//! Plan of a measurement: bodies, conditions, numbers of scenes and seeds.
 
 use crate::seeds::Draw;
 
 use super::body::Body;
 use super::condition::{Condition, GROUNDS, REFERENCE_M, WET};
 
-/// Kinds of bodies, as [`Body::kind`] has them.
+/// Kinds of bodies, as [`Body::kind`] returns them.
 pub const KINDS: [&str; 7] = [
     "rise",
     "drop",
@@ -15,32 +15,34 @@ pub const KINDS: [&str; 7] = [
     "stairs-down",
     "level",
 ];
-/// Rises, centimetres.
+/// Heights of the rises, centimetres.
 pub const RISES_CM: [u32; 8] = [2, 4, 6, 8, 10, 15, 20, 25];
-/// Drops, centimetres.
+/// Depths of the drops, centimetres.
 pub const DROPS_CM: [u32; 7] = [4, 6, 8, 10, 15, 30, 50];
-/// Distances beside the reference, metres.
+/// Distances other than the reference, metres.
 const DISTANCES_M: [f64; 6] = [0.4, 0.6, 0.8, 1.25, 1.5, 2.0];
-/// Yaws beside the reference, degrees. The simulator takes up to 15°, and each scene is up to 1° aslant.
+/// Yaws other than the reference, degrees. The simulator takes up to 15°, and each scene deviates
+/// by up to 1°.
 const YAWS_DEG: [f64; 3] = [5.0, 10.0, 14.0];
-/// Pitches beside the reference, degrees: up to a ramp of 1:14.
+/// Pitches other than the reference, degrees: up to a ramp of 1:14.
 const PITCHES_DEG: [f64; 4] = [-4.0, -2.0, 2.0, 4.0];
-/// Losses of the window beside the reference, dB.
+/// Window losses other than the reference, dB.
 pub const LOSSES_DB: [f64; 3] = [3.0, 10.0, 20.0];
 /// Speeds, m/s.
 const SPEEDS: [f64; 2] = [0.3, 0.8];
 /// Bodies that a chair drives towards.
 const DRIVEN: [Body; 3] = [Body::Rise(10), Body::Drop(15), Body::Post];
 
-/// Scenes of level ground for one of another cell.
+/// Factor from the scenes of another cell to those of level ground.
 const LEVEL_TIMES: usize = 4;
-/// Drives for one scene of another cell are one in so many: a drive takes as long as 40 scenes.
+/// Divisor from the scenes of another cell to the drives of one: a drive takes as long as 40
+/// scenes.
 const DRIVE_SHARE: usize = 4;
-/// Room for the seeds of one cell.
+/// Number of seeds reserved for each cell.
 const CELL_SEEDS: u64 = 1000;
-/// Most scenes of a cell.
+/// Maximum number of scenes of a cell.
 pub const MOST_SCENES: u64 = CELL_SEEDS / LEVEL_TIMES as u64;
-/// Most scenes of a size.
+/// Maximum number of scenes of a size at the reference condition.
 pub const MOST_OF_A_SIZE: u64 = CELL_SEEDS;
 
 /// The quantity that changes within a group of cells.
@@ -48,15 +50,15 @@ pub const MOST_OF_A_SIZE: u64 = CELL_SEEDS;
 pub enum Series {
     /// Height of a rise or depth of a drop, at the reference condition.
     Size,
-    /// The same behind a window that costs something.
+    /// Height or depth behind a window with loss.
     SizeAndWindow,
-    /// Material of ground and body. The dry ones together are the reference condition.
+    /// Material of ground and body. The dry materials together are the reference condition.
     Ground,
-    /// Distance.
+    /// Distance of the body.
     Distance,
-    /// Yaw.
+    /// Yaw of the chair.
     Yaw,
-    /// Pitch.
+    /// Pitch of the chair.
     Pitch,
     /// Loss of the window.
     Window,
@@ -65,7 +67,7 @@ pub enum Series {
 }
 
 impl Series {
-    /// Its name, as JSON and tables have it.
+    /// Returns the name used in JSON and tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Size => "size",
@@ -80,12 +82,12 @@ impl Series {
     }
 }
 
-/// One cell: so many scenes of a body under a condition.
+/// One cell: a number of scenes of a body under a condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// Its number in the whole plan, from which its seeds come.
+    /// Number in the whole plan, which selects the seeds.
     pub number: u64,
-    /// Parameter that changes.
+    /// Quantity that changes.
     pub series: Series,
     /// The body.
     pub body: Body,
@@ -96,7 +98,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The value that changes, in words.
+    /// Returns the value that changes, as text.
     pub fn value(&self) -> String {
         let c = &self.condition;
         match self.series {
@@ -111,14 +113,14 @@ impl Cell {
         }
     }
 
-    /// Seeds of its scenes.
+    /// Returns the seeds of the scenes.
     pub fn seeds(&self, draw: Draw) -> impl Iterator<Item = u64> {
         let first = draw.seeds().start + self.number * CELL_SEEDS;
         (0..self.scenes as u64).map(move |k| first + k)
     }
 }
 
-/// A ground's name for people; that of all dry ones where none is named.
+/// Returns the printed name of a ground; `None` gives that of all dry grounds together.
 pub fn ground_name(ground: Option<&str>) -> &'static str {
     match ground {
         Some("painted-wood") => "wood",
@@ -131,7 +133,8 @@ pub fn ground_name(ground: Option<&str>) -> &'static str {
     }
 }
 
-/// Returns the plan with `scenes` scenes in most cells, and `of_a_size` for each size at the reference condition.
+/// Returns the plan with `scenes` scenes in most cells, and `of_a_size` for each size at the
+/// reference condition.
 pub fn cells(scenes: usize, of_a_size: usize) -> Vec<Cell> {
     let mut all = Vec::new();
     let mut add = |series, body, condition, scenes| {
@@ -167,7 +170,7 @@ pub fn cells(scenes: usize, of_a_size: usize) -> Vec<Cell> {
     all
 }
 
-/// Bodies of every size.
+/// Returns the bodies of every size.
 pub fn sizes() -> impl Iterator<Item = Body> {
     let drops = DROPS_CM.into_iter().map(Body::Drop);
     RISES_CM.into_iter().map(Body::Rise).chain(drops)
@@ -187,7 +190,7 @@ fn windows() -> impl Iterator<Item = Condition> {
     })
 }
 
-/// One quantity changed from the reference condition.
+/// Returns the conditions that differ from the reference in one quantity.
 fn changed() -> impl Iterator<Item = (Series, Condition)> {
     debug_assert!(!DISTANCES_M.contains(&REFERENCE_M));
     let plain = Condition::REFERENCE;

@@ -1,4 +1,4 @@
-//! Results: cells with their counts, as the sheet and its drawings look them up, and as JSON.
+//! Results: the counts of all cells, with lookup for the sheet and its drawings, and as JSON.
 
 use serde_json::{Value, json};
 
@@ -9,45 +9,45 @@ use super::condition::{Condition, WET};
 use super::plan::{Cell, Series, ground_name};
 use super::tally::Tally;
 
-/// Times of the timing model, seconds.
+/// Times from the timing model, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Times {
-    /// From a full scan's first row to the end of its report.
+    /// Time from a full scan's first row to the end of its report.
     pub scan_s: f64,
-    /// From one guard sweep to the next.
+    /// Period of guard sweeps.
     pub sweep_s: f64,
 }
 
 /// Head of a sheet.
 #[derive(Clone, Debug)]
 pub struct Heading {
-    /// The command that makes it.
+    /// The command that makes the sheet.
     pub command: String,
-    /// The draw.
+    /// The draw of the seeds.
     pub draw: Draw,
     /// Times of the scanner.
     pub times: Times,
 }
 
-/// All that was measured.
+/// All measured results.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Head of the sheet.
     pub head: Heading,
     /// Cells with their counts.
     pub cells: Vec<(Cell, Tally)>,
-    /// The same of a second draw.
+    /// Cells with their counts of a second draw.
     pub second: Option<Vec<(Cell, Tally)>>,
 }
 
 impl Measured {
-    /// Cells of a body within a series.
+    /// Returns the cells of a body within a series.
     pub fn series(&self, series: Series, body: Body) -> Vec<&(Cell, Tally)> {
         let own = |(cell, _): &&(Cell, Tally)| cell.series == series && cell.body == body;
         self.cells.iter().filter(own).collect()
     }
 
-    /// Counts of a body under the reference condition: all dry grounds together.
+    /// Returns the counts of a body under the reference condition: all dry grounds together.
     pub fn reference(&self, body: Body) -> Option<Tally> {
         let grounds = self.series(Series::Ground, body);
         let dry = grounds
@@ -57,7 +57,7 @@ impl Measured {
         (!all.is_empty()).then(|| Tally::sum(all))
     }
 
-    /// Counts of a size behind a window.
+    /// Returns the counts of a size behind a window.
     pub fn size(&self, body: Body, loss_db: f64) -> Option<&Tally> {
         let series = match loss_db {
             0.0 => Series::Size,
@@ -70,7 +70,7 @@ impl Measured {
         found.map(|(_, tally)| tally)
     }
 
-    /// Values of a series with their counts, the reference condition among them.
+    /// Returns the values of a series with their counts, including the reference condition.
     pub fn line(&self, series: Series, body: Body) -> Vec<(String, Tally)> {
         let cells = self.series(series, body);
         let mut line: Vec<(f64, String, Tally)> = cells
@@ -97,7 +97,7 @@ impl Measured {
     }
 }
 
-/// Where a cell stands in the order of its series.
+/// Returns the sort key of a cell within its series.
 fn place(cell: &Cell) -> f64 {
     let c = &cell.condition;
     match cell.series {
@@ -109,7 +109,7 @@ fn place(cell: &Cell) -> f64 {
     }
 }
 
-/// Returns every cell as JSON.
+/// Returns all cells as JSON.
 pub fn json(measured: &Measured) -> Value {
     let cell = |(cell, tally): &(Cell, Tally)| {
         let c = &cell.condition;

@@ -30,7 +30,7 @@ pub fn parts(measured: &Measured) -> Vec<Part> {
     .concat()
 }
 
-/// Each body under the reference condition.
+/// Returns the table of each body under the reference condition.
 fn glance(measured: &Measured) -> Vec<Part> {
     let lines: Vec<(Body, Tally)> = Body::STANDARD
         .into_iter()
@@ -48,7 +48,7 @@ fn glance(measured: &Measured) -> Vec<Part> {
     ]
 }
 
-/// A section for each body: its drawing and its table.
+/// Returns a section for each body: its drawing and its table.
 fn bodies(measured: &Measured) -> Vec<Part> {
     let of = |body: Body| -> Vec<Part> {
         let series = [

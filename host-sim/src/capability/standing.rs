@@ -1,8 +1,9 @@
-//! Guard sweeps of a chair that stands: one noiseless sweep in, as many noisy ones out.
+//! Guard sweeps of a chair that stands: one noiseless sweep in, several noisy sweeps out.
 //!
-//! The simulator works out the echoes anew for every sweep of a sequence. From one place they are the same, and only
-//! the receiver's noise is new: it is added here, as the simulator's receiver adds it. Jitter of the mirror and phase noise
-//! stay those of the first sweep: a hundredth of the beam's width, and 60 dB below the thermal noise.
+//! The simulator computes the echoes anew for every sweep of a sequence. From one place they are
+//! the same, and only the receiver's noise changes. It is added here as the simulator's receiver
+//! adds it. Jitter of the mirror and phase noise stay those of the first sweep: a hundredth of the
+//! beam's width, and 60 dB below the thermal noise.
 
 use anyhow::Result;
 use stairscan::Iq;
@@ -14,7 +15,7 @@ use crate::scene::spec::SceneSpec;
 use crate::setup;
 use crate::sweeps::scenes::coarse;
 
-/// From row to row and from sweep to sweep, seconds: those of the random guard recordings.
+/// Time from row to row, and period of the sweeps, seconds: those of the random guard recordings.
 const ROW_S: f64 = 0.0028;
 const SWEEP_S: f64 = 0.1;
 /// Noise figure of a receiver without noise, dB.
@@ -23,19 +24,20 @@ const NOISELESS_DB: f64 = -300.0;
 const KT0: f64 = 1.380_649e-23 * 290.0;
 /// Full scale of a sample.
 const FULL_SCALE: f64 = 32768.0;
-/// Random numbers of the noise, apart from those of the scene.
+/// Stream of the random numbers of the noise, apart from those of the scene.
 const STREAM: u64 = 0x4e4f_4953_4500;
 
-/// The receiver's thermal noise on samples.
+/// The receiver's thermal noise and quantisation.
 struct Noise {
-    /// Standard deviation of I and of Q, full scale 32768.
+    /// Standard deviation of I and of Q, at a full scale of 32768.
     deviation: f64,
-    /// From code to code of the converter.
+    /// Step of the converter's codes, at a full scale of 32768.
     step: f64,
 }
 
 impl Noise {
-    /// k T₀ F f_s over the power that fills the converter, half of it in each channel.
+    /// Computes the noise power k T₀ F f_s relative to the power that fills the converter. Half of
+    /// it is in each channel.
     fn of(spec: &SceneSpec) -> Self {
         let receiver = &spec.receiver;
         let watts = KT0 * power(receiver.noise_figure_db) * spec.radar.sample_rate_hz;
@@ -46,14 +48,14 @@ impl Noise {
         }
     }
 
-    /// A sample with noise, in codes of the converter.
+    /// Returns a sample with noise, rounded to the converter's codes.
     fn on(&self, sample: i16, normal: f64) -> i16 {
         let noisy = f64::from(sample) + self.deviation * normal;
         let code = libm::floor(noisy / self.step + 0.5) * self.step;
         code.clamp(-FULL_SCALE, FULL_SCALE - self.step) as i16
     }
 
-    /// A chirp with noise.
+    /// Returns a chirp with noise.
     fn added(&self, chirp: &[Iq], random: &mut Random) -> Vec<Iq> {
         let mut drawn = vec![0.0; 2 * chirp.len()];
         random.normals(&mut drawn);
@@ -63,10 +65,10 @@ impl Noise {
     }
 }
 
-/// Returns `count` guard sweeps of a scene from one place, the mirror going back and forth.
+/// Returns `count` guard sweeps of a scene from one place, alternately forward and backward.
 ///
 /// # Errors
-/// Says what no scene can be built of.
+/// Names the part from which no scene can be built.
 pub fn sweeps(mut spec: SceneSpec, count: usize, name: &str, seed: u64) -> Result<Recording> {
     coarse(&mut spec);
     let noise = Noise::of(&spec);
@@ -111,7 +113,7 @@ mod tests {
         scene(Body::Level, &Condition::REFERENCE, 2, 7).spec
     }
 
-    /// Mean and standard deviation of I over all samples.
+    /// Returns the mean and the standard deviation of I over all samples.
     fn spread(samples: &[Iq]) -> [f64; 2] {
         let of = |f: &dyn Fn(f64) -> f64| {
             samples.iter().map(|s| f(f64::from(s.i))).sum::<f64>() / samples.len() as f64
@@ -120,7 +122,7 @@ mod tests {
         [mean, of(&|i| (i - mean) * (i - mean)).sqrt()]
     }
 
-    /// The added noise is the simulator's own: a scene without transmitter shows nothing else.
+    /// The added noise equals the simulator's own: a scene without transmitter contains only noise.
     #[test]
     fn the_noise_is_that_of_the_simulator() {
         let mut silent = spec();

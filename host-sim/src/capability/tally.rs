@@ -1,4 +1,4 @@
-//! Counts of a cell with their bounds, and whether a second draw keeps them.
+//! Counts of a cell with their confidence bounds, and a test of these bounds by a second draw.
 
 use serde_json::{Value, json};
 
@@ -6,30 +6,31 @@ use crate::score::{Share, at_most, upper_bound};
 
 use super::measure::{SWEEPS, Seen};
 
-/// A second draw that is less likely than this under a bound of the first contradicts it.
+/// Probability of the second draw under a bound of the first below which that bound is
+/// contradicted.
 const UNLIKELY: f64 = 0.05;
 
-/// Lower 95 % confidence bound of the share that `share` is a draw from (Clopper and Pearson).
+/// Returns the lower 95 % confidence bound of the probability behind a share (Clopper and Pearson).
 pub fn lower(share: Share) -> f64 {
     1.0 - upper_bound(share.of - share.hits, share.of)
 }
 
-/// Upper 95 % confidence bound of the share that `share` is a draw from (Clopper and Pearson).
+/// Returns the upper 95 % confidence bound of the probability behind a share (Clopper and Pearson).
 pub fn upper(share: Share) -> f64 {
     upper_bound(share.hits, share.of)
 }
 
-/// Whether a share of at least `bound` may have given `second`.
+/// Whether a probability of at least `bound` may have given `second`.
 fn keeps_lower(bound: f64, second: Share) -> bool {
     at_most(second.hits, second.of, bound) >= UNLIKELY
 }
 
-/// Whether a share of at most `bound` may have given `second`.
+/// Whether a probability of at most `bound` may have given `second`.
 fn keeps_upper(bound: f64, second: Share) -> bool {
     at_most(second.of - second.hits, second.of, 1.0 - bound) >= UNLIKELY
 }
 
-/// Counts of one kind of answer.
+/// Counts of the answers of scan or guard.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Counts {
     /// Bodies detected.
@@ -40,7 +41,8 @@ pub struct Counts {
     pub ok: Share,
     /// Answers with an alarm.
     pub alarm: Share,
-    /// Answers whose free ground ends where a body at the reference distance would end it.
+    /// Answers whose free ground ends no farther than a body at the reference distance would end
+    /// it.
     pub short: Share,
 }
 
@@ -74,21 +76,21 @@ impl Counts {
 /// Counts of one cell, or of several together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Full scans; none of drives.
+    /// Counts of full scans; empty for drives.
     pub scan: Counts,
-    /// Seconds of guard sweeps, or drives.
+    /// Counts of scenes with guard sweeps, or of drives.
     pub guard: Counts,
-    /// Sweeps until the guard named the body, in order, of the scenes in which it did.
+    /// Number of sweeps until the guard named the body, sorted, of the scenes in which it did.
     named_at: Vec<usize>,
-    /// Distances at which it was named, nearest first.
+    /// Distances at which the body was named, centimetres, nearest first.
     named_cm: Vec<u32>,
 }
 
-/// A body at the reference distance ends free ground at this, metres, with the tolerance.
+/// Maximum free distance before a body at the reference distance, metres, with the tolerance.
 const SHORT_M: f64 = super::condition::REFERENCE_M + 0.05;
 
 impl Tally {
-    /// Of the outcomes of scenes.
+    /// Counts the outcomes of scenes.
     pub fn of(seen: &[Seen]) -> Self {
         let scans: Vec<_> = seen.iter().filter_map(|s| s.scan).collect();
         let short = |free_m: Option<f64>| free_m.is_some_and(|m| m <= SHORT_M);
@@ -120,7 +122,7 @@ impl Tally {
         }
     }
 
-    /// Of several together.
+    /// Returns the sum of several tallies.
     pub fn sum<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut all = Self::default();
         for part in parts {
@@ -134,26 +136,27 @@ impl Tally {
         all
     }
 
-    /// Sweeps within which the guard names the body in a share `q` of the scenes; `None`: not within those swept.
+    /// Returns the number of sweeps within which the guard names the body in a share `q` of the
+    /// scenes; `None` if more than were simulated.
     pub fn sweeps(&self, q: f64) -> Option<usize> {
         let rank = (q * self.guard.detected.of as f64).ceil() as usize;
         self.named_at.get(rank.max(1) - 1).copied()
     }
 
-    /// Distance, centimetres, by which the guard has named the body in a share `q` of the drives; `None`: not before the
-    /// last sweep.
+    /// Returns the distance, centimetres, by which the guard has named the body in a share `q` of
+    /// the drives; `None` if that was not reached before the last sweep.
     pub fn named_cm(&self, q: f64) -> Option<u32> {
         let rank = (q * self.guard.detected.of as f64).ceil() as usize;
         let place = self.named_cm.len().checked_sub(rank.max(1))?;
         self.named_cm.get(place).copied()
     }
 
-    /// Sweeps of level ground that were counted.
+    /// Returns the number of counted sweeps of level ground.
     pub fn swept(&self) -> usize {
         SWEEPS * self.guard.alarm.of
     }
 
-    /// As JSON.
+    /// Returns the tally as JSON.
     pub fn json(&self) -> Value {
         json!({
             "scan": self.scan.json(),
@@ -163,7 +166,7 @@ impl Tally {
         })
     }
 
-    /// Bounds that a second draw contradicts, each in words, and how many there are.
+    /// Returns the bounds that a second draw contradicts, as text, and the number of bounds tested.
     pub fn contradicted(&self, second: &Self) -> (Vec<String>, usize) {
         let parts = [
             ("scan", &self.scan, &second.scan),
@@ -211,7 +214,8 @@ mod tests {
         }
     }
 
-    /// 300 of 300 show 99 %, 299 do not; 0 of 299 are at most 1 % (Clopper and Pearson's table).
+    /// 300 of 300 show 99 %, 299 of 300 do not; 0 of 299 show at most 1 % (Clopper and Pearson's
+    /// table).
     #[test]
     fn bounds_are_those_of_clopper_and_pearson() {
         assert!(lower(Share::new(300, 300)) >= 0.99 && lower(Share::new(299, 300)) < 0.985);
@@ -247,7 +251,7 @@ mod tests {
             Tally::of(&seen)
         };
         let first = of(40, 40);
-        // A lower bound of 92.8 %: 35 of 40 are possible, 30 are not.
+        // A lower bound of 92.8 %: 35 of 40 are possible, 30 of 40 are not.
         let (kept, bounds) = first.contradicted(&of(35, 40));
         assert!(kept.is_empty() && bounds == 4, "{kept:?}");
         let (broken, _) = first.contradicted(&of(30, 40));

@@ -1,5 +1,5 @@
-//! Numeric variables of MATLAB's level-5 files (MathWorks, "MAT-File Format", chapter 1), as far as captures need
-//! them: real or complex matrices, little-endian, compressed or not.
+//! Reader of the numeric variables of MATLAB's level-5 files (MathWorks, "MAT-File Format", chapter
+//! 1), as far as captures need them: real or complex matrices, little-endian, compressed or not.
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
@@ -9,20 +9,20 @@ use byteorder::{ByteOrder, LittleEndian as LE};
 use flate2::read::ZlibDecoder;
 use num_complex::Complex64;
 
-/// Bytes before the first element.
+/// Number of bytes before the first element.
 const HEADER: usize = 128;
-/// Types of data (table 1-1).
+/// Data types (table 1-1).
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 /// Flag of a complex matrix (table 1-3).
 const COMPLEX: f64 = 2048.0;
-/// A file is not to grow beyond this when it is unpacked.
+/// Maximum size of an unpacked file, bytes.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// The matrices of a file by their names, column after column.
+/// Returns the matrices of a file by their names, each in column order.
 ///
 /// # Errors
-/// What is not a file of this kind.
+/// The file is not of this kind.
 pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, Vec<Complex64>>> {
     let header = bytes.get(..HEADER).context("too short for a MAT-file")?;
     ensure!(
@@ -53,7 +53,7 @@ pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, Vec<Complex64>>> {
     Ok(found)
 }
 
-/// The next element, off `rest`: its type and data.
+/// Takes the next element off `rest`: its type and data.
 fn element<'a>(rest: &mut &'a [u8]) -> Result<Option<(u32, &'a [u8])>> {
     if rest.len() < 8 {
         return Ok(None);
@@ -75,7 +75,8 @@ fn element<'a>(rest: &mut &'a [u8]) -> Result<Option<(u32, &'a [u8])>> {
     Ok(Some((kind, data)))
 }
 
-/// Name and values of a numeric matrix; `None` for what is none, such as a structure.
+/// Returns the name and the values of a numeric matrix; `None` for another element, such as a
+/// structure.
 fn matrix(mut data: &[u8]) -> Result<Option<(String, Vec<Complex64>)>> {
     let mut part = || {
         element(&mut data)

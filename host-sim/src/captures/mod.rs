@@ -1,4 +1,4 @@
-//! Chirps that other programs recorded from radar modules.
+//! Readers of chirps that other programs recorded from radar modules.
 
 pub mod mat;
 pub mod sirad;

@@ -1,4 +1,4 @@
-//! Captures of a SiRad: what its port said, or what programs kept of it.
+//! Captures of a SiRad: bytes from its port, or files that programs wrote.
 
 use std::fs;
 use std::path::Path;
@@ -11,16 +11,16 @@ use super::mat;
 use crate::modules::sirad::Sample;
 use crate::recording;
 
-/// Chirps of one setting.
+/// Chirps recorded with one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capture {
-    /// Swept bandwidth as the module was told, kHz; `None` where the capture does not say.
+    /// Swept bandwidth that was set, kHz; `None` if the capture does not contain it.
     pub bandwidth_khz: Option<u32>,
-    /// The chirps, each of as many samples as the first.
+    /// Chirps of equal length.
     pub chirps: Vec<Vec<Sample>>,
 }
 
-/// A capture as a program wrote it: bandwidth in MHz, a list of I, Q, I, Q … a chirp.
+/// A capture in JSON: bandwidth in MHz, and a list of I, Q, I, Q … for each chirp.
 #[derive(Deserialize)]
 struct Listed {
     #[serde(rename = "Bandwidth")]
@@ -29,11 +29,11 @@ struct Listed {
 }
 
 impl Capture {
-    /// Reads a file by its suffix: `.mat` with `complexData` and `BW` in Hz, `.json` with `data` and `Bandwidth`,
-    /// anything else as the bytes that came from the port.
+    /// Reads a file by its suffix: `.mat` with `complexData` and `BW` in Hz, `.json` with `data`
+    /// and `Bandwidth`, any other as bytes from the port.
     ///
     /// # Errors
-    /// Names the file and what was expected of it.
+    /// Names the file and the expected content.
     pub fn read(path: &Path) -> Result<Self> {
         recording::regular(path)?;
         let bytes = fs::read(path).with_context(|| format!("{}", path.display()))?;
@@ -49,7 +49,7 @@ impl Capture {
         Ok(capture)
     }
 
-    /// Samples of a chirp.
+    /// Returns the number of samples of a chirp.
     pub fn samples(&self) -> usize {
         self.chirps.first().map_or(0, Vec::len)
     }
@@ -115,7 +115,7 @@ fn listed(bytes: &[u8]) -> Result<Capture> {
     })
 }
 
-/// The whole raw frames among the bytes of a port.
+/// Returns the complete raw frames among the bytes of a port.
 fn logged(bytes: &[u8]) -> Capture {
     let (mut reader, mut values, mut chirps) = (Reader::new(), Vec::new(), Vec::new());
     for &byte in bytes {

@@ -1,8 +1,8 @@
-//! A table of angles: one angle a row, degrees, in the order of the chirps.
+//! A table of angles: one angle per row, degrees, in the order of the chirps.
 
 use anyhow::{Context, Result, ensure};
 
-/// The angles of a file's text: the first column, without a heading.
+/// Returns the angles of a file's text: the first column, without a heading.
 ///
 /// # Errors
 /// Names the line.

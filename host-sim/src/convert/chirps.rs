@@ -1,4 +1,4 @@
-//! Chirps of other programs' files in memory, and the recording that they become.
+//! Chirps of other programs' files in memory, and their conversion to a recording.
 
 use std::path::Path;
 
@@ -13,19 +13,20 @@ use crate::recording::Recording;
 /// Chirps in memory.
 #[derive(Clone, Debug)]
 pub struct Chirps {
-    /// Their samples, one chirp after another.
+    /// Samples, one chirp after another.
     pub(super) samples: Vec<Iq>,
     /// Complex samples of one chirp.
     pub(super) samples_per_chirp: usize,
-    /// Their own metadata; null of an array.
+    /// Metadata of the source; null of an array.
     pub(super) metadata: Value,
 }
 
 impl Chirps {
-    /// The chirps of a `.npy` file; floating point counts from `full_scale`, without it from 1.0.
+    /// Reads the chirps of a `.npy` file. `full_scale` is the full scale of floating-point numbers,
+    /// 1.0 by default.
     ///
     /// # Errors
-    /// Names the header's key, the length or the sample, and what was expected.
+    /// Names the header's key, the length or the sample, and the expected value.
     pub fn of_array(file: &[u8], full_scale: Option<f64>) -> Result<Self> {
         let array = npy::read(file)?;
         let ns = array.samples_per_chirp;
@@ -36,11 +37,11 @@ impl Chirps {
         })
     }
 
-    /// The chirps of a SigMF pair of any datatype of complex samples, `given` many a chirp where the metadata do not
-    /// say.
+    /// Reads the chirps of a SigMF pair of any complex datatype. `given` is the number of samples
+    /// per chirp if the metadata do not contain it.
     ///
     /// # Errors
-    /// Names the key, the length or the sample, and what was expected.
+    /// Names the key, the length or the sample, and the expected value.
     pub fn of_sigmf(
         metadata: Value,
         data: &[u8],
@@ -67,13 +68,13 @@ impl Chirps {
         })
     }
 
-    /// Number of chirps.
+    /// Returns the number of chirps.
     pub fn count(&self) -> usize {
         self.samples.len() / self.samples_per_chirp.max(1)
     }
 
-    /// The recording `name` of these chirps with the given keys, those of `base` where none is given, without it
-    /// those that the chirps bring along, and one angle a chirp.
+    /// Returns the recording `name` of these chirps with one angle per chirp. The given keys come
+    /// first, then those of `base`, or without it those of the chirps' own metadata.
     ///
     /// # Errors
     /// Names the keys that are missing or wrong.
@@ -90,7 +91,7 @@ impl Chirps {
     }
 }
 
-/// A path's suffix without its dot; empty where there is none.
+/// Returns a path's suffix without its dot; empty if it has none.
 pub fn suffix(path: &Path) -> &str {
     path.extension()
         .and_then(|e| e.to_str())

@@ -1,35 +1,36 @@
-//! `.bin` of TI's DCA1000 capture card, beside a TOML file that says how the radar was set.
+//! Reader of `.bin` files of TI's DCA1000 capture card, with a TOML file that describes the radar's
+//! settings.
 //!
-//! The file is nothing but 16-bit little-endian words (TI, "mmWave Radar Device ADC Raw Data Capture",
-//! SWRA581), in one of two orders:
+//! The file contains only 16-bit little-endian words (TI, "mmWave Radar Device ADC Raw Data
+//! Capture", SWRA581), in one of two orders:
 //!
 //! | lanes | devices | words |
 //! |---|---|---|
-//! | 2 | xWR16xx, xWR18xx, xWR64xx, xWR68xx | for each chirp one receiver after the other; of each the samples two by two: I₀ I₁ Q₀ Q₁, I₂ I₃ Q₂ Q₃, … |
-//! | 4 | xWR12xx, xWR14xx, xWR22xx | for each sample I of all four lanes, then Q of all four: I₀ I₁ I₂ I₃ Q₀ Q₁ Q₂ Q₃; always four, those of receivers that are off hold nothing |
+//! | 2 | xWR16xx, xWR18xx, xWR64xx, xWR68xx | for each chirp one receiver after the other, each with pairs of samples: I₀ I₁ Q₀ Q₁, I₂ I₃ Q₂ Q₃, … |
+//! | 4 | xWR12xx, xWR14xx, xWR22xx | for each sample I of all four lanes, then Q of all four: I₀ I₁ I₂ I₃ Q₀ Q₁ Q₂ Q₃; always four lanes; those of disabled receivers hold no data |
 //!
-//! Converters of fewer than 16 bits leave the upper bits to the reader's sign extension. Real samples are
-//! refused: which half of the spectrum they mean is lost, and the scanner's transform is complex.
+//! Converters of fewer than 16 bits require sign extension by the reader. Real samples are
+//! rejected: their half of the spectrum is not known, and the scanner's transform is complex.
 
 use anyhow::{Result, anyhow, ensure};
 use serde::Deserialize;
 use stairscan::Iq;
 
-/// Lanes, and receivers that devices with so many lanes have.
+/// Number of lanes of the 4-lane devices, and maximum number of receivers.
 const MOST_RECEIVERS: usize = 4;
 
-/// Order of the two parts of a sample.
+/// Order of I and Q within a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Order {
     /// I first, as mmWave Studio sets by default.
     #[default]
     Iq,
-    /// Q first (`iqSwapSel` 1): targets would beat at negative frequencies without swapping back.
+    /// Q first (`iqSwapSel` 1): without swapping back, targets would beat at negative frequencies.
     Qi,
 }
 
-/// What the TOML file says.
+/// Content of the TOML file.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
@@ -39,26 +40,27 @@ pub struct Setup {
     pub lanes: usize,
     /// Receivers that were on: 1 to 4.
     pub receivers: usize,
-    /// The receiver to take, from 0; with four lanes its lane.
+    /// The receiver to take, from 0; with four lanes the number of its lane.
     pub receiver: usize,
     /// Complex samples of one chirp.
     pub samples_per_chirp: usize,
     /// Chirps of one frame.
     pub chirps_per_frame: usize,
-    /// The one chirp of each frame to take, from 0; without it all.
+    /// The one chirp of each frame to take, from 0; all chirps if absent.
     pub chirp: Option<usize>,
-    /// Complex samples; real ones are refused.
+    /// Whether samples are complex; real ones are rejected.
     pub complex: bool,
-    /// Which part of a sample comes first.
+    /// Order of I and Q.
     #[serde(default)]
     pub iq_order: Order,
 }
 
 impl Setup {
-    /// What a file's text says.
+    /// Parses a file's text.
     ///
     /// # Errors
-    /// Begins with line and message of what is no TOML, or names the key and what was expected.
+    /// Begins with line and message if the text is no TOML; else names the key and the expected
+    /// value.
     pub fn parse(text: &str) -> Result<Self> {
         let setup: Self = toml::from_str(text).map_err(|e| {
             let start = e.span().map_or(0, |s| s.start);
@@ -125,7 +127,7 @@ impl Setup {
         Ok(())
     }
 
-    /// Receivers that the file has room for.
+    /// Returns the number of receivers stored in the file.
     fn stored_receivers(&self) -> usize {
         if self.lanes == 4 {
             MOST_RECEIVERS
@@ -134,7 +136,7 @@ impl Setup {
         }
     }
 
-    /// The words of I and Q of sample `n` of chirp `k` of the file.
+    /// Returns the indices of the words of I and Q of sample `n` of chirp `k` of the file.
     fn place(&self, k: usize, n: usize) -> (usize, usize) {
         let (ns, all) = (self.samples_per_chirp, self.stored_receivers());
         let (i, q) = match self.lanes {
@@ -154,16 +156,16 @@ impl Setup {
         }
     }
 
-    /// A word of the converter at the recording's full scale.
+    /// Converts a word of the converter to the recording's full scale.
     fn value(&self, word: [u8; 2]) -> i16 {
-        // Moved to the top: the sign's bit where it belongs, whatever stood above it gone.
+        // Shifted to the upper bits, which puts the sign bit in place and drops the bits above it.
         i16::from_le_bytes(word) << (16 - self.adc_bits)
     }
 
-    /// The chosen receiver's samples, chirp after chirp.
+    /// Returns the chosen receiver's samples, chirp after chirp.
     ///
     /// # Errors
-    /// A file that does not hold whole frames.
+    /// The file does not hold whole frames.
     pub fn samples(&self, file: &[u8]) -> Result<Vec<Iq>> {
         let chirp = 4 * self.stored_receivers() * self.samples_per_chirp;
         let frame = chirp * self.chirps_per_frame;

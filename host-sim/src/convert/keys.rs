@@ -1,5 +1,4 @@
-//! What samples of elsewhere do not say of themselves: the keys of a recording, given one by one or taken
-//! from another recording.
+//! Keys of a recording that foreign samples lack, given one by one or taken from another recording.
 
 use anyhow::{Result, ensure};
 use serde_json::{Map, Value, json};
@@ -42,7 +41,7 @@ pub struct Given {
 const BANDWIDTH: (&str, &str) = ("stairscan:bandwidth_hz", "--bandwidth-hz");
 pub(super) const SAMPLES: &str = "stairscan:samples_per_chirp";
 const ANGLE: &str = "stairscan:mirror_angle_deg";
-/// What a scan needs of the mirror, and how to give it.
+/// Keys of the mirror that a scan needs, with their options.
 const MIRROR: [(&str, &str); 4] = [
     ("stairscan:mirror_offset_m", "--mirror-offset-m"),
     ("stairscan:beamwidth_deg", "--beamwidth-deg"),
@@ -51,7 +50,7 @@ const MIRROR: [(&str, &str); 4] = [
 ];
 
 impl Given {
-    /// The keys that are given, as `global` holds them.
+    /// Returns the given keys in the form of `global`.
     fn global(&self) -> Vec<(&'static str, Value)> {
         let number = |value: Option<f64>| value.map(|v| json!(v));
         let keys = [
@@ -72,16 +71,16 @@ impl Given {
             .collect()
     }
 
-    /// Whether any of them is given.
+    /// Whether any key is given.
     pub fn any(&self) -> bool {
         !self.global().is_empty() || self.carrier_hz.is_some() || self.samples_per_chirp.is_some()
     }
 
-    /// The metadata of a recording of `chirps` chirps of `samples` samples: those of `base`, with the given
-    /// keys and angles in the place of its own.
+    /// Returns the metadata of a recording of `chirps` chirps of `samples` samples: those of
+    /// `base`, with the given keys and angles replacing its own.
     ///
     /// # Errors
-    /// Names the keys that are missing, and how to give them.
+    /// Names the keys that are missing, with their options.
     pub fn document(
         &self,
         base: &Value,
@@ -92,7 +91,7 @@ impl Given {
         global.insert("core:datatype".into(), json!("ci16_le"));
         global.insert("core:version".into(), json!("1.2.0"));
         global.insert(SAMPLES.into(), json!(samples));
-        // Of a file that is not this one.
+        // These keys belong to the original file.
         for key in ["core:sha512", "core:dataset", "core:metadata_only"] {
             global.shift_remove(key);
         }
@@ -115,7 +114,7 @@ impl Given {
         let own: Vec<_> = own.iter().filter_map(Value::as_object).cloned().collect();
         let first = own.first().cloned().unwrap_or_default();
         let mut captures = match angles {
-            // What its captures say of each chirp beside the angle still holds.
+            // The captures' other keys per chirp still apply.
             Some(_) if own.len() != chirps => vec![first; chirps],
             None if own.is_empty() => vec![Map::new()],
             _ => own,
@@ -133,7 +132,7 @@ impl Given {
     }
 }
 
-/// Refuses metadata without what every recording needs, or a scan with a part of what that needs.
+/// Rejects metadata without the keys of every recording, or with only a part of the keys of a scan.
 fn complete(global: &Map<String, Value>, turns: bool) -> Result<()> {
     let missing = |keys: &[(&str, &str)]| -> Vec<String> {
         let absent = keys.iter().filter(|(key, _)| !global.contains_key(*key));
@@ -143,7 +142,7 @@ fn complete(global: &Map<String, Value>, turns: bool) -> Result<()> {
     };
     let of_mirror = missing(&MIRROR);
     let mut all = missing(&[BANDWIDTH]);
-    // A range profile needs no mirror; part of one is a mistake.
+    // A range profile needs no mirror. A part of its keys is a mistake.
     if turns || of_mirror.len() < MIRROR.len() {
         all.extend(of_mirror);
         if !turns {

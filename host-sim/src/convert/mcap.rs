@@ -1,4 +1,5 @@
-//! MCAP: a set of [messages](super::messages) a scan, which Foxglove, Rerun and the tools of ROS 2 open.
+//! MCAP files: a set of [messages](super::messages) per scan, for Foxglove, Rerun and the tools of
+//! ROS 2.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -10,14 +11,14 @@ use mcap::records::MessageHeader;
 use super::messages::{FRAME, Topic};
 use super::scans::Scan;
 
-/// The file of these scans.
+/// Returns the file of these scans.
 ///
 /// # Errors
-/// None that writing to memory can bring about.
+/// None: writing to memory does not fail.
 pub fn write(scans: &[Scan]) -> Result<Vec<u8>> {
     let options = WriteOptions::new()
         .compression(None)
-        // Not "ros2", which allows no JSON beside its own messages.
+        // Not "ros2", which allows no JSON messages besides its own.
         .profile("")
         .library(concat!("stairscan ", env!("CARGO_PKG_VERSION")));
     let mut file = options.create(Cursor::new(Vec::new()))?;

@@ -1,17 +1,17 @@
-//! Messages of a scan: those of MCAP files, of `live --foxglove` and of `live --ros2`.
+//! Messages of a scan, for MCAP files, `live --foxglove` and `live --ros2`.
 //!
-//! | topic | schema | holds |
+//! | topic | schema | content |
 //! |---|---|---|
-//! | `/stairscan/answer` | JSON | what `replay --format json` prints |
+//! | `/stairscan/answer` | JSON | output of `replay --format json` |
 //! | `/stairscan/echoes` | `sensor_msgs/msg/PointCloud2` | the echoes with their errors |
-//! | `/stairscan/stairs` | `visualization_msgs/msg/MarkerArray` | steps, 2σ, horizon, what may stand there |
-//! | `/stairscan/status` | `diagnostic_msgs/msg/DiagnosticArray` | status, with each reason in words |
+//! | `/stairscan/stairs` | `visualization_msgs/msg/MarkerArray` | steps, 2σ, horizon, possible steps |
+//! | `/stairscan/status` | `diagnostic_msgs/msg/DiagnosticArray` | status, with the text of each reason |
 //! | `/stairscan/staircase` | `stairscan_msgs/msg/Staircase` | the answer with covariances |
-//! | `/stairscan/free` | `std_msgs/msg/Float32` | free distance, metres; 0 where none is promised |
+//! | `/stairscan/free` | `std_msgs/msg/Float32` | free distance, metres; 0 if none is reported |
 //!
-//! Frame `stairscan`: x forward, y to the left, z up, metres; its origin lies on the ground under the
-//! mirror's centre as it stood at the scan's last row. The radar sees one plane, y = 0: the width of what is
-//! drawn means nothing.
+//! Frame `stairscan`: x forward, y to the left, z up, metres. Its origin lies on the ground under
+//! the mirror's centre at the scan's last row. The radar measures one plane, y = 0; the drawn width
+//! has no meaning.
 
 use anyhow::Result;
 use plotters::style::RGBColor;
@@ -26,14 +26,14 @@ use super::staircase::{Staircase, across, free_m, level, number};
 use super::tables::SCAN;
 use crate::plots::colour;
 
-/// Name of the frame of all coordinates, where no other one is wanted.
+/// Default name of the frame of all coordinates.
 pub const FRAME: &str = "stairscan";
-/// Depth with which a step is drawn whose tread was not measured, metres.
+/// Depth of a drawn step whose tread was not measured, metres.
 const TREAD_M: f64 = 0.28;
 /// Width of lines and height of letters, metres.
 const LINE_M: f64 = 0.01;
 const LETTER_M: f64 = 0.06;
-/// Values of a point of the cloud beside its place, as `inspect --format json` names it.
+/// Values of a cloud's point besides its place, named as by `inspect --format json`.
 const FIELDS: [&str; 6] = [
     "snr_db",
     "range_m",
@@ -42,7 +42,7 @@ const FIELDS: [&str; 6] = [
     "angle_sigma_deg",
     "width",
 ];
-/// A 32-bit floating point number in a cloud, and its length.
+/// Datatype code and length, bytes, of a 32-bit floating-point number in a cloud.
 const FLOAT32: (u8, u32) = (7, 4);
 
 /// A topic with its schema, as MCAP files and servers declare it.
@@ -61,7 +61,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A topic with messages of ROS 2.
+    /// Creates a topic with ROS 2 messages.
     pub(crate) fn ros<M: Message>(topic: &'static str) -> Self {
         Self {
             topic,
@@ -72,7 +72,7 @@ impl Channel {
         }
     }
 
-    /// A topic with JSON objects.
+    /// Creates a topic with JSON objects.
     pub fn json(topic: &'static str, name: &'static str, schema: &Value) -> Self {
         Self {
             topic,
@@ -112,7 +112,7 @@ impl Topic {
         Self::Free,
     ];
 
-    /// Name and schema.
+    /// Returns the name and the schema.
     pub fn channel(self) -> Channel {
         match self {
             Self::Answer => Channel::json("/stairscan/answer", "stairscan.Answer", &schema()),
@@ -124,10 +124,11 @@ impl Topic {
         }
     }
 
-    /// The scan's message, encoded, with its stamp and the name of its frame; `None` where the scan has none.
+    /// Returns the scan's encoded message, with its stamp and the name of its frame; `None` if the
+    /// scan has none.
     ///
     /// # Errors
-    /// None that these messages can bring about.
+    /// None: encoding these messages does not fail.
     pub fn message(self, scan: &Scan, frame: &str) -> Result<Option<Vec<u8>>> {
         let header = header(scan.stamp_ns, frame);
         Ok(Some(match self {
@@ -148,7 +149,7 @@ impl Topic {
     }
 }
 
-/// The header of a message with this stamp, nanoseconds since 1970, and this frame.
+/// Returns the header of a message with this stamp, nanoseconds since 1970, and this frame.
 pub(crate) fn header(stamp_ns: u64, frame: &str) -> Header {
     Header {
         stamp: Time::from_nanos(stamp_ns),
@@ -156,7 +157,7 @@ pub(crate) fn header(stamp_ns: u64, frame: &str) -> Header {
     }
 }
 
-/// Schema of an answer's JSON.
+/// Returns the schema of an answer's JSON.
 fn schema() -> Value {
     let (number, optional) = (
         json!({"type": "number"}),
@@ -209,7 +210,7 @@ fn schema() -> Value {
     })
 }
 
-/// The echoes, each number the 32-bit one next to the JSON's.
+/// Returns the echoes as a cloud, with numbers rounded from the JSON to 32 bits.
 fn cloud(header: &Header, echoes: &[Value]) -> PointCloud2 {
     let (datatype, length) = FLOAT32;
     let names = ["x", "y", "z"].into_iter().chain(FIELDS).chain(["against"]);
@@ -259,7 +260,7 @@ fn at(x: f64, z: f64) -> Point {
     Point { x, y: 0.0, z }
 }
 
-/// The lines between points two by two, in one colour.
+/// Returns lines between consecutive pairs of points, in one colour.
 fn lines(header: &Header, name: &str, id: usize, colour: RGBColor, points: Vec<Point>) -> Marker {
     Marker {
         scale: Point {
@@ -272,7 +273,7 @@ fn lines(header: &Header, name: &str, id: usize, colour: RGBColor, points: Vec<P
     }
 }
 
-/// The stairs of an answer. First what earlier scans drew goes away.
+/// Returns the markers of an answer's stairs. The first one deletes those of earlier scans.
 fn markers(header: &Header, told: &Value) -> Vec<Marker> {
     let list = |key: &str| told[key].as_array().map_or(&[][..], Vec::as_slice);
     let clear = Marker {
@@ -309,7 +310,7 @@ fn markers(header: &Header, told: &Value) -> Vec<Marker> {
     markers
 }
 
-/// Where the ground ends: a line across the way, and its 3σ band on the ground.
+/// Returns the markers of a drop: a line across the way, and its 3σ band on the ground.
 fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
     let (x, sigma) = (number(drop, "distance_m"), number(drop, "distance_sigma_m"));
     let band = [x - 3.0 * sigma, x + 3.0 * sigma].map(|x| across(x, 0.0));
@@ -329,8 +330,8 @@ fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
     ]
 }
 
-/// Step `k`, whose foot stands at the height `below` and whose tread ends where the next one begins: its
-/// edges, its 2σ, its numbers.
+/// Returns the markers of step `k`, from the height `below` of its foot to the beginning of the
+/// next step: its edges, its 2σ and its numbers.
 fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>) -> [Marker; 3] {
     let (x, z) = (number(step, "distance_m"), number(step, "height_m"));
     let end = next.unwrap_or(x + step["tread_m"].as_f64().unwrap_or(TREAD_M));
@@ -372,7 +373,7 @@ fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>)
     ]
 }
 
-/// Status, and every reason with its meaning.
+/// Returns the status, and every reason with its meaning.
 fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
     let (answer, told) = (&scan.answer, &scan.told);
     let pair = |key: &str, value: &str| KeyValue {

@@ -1,22 +1,22 @@
-//! Other programs' files to recordings, and recordings to other programs' files.
+//! Conversion of other programs' files to recordings, and of recordings to other programs' files.
 //!
 //! | file | format |
 //! |---|---|
-//! | `source.rs` | inputs on the disk, whatever their format |
-//! | `chirps.rs` | inputs in memory, and the recordings that they become |
+//! | `source.rs` | inputs on the disk, of any format |
+//! | `chirps.rs` | inputs in memory, and their conversion to recordings |
 //! | `npy.rs` | numpy's arrays, in and out |
 //! | `dca1000.rs` | captures of TI's DCA1000, in |
-//! | `sigmf.rs` | SigMF of others, in |
+//! | `sigmf.rs` | SigMF of other programs, in |
 //! | `angles.rs` | tables of angles, in |
 //! | `tables.rs` | CSV of steps, echoes and map, out |
 //! | `mcap.rs` | MCAP, out |
 //! | `messages.rs`, `ros.rs` | topics and messages of a scan, in MCAP and live; ROS 2's definitions and encoding |
 //! | `staircase.rs` | the answer with covariances, as a message of ROS 2 |
-//! | `samples.rs`, `keys.rs` | numbers to 16 bits; what an input does not say of itself |
-//! | `scans.rs` | what the scanner makes of a recording, for the outputs |
+//! | `samples.rs`, `keys.rs` | conversion of numbers to 16 bits; keys that an input lacks |
+//! | `scans.rs` | the scanner's results of a recording, for the outputs |
 //!
-//! What stands in the outputs is what `replay --format json` and `inspect --format json` print: taken from
-//! the same objects, number for number. docs/formats.md is for users.
+//! The outputs contain the same values as `replay --format json` and `inspect --format json`, taken
+//! from the same objects. docs/formats.md is for users.
 
 pub mod angles;
 mod chirps;
@@ -47,7 +47,7 @@ pub use source::Source;
 
 use crate::recording::{self, DATA_SUFFIX, META_SUFFIX};
 
-/// The name of a recording written to `path`, or of any file: without directory and suffix.
+/// Returns the name of a recording written to `path`, or of any file, without directory and suffix.
 pub fn name(path: &Path) -> String {
     match suffix(path) {
         META_SUFFIX | DATA_SUFFIX | "npy" | "bin" => recording::name_of(path),

@@ -1,7 +1,7 @@
-//! `.npy`: one array of numpy (NEP 1, versions 1 to 3).
+//! `.npy` files: one numpy array (NEP 1, versions 1 to 3).
 //!
-//! The header is a Python dictionary with three keys of fixed form; reading it takes less than the crates
-//! that parse any Python literal bring along.
+//! The header is a Python dictionary with three keys of fixed form. It is parsed here, because
+//! crates that parse any Python literal are much larger.
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -9,15 +9,15 @@ use super::samples::{Format, Number};
 use crate::recording::Recording;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Longest header, bytes: numpy's own bound.
+/// Maximum length of a header, bytes: numpy's own limit.
 const LONGEST_HEADER: usize = 10_000;
-/// What the header ends on, bytes: numpy's alignment of the data.
+/// Alignment of the header's end, bytes: numpy's alignment of the data.
 const ALIGNMENT: usize = 64;
 
-/// Chirps as an array holds them.
+/// Chirps in an array.
 #[derive(Debug)]
 pub struct Array {
-    /// How its numbers stand.
+    /// Format of its numbers.
     pub format: Format,
     /// Complex samples of one chirp.
     pub samples_per_chirp: usize,
@@ -32,7 +32,7 @@ struct Header<'a> {
     shape: Vec<usize>,
 }
 
-/// What of the header's text is still to be read.
+/// The part of the header's text that is not read yet.
 struct Text<'a>(&'a str);
 
 impl<'a> Text<'a> {
@@ -40,7 +40,7 @@ impl<'a> Text<'a> {
         self.0 = self.0.trim_start();
     }
 
-    /// Whether the next thing is `word`, which is then taken.
+    /// Whether the text continues with `word`, which is then consumed.
     fn take(&mut self, word: &str) -> bool {
         self.skip();
         let rest = self.0.strip_prefix(word);
@@ -70,7 +70,7 @@ impl<'a> Text<'a> {
         Ok(text)
     }
 
-    /// A tuple of whole numbers.
+    /// Reads a tuple of whole numbers.
     fn shape(&mut self) -> Result<Vec<usize>> {
         self.expect("(")?;
         let (inside, rest) = self
@@ -83,7 +83,7 @@ impl<'a> Text<'a> {
             .map(str::trim)
             .filter(|item| !item.is_empty());
         items
-            // Python 2 wrote long integers with their letter.
+            // Python 2 wrote long integers with the suffix L.
             .map(|item| item.trim_end_matches('L').parse())
             .collect::<Result<_, _>>()
             .with_context(|| format!("header: shape ({inside}), expected whole numbers"))
@@ -125,7 +125,7 @@ impl<'a> Header<'a> {
         })
     }
 
-    /// The format of a number, and whether an item is a complex pair of them.
+    /// Returns the format of a number, and whether an item is a complex pair.
     fn format(&self) -> Result<(Format, bool)> {
         let wrong = || {
             format!(
@@ -154,7 +154,7 @@ impl<'a> Header<'a> {
         Ok((format, complex))
     }
 
-    /// Complex samples of one chirp.
+    /// Returns the number of complex samples per chirp.
     fn samples_per_chirp(&self, complex: bool) -> Result<usize> {
         match (complex, self.shape.as_slice()) {
             (true, &[_, samples]) | (false, &[_, samples, 2]) => Ok(samples),
@@ -169,10 +169,10 @@ impl<'a> Header<'a> {
     }
 }
 
-/// The array that a file holds.
+/// Returns the array of a file.
 ///
 /// # Errors
-/// Names the header's key, or the length, and what was expected.
+/// Names the header's key or the length, and the expected value.
 pub fn read(file: &[u8]) -> Result<Array> {
     ensure!(!file.is_empty(), "empty: expected an array of numpy");
     let (header, data) = split(file)?;
@@ -204,7 +204,7 @@ pub fn read(file: &[u8]) -> Result<Array> {
     })
 }
 
-/// The header's text and the data.
+/// Returns the header's text and the data.
 fn split(file: &[u8]) -> Result<(&str, &[u8])> {
     let rest = file
         .strip_prefix(MAGIC)
@@ -226,7 +226,8 @@ fn split(file: &[u8]) -> Result<(&str, &[u8])> {
     Ok((header, data))
 }
 
-/// The items of an array whose first index runs fastest, in the order in which the last does.
+/// Reorders the items of an array from Fortran order (first index fastest) to C order (last index
+/// fastest).
 fn in_rows(data: &[u8], shape: &[usize], item: usize) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(data.len());
     for k in 0..data.len() / item {
@@ -242,8 +243,8 @@ fn in_rows(data: &[u8], shape: &[usize], item: usize) -> Vec<u8> {
     bytes
 }
 
-/// A recording's samples as numpy reads them: (chirps, samples, 2) of 16-bit I and Q, or (chirps, samples)
-/// of complex64 with 1.0 for full scale (32768). Either way nothing is rounded.
+/// Returns a recording's samples as a numpy file: (chirps, samples, 2) of 16-bit I and Q, or
+/// (chirps, samples) of complex64 with 1.0 for full scale (32768). Both are exact.
 pub fn write(recording: &Recording, complex: bool) -> Vec<u8> {
     let (chirps, samples) = (recording.chirps(), recording.meta.samples_per_chirp);
     let (descr, shape) = match complex {

@@ -1,28 +1,29 @@
 //! Messages of ROS 2 (common_interfaces as of Humble): their definitions and their encoding.
 //!
-//! A field's order is its place in the encoding: structures and definitions are to be read side by side.
+//! The order of a structure's fields is their order in the encoding, so each structure stands
+//! beside its definition.
 
 use anyhow::{Context, Result};
 use byteorder::LittleEndian;
 use serde::Serialize;
 
-/// What stands before every encoded message: CDR, little-endian, no options.
+/// Header of every encoded message: CDR, little-endian, no options.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// What stands between a definition and those that it rests on, as rosbag2 writes them.
+/// Separator between a definition and those it depends on, as written by rosbag2.
 const RULE: &str =
     "================================================================================";
 
 /// A message with its type's name and its definition.
 pub trait Message: Serialize {
-    /// Package, `msg` and type.
+    /// Package, `msg` and type name.
     const NAME: &'static str;
-    /// Its own fields.
+    /// Definition of its own fields.
     const FIELDS: &'static str;
-    /// The types that it rests on, with their fields.
+    /// Types it depends on, with their definitions.
     const PARTS: &'static [(&'static str, &'static str)];
 }
 
-/// The definition of a message with all that it rests on.
+/// Returns the definition of a message with all types it depends on.
 pub fn definition<M: Message>() -> String {
     let mut text = M::FIELDS.to_owned();
     for (name, fields) in M::PARTS {
@@ -31,10 +32,10 @@ pub fn definition<M: Message>() -> String {
     text
 }
 
-/// A message in CDR.
+/// Encodes a message in CDR.
 ///
 /// # Errors
-/// None that these messages can bring about.
+/// None: encoding these messages does not fail.
 pub fn encoded<M: Message>(message: &M) -> Result<Vec<u8>> {
     let body = cdr_encoding::to_vec::<M, LittleEndian>(message);
     let mut bytes = ENCAPSULATION.to_vec();
@@ -42,15 +43,15 @@ pub fn encoded<M: Message>(message: &M) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A time, as a part of definitions.
+/// Definition of a time.
 pub const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const DURATION: (&str, &str) = ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n");
-/// A header, as a part of definitions.
+/// Definition of a header.
 pub const HEADER: (&str, &str) = (
     "std_msgs/Header",
     "builtin_interfaces/Time stamp\nstring frame_id\n",
 );
-/// A place, as a part of definitions.
+/// Definition of a point.
 pub const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
 
 const VECTOR: (&str, &str) = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n");
@@ -67,7 +68,7 @@ pub struct Time {
 }
 
 impl Time {
-    /// So many nanoseconds since 1970, 68 years at most.
+    /// Creates a time from nanoseconds since 1970, at most 68 years.
     pub fn from_nanos(ns: u64) -> Self {
         Self {
             sec: i32::try_from(ns / 1_000_000_000).unwrap_or(i32::MAX),
@@ -76,25 +77,25 @@ impl Time {
     }
 }
 
-/// When, and in which frame.
+/// Time and frame of a message.
 #[derive(Clone, Debug, Serialize)]
 pub struct Header {
-    /// When it was measured.
+    /// Time of the measurement.
     pub stamp: Time,
     /// The frame of its coordinates.
     pub frame_id: String,
 }
 
-/// One number of each point of a cloud.
+/// Description of one value of each point of a cloud.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointField {
     /// Its name.
     pub name: String,
-    /// Where it stands in a point, bytes.
+    /// Offset within a point, bytes.
     pub offset: u32,
     /// 7: 32-bit floating point.
     pub datatype: u8,
-    /// How many numbers.
+    /// Number of values.
     pub count: u32,
 }
 
@@ -147,7 +148,7 @@ impl Message for Image {
     const PARTS: &'static [(&'static str, &'static str)] = &[HEADER, TIME];
 }
 
-/// A place, metres.
+/// A point, metres.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Point {
     pub x: f64,
@@ -164,7 +165,7 @@ pub struct Quaternion {
     pub w: f64,
 }
 
-/// Where a marker's own coordinates begin.
+/// Origin of a marker's coordinates.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pose {
     pub position: Point,
@@ -172,7 +173,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Moved, not turned.
+    /// Creates a pose without rotation.
     pub fn at(position: Point) -> Self {
         let orientation = Quaternion {
             x: 0.0,
@@ -196,7 +197,7 @@ pub struct Colour {
     pub a: f32,
 }
 
-/// A picture on a marker: always empty here.
+/// Texture of a marker, always empty here.
 #[derive(Clone, Debug, Serialize)]
 pub struct CompressedImage {
     pub header: Header,
@@ -204,7 +205,7 @@ pub struct CompressedImage {
     pub data: Vec<u8>,
 }
 
-/// A mesh for a marker: always empty here.
+/// Mesh of a marker, always empty here.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct MeshFile {
     pub filename: String,
@@ -236,18 +237,18 @@ pub struct Marker {
 }
 
 impl Marker {
-    /// Lines between points two by two.
+    /// Lines between consecutive pairs of points.
     pub const LINE_LIST: i32 = 5;
-    /// A ball.
+    /// A sphere.
     pub const SPHERE: i32 = 2;
-    /// Text that faces who looks.
+    /// Text that faces the viewer.
     pub const TEXT: i32 = 9;
-    /// Shown until something takes its place.
+    /// Action: shows the marker until another replaces it.
     pub const ADD: i32 = 0;
-    /// Takes all markers away.
+    /// Action: deletes all markers.
     pub const DELETE_ALL: i32 = 3;
 
-    /// One of this kind with nothing on it.
+    /// Creates an empty marker of this kind.
     pub fn new(header: &Header, ns: &str, id: usize, kind: i32) -> Self {
         let nowhere = Header {
             stamp: Time::default(),
@@ -330,7 +331,7 @@ impl Message for MarkerArray {
     ];
 }
 
-/// A name and what is said under it.
+/// A key with its value.
 #[derive(Clone, Debug, Serialize)]
 pub struct KeyValue {
     pub key: String,
@@ -382,7 +383,8 @@ impl Message for Float32 {
     const PARTS: &'static [(&'static str, &'static str)] = &[];
 }
 
-/// `geometry_msgs/msg/TransformStamped`: a frame, moved and turned, as its parent sees it.
+/// `geometry_msgs/msg/TransformStamped`: translation and rotation of a frame relative to its
+/// parent.
 #[derive(Clone, Debug, Serialize)]
 pub struct TransformStamped {
     pub header: Header,
@@ -419,7 +421,7 @@ impl Message for TfMessage {
 mod tests {
     use super::*;
 
-    /// The parts of a definition are told once each, and each that is used is told.
+    /// Each part of a definition is listed once, and each used type is listed.
     fn whole<M: Message>() {
         let names: Vec<&str> = M::PARTS.iter().map(|(name, _)| *name).collect();
         let fields = M::PARTS.iter().map(|(_, fields)| *fields);
@@ -449,8 +451,8 @@ mod tests {
         whole::<crate::convert::staircase::Staircase>();
     }
 
-    /// The encoding of a message, worked out by hand: sizes before what varies, numbers on multiples of
-    /// their length.
+    /// The encoding of a message, computed by hand: lengths before variable parts, numbers aligned
+    /// to multiples of their length.
     #[test]
     fn the_encoding_is_that_of_dds() {
         let message = DiagnosticArray {
@@ -463,8 +465,8 @@ mod tests {
         let expected = [
             0, 1, 0, 0, // encapsulation
             2, 0, 0, 0, 3, 0, 0, 0, // 2 s and 3 ns
-            3, 0, 0, 0, b'a', b'b', 0, // three bytes with the end
-            0, // up to a multiple of four
+            3, 0, 0, 0, b'a', b'b', 0, // three bytes including the terminator
+            0, // padding to a multiple of four
             0, 0, 0, 0, // no status
         ];
         assert_eq!(encoded(&message).unwrap(), expected);

@@ -1,9 +1,10 @@
-//! Numbers of any format to the 16 bits of a recording.
+//! Conversion of numbers of any format to the 16 bits of a recording.
 //!
-//! A value at the format's full scale becomes 32768: integers count from the converter's range (8 bits
-//! become the upper 8 of 16), floating point from ±1.0 or from what the caller says. Values are rounded to
-//! the nearest, ties to even. +32768 itself, which 16 bits do not hold, becomes 32767; what lies further
-//! out is refused, for clipped samples are not what was measured.
+//! A value at the format's full scale becomes 32768. The full scale of integers is the converter's
+//! range (8 bits become the upper 8 of 16), that of floating point ±1.0 or the caller's value.
+//! Values are rounded to the nearest, ties to even. +32768 itself, which does not fit 16 bits,
+//! becomes 32767. Values further out are rejected, because clipped samples differ from the measured
+//! ones.
 
 use anyhow::{Result, bail};
 use stairscan::Iq;
@@ -11,30 +12,30 @@ use stairscan::Iq;
 /// Full scale of a recording's samples.
 const FULL: f64 = 32768.0;
 
-/// What a number is.
+/// Kind of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     /// Two's complement.
     Signed,
-    /// Offset binary: zero in the middle.
+    /// Offset binary, with zero in the middle.
     Unsigned,
     /// IEEE 754.
     Float,
 }
 
-/// How a number stands in a file.
+/// Format of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Format {
-    /// What it is.
+    /// Kind of the number.
     pub number: Number,
-    /// Its length: 1, 2 or 4 for whole numbers, 4 or 8 for others.
+    /// Length, bytes: 1, 2 or 4 for integers, 4 or 8 for floating point.
     pub bytes: usize,
-    /// The byte of the highest value comes first.
+    /// Whether the most significant byte comes first.
     pub big_endian: bool,
 }
 
 impl Format {
-    /// A format that is read here.
+    /// Returns a supported format; `None` for another one.
     pub fn new(number: Number, bytes: usize, big_endian: bool) -> Option<Self> {
         let known = match number {
             Number::Float => matches!(bytes, 4 | 8),
@@ -47,7 +48,7 @@ impl Format {
         })
     }
 
-    /// What is full scale unless one is told.
+    /// Returns the default full scale.
     pub fn full_scale(self) -> f64 {
         match self.number {
             Number::Float => 1.0,
@@ -55,7 +56,7 @@ impl Format {
         }
     }
 
-    /// The value of one number, zero in the middle.
+    /// Returns the value of one number, with zero in the middle.
     fn value(self, bytes: &[u8]) -> f64 {
         let mut raw = [0; 8];
         for (to, from) in raw.iter_mut().zip(bytes) {
@@ -79,18 +80,19 @@ impl Format {
     }
 }
 
-/// One number of a recording from one whose full scale is `full_scale`; `None` for what lies outside.
+/// Returns a recording's number for a value with the full scale `full_scale`; `None` if it lies
+/// outside.
 pub fn scaled(value: f64, full_scale: f64) -> Option<i16> {
     let scaled = (value * FULL / full_scale).round_ties_even();
-    // NaN is in no range.
+    // NaN lies in no range.
     let inside = (-FULL..=FULL).contains(&scaled);
     inside.then_some(scaled.min(FULL - 1.0) as i16)
 }
 
-/// The complex samples that `bytes` hold, I before Q, of chirps of `samples_per_chirp`.
+/// Returns the complex samples in `bytes`, I before Q, of chirps of `samples_per_chirp`.
 ///
 /// # Errors
-/// Names chirp and sample of a value that is none, or beyond full scale.
+/// Names chirp and sample of a value that is not a number or beyond full scale.
 pub fn decode(
     bytes: &[u8],
     format: Format,

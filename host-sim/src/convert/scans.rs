@@ -1,4 +1,4 @@
-//! What the scanner makes of a recording, scan by scan, for the outputs.
+//! The scanner's results of a recording, scan by scan, for the outputs.
 
 use anyhow::Result;
 use serde_json::Value;
@@ -11,7 +11,7 @@ use crate::inspect::Inspection;
 use crate::recording::Recording;
 use crate::replay::{self, Options, Scanned};
 
-/// Nanoseconds of a second.
+/// Nanoseconds per second.
 pub const SECOND_NS: u64 = 1_000_000_000;
 
 /// A cell of the polar map.
@@ -19,7 +19,7 @@ pub const SECOND_NS: u64 = 1_000_000_000;
 pub struct Cell {
     /// Row, in the order of the angles.
     pub row: usize,
-    /// Angle of the beam, degrees, as the scan's plane counts it.
+    /// Angle of the beam, degrees, with the zero of the scan's plane.
     pub angle_deg: f32,
     /// Range from the mirror's centre, metres.
     pub range_m: f32,
@@ -27,29 +27,29 @@ pub struct Cell {
     pub place: (f32, f32),
     /// Power, decibels relative to a tone at the converter's full scale.
     pub power_db: f32,
-    /// Whether CA-CFAR let it through.
+    /// Whether it is a CA-CFAR detection.
     pub detected: bool,
 }
 
 /// One scan.
 #[derive(Clone, Debug)]
 pub struct Scan {
-    /// What the scanner says.
+    /// The scanner's answer.
     pub answer: Answer,
-    /// The same as `replay --format json` prints it.
+    /// The answer as printed by `replay --format json`.
     pub told: Value,
-    /// The echoes, as `inspect --format json` prints them; `None` where the estimator knows none.
+    /// The echoes, as printed by `inspect --format json`; `None` if the estimator has no echoes.
     pub echoes: Option<Vec<Value>>,
-    /// The map; empty unless it is asked for.
+    /// Cells of the map; empty unless requested.
     pub cells: Vec<Cell>,
-    /// When the scan ended, nanoseconds.
+    /// Time of the scan's end, nanoseconds.
     pub stamp_ns: u64,
 }
 
-/// The scans of a recording as `replay` answers them, with their maps where `with_map` says so.
+/// Returns the scans of a recording as answered by `replay`, with their maps if `with_map`.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// Names the property of the recording that prevents a scan.
 pub fn of(recording: &Recording, options: &Options, with_map: bool) -> Result<Vec<Scan>> {
     let mut scans = Vec::new();
     replay::answers(recording, options, |scanned| {
@@ -63,7 +63,7 @@ pub fn of(recording: &Recording, options: &Options, with_map: bool) -> Result<Ve
 }
 
 impl Scan {
-    /// The scan that `replay` has just answered, without the map.
+    /// Takes the scan that `replay` has just answered, without the map.
     pub fn of(recording: &Recording, scanned: &Scanned<'_>) -> Self {
         let (answer, config) = (scanned.answer, scanned.config);
         let map = scanned.pipeline.map();
@@ -78,7 +78,8 @@ impl Scan {
         }
     }
 
-    /// A scan by its sentences alone, the last of which came at `stamp_ns`, nanoseconds since 1970.
+    /// Creates a scan from its sentences alone. The last of them arrived at `stamp_ns`, nanoseconds
+    /// since 1970.
     pub fn heard(answer: &Answer, stamp_ns: u64) -> Self {
         Self {
             told: answer.json(),
@@ -90,14 +91,15 @@ impl Scan {
     }
 }
 
-/// When scan `k` (from 0) of a recording ended: the time of its last chirp, or, for a recording without
-/// times, k + 1 seconds. Either counts from 1970, for recordings hold no date: no clock is asked.
+/// Returns the time at which scan `k` (from 0) of a recording ended, nanoseconds: the time of its
+/// last chirp, or k + 1 seconds for a recording without times. Both are counted from 1970, because
+/// recordings contain no date; the computer's clock is not used.
 fn stamp_ns(recording: &Recording, k: usize) -> u64 {
     let last = recording.chirps_of(k).end.saturating_sub(1);
     chirp_ns(recording, last).unwrap_or((k as u64 + 1) * SECOND_NS)
 }
 
-/// When chirp `k` (from 0) of a recording with times was made, nanoseconds.
+/// Returns the time of chirp `k` (from 0) of a recording with times, nanoseconds.
 pub fn chirp_ns(recording: &Recording, k: usize) -> Option<u64> {
     let seconds = recording.meta.motion.time_s.get(k)?;
     Some((seconds * SECOND_NS as f64).round() as u64)

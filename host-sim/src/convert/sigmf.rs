@@ -1,4 +1,5 @@
-//! SigMF of others: any complex datatype, and whatever of our keys it lacks from elsewhere.
+//! Reader of SigMF files of other programs: any complex datatype, with missing `stairscan:` keys
+//! added.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,7 @@ use serde_json::Value;
 use super::samples::{Format, Number};
 use crate::recording;
 
-/// A metadata file's document.
+/// Reads a metadata file's document.
 ///
 /// # Errors
 /// Names the file.
@@ -27,10 +28,10 @@ pub fn metadata(path: &Path) -> Result<Value> {
     Ok(document)
 }
 
-/// The format of a document's samples.
+/// Returns the format of a document's samples.
 ///
 /// # Errors
-/// Names the key, what was found and what was expected.
+/// Names the key, the value found and the expected value.
 pub fn format(document: &Value) -> Result<Format> {
     let global = &document["global"];
     let Some(datatype) = global["core:datatype"].as_str() else {
@@ -56,7 +57,7 @@ pub fn format(document: &Value) -> Result<Format> {
     parse(datatype)
 }
 
-/// The format that a datatype names: `c`, number, bits and order of bytes.
+/// Parses a datatype: `c`, number, bits and order of bytes.
 fn parse(datatype: &str) -> Result<Format> {
     ensure!(
         !datatype.starts_with('r'),
@@ -78,7 +79,7 @@ fn parse(datatype: &str) -> Result<Format> {
             _ => return None,
         };
         let bits: usize = bits.parse().ok().filter(|bits| bits % 8 == 0)?;
-        // One byte has no order, more have to say theirs.
+        // A single byte has no order; a longer number must state it.
         let told = datatype.contains('_') || bits == 8;
         Format::new(number, bits / 8, big).filter(|_| told)
     };

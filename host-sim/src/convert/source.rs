@@ -1,4 +1,5 @@
-//! Inputs of `convert` on the disk: recordings, SigMF of others, arrays of numpy, captures of TI's DCA1000.
+//! Inputs of `convert` on the disk: recordings, SigMF of other programs, numpy arrays, captures of
+//! TI's DCA1000.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,24 +12,24 @@ use super::keys::Given;
 use super::{angles, dca1000, sigmf};
 use crate::recording::{self, DATA_SUFFIX, Recording};
 
-/// Chirps from elsewhere, and where what they do not say comes from.
+/// Foreign chirps, and the sources of their missing keys.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
     /// The file.
     pub path: PathBuf,
-    /// The TOML file of a DCA1000's capture; without it the one of the capture's name.
+    /// The TOML file of a DCA1000's capture; the default has the capture's name.
     pub setup: Option<PathBuf>,
-    /// One angle a chirp.
+    /// Table with one angle per chirp.
     pub angles: Option<PathBuf>,
-    /// The recording whose keys hold where none is given.
+    /// The recording that supplies keys that are not given.
     pub keys_of: Option<PathBuf>,
     /// Keys given one by one.
     pub given: Given,
-    /// The value that is full scale.
+    /// The value that counts as full scale.
     pub full_scale: Option<f64>,
 }
 
-/// A whole file.
+/// Reads a whole file.
 fn bytes(path: &Path) -> Result<Vec<u8>> {
     recording::regular(path)?;
     fs::read(path).with_context(|| format!("{}", path.display()))
@@ -39,7 +40,7 @@ fn text(path: &Path) -> Result<String> {
 }
 
 impl Source {
-    /// Whether the path names a recording that needs nothing from elsewhere: it is taken as it is.
+    /// Whether the path names a complete recording, which is taken unchanged.
     fn is_recording(&self) -> Result<bool> {
         if matches!(suffix(&self.path), "npy" | "bin") {
             return Ok(false);
@@ -47,15 +48,15 @@ impl Source {
         let told = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
         let metadata = sigmf::metadata(&self.path)?;
         let datatype = metadata["global"]["core:datatype"].as_str();
-        // Real samples come in as they are or not at all: with keys from elsewhere they are refused.
+        // Real samples are taken unchanged or not at all: with other keys they are rejected.
         let ours = matches!(datatype, Some("ci16_le" | "ri16_le"));
         Ok(ours && !told && self.full_scale.is_none())
     }
 
-    /// The recording, under the name `name`.
+    /// Reads the recording, with the name `name`.
     ///
     /// # Errors
-    /// Names the file, the key or the place, and what was expected.
+    /// Names the file, the key or the place, and the expected value.
     pub fn read(&self, name: &str) -> Result<Recording> {
         if let Some(scale) = self.full_scale {
             ensure!(
@@ -74,7 +75,7 @@ impl Source {
         recording.with_context(|| format!("{}", self.path.display()))
     }
 
-    /// The angles of the table, as many as there are chirps.
+    /// Returns the table's angles, one per chirp.
     fn angles(&self, chirps: usize) -> Result<Option<Vec<f64>>> {
         let Some(path) = &self.angles else {
             return Ok(None);

@@ -1,7 +1,8 @@
 //! `stairscan_msgs/msg/Staircase`: an answer with covariances.
 //!
-//! Each step is a line with two ends and a covariance, as packages that model stairs from depth cameras publish it.
-//! The definitions are the files of `ros2/stairscan_msgs/`, from which ROS 2 builds the package.
+//! Each step is a line with two ends and a covariance, as published by packages that model stairs
+//! from depth cameras. The definitions are the files of `ros2/stairscan_msgs/`, from which ROS 2
+//! builds the package.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -11,7 +12,7 @@ use stairscan::verdict::Status;
 use super::ros::{HEADER, Header, Message, POINT, Point, TIME};
 use super::scans::Scan;
 
-/// Half of the width with which steps are drawn, metres.
+/// Half width of drawn steps, metres.
 pub const HALF_WIDTH_M: f64 = 0.4;
 
 const STEP: &str = include_str!("../../../ros2/stairscan_msgs/msg/Step.msg");
@@ -28,7 +29,7 @@ struct Step {
     quality: f64,
 }
 
-/// Where the ground ends.
+/// The edge of a drop.
 #[derive(Clone, Debug, Serialize)]
 struct Drop {
     edge: Point,
@@ -66,7 +67,7 @@ impl Message for Staircase {
 }
 
 impl Staircase {
-    /// The answer of a scan.
+    /// Converts the answer of a scan.
     pub fn of(header: &Header, scan: &Scan) -> Self {
         let (answer, told) = (&scan.answer, &scan.told);
         let steps = told["steps"].as_array().map_or(&[][..], Vec::as_slice);
@@ -127,7 +128,7 @@ impl Drop {
     }
 }
 
-/// Level of a status, in this message and in diagnostics.
+/// Returns the level of a status, as in this message and in diagnostics.
 pub fn level(status: Status) -> u8 {
     match status {
         Status::Ok => 0,
@@ -136,22 +137,23 @@ pub fn level(status: Status) -> u8 {
     }
 }
 
-/// Free distance of a scan, metres; 0 where none is promised, so that no comparison takes it for free.
+/// Returns the free distance of a scan, metres. It is 0 if none is reported, so that no comparison
+/// takes it for free.
 pub fn free_m(scan: &Scan) -> f64 {
     scan.told["free_m"].as_f64().unwrap_or(0.0)
 }
 
-/// A number of a JSON object; NaN where it is `null`.
+/// Returns a number of a JSON object; NaN if it is `null`.
 pub fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or(f64::NAN)
 }
 
-/// Left and right end of a line across the way.
+/// Returns the left and the right end of a line across the way.
 pub fn across(x: f64, z: f64) -> [Point; 2] {
     [HALF_WIDTH_M, -HALF_WIDTH_M].map(|y| Point { x, y, z })
 }
 
-/// Covariance of x, y and z from the standard deviations of x and z.
+/// Returns the covariance of x, y and z from the standard deviations of x and z.
 fn covariance(sigma_x: f64, sigma_z: f64) -> [f64; 9] {
     let mut matrix = [0.0; 9];
     matrix[0] = sigma_x * sigma_x;

@@ -1,4 +1,4 @@
-//! CSV (RFC 4180): steps, echoes, or the cells of the map, a heading first.
+//! CSV files (RFC 4180) of steps, echoes or map cells, with a heading.
 
 use anyhow::Result;
 use clap::ValueEnum;
@@ -18,7 +18,7 @@ pub enum Table {
     Map,
 }
 
-/// The keys of the columns that a scan's rows have in common, as `replay --format json` names them.
+/// Common columns of a scan's rows, with the keys of `replay --format json`.
 pub(super) const SCAN: [&str; 6] = [
     "recording",
     "scan",
@@ -27,7 +27,7 @@ pub(super) const SCAN: [&str; 6] = [
     "horizon_m",
     "confidence",
 ];
-/// Those of a step.
+/// Columns of a step.
 const STEP: [&str; 7] = [
     "distance_m",
     "height_m",
@@ -37,7 +37,7 @@ const STEP: [&str; 7] = [
     "height_sigma_m",
     "quality",
 ];
-/// Those of a scan that stand behind a step's: what is free, and where the ground ends.
+/// Columns of a scan that follow those of a step: free distance and drop.
 const GROUND: [&str; 5] = [
     "free_m",
     "drop_distance_m",
@@ -45,7 +45,7 @@ const GROUND: [&str; 5] = [
     "drop_depth_m",
     "drop_probability",
 ];
-/// Those of an echo, as `inspect --format json` names them.
+/// Columns of an echo, with the keys of `inspect --format json`.
 const ECHO: [&str; 10] = [
     "x_m",
     "y_m",
@@ -58,7 +58,7 @@ const ECHO: [&str; 10] = [
     "role",
     "against",
 ];
-/// Those of a cell.
+/// Columns of a map cell.
 const CELL: [&str; 7] = [
     "row",
     "angle_deg",
@@ -69,7 +69,7 @@ const CELL: [&str; 7] = [
     "detected",
 ];
 
-/// A value as a cell: a number as JSON writes it, text without quotes, nothing for nothing.
+/// Formats a value as a table cell: a number as in JSON, text without quotes, nothing for null.
 fn cell(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
@@ -82,10 +82,10 @@ fn pick(value: &Value, keys: &[&str]) -> Vec<String> {
     keys.iter().map(|key| cell(&value[*key])).collect()
 }
 
-/// The table of these scans.
+/// Returns the table of these scans.
 ///
 /// # Errors
-/// None that writing to memory can bring about.
+/// None: writing to memory does not fail.
 pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Result<Vec<u8>> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     match table {

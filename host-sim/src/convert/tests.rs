@@ -18,7 +18,7 @@ fn recorded(name: &str) -> Recording {
     Recording::read(&repository(name)).unwrap()
 }
 
-/// A directory of one test, with the files that it writes.
+/// Temporary directory of one test.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -205,7 +205,7 @@ fn tables_say_what_the_json_says() {
     assert!(cells.len() > 50_000);
 }
 
-/// A drop stands in every row of the table, and among the markers.
+/// A drop is in every row of the table, and among the markers.
 #[test]
 fn a_drop_stands_in_table_and_markers() {
     let mut scans = scans::of(&recorded("stair_a"), &Options::default(), false).unwrap();
@@ -232,7 +232,7 @@ fn a_drop_stands_in_table_and_markers() {
     assert!(has(&with) && !has(&bare));
 }
 
-/// A fault must not vanish from a table for want of steps.
+/// A fault has a row in the table although it has no steps.
 #[test]
 fn a_scan_without_steps_has_a_row() {
     let scans = scans::of(&recorded("empty"), &Options::default(), false).unwrap();
@@ -272,7 +272,8 @@ fn a_file_that_is_none_is_named_once() {
     }
 }
 
-/// JSON's own shortest decimals, of a number that a quick parser reads with another last bit.
+/// Metadata keep JSON's shortest decimals; a quick parser would read this number with another last
+/// bit.
 #[test]
 fn metadata_comes_back_to_the_last_bit() {
     let mut recording = recorded("stair_a");

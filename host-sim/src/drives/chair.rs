@@ -1,13 +1,15 @@
-//! A chair: commands in, places and speeds out, with the dead time and the ramps of its drive.
+//! Model of a chair's drive: speed commands in, travel and speed out, with dead time and limited
+//! acceleration.
 
 use super::plan::Plan;
 
-/// Time step of the chair's motion, seconds: control cycles and rows are whole numbers of it.
+/// Time step of the chair's motion, seconds. Control cycles and row times are whole multiples of
+/// it.
 const TICK_S: f64 = 0.0004;
-/// From one command to the next, seconds.
+/// Period of the control cycle, seconds.
 pub const CYCLE_S: f64 = 0.02;
 
-/// Where a chair is.
+/// Position and speed of a chair.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Forward travel since the first row, metres.
@@ -16,20 +18,20 @@ pub struct Pose {
     pub speed_m_s: f64,
 }
 
-/// A chair that stands at first.
+/// A chair that is at rest at first.
 #[derive(Clone, Debug)]
 pub struct Chair {
     latency_s: f64,
     acceleration: f64,
     deceleration: f64,
-    /// One a cycle, m/s.
+    /// One command per control cycle, m/s.
     commands: Vec<f64>,
-    /// One a tick.
+    /// One pose per time step of [`TICK_S`].
     poses: Vec<Pose>,
 }
 
 impl Chair {
-    /// The chair of a plan.
+    /// Creates the chair of a plan.
     pub fn new(plan: &Plan) -> Self {
         Self {
             latency_s: plan.latency_s,
@@ -40,7 +42,7 @@ impl Chair {
         }
     }
 
-    /// Takes the next cycle's command, m/s.
+    /// Adds the command of the next control cycle, m/s.
     pub fn command(&mut self, speed_m_s: f64) {
         self.commands.push(speed_m_s);
     }
@@ -50,7 +52,8 @@ impl Chair {
         self.commands.len()
     }
 
-    /// Where the chair is at `time_s`. Commands that act by then must have come: those of a latency before.
+    /// Returns the pose at `time_s`, seconds. The commands that act by then must have been added:
+    /// those up to one latency earlier.
     pub fn at(&mut self, time_s: f64) -> Pose {
         let tick = libm::floor(time_s / TICK_S + 0.5) as usize;
         while self.poses.len() <= tick {
@@ -59,7 +62,7 @@ impl Chair {
         self.poses[tick]
     }
 
-    /// One tick.
+    /// Advances by one time step.
     fn go_on(&mut self) {
         let before = self.poses[self.poses.len() - 1];
         let acting = self.poses.len() as f64 * TICK_S - self.latency_s;

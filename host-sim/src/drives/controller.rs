@@ -1,4 +1,5 @@
-//! A chair's controller: joystick and guard sentences in, a command every cycle out.
+//! Controller of a chair: joystick speed and `GUARD` sentences in, one speed command per control
+//! cycle out.
 
 use std::collections::VecDeque;
 
@@ -8,36 +9,40 @@ use stairscan::verdict::Status;
 use super::chair::CYCLE_S;
 use super::limit::{Brakes, FreeAhead, max_speed};
 
-/// The chair's foremost point, metres before the mirror. At 0.40 m over the ground the mirror sits below the seat's front
-/// edge, before which footplates and toes stand out by about as much. It is also as near as can be served: the
-/// sector's last row meets the ground 0.51 m before the mirror, so that an edge 10 cm before the footplates is still in
-/// the beam when the chair stands before it.
+/// Distance of the chair's foremost point before the mirror, metres. At a mounting height of 0.40 m
+/// the mirror sits below the front edge of the seat, and footplates and toes stand out about this
+/// far before that edge. A smaller distance could not be served: the sector's last row meets the
+/// ground 0.51 m before the mirror, so that an edge 10 cm before the footplates is still in the
+/// beam when the chair stands before it.
 pub const FRONT_M: f64 = 0.40;
-/// Properties that the controller counts on: those of the first column of docs/controller.md, and an age within
-/// which the sentences of two sweeps may be missed.
+/// Properties of the chair that the controller assumes: the first column of docs/controller.md, and
+/// a maximum age that bridges the loss of two sweeps' sentences.
 const BRAKES: Brakes = Brakes {
     latency_ms: 200,
     deceleration_mm_s2: 1000,
     oldest_ms: 400,
 };
-/// Age of the odometer's reading, ms: one cycle.
+/// Age of the odometer's reading, ms: one control cycle.
 const AGE_MS: u32 = 20;
-/// Limits below are 0, mm/s: a chair creeps no slower.
+/// Lower limit of the speed limit, mm/s. Smaller limits are replaced by 0, because a chair cannot
+/// creep more slowly.
 const LEAST_MM_S: u32 = 100;
 
-/// A sentence as it counts for the controller.
+/// The content of a `GUARD` sentence that the controller uses.
 #[derive(Clone, Copy, Debug)]
 pub struct Word {
-    /// Free distance from the mirror at the sweep's last row, mm; 0 of a sweep that is not `ok`.
+    /// Free distance from the mirror at the sweep's last row, mm; 0 if the sweep's status is not
+    /// `ok`.
     free_mm: i64,
-    /// The odometer at that row, metres.
+    /// Reading of the odometer at that row, metres.
     said_m: f64,
     /// Time of that row, seconds.
     time_s: f64,
 }
 
 impl Word {
-    /// That of a sweep whose last row was fired at `time_s` with the odometer at `said_m`.
+    /// Takes the content of a sentence on a sweep whose last row was fired at `time_s` with the
+    /// odometer at `said_m`.
     pub fn new(line: &GuardLine, time_s: f64, said_m: f64) -> Self {
         let free = line.free.filter(|_| line.status == Status::Ok);
         Self {
@@ -48,17 +53,18 @@ impl Word {
     }
 }
 
-/// The controller.
+/// The controller's state.
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
-    /// The newest sentence.
+    /// The newest sentence received.
     pub word: Option<Word>,
-    /// Speeds of the last cycles, measured or commanded, mm/s.
+    /// Measured and commanded speeds of the last cycles, mm/s.
     speeds: VecDeque<u32>,
 }
 
 impl Controller {
-    /// Free ground before the chair's foremost point, mm.
+    /// Returns the free distance before the chair's foremost point, mm; 0 without a sentence that
+    /// is young enough.
     fn free_mm(&self, now_s: f64, said_m: f64) -> u32 {
         let young = |word: &&Word| (now_s - word.time_s) * 1e3 <= f64::from(BRAKES.oldest_ms);
         let Some(word) = self.word.as_ref().filter(young) else {
@@ -69,7 +75,7 @@ impl Controller {
         u32::try_from(free_mm).unwrap_or(0)
     }
 
-    /// The limit, mm/s.
+    /// Returns the speed limit, mm/s.
     fn limit(&self, now_s: f64, said_m: f64) -> u32 {
         let ground = FreeAhead {
             free_mm: self.free_mm(now_s, said_m),
@@ -82,7 +88,8 @@ impl Controller {
         }
     }
 
-    /// The command of the cycle at `now_s`, m/s, of a chair whose odometer says `said_m` and which goes at `speed_m_s`.
+    /// Returns the command of the cycle at `now_s`, m/s, for the odometer reading `said_m` and the
+    /// speed `speed_m_s`.
     pub fn cycle(&mut self, now_s: f64, said_m: f64, speed_m_s: f64, joystick_m_s: f64) -> f64 {
         self.note(libm::ceil(speed_m_s * 1e3) as u32);
         let limit = f64::from(self.limit(now_s, said_m)) / 1e3;
@@ -91,7 +98,8 @@ impl Controller {
         command
     }
 
-    /// Keeps a speed for as long as age and latency are together: two a cycle.
+    /// Stores a speed for as long as age and latency together. There are two speeds per cycle: the
+    /// measured one and the command.
     fn note(&mut self, speed_mm_s: u32) {
         let cycles = f64::from(AGE_MS + BRAKES.latency_ms) / (1e3 * CYCLE_S);
         self.speeds.push_back(speed_mm_s);
@@ -107,8 +115,8 @@ mod tests {
     use crate::drives::chair::Chair;
     use crate::drives::plan::Plan;
 
-    /// Drives towards the end of ground that is `free_m` long, with a word a tenth of a second; the way, and whether the
-    /// chair was ever faster than the joystick.
+    /// Drives towards the end of ground that is `free_m` long, with one sentence every tenth of a
+    /// second. Returns the travel and whether the chair was ever faster than the joystick asked.
     fn driven(plan: &Plan, free_m: f64) -> (f64, bool) {
         let (mut chair, mut controller) = (Chair::new(plan), Controller::default());
         let mut fast = false;

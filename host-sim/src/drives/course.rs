@@ -1,4 +1,5 @@
-//! A random scene for drives: where its hazard is, and how far a chair can go.
+//! A random scene for drives, with the distance of its first hazard and the distance that a chair
+//! can travel.
 
 use anyhow::{Context, Result};
 
@@ -10,40 +11,42 @@ use crate::sweeps::hazards;
 use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::truth::Hazard;
 
-/// The first hazard is 0.6 to 1.8 m beyond this, metres: far enough that the chair has its speed.
+/// Distance from which the first hazard's distance is drawn, metres: it lies 0.6 to 1.8 m beyond,
+/// far enough for the chair to reach its speed.
 const BEFORE_M: f64 = 1.2;
-/// Where no hazard is nearer the drive ends here, metres.
+/// Travel at the end of a drive where no hazard is nearer, metres.
 const LONGEST_M: f64 = 2.5;
-/// Chirps are simulated so far beyond the place where the foremost point reaches the hazard, metres.
+/// Travel that is simulated beyond the place where the foremost point reaches the hazard, metres.
 const BEYOND_M: f64 = 0.03;
-/// The mirror is held free of all surfaces at places so far apart, metres.
+/// Step of travel at which the mirror is checked to lie outside all surfaces, metres.
 const CHECKED_M: f64 = 0.05;
-/// Things in the beam's axis: their nearest part is at most this far from the plane, metres. At half a metre the
-/// beam is 4 cm wide.
+/// Maximum lateral distance between the swept plane and the nearest part of a thing that counts as
+/// in the beam's axis, metres. At half a metre the beam is 4 cm wide.
 const ALONG_M: f64 = 0.02;
 
 /// A scene that chairs drive through.
 pub struct Course {
     /// Kind and seed, as recordings are named.
     pub name: String,
-    /// Seed of everything that is random in it.
+    /// Seed of all random parts.
     pub seed: u64,
     scene: Scene,
-    /// After somebody has stepped in.
+    /// The scene after a person has stepped in.
     joined: Option<Scene>,
-    /// The first hazard, from the mirror at the first row; of a scene into which somebody steps, that person.
+    /// The first hazard, from the mirror at the first row. In a scene into which a person steps it
+    /// is that person.
     pub hazard: Option<Hazard>,
     /// Whether the hazard lies beside the beam's axis.
     pub beside: bool,
-    /// Travel of the mirror at which the way ends, metres.
+    /// Travel of the mirror at the end of the way, metres.
     pub end_m: f64,
 }
 
 impl Course {
-    /// The scene of a kind and seed.
+    /// Creates the scene of a kind and seed.
     ///
     /// # Errors
-    /// Says what no scene can be built of.
+    /// Names the part from which no scene can be built.
     pub fn new(kind: Kind, seed: u64) -> Result<Self> {
         let name = format!("{}_{seed:03}", kind.name());
         let approach = scenes::approach(kind, seed, BEFORE_M).with_context(|| name.clone())?;
@@ -77,30 +80,30 @@ impl Course {
         })
     }
 
-    /// Its way before and after somebody has stepped in.
+    /// Returns the way before a person has stepped in, and the way after that.
     pub fn ways(&self) -> [Option<Way<'_>>; 2] {
         let way = |scene| Way::new(scene, self.seed, self.end_m);
         [Some(way(&self.scene)), self.joined.as_ref().map(way)]
     }
 
-    /// The scene at the beginning.
+    /// Returns the scene at the beginning.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Whether somebody steps in.
+    /// Whether a person steps in.
     pub fn is_joined(&self) -> bool {
         self.joined.is_some()
     }
 }
 
-/// Where the first ramp begins, metres; infinite without one.
+/// Returns the distance at which the first ramp begins, metres; infinite without a ramp.
 fn foot_m(spec: &SceneSpec) -> f64 {
     let feet = spec.ramp.iter().map(|ramp| ramp.from_m);
     feet.fold(f64::INFINITY, f64::min)
 }
 
-/// How far, up to `asked_m`, the mirror goes in free space.
+/// Returns the travel, up to `asked_m`, over which the mirror stays outside all surfaces, metres.
 fn passable(scene: &Scene, asked_m: f64) -> f64 {
     let places = (0..).map(|k| f64::from(k) * CHECKED_M);
     let before = places.take_while(|m| *m < asked_m).chain([asked_m]);

@@ -1,36 +1,37 @@
-//! The speed limit of a controller, as `controller/stairscan.h` has it: free ground in, speed out.
+//! The controller's speed limit, as in `controller/stairscan.h`: free distance in, maximum speed
+//! out.
 //!
-//! The C function is what chairs use. This one is for drives on the host; a test of the C sources holds both against
-//! each other.
+//! Chairs use the C function. This one serves drives on the host. A test of the C sources compares
+//! the two.
 
-/// Properties of a chair, as its controller knows them.
+/// Properties of a chair that its controller assumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Brakes {
-    /// Longest time from the call to the effect of the next cycle's command, ms.
+    /// Maximum time from the call to the effect of the next cycle's command, ms.
     pub latency_ms: u32,
-    /// Least deceleration, mm/s².
+    /// Minimum deceleration, mm/s².
     pub deceleration_mm_s2: u32,
-    /// Age above which a free distance counts no longer, ms.
+    /// Maximum age of a free distance that is used, ms.
     pub oldest_ms: u32,
 }
 
-/// Free ground ahead of a chair.
+/// Free distance ahead of a chair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeAhead {
     /// Free distance, mm.
     pub free_mm: u32,
-    /// Time since it was measured, ms.
+    /// Time since the measurement, ms.
     pub age_ms: u32,
-    /// Largest forward speed over the last age and latency, mm/s.
+    /// Maximum forward speed over the last age plus latency, mm/s.
     pub fastest_mm_s: u32,
 }
 
-/// Returns the largest speed, mm/s, for which
-/// `fastest · age + max(fastest, v) · latency + v² / (2 · deceleration) ≤ free`; 0 where there is none, the age is above
-/// the oldest, or the deceleration is 0.
+/// Returns the maximum speed `v`, mm/s, for which `fastest · age + max(fastest, v) · latency + v² /
+/// (2 · deceleration) ≤ free`. Returns 0 if there is no such speed, if the age is above the
+/// maximum, or if the deceleration is 0.
 pub fn max_speed(ground: &FreeAhead, chair: &Brakes) -> u32 {
     let wide = u128::from;
-    // Micrometres, times the deceleration.
+    // Both sides in micrometres times the deceleration.
     let stops = |speed: u32| {
         let reaction = wide(ground.fastest_mm_s.max(speed)) * wide(chair.latency_ms);
         let way = wide(ground.fastest_mm_s) * wide(ground.age_ms) + reaction;

@@ -1,4 +1,4 @@
-//! Record of a drive: the facts that [`super::outcome`] decides by.
+//! Record of a drive, from which [`super::outcome`] is decided.
 
 use stairscan::verdict::Reasons;
 
@@ -8,44 +8,45 @@ use crate::sweeps::truth::Hazard;
 /// One sweep of a drive, at its last row.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepLog {
-    /// Distance from the mirror to the hazard, metres; none where none is, or nobody has stepped in yet.
+    /// Distance from the mirror to the hazard, metres; `None` without a hazard, and before a person
+    /// has stepped in.
     pub hazard_m: Option<f64>,
-    /// The scanner's word.
+    /// The scanner's answer.
     pub word: Word,
-    /// Its reasons.
+    /// The answer's reasons.
     pub reasons: Reasons,
-    /// How far the ground shows, metres from the mirror.
+    /// Distance up to which the ground's echo shows, metres from the mirror.
     pub shows_m: f64,
     /// True speed, m/s.
     pub speed_m_s: f64,
 }
 
 impl SweepLog {
-    /// Whether the word is `ok` with a free distance beyond the hazard.
+    /// Whether the answer is `ok` with a free distance beyond the hazard.
     pub fn is_beyond(&self) -> bool {
         let free = self.word.free_m.filter(|_| self.word.is_ok());
         free.zip(self.hazard_m).is_some_and(|(free, at)| free > at)
     }
 }
 
-/// How somebody stepped in.
+/// Distances at the moment at which a person stepped in.
 #[derive(Clone, Copy, Debug)]
 pub struct StepIn {
-    /// From the chair's foremost point, metres.
+    /// Distance from the chair's foremost point to the person, metres.
     pub gap_m: f64,
-    /// Stopping distance of the chair, metres: the rest of the sweep under way, a whole one, the word, a cycle, its own
-    /// latency and its brakes.
+    /// Stopping distance of the chair, metres. It covers the rest of the sweep under way, one whole
+    /// sweep, the transfer of the sentence, a control cycle, the chair's latency and its brakes.
     pub needed_m: f64,
 }
 
-/// How a drive ended.
+/// The condition that ended a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The chair has stood with the joystick forward.
+    /// The chair has stood still with the joystick forward.
     Stood,
-    /// The foremost point has passed the hazard.
+    /// The chair's foremost point has passed the hazard.
     Passed,
-    /// The way has ended.
+    /// The chair has reached the end of the way.
     Through,
 }
 
@@ -54,17 +55,17 @@ pub enum End {
 pub struct DriveLog {
     /// Scene and number of the drive.
     pub name: String,
-    /// Its sweeps.
+    /// All sweeps of the drive.
     pub sweeps: Vec<SweepLog>,
-    /// The first hazard, from the mirror at the first row, if it was there at the end.
+    /// The first hazard, from the mirror at the first row, if it was there at the end of the drive.
     pub hazard: Option<Hazard>,
-    /// Whether that lies beside the beam's axis.
+    /// Whether that hazard lies beside the beam's axis.
     pub beside: bool,
-    /// How somebody stepped in.
+    /// Distances when a person stepped in; `None` if nobody did.
     pub step_in: Option<StepIn>,
-    /// How it ended.
+    /// The condition that ended the drive.
     pub end: End,
-    /// True travel then, metres.
+    /// True travel at the end, metres.
     pub travel_m: f64,
     /// Duration, seconds.
     pub time_s: f64,

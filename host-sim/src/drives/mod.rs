@@ -1,9 +1,11 @@
 //! Drives: a chair that drives through a random scene by the guard's free distance.
 //!
-//! A kind of scene, a seed and a number in; where and why the chair came to stand, or what it drove over, out. The loop is
-//! closed: each chirp is simulated from where the chair is then ([`crate::scene::way`]), the scanner's own code sweeps
-//! ([`scanner`]), a controller limits the joystick by the sentences ([`controller`], [`limit`]), and the chair follows its
-//! commands ([`chair`], [`plan`]). [`outcome`] says what became of a drive, [`table`] counts.
+//! In: a kind of scene, a seed and a number. Out: where and why the chair stopped, or what it drove
+//! over. The simulation is closed-loop. Each chirp is simulated from the chair's present position
+//! ([`crate::scene::way`]), the scanner's own code evaluates the sweep ([`scanner`]), a controller
+//! limits the joystick by the sentences ([`controller`], [`limit`]), and the chair follows its
+//! commands ([`chair`], [`plan`]). [`outcome`] classifies a drive, and [`table`] counts the
+//! classes.
 
 pub mod chair;
 pub mod controller;

@@ -1,33 +1,35 @@
-//! The outcome of a drive, decided by rules from its record.
+//! Outcome of a drive, decided by rules from its record.
 
 use super::controller::FRONT_M;
 use super::log::{DriveLog, End, SweepLog};
 use crate::sweeps::ground;
 
-/// A chair that stands this near to the hazard has come near enough, metres from its foremost point.
+/// Maximum distance from the foremost point to the hazard at which a chair has stopped near it,
+/// metres.
 pub const NEAR_M: f64 = 0.30;
-/// Ground nearer than this is below the last row's beam, metres from the mirror: 0.4 m high, 38° and half a beam down.
+/// Minimum distance of ground within the sector, metres from the mirror: 0.4 m high, the last row's
+/// 38° and half a beam down. Nearer ground is below the last row's beam.
 const IN_SECTOR_M: f64 = 0.47;
 
-/// Why a chair has driven over a hazard whose ground shows, or does not.
+/// Reason for which a chair has driven over a hazard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cause {
-    /// Somebody stepped in nearer than the chair can stop.
+    /// A person stepped in nearer than the chair can stop.
     SteppedInTooNear,
-    /// The ground before the hazard does not show.
+    /// The ground before the hazard has no detectable echo.
     GroundDark,
-    /// The hazard stands beside the beam's axis.
+    /// The hazard lies beside the beam's axis.
     BesideTheBeam,
-    /// The hazard came nearer than the last row looks, and the free distance grew again.
+    /// The hazard came nearer than the last row's beam, and the free distance grew again.
     LeftTheSector,
     /// The free distance ended beyond the hazard.
     FreeTooFar,
-    /// No free distance ended beyond it: brakes, odometer, latency.
+    /// The free distance never ended beyond the hazard: brakes, odometer or latency.
     Chair,
 }
 
 impl Cause {
-    /// All of them.
+    /// All causes.
     pub const ALL: [Self; 6] = [
         Self::SteppedInTooNear,
         Self::GroundDark,
@@ -37,7 +39,7 @@ impl Cause {
         Self::Chair,
     ];
 
-    /// In words.
+    /// Returns the cause as text.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::SteppedInTooNear => "stepped in nearer than the chair can stop",
@@ -55,31 +57,31 @@ impl Cause {
 pub enum Outcome {
     /// The foremost point passed the hazard.
     Over {
-        /// Whether the ground showed up to it while the chair could still stop.
+        /// Whether the ground's echo showed up to the hazard while the chair could still stop.
         shows: bool,
-        /// By the rules.
+        /// The cause by the rules.
         cause: Cause,
     },
-    /// It stood at most [`NEAR_M`] before the hazard.
+    /// The chair stopped at most [`NEAR_M`] before the hazard.
     Near {
-        /// From the foremost point to the hazard, metres.
+        /// Distance from the foremost point to the hazard, metres.
         gap_m: f64,
     },
-    /// It stood farther before it.
+    /// The chair stopped farther before the hazard.
     Early {
-        /// From the foremost point to the hazard, metres.
+        /// Distance from the foremost point to the hazard, metres.
         gap_m: f64,
-        /// Whether the ground shows up to the hazard from there.
+        /// Whether the ground's echo shows up to the hazard from there.
         shows: bool,
     },
-    /// It stood although no hazard was on its way.
+    /// The chair stopped although no hazard was on its way.
     Halted,
-    /// It came to the end of a way without a hazard.
+    /// The chair reached the end of a way without a hazard.
     Through,
 }
 
 impl Outcome {
-    /// That of a drive.
+    /// Decides the outcome of a drive.
     pub fn of(log: &DriveLog) -> Self {
         let gap_m = log
             .hazard
@@ -97,14 +99,15 @@ impl Outcome {
     }
 }
 
-/// Whether the ground shows up to the hazard of a sweep.
+/// Whether the ground's echo shows up to the hazard at a sweep.
 fn shows(sweep: &SweepLog) -> bool {
     let at_m = sweep.hazard_m.unwrap_or(f64::INFINITY);
     ground::reaches(sweep.shows_m, at_m)
 }
 
-/// The outcome of a drive over a hazard. The sweep that decides is the first of the last unbroken run of sweeps whose free
-/// distance ends beyond the hazard: with the words before the chair would have stopped.
+/// Decides the outcome of a drive over a hazard. The deciding sweep is the first of the last
+/// unbroken run of sweeps whose free distance ends beyond the hazard: by the sentences before that
+/// run the chair would have stopped.
 fn over(log: &DriveLog) -> Outcome {
     let run = log
         .sweeps
@@ -137,7 +140,8 @@ mod tests {
     use crate::sweeps::truth::Hazard;
     use stairscan::verdict::{Ending, Reasons, Status};
 
-    /// A sweep with a hazard at this distance, `ok` and free up to another one, the ground showing up to a third.
+    /// A sweep with a hazard at `at_m`, `ok` and free up to `free_m`, with the ground's echo
+    /// showing up to `shows_m`.
     fn sweep(at_m: f64, free_m: f64, shows_m: f64) -> SweepLog {
         SweepLog {
             hazard_m: Some(at_m),

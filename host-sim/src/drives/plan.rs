@@ -1,54 +1,56 @@
-//! How one chair is driven, drawn at random: joystick, drive, sensors.
+//! Random parameters of one drive: joystick, drive and sensors of the chair.
 
 use core::f64::consts::TAU;
 
 use crate::scene::driving::{Odometer, Rocking, SWING, SWING_HZ};
 use crate::scene::maths::Random;
 
-/// Random numbers of plans, apart from those of scenes, surfaces and chirps.
+/// Stream of the random numbers of plans, apart from those of scenes, surfaces and chirps.
 const STREAM: u64 = 0x4452_4956_4500;
 
-/// Speeds by joystick, m/s.
+/// Range of the speed asked by the joystick, m/s.
 const CRUISE: [f64; 2] = [0.2, 0.8];
-/// Dead time of motor controller and bus, seconds. With the control cycle it is at most what the controller counts on.
+/// Range of the dead time of motor controller and bus, seconds. With the control cycle it is at
+/// most the latency that the controller assumes.
 const LATENCY_S: [f64; 2] = [0.1, 0.18];
-/// Deceleration and acceleration, m/s².
+/// Ranges of deceleration and acceleration, m/s².
 const DECELERATION: [f64; 2] = [1.0, 1.6];
 const ACCELERATION: [f64; 2] = [0.4, 0.9];
-/// Share of the drives in which the joystick is held back for a while, and of those in which it is released.
+/// Fraction of the drives in which the joystick is held back for a while, and of those in which it
+/// is released.
 const HELD_BACK: f64 = 0.3;
 const RELEASED: f64 = 0.3;
-/// When that begins, and how long it lasts, seconds.
+/// Ranges of the beginning and the duration of such a pause, seconds.
 const BEGINS_S: [f64; 2] = [0.5, 4.0];
 const LASTS_S: [f64; 2] = [0.4, 1.5];
-/// Distance of who steps in, metres from the mirror.
+/// Range of the distance at which a person steps in, metres from the mirror.
 const STEPS_IN_M: [f64; 2] = [0.6, 1.6];
 
-/// One chair and its driver.
+/// Parameters of one chair and its driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Speed by joystick, m/s.
+    /// Speed asked by the joystick, m/s.
     cruise: f64,
-    /// Phase of the joystick's swing.
+    /// Phase of the joystick's periodic swing, radians.
     swing: f64,
-    /// From when to when the joystick is somewhere else, seconds, and its share of the cruise speed.
+    /// Pauses of the joystick: beginning and end, seconds, and the fraction of the cruise speed.
     pauses: [(f64, f64, f64); 2],
-    /// From a command to its effect, seconds.
+    /// Time from a command to its effect, seconds.
     pub latency_s: f64,
-    /// m/s².
+    /// Deceleration, m/s².
     pub deceleration: f64,
-    /// m/s².
+    /// Acceleration, m/s².
     pub acceleration: f64,
-    /// The odometer.
+    /// Model of the odometer.
     pub odometer: Odometer,
-    /// How the chair rocks.
+    /// Rocking of the chair.
     pub rocking: Rocking,
     /// Distance from the mirror at which somebody steps in, metres.
     pub steps_in_m: f64,
 }
 
 impl Plan {
-    /// Drive number `number` through the scene of `seed`.
+    /// Draws the plan of drive `number` through the scene of `seed`.
     pub fn draw(seed: u64, number: u64) -> Self {
         let rng = &mut Random::new(seed, STREAM + number);
         let between = |rng: &mut Random, [low, high]: [f64; 2]| rng.between(low, high);
@@ -74,7 +76,7 @@ impl Plan {
         }
     }
 
-    /// Speed that the joystick asks for, m/s.
+    /// Returns the speed asked by the joystick, m/s.
     pub fn joystick(&self, time_s: f64) -> f64 {
         let swung = 1.0 + SWING * libm::sin(TAU * SWING_HZ * time_s + self.swing);
         let held = self

@@ -1,4 +1,4 @@
-//! The scanner of a drive: its own code, with the world as radar module and motion input.
+//! The scanner of a drive: its own code, with the simulated world as radar module and motion input.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -28,29 +28,30 @@ use crate::setup;
 use crate::sweeps::score;
 use crate::volatile::{Volatile, identity};
 
-/// Steps of a scanner from sweep to sweep at most: some five a row, and those that wait.
+/// Maximum number of scanner steps from sweep to sweep: about five per row, and those that wait.
 const MOST_STEPS: usize = 10_000;
 
-/// How a drive is made.
+/// Options of a drive.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Manner {
-    /// Motion sentences come with the triggers, as the emulator needs them, not at their times.
+    /// Whether motion sentences come with the triggers, as the emulator needs them, rather than at
+    /// their times.
     pub by_trigger: bool,
-    /// The samples are kept.
+    /// Whether the samples are kept.
     pub is_kept: bool,
 }
 
-/// A drive that has ended.
+/// A finished drive.
 pub struct Driven {
-    /// Its record.
+    /// Record of the drive.
     pub log: DriveLog,
-    /// Its rows, without samples where they were not kept.
+    /// All rows, without samples where they were not kept.
     pub recording: Recording,
-    /// The sentences on its sweeps.
+    /// Sentences on the sweeps.
     pub sentences: Vec<String>,
 }
 
-/// The radar module: chirps from where the chair is when they are asked for.
+/// Radar module that simulates each chirp from the chair's position at the time of the trigger.
 struct Module<'w, 'a> {
     world: &'w RefCell<World<'a>>,
     timetable: Rc<RefCell<Timetable>>,
@@ -100,7 +101,8 @@ impl RadarModule for Module<'_, '_> {
     }
 }
 
-/// A scanner's settings, its configuration and the motion sentences of its first row.
+/// Returns the scanner's settings and configuration, and the timetable with the motion sentences of
+/// the first row.
 fn set_up(world: &World<'_>, manner: Manner) -> Result<(Settings, Config, Timetable)> {
     let first = &world.recording;
     let mut playback = Playback::new(first, &Config::default())?.guarding();
@@ -112,7 +114,7 @@ fn set_up(world: &World<'_>, manner: Manner) -> Result<(Settings, Config, Timeta
     let timetable = if manner.by_trigger {
         Timetable::by_trigger(ByTrigger::new(first).context("no motion")?)
     } else {
-        // The timetable says when the mirror has come to rest.
+        // The timetable sets the time at which the mirror has come to rest.
         settings.timing.settle = SHORTEST_SETTLE_US;
         Timetable::new(Feed::new(first, None).context("no motion")?)
     };
@@ -120,10 +122,11 @@ fn set_up(world: &World<'_>, manner: Manner) -> Result<(Settings, Config, Timeta
     Ok((settings, *playback.config(), timetable))
 }
 
-/// Makes drive number `number` along a course.
+/// Runs drive `number` along a course.
 ///
 /// # Errors
-/// Says what the scanner refuses, or where the mirror has come to lie inside or behind a surface.
+/// Names the setting that the scanner rejects, or the place where the mirror lies inside or behind
+/// a surface.
 pub fn drive<'a>(
     course: &'a Course,
     ways: &'a [Option<Way<'a>>; 2],
@@ -145,7 +148,7 @@ pub fn drive<'a>(
     })
 }
 
-/// Guards until the drive has ended, and returns the sentences on its sweeps.
+/// Runs the guard until the drive has ended, and returns the sentences on its sweeps.
 fn guard(
     world: &RefCell<World<'_>>,
     settings: Settings,

@@ -1,4 +1,4 @@
-//! The tables of drives: outcomes in, counts by kind and by cause out.
+//! Tables of drives: outcomes in, counts by kind and by cause out.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,26 +12,30 @@ use crate::score::{Share, upper_bound};
 /// Counts over the drives of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Drives.
+    /// Number of drives.
     pub drives: usize,
-    /// Drives over a hazard whose ground shows, of those that met a hazard.
+    /// Drives over a hazard up to which the ground's echo shows, as a share of those that met a
+    /// hazard.
     pub over_shown: Share,
-    /// Drives over a hazard whose ground does not show, of the same.
+    /// Drives over a hazard up to which the ground's echo does not show, as a share of those that
+    /// met a hazard.
     pub over_dark: Share,
-    /// Drives that came near the hazard and stood, of the same.
+    /// Drives that stopped near the hazard, as a share of those that met a hazard.
     pub near: Share,
-    /// The same of drives that stood, those before a hazard up to which the ground did not show from there left out.
+    /// As `near`, without the drives that stopped where the ground's echo does not show up to the
+    /// hazard.
     pub near_shown: Share,
-    /// Drives that stood farther before it, of the same as `near`.
+    /// Drives that stopped farther before the hazard, as a share of those that met a hazard.
     pub early: Share,
-    /// Drives that came to the end of their way, of those without a hazard.
+    /// Drives that reached the end of their way, as a share of those without a hazard.
     pub through: Share,
-    /// Distances from the foremost point to the hazard at the end of drives that stood, metres, sorted.
+    /// Final distances from the foremost point to the hazard of chairs that stopped, metres,
+    /// sorted.
     gaps_m: Vec<f64>,
 }
 
 impl Tally {
-    /// Over some drives.
+    /// Counts the outcomes of drives.
     pub fn of<'a>(logs: impl Iterator<Item = &'a DriveLog>) -> Self {
         let all: Vec<Outcome> = logs.map(Outcome::of).collect();
         let is_free = |o: &&Outcome| matches!(o, Outcome::Halted | Outcome::Through);
@@ -60,7 +64,7 @@ impl Tally {
         }
     }
 
-    /// A quantile of the distances at which chairs stood, metres.
+    /// Returns a quantile of the distances at which chairs stopped, metres.
     fn gap_m(&self, quantile: f64) -> Option<f64> {
         let last = self.gaps_m.len().checked_sub(1)?;
         self.gaps_m
@@ -68,7 +72,7 @@ impl Tally {
             .copied()
     }
 
-    /// The figures as JSON.
+    /// Returns the figures as JSON.
     pub fn json(&self, name: &str) -> Value {
         let gaps = [0.1, 0.5, 0.9].map(|quantile| self.gap_m(quantile));
         json!({
@@ -91,7 +95,7 @@ pub const HEADING: &str = "| drives in | drives | to a hazard | over it, ground 
      | over it, ground dark | stood within 30 cm | the same where the ground shows | stood farther | gap, cm: 10 %, 50 %, 90 % | no \
      hazard: to the end |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// One line of the table.
+/// Returns one line of the table.
 pub fn row(name: &str, tally: &Tally) -> String {
     let counted = |share: Share| match share.of {
         0 => "–".into(),
@@ -122,7 +126,7 @@ pub fn row(name: &str, tally: &Tally) -> String {
     )
 }
 
-/// How often each cause let a chair drive over a hazard, by whether its ground shows.
+/// Counts the causes of drives over a hazard, by whether the ground's echo shows up to it.
 pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
     let mut counts = BTreeMap::new();
     for log in logs {
@@ -133,7 +137,7 @@ pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
     counts
 }
 
-/// The table of causes.
+/// Returns the table of causes.
 pub fn causes_text(logs: &[DriveLog]) -> String {
     let counts = causes(logs);
     let mut out = String::from("| over a hazard | ground shows | ground dark |\n|---|---|---|\n");
@@ -145,8 +149,9 @@ pub fn causes_text(logs: &[DriveLog]) -> String {
     out
 }
 
-/// How often chairs stood farther than 30 cm before a hazard, or where none was, by the last word's status and ending and whether
-/// the ground showed up to the hazard.
+/// Counts the chairs that stopped farther than 30 cm before a hazard, or without one, by status and
+/// ending of the last sentence. The columns: hazard up to which the ground's echo shows, hazard up
+/// to which it does not, no hazard.
 pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
     let mut counts: BTreeMap<String, [usize; 3]> = BTreeMap::new();
     for log in logs {
@@ -171,7 +176,7 @@ pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
     counts
 }
 
-/// The table of [`halts`].
+/// Returns the table of [`halts`].
 pub fn halts_text(logs: &[DriveLog]) -> String {
     let mut out = String::from(
         "| last word of a chair that stood farther | hazard, ground shows up to it | hazard, ground dark | no hazard |\n\

@@ -1,7 +1,8 @@
-//! The world of a drive: a trigger in, the chirp from where the chair is then out, and a sentence in after each sweep.
+//! The simulated world of a drive. In: a trigger for each row and a sentence after each sweep. Out:
+//! the chirp from the chair's position at that time.
 //!
-//! All is timed by the rows: 31 of them, 2.8 ms apart, ten times a second. The chair's place at the next row is known when a row
-//! is fired, because commands act after the chair's latency only.
+//! The rows set the time: 31 of them, 2.8 ms apart, ten times a second. The chair's place at the
+//! next row is known when a row is fired, because commands act only after the chair's latency.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -25,22 +26,23 @@ use crate::sweeps::ground::{self, Meter};
 use crate::sweeps::scenes::{ROW_S, SWEEP_S};
 use crate::sweeps::score;
 
-/// Rows of a sweep.
+/// Number of rows of a sweep.
 pub const ROWS: usize = 31;
-/// From the last row to the sentence's first byte, seconds: 590,000 instructions, docs/guard.md.
+/// Time from the last row to the sentence's first byte, seconds: 590,000 instructions,
+/// docs/guard.md.
 const WORD_S: f64 = 0.005;
-/// One byte of the report at 115,200 baud, seconds.
+/// Duration of one byte of the report at 115,200 baud, seconds.
 const BYTE_S: f64 = 10.0 / 115_200.0;
-/// A chair has stopped that stands so long with the joystick forward, seconds.
+/// Duration of standing with the joystick forward after which a chair has stopped, seconds.
 const STANDS_S: f64 = 1.5;
-/// Below this it stands, m/s.
+/// Upper limit of the speed of a chair that stands, m/s.
 const STANDING_M_S: f64 = 0.005;
-/// No drive is longer, seconds.
+/// Maximum duration of a drive, seconds.
 const LONGEST_S: f64 = 60.0;
-/// Random numbers of a drive's inclinometer.
+/// Stream of the random numbers of a drive's inclinometer.
 const STREAM: u64 = 0x4452_4956_5000;
 
-/// A drive under way.
+/// State of a drive under way.
 pub struct World<'a> {
     course: &'a Course,
     ways: &'a [Option<Way<'a>>; 2],
@@ -49,14 +51,14 @@ pub struct World<'a> {
     rng: Random,
     chair: Chair,
     controller: Controller,
-    /// A sentence on its way to the controller, and when it has come, seconds.
+    /// The sentence that is being sent to the controller, with its time of arrival, seconds.
     coming: Option<(f64, Word)>,
     meter: Meter,
-    /// The rows of the last sweeps.
+    /// Rows of the last sweeps, for the ground's echo.
     rows: Vec<ground::Row>,
-    /// Where the scanner's motion sentences come from.
+    /// Source of the scanner's motion sentences.
     timetable: Option<Rc<RefCell<Timetable>>>,
-    /// Everything that a recording holds; samples only where they are kept.
+    /// The recording of the drive, with samples only where they are kept.
     pub recording: Recording,
     is_kept: bool,
     is_joined: bool,
@@ -66,16 +68,16 @@ pub struct World<'a> {
     log: DriveLog,
 }
 
-/// When row `number` of a drive is fired, seconds.
+/// Returns the time at which row `number` of a drive is fired, seconds.
 fn time_s(number: usize) -> f64 {
     (number / ROWS) as f64 * SWEEP_S + (number % ROWS) as f64 * ROW_S
 }
 
 impl<'a> World<'a> {
-    /// Drive number `number` along a course, whose samples are kept or not.
+    /// Begins drive `number` along a course. `is_kept` says whether its samples are kept.
     ///
     /// # Errors
-    /// Says what the scene's scanner lacks.
+    /// Names what the scene's scanner lacks.
     pub fn new(
         course: &'a Course,
         ways: &'a [Option<Way<'a>>; 2],
@@ -118,20 +120,21 @@ impl<'a> World<'a> {
         Ok(world)
     }
 
-    /// Sends motion sentences by `timetable`, which has the first row's; what a scanner was set up by is over.
+    /// Sends motion sentences by `timetable`, which has those of the first row. The samples and
+    /// angles of the set-up are dropped.
     pub fn begin(&mut self, timetable: Rc<RefCell<Timetable>>) {
         self.timetable = Some(timetable);
         self.recording.samples.clear();
         self.recording.meta.angles_deg.clear();
     }
 
-    /// The pitch of the chair at a time, degrees.
+    /// Returns the chair's pitch at a time, degrees.
     fn pitch_deg(&mut self, time_s: f64) -> f64 {
         let speed = self.chair.at(time_s).speed_m_s;
         self.course.scene().pitch_deg() + self.plan.rocking.deg(speed, time_s)
     }
 
-    /// Notes what the sensors say at row `number`, and sends it.
+    /// Records the sensor readings at row `number`, and sends them.
     fn place(&mut self, number: usize) {
         let time = time_s(number);
         let said_m = self.plan.odometer.said(self.chair.at(time).travel_m);
@@ -150,21 +153,22 @@ impl<'a> World<'a> {
         }
     }
 
-    /// The chirp of row `number` of the drive, the mirror's row `row`; none where it cannot be made.
+    /// Returns the chirp of row `number` of the drive, the mirror's row `row`; `None` where it
+    /// cannot be simulated.
     pub fn fire(&mut self, number: usize, row: usize) -> Option<Vec<Iq>> {
         let chirp = self.chirp(number, row);
         chirp.map_err(|error| self.failed = Some(error)).ok()
     }
 
-    /// Fails where a chirp could not be made.
+    /// Checks that the last chirp could be simulated.
     ///
     /// # Errors
-    /// Says where the mirror has come to lie inside or behind a surface.
+    /// Names the place at which the mirror lies inside or behind a surface.
     pub fn check(&mut self) -> Result<()> {
         self.failed.take().map_or(Ok(()), Err)
     }
 
-    /// That chirp, after all that has happened before it.
+    /// Returns that chirp, after all events before it.
     fn chirp(&mut self, number: usize, row: usize) -> Result<Vec<Iq>> {
         let time = time_s(number);
         self.control(time);
@@ -188,7 +192,7 @@ impl<'a> World<'a> {
         Ok(chirp)
     }
 
-    /// Keeps a chirp for the recording and for the ground's echo.
+    /// Stores a chirp for the recording and for the ground's echo.
     fn keep(&mut self, chirp: &[Iq], number: usize, angle_deg: f64) {
         let motion = &self.recording.meta.motion;
         let (pitch, travel) = (motion.pitch_deg[number], motion.travel_m[number]);
@@ -203,7 +207,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// The control cycles up to `time`.
+    /// Runs the control cycles up to `time`.
     fn control(&mut self, time: f64) {
         loop {
             let now = self.chair.cycles() as f64 * CYCLE_S;
@@ -224,7 +228,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Lets somebody step in where it is time, and ends the drive.
+    /// Lets the person step in when it is time, and decides whether the drive has ended.
     fn look_about(&mut self, pose: &Pose, time: f64) {
         let hazard = self.course.hazard;
         let ahead_m = hazard.map(|hazard| hazard.at_m - pose.travel_m);
@@ -251,7 +255,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Takes the sentence on the sweep whose last row was fired last.
+    /// Takes the sentence on the sweep that the newest row has ended.
     pub fn told(&mut self, sentence: &str, line: &GuardLine, guarded: score::Word) {
         let rows = self.recording.meta.motion.travel_m.len() - 1;
         let time = time_s(rows - 1);
@@ -274,7 +278,7 @@ impl<'a> World<'a> {
         self.end.is_some()
     }
 
-    /// The record of the drive that has ended, and its recording.
+    /// Returns the record and the recording of the finished drive.
     pub fn finish(mut self) -> (DriveLog, Recording) {
         self.log.end = self.end.unwrap_or(End::Stood);
         self.log.hazard = self.course.hazard.filter(|_| self.is_joined);

@@ -1,9 +1,9 @@
-//! A picture that moves: the chair goes from scan to scan of a recording, the beam turns, echoes appear where
-//! it meets something, and the answer follows. One SVG file without a script, for a page or a README.
+//! Animated drawing of a recording: the chair moves from scan to scan, the beam turns, echoes
+//! appear where it meets surfaces, and the answer follows. One SVG file without a script, for a
+//! page or a README.
 //!
-//! Distances count from where the mirror was at the first scan. What moves it is the true travel where the
-//! recording has it, else what the chair's odometry said; a recording without either is one of a chair that
-//! stands.
+//! Distances are measured from the mirror at the first scan. The mirror moves by the true travel if
+//! the recording has it, else by the chair's odometry. Without either, the chair stands.
 
 mod shots;
 mod stage;
@@ -14,7 +14,7 @@ pub use shots::Film;
 use stage::Stage;
 
 impl Film {
-    /// The picture.
+    /// Returns the animation as an SVG document.
     pub fn svg(&self) -> String {
         Stage::of(self).draw(self).to_string()
     }

@@ -1,4 +1,4 @@
-//! The scans of a film: what each of them saw from where, and what it answered.
+//! Scans of an animation: position, echoes and answer of each.
 
 use stairscan::config::{EstimatorKind, Plane};
 
@@ -8,7 +8,7 @@ use crate::recording::{Recording, Truth};
 use crate::replay::Scanned;
 use crate::views::Point;
 
-/// An echo: where it lies, seen from the mirror and the ground below it, metres, and how strong it is.
+/// An echo: its place relative to the mirror and the ground below it, metres, and its level.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Echo {
     pub(super) at: Point,
@@ -18,9 +18,9 @@ pub(super) struct Echo {
 /// One scan.
 #[derive(Clone, Debug)]
 pub(super) struct Shot {
-    /// Where the mirror is, metres from the first scan's.
+    /// Position of the mirror relative to the first scan, metres.
     pub(super) travel_m: f64,
-    /// The beam's first and last angle, degrees below the horizontal.
+    /// First and last angle of the beam, degrees below the horizontal.
     pub(super) sweep_deg: (f64, f64),
     pub(super) answer: Answer,
     pub(super) echoes: Vec<Echo>,
@@ -32,11 +32,11 @@ pub struct Film {
     pub(super) name: String,
     pub(super) mount_height_m: f64,
     pub(super) shots: Vec<Shot>,
-    /// What is there, seen from the first scan, and whether all of it is known.
+    /// Ground truth as seen from the first scan; `None` if the recording has none.
     pub(super) truth: Option<Truth>,
 }
 
-/// Where the mirror was at the end of scan `k`.
+/// Returns the travel of the mirror at the end of scan `k`, metres.
 fn travel_m(recording: &Recording, k: usize) -> f64 {
     let sequence = &recording.meta.sequence;
     let last = recording.chirps_of(k).end.saturating_sub(1);
@@ -46,7 +46,7 @@ fn travel_m(recording: &Recording, k: usize) -> f64 {
 }
 
 impl Film {
-    /// Of `recording`, no scan of it taken yet.
+    /// Creates the animation of `recording`, without scans so far.
     pub fn new(recording: &Recording) -> Self {
         Self {
             name: recording.name.clone(),
@@ -60,13 +60,13 @@ impl Film {
         }
     }
 
-    /// Takes the next scan, with its echoes as the default estimator places them.
+    /// Adds the next scan, with its echoes as the default estimator places them.
     pub fn take(&mut self, recording: &Recording, scanned: &Scanned<'_>) {
         let answer = scanned.answer;
         let scan = answer.scan_of_recording();
         let angles = scanned.recording().meta.angles_deg;
         let ends = angles.first().zip(angles.last());
-        // In the height plane angles count from straight down.
+        // In the height plane angles are measured from straight down.
         let below = |angle: f64| match scanned.config.mount.plane.first() {
             Plane::Depth => angle,
             Plane::Height => 90.0 - angle,

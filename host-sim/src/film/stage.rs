@@ -1,4 +1,4 @@
-//! Where things stand in the picture, and when.
+//! Layout and timing of the animation.
 
 use plotters::style::RGBColor;
 use stairscan::report::DropLine;
@@ -13,45 +13,46 @@ use crate::plots::colour::{self, MEASURED};
 use crate::plots::{steps, surface};
 use crate::views::{Point, true_edges};
 
-/// Pixels a metre.
+/// Scale, pixels per metre.
 const SCALE: f64 = 300.0;
-/// Room for words above, pixels.
+/// Height of the text area at the top, pixels.
 const HEAD: f64 = 118.0;
-/// What is shown behind the mirror at the first scan, and of the air above the ground, metres.
+/// Visible length behind the mirror at the first scan, and visible height above the ground, metres.
 const BEHIND_M: f64 = 0.85;
 const ABOVE_M: f64 = 1.0;
-/// What is shown beyond the last step and below the lowest ground, metres.
+/// Visible length beyond the last step, and visible depth below the lowest ground, metres.
 const BEYOND_M: f64 = 0.55;
 const BELOW_M: f64 = 0.12;
-/// How far the beam is drawn, metres, and its half width, degrees.
+/// Drawn length of the beam, metres, and its half width, degrees.
 const BEAM_M: f64 = 1.9;
 const BEAM_DEG: f64 = 2.5;
-/// Seconds of a scan, of reading its answer, and of driving on. Slower than life, to be followed.
+/// Durations of a scan, of the display of its answer, and of the drive to the next place, seconds.
+/// They are longer than in reality, to be followed.
 const SWEEP_S: f64 = 1.8;
 const READ_S: f64 = 1.7;
 const DRIVE_S: f64 = 0.8;
-/// The last answer stays so much longer, seconds.
+/// Additional duration of the last answer, seconds.
 const REST_S: f64 = 2.0;
-/// What fades in or out does so in this time, seconds.
+/// Duration of fading in or out, seconds.
 const FADE_S: f64 = 0.15;
-/// Echoes that appear together: so many groups a sweep.
+/// Number of groups of echoes per scan; the echoes of a group appear together.
 const GROUPS: usize = 16;
-/// So many steps are told in words, side by side, each in so many pixels.
+/// Maximum number of steps that are described, side by side, and width of each description, pixels.
 const COLUMNS: usize = 3;
 const COLUMN: f64 = 270.0;
-/// Echoes of so many decibels and more are drawn full.
+/// Minimum signal-to-noise ratio of an echo that is drawn opaque, dB.
 const STRONG_DB: f64 = 40.0;
 
 const INK: &str = "#1d2430";
 const FAINT: &str = "#6b7280";
 const SOLID: &str = "#d6d9de";
 
-/// The frame of the picture and its times.
+/// Visible area of the animation and its times.
 pub(super) struct Stage {
-    /// Lowest and highest x, lowest and highest height, metres.
+    /// Minimum and maximum x, minimum and maximum height, metres.
     x_m: (f64, f64),
     y_m: (f64, f64),
-    /// Time at which each shot begins, and the end, seconds.
+    /// Time at which each shot begins, and time of the end, seconds.
     begins_s: Vec<f64>,
     ends_s: f64,
     /// Height of the mirror above the ground, metres.
@@ -63,7 +64,7 @@ fn hex(colour: RGBColor) -> String {
 }
 
 fn number(v: f64) -> String {
-    // Tenths of a pixel; no "-0".
+    // Rounds to tenths of a pixel, without "-0".
     let rounded = (v * 10.0).round() / 10.0;
     format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
 }
@@ -120,7 +121,8 @@ impl Stage {
         HEAD + (self.y_m.1 - self.y_m.0) * SCALE + 6.0
     }
 
-    /// Makes `node` an animation of `attribute`: at each time (seconds) a value, with straight lines between.
+    /// Makes `node` an animation of `attribute`: a value at each time (seconds), with linear
+    /// interpolation.
     fn timed<N: Node>(&self, mut node: N, attribute: &str, course: &[(f64, String)]) -> N {
         let share = |t: f64| ((t / self.ends_s).clamp(0.0, 1.0) * 1e4).round() / 1e4;
         let times: Vec<String> = course.iter().map(|c| share(c.0).to_string()).collect();
@@ -138,13 +140,13 @@ impl Stage {
         self.timed(Animate::new(), "opacity", &course)
     }
 
-    /// Moved or turned: at each time what the transform `kind` takes.
+    /// Animates a translation or rotation: the arguments of the transform `kind` at each time.
     fn moved(&self, kind: &str, course: &[(f64, String)]) -> AnimateTransform {
         let transform = AnimateTransform::new().set("type", kind);
         self.timed(transform, "transform", course)
     }
 
-    /// Opacity: 0 but between two times.
+    /// Animates the opacity: 0 except between two times.
     fn shown(&self, from_s: f64, to_s: f64) -> Animate {
         let end = self.ends_s;
         let out = to_s.min(end);
@@ -157,7 +159,8 @@ impl Stage {
         self.opacity(&points)
     }
 
-    /// When the answer of shot `k` is told, and when that of the next one takes its place.
+    /// Returns the time at which the answer of shot `k` appears, and the time at which that of the
+    /// next shot replaces it.
     fn told(&self, k: usize) -> (f64, f64) {
         let at = |k: usize| self.begins_s.get(k).map(|begin| begin + SWEEP_S);
         let end = self.ends_s + FADE_S;
@@ -191,7 +194,7 @@ impl Stage {
         page
     }
 
-    /// What is really there, or else the ground that the chair stands on.
+    /// Draws the true ground, or else the ground that the chair stands on.
     fn ground(&self, film: &Film) -> Polygon {
         let (left, right) = self.x_m;
         let edges = film.truth.as_ref().map(true_edges).unwrap_or_default();
@@ -203,7 +206,7 @@ impl Stage {
             .set("fill", SOLID)
     }
 
-    /// The chair with its mirror and beam, drawn where it stands at the first scan.
+    /// Draws the chair with its mirror and beam, at its place at the first scan.
     fn chair(&self, film: &Film) -> Group {
         let (mut way, mut turn, mut lit) = (Vec::new(), Vec::new(), vec![(0.0, 0.0)]);
         for (shot, &begin) in film.shots.iter().zip(&self.begins_s) {
@@ -247,7 +250,7 @@ impl Stage {
         group.add(self.moved("translate", &way))
     }
 
-    /// A powered wheelchair from the side, its scanner foremost.
+    /// Returns the outline of a powered wheelchair from the side, with its scanner in front.
     fn outline(&self, mount_height_m: f64) -> Vec<Path> {
         let path = |points: &[Point], width: f64| {
             let places: Vec<String> = points.iter().map(|&p| self.at(p)).collect();
@@ -294,7 +297,7 @@ impl Stage {
         ]
     }
 
-    /// The echoes, appearing as the beam passes them.
+    /// Draws the echoes, which appear as the beam passes them.
     fn echoes(&self, k: usize, shot: &Shot) -> Vec<Group> {
         let (first, last) = shot.sweep_deg;
         let begin = self.begins_s.get(k).copied().unwrap_or(0.0);
@@ -336,7 +339,7 @@ impl Stage {
             .set("fill-opacity", number(0.9 * strength))
     }
 
-    /// The answer: words above, the steps with their ±2σ, where the ground ends, and how far it vouches for itself.
+    /// Draws the answer: text above, the steps with their ±2σ, the drop, and the horizon.
     fn answer(&self, k: usize, shot: &Shot) -> Group {
         let hue = &hex(colour::status(shot.answer.scan.status));
         let (from, to) = self.told(k);
@@ -387,7 +390,7 @@ impl Stage {
         }
     }
 
-    /// Where the ground ends: an upright line, and its band of ±3σ.
+    /// Draws the edge of a drop: a vertical line, and its band of ±3σ.
     fn drop(&self, here: f64, drop: &DropLine, hue: &str) -> Group {
         let (edge, near) = (metres(drop.distance), nearest_m(drop));
         let inside = |m: f64| self.x((here + m).clamp(self.x_m.0, self.x_m.1));
@@ -442,7 +445,7 @@ impl Stage {
         vec![Group::new().add(line).add(label)]
     }
 
-    /// Count and status, how far it vouches and why not farther, and the first steps, side by side.
+    /// Returns the text: count and status, horizon and reasons, and the first steps side by side.
     fn words(shot: &Shot, hue: &str) -> Vec<Text> {
         let line = |words: String, (x, y): (f64, f64), size: u32, fill: &str| {
             Text::new(words)
@@ -452,7 +455,7 @@ impl Stage {
                 .set("fill", fill)
         };
         let summary = shot.answer.summary();
-        // "ok (reason): what, vouched for …"; the reasons go to the second line.
+        // "ok (reason): steps, vouched for …"; the reasons go to the second line.
         let (status, rest) = summary.split_once(": ").unwrap_or((&summary, ""));
         let (status, reasons) = status.split_once(" (").unwrap_or((status, ""));
         let (what, vouched) = rest.split_once(", ").unwrap_or((rest, ""));

@@ -1,12 +1,12 @@
-//! What a scanner is built of: parts, power, wiring and the optics' drawing, as docs/build.md shows them.
+//! Hardware of a scanner for docs/build.md: parts, power, wiring and the optics' drawing.
 //!
-//! | module | what it is |
+//! | module | content |
 //! |---|---|
-//! | [`table`] | the one table of parts, loads and wires (`table.toml`) |
+//! | [`table`] | the table of parts, loads and wires (`table.toml`) |
 //! | [`tables`] | parts with their cost and the power budget, as Markdown |
 //! | [`wiring`] | the wiring diagram |
 //! | [`optics`] | lens and mirror with their dimensions, from beam and wavelength |
-//! | [`sheet`] | lines, words and dimensions of a drawing |
+//! | [`sheet`] | lines, text and dimensions of a drawing |
 
 pub mod optics;
 pub mod sheet;

@@ -1,4 +1,4 @@
-//! Lens and mirror: their dimensions from beam and wavelength, and the drawing.
+//! Dimensions of lens and mirror, computed from beam width and wavelength, and their drawing.
 
 use super::sheet::{Anchor, BEAM, BODY, FAINT, INK, Place, Sheet};
 
@@ -8,24 +8,25 @@ const LIGHT: f64 = 299.792_458;
 const CARRIER_GHZ: f64 = 60.75;
 /// The setting `beamwidth`, degrees between the 3 dB points.
 const BEAM_DEG: f64 = 5.0;
-/// Beam width of an aperture, degrees times its wavelengths (docs/modules.md).
+/// Product of beam width in degrees and aperture in wavelengths (docs/modules.md).
 const SPREAD_DEG: f64 = 70.0;
-/// The setting `mirror-offset`: path from the chip to the mirror's centre, mm of air.
+/// The setting `mirror-offset`: optical path from the chip to the mirror's centre, mm of air.
 const OFFSET_MM: f64 = 220.0;
 /// Index of refraction of HDPE at 60 GHz.
 const INDEX: f64 = 1.53;
-/// Chip to the lens's vertex, mm: the lens then is 70° wide from the chip, as the chip's own beam (65° by 35 to 40°).
+/// Distance from the chip to the lens's vertex, mm. Seen from the chip, the lens then spans 70°,
+/// similar to the chip's own beam (65° by 35 to 40°).
 const FOCUS_MM: f64 = 50.0;
-/// Rim around the clear aperture, and its thickness, mm.
+/// Width and thickness of the rim around the clear aperture, mm.
 const RIM_MM: f64 = 3.0;
 /// Thickness of the mirror's sheet, mm.
 const SHEET_MM: f64 = 1.0;
-/// Mirror's centre to the motor's face, mm.
+/// Distance from the mirror's centre to the motor's face, mm.
 const MOTOR_MM: f64 = 60.0;
-/// Roughness and flatness: this part of a wavelength.
+/// Divisor of the wavelength that gives the tolerance of roughness and flatness.
 const FLAT: f64 = 16.0;
 
-/// The dimensions, mm.
+/// Dimensions, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optics {
     /// Wavelength.
@@ -38,30 +39,30 @@ pub struct Optics {
     pub sag: f64,
     /// Thickness of the lens in its middle.
     pub thick: f64,
-    /// Flat side of the lens to the mirror's centre.
+    /// Distance from the lens's flat side to the mirror's centre.
     pub gap: f64,
     /// Short and long axis of the mirror.
     pub mirror: (f64, f64),
-    /// Flatness of the mirror, and error of the lens's shape.
+    /// Tolerance of the mirror's flatness and of the lens's shape.
     pub flat: f64,
 }
 
-/// Depth of the lens's curved side, mm, `y` mm off the axis: a hyperbola that makes the way through glass and air the same
-/// for every ray from the focus.
+/// Returns the depth of the lens's curved side, mm, `y` mm off the axis. The hyperbola makes the
+/// optical path through glass and air the same for every ray from the focus.
 pub fn sag(y: f64) -> f64 {
     let (a, b) = (INDEX * INDEX - 1.0, (INDEX - 1.0) * FOCUS_MM);
     ((b * b + a * y * y).sqrt() - b) / a
 }
 
 impl Optics {
-    /// Those of the default module.
+    /// Computes the dimensions for the default module.
     pub fn new() -> Self {
         let wavelength = LIGHT / CARRIER_GHZ;
         let clear = (SPREAD_DEG * wavelength / BEAM_DEG).ceil();
         let sag = sag(clear / 2.0);
         let thick = sag + RIM_MM;
         let gap = OFFSET_MM - FOCUS_MM - INDEX * thick;
-        // The beam as wide as at the mirror's centre, spread by its half width either side.
+        // The beam at the mirror's centre, widened by its half width on either side.
         let short = (clear + 2.0 * gap * (BEAM_DEG / 2.0).to_radians().tan()).ceil();
         Self {
             wavelength,
@@ -82,13 +83,13 @@ impl Default for Optics {
     }
 }
 
-/// Pixels a millimetre of the arrangement, and of the parts.
+/// Scales of the arrangement and of the parts, pixels per millimetre.
 const SCALE: f64 = 2.9;
 const PART: f64 = 3.4;
-/// Place of the chip in the arrangement.
+/// Place of the chip in the drawing of the arrangement, pixels.
 const CHIP: Place = (90.0, 285.0);
 
-/// The drawing.
+/// Returns the drawing.
 pub fn draw() -> Sheet {
     let optics = Optics::new();
     let mut sheet = Sheet::new(1180.0, 960.0);
@@ -111,7 +112,7 @@ pub fn draw() -> Sheet {
     sheet
 }
 
-/// The curved side from edge to edge, `y` upwards: points (depth, y).
+/// Returns points (depth, y) of the curved side from edge to edge, `y` upwards.
 fn profile(optics: &Optics) -> Vec<(f64, f64)> {
     const PIECES: i32 = 24;
     let half = optics.clear / 2.0;
@@ -119,7 +120,7 @@ fn profile(optics: &Optics) -> Vec<(f64, f64)> {
     points.map(|y| (sag(y), y)).collect()
 }
 
-/// Section of the lens: its vertex at `vertex`, flat side to the right.
+/// Draws the section of the lens, with its vertex at `vertex` and its flat side to the right.
 fn section(sheet: &mut Sheet, optics: &Optics, vertex: Place, scale: f64) {
     let place = |x: f64, y: f64| (vertex.0 + scale * x, vertex.1 - scale * y);
     let (half, edge) = (optics.outer / 2.0, optics.sag);
@@ -159,7 +160,7 @@ fn arrangement(sheet: &mut Sheet, optics: &Optics) {
             &format!("fill=\"none\" stroke=\"{BEAM}\" stroke-dasharray=\"5 3\""),
         );
     }
-    // The mirror at 45°, on the motor's shaft.
+    // The mirror at 45° on the motor's shaft.
     let reach = optics.mirror.1 / 2.0 / std::f64::consts::SQRT_2;
     let (top, bottom) = (
         (x(centre - reach), y(reach)),
@@ -177,7 +178,7 @@ fn arrangement(sheet: &mut Sheet, optics: &Optics) {
     sheet.rect((x(motor), y(17.5)), (34.0 * SCALE, 35.0 * SCALE), BODY);
     sheet.rect((x(motor + 34.0), y(2.5)), (8.0 * SCALE, 5.0 * SCALE), BODY);
     sheet.rect((x(motor + 44.0), y(8.0)), (2.0 * SCALE, 16.0 * SCALE), BODY);
-    // Words, clear of the beam.
+    // Text outside the beam.
     let words = |sheet: &mut Sheet, mm: f64, at: f64, text: &str| {
         sheet.text((x(mm), y(at)), Anchor::Middle, 12.0, INK, text);
     };
@@ -192,7 +193,7 @@ fn arrangement(sheet: &mut Sheet, optics: &Optics) {
     words(sheet, motor + 53.0, 13.0, "magnet, AS5600");
     words(sheet, centre + 62.0, -62.0, "beam, towards the stairs:");
     words(sheet, centre + 62.0, -68.0, "it turns with the shaft");
-    // Dimensions above, extension lines down to what they measure.
+    // Dimensions above, with extension lines down to the measured points.
     let (upper, lower) = (y(62.0), y(50.0));
     for (mm, from, to) in [
         (0.0, upper, y(4.0)),
@@ -282,7 +283,7 @@ fn lens(sheet: &mut Sheet, optics: &Optics) {
         FAINT,
         &format!("rim {RIM_MM:.1}"),
     );
-    // The curve in numbers.
+    // Coordinates of the curve as text.
     let (x, mut y) = (400.0, 600.0);
     sheet.text((x, y), Anchor::Start, 12.0, INK, "off the axis");
     sheet.text(

@@ -1,15 +1,15 @@
-//! Lines, words and dimensions of a drawing: an SVG file.
+//! A drawing of lines, text and dimensions, written as an SVG file.
 
 use std::fmt::Write as _;
 
-/// Where words stand to their point.
+/// Alignment of a text to its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// Begin there.
+    /// Begins at the point.
     Start,
-    /// Centred.
+    /// Centred on the point.
     Middle,
-    /// End there.
+    /// Ends at the point.
     End,
 }
 
@@ -22,17 +22,17 @@ pub struct Sheet {
     width: f64,
     height: f64,
     body: String,
-    /// Box and words of each text, to find those that overlap.
+    /// Bounding box and content of each text, to find overlaps.
     texts: Vec<([f64; 4], String)>,
 }
 
-/// Ink of outlines and words, of what is beside the point, and of bodies.
+/// Colour of outlines and text.
 pub const INK: &str = "#1d2430";
-/// Of dimensions and notes.
+/// Colour of dimensions and notes.
 pub const FAINT: &str = "#5b6470";
-/// Of bodies.
+/// Fill colour of bodies.
 pub const BODY: &str = "#eef1f5";
-/// Of the beam.
+/// Colour of the beam.
 pub const BEAM: &str = "#c2410c";
 
 fn number(v: f64) -> String {
@@ -47,7 +47,7 @@ fn escaped(text: &str) -> String {
 }
 
 impl Sheet {
-    /// An empty one.
+    /// Creates an empty drawing.
     pub fn new(width: f64, height: f64) -> Self {
         Self {
             width,
@@ -57,7 +57,7 @@ impl Sheet {
         }
     }
 
-    /// Words at a point of their baseline.
+    /// Adds text at a point of its baseline.
     pub fn text(&mut self, (x, y): Place, anchor: Anchor, size: f64, colour: &str, words: &str) {
         let word = match anchor {
             Anchor::Start => "start",
@@ -71,7 +71,7 @@ impl Sheet {
             number(y),
             escaped(words)
         );
-        // Wider than the letters of usual fonts.
+        // Estimated wider than the letters of usual fonts.
         let wide = 0.58 * size * words.chars().count() as f64;
         let left = match anchor {
             Anchor::Start => x,
@@ -84,7 +84,7 @@ impl Sheet {
         ));
     }
 
-    /// A box.
+    /// Adds a rectangle.
     pub fn rect(&mut self, (x, y): Place, (wide, high): (f64, f64), fill: &str) {
         let _ = writeln!(
             self.body,
@@ -96,7 +96,7 @@ impl Sheet {
         );
     }
 
-    /// A line through points; `style` are attributes.
+    /// Adds a line through points; `style` holds SVG attributes.
     pub fn path(&mut self, points: &[Place], style: &str) {
         let points: Vec<String> = points
             .iter()
@@ -109,12 +109,12 @@ impl Sheet {
         );
     }
 
-    /// A plain line.
+    /// Adds a solid line.
     pub fn line(&mut self, from: Place, to: Place, colour: &str) {
         self.path(&[from, to], &format!("fill=\"none\" stroke=\"{colour}\""));
     }
 
-    /// A dashed line.
+    /// Adds a dashed line.
     pub fn dashed(&mut self, from: Place, to: Place, colour: &str) {
         self.path(
             &[from, to],
@@ -122,7 +122,7 @@ impl Sheet {
         );
     }
 
-    /// An ellipse.
+    /// Adds an ellipse.
     pub fn ellipse(&mut self, (x, y): Place, (rx, ry): (f64, f64), fill: &str) {
         let _ = writeln!(
             self.body,
@@ -134,7 +134,8 @@ impl Sheet {
         );
     }
 
-    /// A dimension between two places of one height or one distance from the left, words above its middle or left of it.
+    /// Adds a dimension between two places of the same height or the same distance from the left,
+    /// with its text above its middle or left of it.
     pub fn dimension(&mut self, from: Place, to: Place, words: &str) {
         self.path(
             &[from, to],
@@ -150,7 +151,7 @@ impl Sheet {
         }
     }
 
-    /// Pairs of words that overlap, and words that leave the sheet.
+    /// Returns the pairs of texts that overlap, and the texts that leave the sheet.
     pub fn overlaps(&self) -> Vec<String> {
         let mut found = Vec::new();
         for (k, (a, words)) in self.texts.iter().enumerate() {
@@ -166,7 +167,7 @@ impl Sheet {
         found
     }
 
-    /// The file's text.
+    /// Returns the content of the SVG file.
     pub fn svg(&self) -> String {
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \

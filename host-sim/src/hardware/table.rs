@@ -1,77 +1,77 @@
-//! The one table of parts, loads and wires.
+//! The table of parts, loads and wires.
 
 use std::sync::LazyLock;
 
 use serde::Deserialize;
 
-/// Everything.
+/// Content of `table.toml`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
-    /// What is bought or made.
+    /// Bought or manufactured parts.
     #[serde(rename = "part")]
     pub parts: Vec<Part>,
-    /// Converters, each behind those that feed it.
+    /// Converters, each after those that feed it.
     #[serde(rename = "converter")]
     pub converters: Vec<Converter>,
-    /// What takes current.
+    /// Current consumers.
     #[serde(rename = "load")]
     pub loads: Vec<Load>,
-    /// What the chip is wired to.
+    /// Blocks that are wired to the chip.
     #[serde(rename = "block")]
     pub blocks: Vec<Block>,
 }
 
-/// What is bought or made.
+/// A bought or manufactured part.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
-    /// What it is.
+    /// Designation.
     pub what: String,
     /// Maker and part number.
     pub number: String,
-    /// Price, euros, about.
+    /// Approximate price, euros.
     pub euros: u32,
-    /// Whether a scanner works without it.
+    /// Whether the part is optional.
     #[serde(default)]
     pub option: bool,
-    /// What to mind.
+    /// Notes for assembly or purchase.
     pub note: String,
 }
 
-/// Makes one rail of another.
+/// A converter from one rail to another.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Converter {
     /// Part number.
     pub number: String,
-    /// The rail that feeds it.
+    /// The input rail.
     pub input: String,
-    /// The rail that it makes.
+    /// The output rail.
     pub output: String,
-    /// Volts of both.
+    /// Input voltage, V.
     pub volts_in: f64,
-    /// Volts of the rail that it makes.
+    /// Output voltage, V.
     pub volts_out: f64,
-    /// Share of the power that it passes on; none for a linear one, which passes its current on.
+    /// Efficiency; `None` for a linear regulator, whose output current equals its input current.
     pub efficiency: Option<f64>,
-    /// Most that it gives, mA.
+    /// Maximum output current, mA.
     pub limit_ma: f64,
 }
 
-/// What takes current.
+/// A current consumer.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// What.
+    /// Designation.
     pub what: String,
-    /// From which rail.
+    /// The rail that supplies it.
     pub rail: String,
-    /// While it scans, mA.
+    /// Current while the scanner scans, mA.
     pub typical_ma: f64,
-    /// At most, mA.
+    /// Maximum current, mA.
     pub most_ma: f64,
-    /// Where the figures are from.
+    /// Source of the figures.
     pub from: String,
 }
 
@@ -90,7 +90,7 @@ pub struct Wire {
     pub note: String,
 }
 
-/// The side of the chip that a block stands on.
+/// The side of the chip on which a block is drawn.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
@@ -100,32 +100,32 @@ pub enum Side {
     Right,
 }
 
-/// What is wired to the chip.
+/// A block that is wired to the chip.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Block {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Designation of the part.
     pub part: String,
-    /// Where it stands.
+    /// Side on which it is drawn.
     pub side: Side,
     /// Its wires to the chip.
     pub wires: Vec<Wire>,
-    /// Its own pin, and that of the block beyond.
+    /// Pairs of its own pin and a pin of the block beyond.
     #[serde(default)]
     pub links: Vec<[String; 2]>,
-    /// Its pin, and the supply that it is tied to.
+    /// Pairs of its pin and the supply to which it is tied.
     #[serde(default)]
     pub rails: Vec<[String; 2]>,
     /// Name of the block beyond.
     pub beyond: Option<String>,
 }
 
-/// The table.
+/// Returns the table.
 pub fn table() -> &'static Table {
     static TABLE: LazyLock<Table> = LazyLock::new(|| {
-        // A test reads it, too: in what is built it is right.
+        // A test reads it too, so that a built table is valid.
         toml::from_str(include_str!("table.toml"))
             .unwrap_or_else(|error| panic!("table.toml: {error}"))
     });

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::table::{Converter, Part, Table};
 
-/// The bill of materials.
+/// Returns the bill of materials.
 pub fn parts(table: &Table) -> String {
     let mut text = String::new();
     for (title, option) in [("needed", false), ("option or tool", true)] {
@@ -33,16 +33,16 @@ pub fn parts(table: &Table) -> String {
     text.trim_end().to_owned() + "\n"
 }
 
-/// Current of a rail, mA: typical and at most.
+/// Current of a rail, mA.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Current {
-    /// While the scanner scans.
+    /// Typical current while the scanner scans.
     pub typical: f64,
-    /// At most.
+    /// Maximum current.
     pub most: f64,
 }
 
-/// What a rail has to give: its loads, and the converters that it feeds.
+/// Returns the current that a rail has to supply: its loads, and the converters that it feeds.
 pub fn current(table: &Table, rail: &str) -> Current {
     let mut sum = Current::default();
     for load in table.loads.iter().filter(|load| load.rail == rail) {
@@ -61,7 +61,7 @@ pub fn current(table: &Table, rail: &str) -> Current {
     sum
 }
 
-/// What a converter takes for `out` mA.
+/// Returns the input current of a converter for an output of `out` mA.
 fn input(converter: &Converter, out: f64) -> f64 {
     match converter.efficiency {
         Some(share) => out * converter.volts_out / (share * converter.volts_in),
@@ -69,7 +69,7 @@ fn input(converter: &Converter, out: f64) -> f64 {
     }
 }
 
-/// The power budget.
+/// Returns the power budget.
 pub fn power(table: &Table) -> String {
     let mut text =
         "| load | rail | typical, mA | at most, mA | from |\n|---|---|---|---|---|\n".to_owned();

@@ -1,4 +1,4 @@
-//! The table against the firmware, and the committed files against what is made of it.
+//! Compares the table with the firmware, and the committed files with the generated ones.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +20,7 @@ fn wired() -> BTreeMap<&'static str, &'static str> {
     pins
 }
 
-/// A word such as `PA9`, if `text` is one.
+/// A pin name such as `PA9`, if `text` is one.
 fn pin(text: &str) -> Option<String> {
     let rest = text.strip_prefix(['P', 'p'])?;
     let mut letters = rest.chars();
@@ -37,7 +37,7 @@ fn every_pin_of_the_firmware_is_wired_and_no_other() {
     let words = START.split(|c: char| !c.is_ascii_alphanumeric());
     let firmware: BTreeSet<String> = words.filter_map(pin).collect();
     assert!(firmware.len() > 15, "{firmware:?}");
-    // Those of the debug probe belong to the chip.
+    // The pins of the debug probe belong to the chip.
     let probe = ["PA13", "PA14", "NRST"];
     let wired: BTreeSet<String> = wired()
         .values()
@@ -96,7 +96,8 @@ fn every_rail_gives_what_is_taken() {
     assert!((tables::current(table, "24 V").most - most).abs() < 0.5);
 }
 
-/// Half a wave off at the edge of the lens would spoil the beam: every ray from the focus is as long in wavelengths.
+/// All rays from the focus have the same optical path. Half a wavelength of error at the edge of
+/// the lens would spoil the beam.
 #[test]
 fn every_way_through_the_lens_is_as_long() {
     let optics = optics::Optics::new();
@@ -110,7 +111,7 @@ fn every_way_through_the_lens_is_as_long() {
             "{y} mm off the axis"
         );
     }
-    // Chip to mirror is what `mirror-offset` says.
+    // The path from chip to mirror is that of `mirror-offset`.
     assert!((way(0.0) + optics.gap - 220.0).abs() < 1e-9);
     assert!(
         (69.0..=70.0).contains(&optics.clear),

@@ -1,29 +1,30 @@
-//! The wiring diagram: the chip in the middle, each block beside the pins that it is wired to, so that every wire is a
-//! straight line.
+//! The wiring diagram: the chip in the middle, each block beside the pins to which it is wired, so
+//! that every wire is a straight line.
 
 use super::sheet::{Anchor, BODY, FAINT, INK, Sheet};
 use super::table::{Block, Side, Table};
 
-/// Pixels between two pins.
+/// Distance between two pins, pixels.
 const PITCH: f64 = 23.0;
-/// Of a block's name and part above its first pin.
+/// Height of a block's name and part above its first pin, pixels.
 const HEAD: f64 = 48.0;
-/// Below its last pin, and to the next block.
+/// Height below a block's last pin, and gap to the next block, pixels.
 const FOOT: f64 = 8.0;
 const GAP: f64 = 22.0;
-/// Where the first block begins.
+/// Top of the first block, pixels.
 const TOP: f64 = 64.0;
-/// Left and right edges of the blocks beyond, the blocks and the chip, on the left side; the right one mirrors it.
+/// Left and right edges of the blocks beyond, the blocks and the chip on the left side, pixels. The
+/// right side mirrors them.
 const BEYOND: (f64, f64) = (20.0, 130.0);
 const BLOCK: (f64, f64) = (240.0, 480.0);
 const CHIP: (f64, f64) = (730.0, 890.0);
 const WIDTH: f64 = CHIP.0 + CHIP.1;
-/// A supply's flag.
+/// Length of a supply's flag, pixels.
 const STUB: f64 = 16.0;
-/// The supply, below.
+/// Height of the supply below the blocks, pixels.
 const SUPPLY: f64 = 190.0;
 
-/// Mirrors a place for the right side.
+/// Mirrors a horizontal place for the right side.
 fn at(side: Side, x: f64) -> f64 {
     match side {
         Side::Left => x,
@@ -31,7 +32,7 @@ fn at(side: Side, x: f64) -> f64 {
     }
 }
 
-/// The side of a point on which words stand that leave it towards the chip.
+/// Returns the alignment of text that extends from a point towards the chip.
 fn inwards(side: Side) -> Anchor {
     match side {
         Side::Left => Anchor::Start,
@@ -54,7 +55,7 @@ fn high(block: &Block) -> f64 {
     HEAD + PITCH * block.wires.len().max(outer_rows(block)) as f64 + FOOT
 }
 
-/// The diagram.
+/// Returns the diagram.
 pub fn draw(table: &Table) -> Sheet {
     let column = |side: Side| table.blocks.iter().filter(move |block| block.side == side);
     let end = |side| column(side).map(|block| high(block) + GAP).sum::<f64>() + TOP;
@@ -203,7 +204,7 @@ fn draw_block(sheet: &mut Sheet, block: &Block, top: f64) {
     }
 }
 
-/// The chain of converters.
+/// Draws the chain of converters.
 fn supply(sheet: &mut Sheet, top: f64) {
     let boxes = [
         (40.0, 190.0, 40.0, ["Chair's battery", "24 V"]),

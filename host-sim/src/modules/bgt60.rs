@@ -1,8 +1,8 @@
-//! Infineon's BGT60TR13C behind its SPI: registers, state machine and FIFO, and what can be wrong with them.
+//! Model of Infineon's BGT60TR13C behind its SPI: registers, state machine, FIFO and faults.
 //!
-//! Written from the data sheet (V2.4.9, sections in brackets), not from the driver that is tested with it: it
-//! decodes what it is programmed to by the sheet's formulas. Left out are the sensor ADC, more than one shape or
-//! channel, triangular chirps, continuous wave and the data header.
+//! Written from the data sheet (V2.4.9, sections in brackets), independently of the driver that is
+//! tested with it: it decodes its programming by the sheet's formulas. Not modelled: the sensor
+//! ADC, more than one shape or channel, triangular chirps, continuous wave and the data header.
 
 mod chirp;
 mod scene;
@@ -17,7 +17,7 @@ pub use scene::chirps;
 
 /// The reference clock, Hz.
 const CLOCK_HZ: f64 = 80e6;
-/// Words of 24 bits.
+/// Size of the FIFO, words of 24 bits.
 const FIFO_WORDS: usize = 8192;
 /// Registers [4.1].
 const REGISTERS: usize = 0x60;
@@ -30,7 +30,7 @@ const SFCTL: usize = 0x06;
 const CCR: usize = 0x2c;
 const PLL1: usize = 0x30;
 const FSTAT: usize = 0x5f;
-/// Bits of FSTAT that stay until a reset [4.23].
+/// Bits of FSTAT that persist until a reset [4.23].
 const CLOCK_ERROR: u32 = 1 << 17;
 const BURST_ERROR: u32 = 1 << 18;
 const UNDERFLOW: u32 = 1 << 19;
@@ -40,42 +40,43 @@ const CLOCK_ON: u32 = 1 << 23;
 /// SFCTL:MISO_HS_RD.
 const FAST_MISO: u32 = 1 << 16;
 
-/// What is wrong with the chip or its wires.
+/// Fault of the chip or its wires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Nobody drives MISO: it reads as this.
+    /// The chip is absent, and MISO reads as this byte.
     Absent(u8),
-    /// CHIP_ID is another one.
+    /// CHIP_ID has this wrong value.
     Identity(u32),
-    /// The register at this address keeps what it had.
+    /// The register at this address ignores writes.
     Stuck(u8),
-    /// No frame ever ends.
+    /// No frame ends.
     NeverReady,
-    /// The FIFO runs over at the end of a frame.
+    /// The FIFO overflows at the end of a frame.
     Overflow,
-    /// The FIFO says that it is filled and holds fewer words, so many.
+    /// The FIFO reports that it is filled, but holds only this number of words.
     Short(usize),
-    /// One clock more than it should have is seen in every burst.
+    /// The chip counts one clock too many in every burst.
     Clocks,
-    /// The scanner's own port fails.
+    /// The scanner's own SPI port fails.
     Port,
 }
 
-/// The chip.
+/// Model of the chip.
 pub struct Chip {
     registers: [u32; REGISTERS],
     fifo: VecDeque<u32>,
-    /// Of FSTAT.
+    /// Error bits of FSTAT.
     errors: u32,
-    /// Of GSR0: told once, in the next answer.
+    /// Error bits of GSR0, reported once, in the next answer.
     told: u8,
     frames: u32,
     now: Micros,
     ends: Option<Micros>,
     fault: Option<Fault>,
-    /// What the converter sees in the next chirp, codes of 12 bits; short ones are filled up with its middle.
+    /// Converter input of the next chirp, codes of 12 bits. A short one is filled up with mid
+    /// scale.
     pub echo: Vec<u16>,
-    /// Transfers so far.
+    /// Number of transfers so far.
     pub transfers: usize,
 }
 
@@ -86,7 +87,7 @@ impl Default for Chip {
 }
 
 impl Chip {
-    /// A chip as it is after power-up.
+    /// Creates a chip in its state after power-up.
     pub fn new() -> Self {
         let mut chip = Self {
             registers: [0; REGISTERS],
@@ -104,19 +105,19 @@ impl Chip {
         chip
     }
 
-    /// One with something wrong.
+    /// Creates a chip with a fault.
     pub fn with(fault: Fault) -> Self {
         let mut chip = Self::new();
         chip.fault = Some(fault);
         chip
     }
 
-    /// What is wrong from now on.
+    /// Sets or clears the fault from now on.
     pub fn set_fault(&mut self, fault: Option<Fault>) {
         self.fault = fault;
     }
 
-    /// Time goes on.
+    /// Advances the time.
     pub fn at(&mut self, now: Micros) {
         self.now = now;
         if self.ends.is_some_and(|end| now.reached(end)) {
@@ -124,7 +125,7 @@ impl Chip {
         }
     }
 
-    /// What the chip is programmed to, by the formulas of [3.4] and [4.12 to 4.16].
+    /// Returns the programmed chirp by the formulas of [3.4] and [4.12 to 4.16].
     pub fn chirp(&self) -> Chirp {
         let field = |address: usize, low: u32, bits: u32| {
             f64::from((self.registers[address] >> low) & ((1 << bits) - 1))
@@ -155,7 +156,7 @@ impl Chip {
 
     fn reset(&mut self) {
         self.registers = [0; REGISTERS];
-        // What differs from 0 [4.2 to 4.11], as far as it is used here.
+        // Reset values other than 0 [4.2 to 4.11], as far as used here.
         self.registers[MAIN] = 3 << 19 | 3 << 17;
         self.registers[ADC0] = 40 << 14 | 1 << 9 | 1 << 6;
         self.registers[CHIP_ID] = 0x000303;
@@ -263,13 +264,13 @@ impl Chip {
         })
     }
 
-    /// Tells an error in the next answer, and keeps it [5.8].
+    /// Reports an error in the next answer, and stores it in FSTAT [5.8].
     fn complain(&mut self, clocks: bool, words: bool) {
         self.told = u8::from(clocks) | u8::from(words) << 1;
         self.errors |= (u32::from(clocks) * CLOCK_ERROR) | (u32::from(words) * BURST_ERROR);
     }
 
-    /// A burst [5.7]: the words behind its command.
+    /// Answers a burst [5.7]: the words that follow its command.
     fn burst(&mut self, command: u32, bytes: usize) -> Vec<u8> {
         let (start, write, words) = (command >> 17 & 0x7f, command >> 16 & 1, command >> 9 & 0x7f);
         let whole = bytes / 3;
@@ -287,7 +288,7 @@ impl Chip {
         answer
     }
 
-    /// One transfer: as many bytes back as go there.
+    /// Performs one transfer, with as many bytes back as sent.
     fn exchange(&mut self, there: &[u8]) -> Vec<u8> {
         if let Some(Fault::Absent(level)) = self.fault {
             return vec![level; there.len()];
@@ -321,7 +322,8 @@ impl Chip {
     }
 }
 
-/// Each bit is gone by the time that it is read: MISO_HS_RD at a clock for which it is not meant.
+/// Shifts the answer by one bit, as if each bit had changed before it is read: MISO_HS_RD at a
+/// clock that is too slow for it.
 fn late(bytes: &mut [u8]) {
     let mut next = 0;
     for byte in bytes.iter_mut().rev() {

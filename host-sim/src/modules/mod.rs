@@ -1,4 +1,4 @@
-//! The other ends of the radar modules' own protocols: what the real ones would say, and what they do wrong.
+//! Models of the radar modules at the other end of their protocols, with their faults.
 
 pub mod bgt60;
 pub mod sirad;

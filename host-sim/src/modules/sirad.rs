@@ -1,4 +1,5 @@
-//! A SiRad as its port shows it: commands in, frames out (the layout: [`stairscan::signal::radar::sirad`]).
+//! Model of a SiRad at its port: commands in, frames out (the layout:
+//! [`stairscan::signal::radar::sirad`]).
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -8,45 +9,46 @@ use std::rc::Rc;
 use stairscan::Iq;
 use stairscan::scanner::BytePort;
 
-/// One sample as the module's converter gives it: I and Q of 12 bits.
+/// One sample of the module's converter: I and Q of 12 bits.
 pub type Sample = [i16; 2];
 
-/// Steps of a 12-bit converter in one of 16 bits.
+/// Scale factor from a 12-bit converter to one of 16 bits.
 const SCALE: i16 = 16;
 
-/// What the module does wrong.
+/// Fault of the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Misdeed {
-    /// Nothing.
+    /// No fault.
     #[default]
     None,
-    /// It never says anything.
+    /// It never answers.
     Silent,
-    /// A measurement comes only when the next thing is asked for.
+    /// A measurement arrives only after the next request.
     Late,
-    /// A measurement comes twice.
+    /// A measurement is sent twice.
     Repeat,
     /// The last bytes of a measurement are missing.
     Cut,
-    /// One byte amid a measurement is missing.
+    /// One byte in the middle of a measurement is missing.
     Gap,
-    /// What comes is noise.
+    /// It sends noise.
     Garbage,
-    /// It takes no configuration of the baseband.
+    /// It ignores the configuration of the baseband.
     Deaf,
     /// It reports that its synthesiser does not lock.
     Error,
-    /// It measures without being asked, too.
+    /// It also measures without a trigger.
     Alone,
 }
 
-/// What comes out of the converter at the next trigger, for so many samples; `None`: nothing comes.
+/// Source of the converter's samples: the argument is the number of samples; `None` means no
+/// measurement.
 pub type Source<'a> = Box<dyn FnMut(usize) -> Option<Vec<Sample>> + 'a>;
 
-/// The module.
+/// Model of the module.
 pub struct SiRadModel<'a> {
     source: Source<'a>,
-    /// What it does wrong from now on.
+    /// The present fault.
     pub misdeed: Misdeed,
     system: u32,
     baseband: u32,
@@ -55,7 +57,7 @@ pub struct SiRadModel<'a> {
     line: Vec<u8>,
     late: Vec<u8>,
     out: VecDeque<u8>,
-    /// Measurements so far.
+    /// Number of measurements so far.
     pub measured: u32,
 }
 
@@ -66,7 +68,8 @@ impl fmt::Debug for SiRadModel<'_> {
 }
 
 impl<'a> SiRadModel<'a> {
-    /// A module as it is when power comes: WebGUI frames, triggering itself; the model leaves those out.
+    /// Creates a module in its state after power-up: WebGUI frames and self-triggering, which the
+    /// model leaves out.
     pub fn new(source: Source<'a>) -> Self {
         Self {
             source,
@@ -82,17 +85,17 @@ impl<'a> SiRadModel<'a> {
         }
     }
 
-    /// Samples of a ramp.
+    /// Returns the number of samples of a ramp.
     pub fn samples(&self) -> usize {
         32 << (self.baseband >> 3 & 7)
     }
 
-    /// Swept bandwidth, kHz.
+    /// Returns the swept bandwidth, kHz.
     pub fn bandwidth_khz(&self) -> u32 {
         2_000 * self.ramp
     }
 
-    /// Takes bytes that the scanner sent.
+    /// Takes bytes from the scanner.
     pub fn receive(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.line.push(byte);
@@ -103,7 +106,7 @@ impl<'a> SiRadModel<'a> {
         }
     }
 
-    /// The next byte for the scanner.
+    /// Returns the next byte for the scanner.
     pub fn send(&mut self) -> Option<u8> {
         if self.misdeed == Misdeed::Silent {
             self.out.clear();
@@ -148,7 +151,7 @@ impl<'a> SiRadModel<'a> {
         let raw = match self.system >> 17 & 7 {
             1 => table(self.counter, &samples),
             2 => binary(self.counter, &samples),
-            // The WebGUI's output has no raw frame.
+            // The WebGUI output has no raw frame.
             _ => Vec::new(),
         };
         if frames & 1 != 0 {
@@ -161,7 +164,7 @@ impl<'a> SiRadModel<'a> {
         }
     }
 
-    /// A raw frame after the misdeed.
+    /// Applies the fault to a raw frame.
     fn spoilt(&mut self, mut raw: Vec<u8>) -> Vec<u8> {
         let middle = raw.len() / 2;
         match self.misdeed {
@@ -183,7 +186,7 @@ impl<'a> SiRadModel<'a> {
     }
 }
 
-/// A raw frame of the binary output.
+/// Returns a raw frame of the binary output.
 pub fn binary(counter: u16, samples: &[Sample]) -> Vec<u8> {
     let mut out = vec![0xAA, 0xAA, 0xBB, 0xCC, b'M'];
     out.extend(counter.to_le_bytes());
@@ -193,7 +196,7 @@ pub fn binary(counter: u16, samples: &[Sample]) -> Vec<u8> {
     out
 }
 
-/// The same frame of the TSV output.
+/// Returns the same frame of the TSV output.
 pub fn table(counter: u16, samples: &[Sample]) -> Vec<u8> {
     let mut out = format!("!M\t{counter}\t{}", 2 * samples.len());
     for value in samples.iter().flatten() {
@@ -202,7 +205,7 @@ pub fn table(counter: u16, samples: &[Sample]) -> Vec<u8> {
     (out + "\r\n").into_bytes()
 }
 
-/// A chirp as the module's converter would have given it: 12 bits, echoes at negative frequencies.
+/// Converts a chirp to the module's format: 12 bits, echoes at negative frequencies.
 pub fn converted(chirp: &[Iq]) -> Vec<Sample> {
     let bits = |v: i16| {
         (i32::from(v) + i32::from(SCALE) / 2)
@@ -212,12 +215,12 @@ pub fn converted(chirp: &[Iq]) -> Vec<Sample> {
     chirp.iter().map(|s| [bits(s.q), bits(s.i)]).collect()
 }
 
-/// The scanner's end of the wire to a module.
+/// The scanner's end of the serial port of a module.
 #[derive(Clone, Debug)]
 pub struct SiRadPort<'a>(pub Rc<RefCell<SiRadModel<'a>>>);
 
 impl<'a> SiRadPort<'a> {
-    /// A wire to a module that gives these samples.
+    /// Creates a port to a module with this source of samples.
     pub fn new(source: Source<'a>) -> Self {
         Self(Rc::new(RefCell::new(SiRadModel::new(source))))
     }
@@ -259,7 +262,7 @@ mod tests {
     }
 
     impl<'a> Bench<'a> {
-        /// Each measurement has its own number as every sample.
+        /// Each sample of a measurement holds the number of the measurement.
         fn new() -> Self {
             let mut number = 0;
             Self {
@@ -287,7 +290,7 @@ mod tests {
             }
         }
 
-        /// The number of the measurement that came.
+        /// Returns the number of the received measurement.
         fn chirp(&mut self) -> Result<i16, LinkError> {
             let mut samples = [Iq::default(); 64];
             (self.module).trigger(&mut self.port, Micros(self.now), 0, TIMEOUT);
@@ -334,7 +337,7 @@ mod tests {
             assert!(bench.chirp().is_err(), "{misdeed:?}");
             bench.misbehave(Misdeed::None);
             let measured = bench.port.0.borrow().measured;
-            // What comes is of the last trigger, never of an earlier one.
+            // The chirp belongs to the last trigger, never to an earlier one.
             assert_eq!(bench.chirp(), Ok(measured as i16 + 1), "{misdeed:?}");
         }
     }
@@ -359,7 +362,7 @@ mod tests {
         assert_eq!(programmed(Misdeed::Silent), Err(LinkError::Timeout));
         assert_eq!(programmed(Misdeed::Alone), Err(LinkError::Sequence));
         assert_eq!(programmed(Misdeed::Error), Err(LinkError::Module(4)));
-        // The WebGUI's setting, of 512 samples.
+        // The WebGUI setting, of 512 samples.
         assert_eq!(programmed(Misdeed::Deaf), Err(LinkError::Answer));
     }
 

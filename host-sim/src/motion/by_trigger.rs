@@ -1,9 +1,10 @@
 //! Motion sentences for a scanner whose clock is not the chair's.
 //!
-//! The emulator's clock hurries, and by how much depends on what else the machine has to do: a sentence that is
-//! sent at its time would arrive at another one. So the chair stands, as far as the scanner is told, while a
-//! chirp is under way, and goes on to the place of the next one before that is triggered: a row then lies
-//! between two sentences that say the same, and its place does not depend on when they came.
+//! The emulator's clock runs fast by a factor that depends on the machine's load, so that a
+//! sentence sent at its time would arrive at another time. Here the sentences report a chair that
+//! stands while a chirp is under way, and that moves on to the place of the next chirp before that
+//! one is triggered. A row then lies between two sentences with the same content, and its place
+//! does not depend on their times of arrival.
 
 use stairscan::motion::Reading;
 use stairscan::report::motion;
@@ -11,13 +12,13 @@ use stairscan::report::motion;
 use super::place::Place;
 use crate::recording::Recording;
 
-/// From sentence to sentence the chair goes no farther, 0.1 mm: half of what is taken for a jump however
-/// short the time.
+/// Maximum travel from sentence to sentence, 0.1 mm: half the distance that the scanner takes for a
+/// jump over any time, however short.
 const STRIDE: i32 = 100;
-/// Likewise its pitch, 0.001°.
+/// Maximum change of pitch from sentence to sentence, 0.001°: likewise half the limit.
 const TILT: i32 = 500;
 
-/// The sentences of one recording.
+/// Motion sentences of one recording.
 #[derive(Clone, Debug)]
 pub struct ByTrigger {
     /// Travel and pitch at each chirp.
@@ -26,7 +27,7 @@ pub struct ByTrigger {
 }
 
 impl ByTrigger {
-    /// Those of `recording`; none where it does not say how far the chair went.
+    /// Creates the sentences of `recording`; `None` if it has no travel.
     pub fn new(recording: &Recording) -> Option<Self> {
         let sensors = &recording.meta.motion;
         let place = |(k, travel_m): (usize, &f64)| {
@@ -58,13 +59,14 @@ impl ByTrigger {
         motion::write(&reading).as_str().to_owned()
     }
 
-    /// Before the first chirp is triggered.
+    /// Returns the sentence before the first chirp is triggered.
     pub fn first(&mut self) -> String {
         let place = self.places[0];
         self.line(place)
     }
 
-    /// Once chirp `k` has been triggered: where the chair is, then its way to the place of the next chirp.
+    /// Returns the sentences once chirp `k` has been triggered: the chair's place, then its way to
+    /// the place of the next chirp.
     pub fn at(&mut self, k: usize) -> Vec<String> {
         let Some(&from) = self.places.get(k) else {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! What a scanner on the host reads at its report port.
+//! Input of the report port of a scanner on the host.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -8,7 +8,7 @@ use stairscan::scanner::command::framed;
 
 use super::Timetable;
 
-/// Lines that are typed, and where a timetable brings motion sentences, those between them.
+/// Typed lines and, with a timetable, the motion sentences between them.
 #[derive(Default)]
 pub struct Inlet {
     timetable: Option<Rc<RefCell<Timetable>>>,
@@ -16,7 +16,7 @@ pub struct Inlet {
 }
 
 impl Inlet {
-    /// With the motion sentences of `timetable`.
+    /// Creates the input with the motion sentences of `timetable`.
     pub fn new(timetable: Option<Rc<RefCell<Timetable>>>) -> Self {
         Self {
             timetable,
@@ -24,7 +24,7 @@ impl Inlet {
         }
     }
 
-    /// Takes whole lines, so that motion sentences come between them.
+    /// Adds whole lines, so that motion sentences come between them.
     pub fn type_in(&mut self, lines: &[u8]) {
         match &self.timetable {
             Some(table) => table.borrow_mut().type_in(lines),
@@ -32,14 +32,14 @@ impl Inlet {
         }
     }
 
-    /// Takes commands that set values.
+    /// Adds commands that set values.
     pub fn set(&mut self, settings: &[(&str, String)]) {
         for (key, value) in settings {
             self.type_in(framed(&["set", key, value]).as_bytes());
         }
     }
 
-    /// The next byte.
+    /// Returns the next byte.
     pub fn read(&mut self) -> Option<u8> {
         match &self.timetable {
             Some(table) => table.borrow_mut().read(),

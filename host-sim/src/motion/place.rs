@@ -1,12 +1,12 @@
-//! A chair's place by its own sensors.
+//! A chair's place as measured by its own sensors.
 
-/// Where a chair says that it is when a chirp is fired.
+/// Sensor readings when a chirp is fired.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Since the first chirp, seconds.
+    /// Time since the first chirp, seconds.
     pub time_s: f64,
-    /// By the odometer, metres.
+    /// Travel by the odometer, metres.
     pub travel_m: f64,
-    /// By the inclinometer, degrees.
+    /// Pitch by the inclinometer, degrees.
     pub pitch_deg: f64,
 }

@@ -1,12 +1,13 @@
-//! Colours: of decibels, and of things that must be told apart in print and by everybody.
+//! Colours of levels in decibels, and of objects that must be distinguishable in print and with
+//! colour blindness.
 
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use stairscan::verdict::Status;
 
-/// Blue, vermilion, green, purple, orange, sky, brown, indigo: the hues of Okabe and Ito, deepened to stand
-/// on white, and moved apart in brightness until people without the green cones tell every two apart, and from
-/// [`TRUE`] and the ink (plots/deuteranopia.rs measures that).
+/// Blue, vermilion, green, purple, orange, sky, brown, indigo: the hues of Okabe and Ito, darkened
+/// for a white ground. Their brightness is spread until every two can be distinguished with
+/// deuteranopia, and each from [`TRUE`] and the ink (measured by plots/deuteranopia.rs).
 pub const HUES: [RGBColor; 8] = [
     RGBColor(13, 110, 195),
     RGBColor(205, 72, 0),
@@ -18,14 +19,14 @@ pub const HUES: [RGBColor; 8] = [
     RGBColor(75, 54, 148),
 ];
 
-/// Colour of what was measured.
+/// Colour of measurements.
 pub const MEASURED: RGBColor = HUES[0];
-/// Colour of what the scanner concludes.
+/// Colour of the scanner's answer.
 pub const CONCLUDED: RGBColor = HUES[1];
-/// Colour of what is really there.
+/// Colour of the ground truth.
 pub const TRUE: RGBColor = RGBColor(120, 124, 130);
 
-/// Colour of a status, as `html/page.css` has it.
+/// Returns the colour of a status, as in `html/page.css`.
 pub const fn status(status: Status) -> RGBColor {
     match status {
         Status::Ok => RGBColor(0, 106, 122),
@@ -34,28 +35,28 @@ pub const fn status(status: Status) -> RGBColor {
     }
 }
 
-/// How decibels become colours.
+/// Mapping of decibels to colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Palette {
     /// Viridis: perceptually uniform, dark blue to yellow.
     Viridis,
-    /// White to mid grey, as a ground for colourful things.
+    /// White to mid grey, as a background for coloured marks.
     Ground,
 }
 
-/// A span of decibels in colours.
+/// A range of decibels mapped to colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// Decibels of the lowest colour.
     pub low: f64,
     /// Decibels of the highest colour.
     pub high: f64,
-    /// Which colours.
+    /// Mapping to colours.
     pub palette: Palette,
 }
 
 impl Scale {
-    /// Colour of `db`; what lies beyond the ends has the ends' colour.
+    /// Returns the colour of `db`. Values beyond the ends have the ends' colours.
     pub fn colour(&self, db: f64) -> RGBColor {
         let t = ((db - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
         let t = if t.is_nan() { 0.0 } else { t };
@@ -68,7 +69,7 @@ impl Scale {
         }
     }
 
-    /// The same span in other colours.
+    /// Returns the same range in another palette.
     pub fn with(self, palette: Palette) -> Self {
         Self { palette, ..self }
     }

@@ -1,8 +1,9 @@
-//! What people without green cones see of the colours: Machado, Oliveira and Fernandes 2009, deuteranomaly
+//! Simulation of deuteranopia for the colours: Machado, Oliveira and Fernandes 2009, deuteranomaly
 //! of severity 1.0, in linear sRGB; differences are CIEDE2000.
 //!
-//! A difference of 1 is just visible side by side. What is looked up in a legend has to be known again
-//! apart from it: 10 is asked for here, some four times what neighbouring swatches need.
+//! A difference of 1 is just visible side by side. A colour looked up in a legend must be recognised
+//! away from it, so that 10 is required here, some four times the difference for neighbouring
+//! swatches.
 
 use palette::color_difference::Ciede2000;
 use palette::{FromColor, Lab, LinSrgb, Srgb};
@@ -14,7 +15,7 @@ use super::inspect::MARKS;
 use super::posterior;
 use super::sheet::INK;
 
-/// Least difference of two colours that mean different things in one picture.
+/// Minimum difference of two colours with different meanings in one plot.
 const APART: f32 = 10.0;
 
 const DEUTERANOPIA: [[f32; 3]; 3] = [
@@ -34,7 +35,7 @@ fn apart(a: RGBColor, b: RGBColor) -> f32 {
     seen(a).difference(seen(b))
 }
 
-/// Every two of these are told apart.
+/// Asserts that every two of these colours can be distinguished.
 fn all_apart(colours: &[(&str, RGBColor)]) {
     for (k, (one, a)) in colours.iter().enumerate() {
         for (other, b) in &colours[k + 1..] {
@@ -53,7 +54,8 @@ fn hex(text: &str) -> Option<RGBColor> {
 
 #[test]
 fn the_simulation_is_the_published_one() {
-    // Red and green that only the green cones tell apart; blue and yellow that the others do.
+    // Red and green that only green cones distinguish; blue and yellow that other cones
+    // distinguish.
     let (red, green) = (RGBColor(180, 90, 60), RGBColor(125, 118, 45));
     assert!(apart(red, green) < 8.0, "{}", apart(red, green));
     assert!(apart(RGBColor(0, 0, 255), RGBColor(255, 255, 0)) > 60.0);
@@ -77,7 +79,7 @@ fn colours_of_the_pictures_are_told_apart() {
     all_apart(&colours);
 }
 
-/// Rivals are drawn on white and on the map's greys with the paper showing through.
+/// Hypotheses are drawn on white and on the map's greys, with the ground showing through.
 #[test]
 fn rivals_are_told_apart_as_they_are_drawn() {
     let on_white = |ink: RGBColor| {
@@ -110,7 +112,8 @@ fn colours_of_the_page_are_told_apart() {
     let script = include_str!("../html/draw.js");
     for scheme in ["  light: {", "  dark: {"] {
         let inside = script.lines().find_map(|line| line.strip_prefix(scheme));
-        // Behind the layers come the map's colours, and those of frame and beam, which have no meaning to mix up.
+        // The map's colours, and those of frame and beam, follow the layers; they have no meaning
+        // to be confused.
         let (layers, _) = inside.unwrap().split_once(", beam:").unwrap();
         let colours: Vec<(&str, RGBColor)> = layers
             .split(',')

@@ -1,4 +1,5 @@
-//! Why a scan came out as it did: scatterers with their roles, the winner and its rivals.
+//! Plot of a scan's evaluation: scatterers with their roles, the best hypothesis and its
+//! runners-up.
 
 use anyhow::Result;
 use plotters::style::{RGBColor, WHITE};
@@ -14,13 +15,13 @@ use crate::answer::Answer;
 use crate::recording::Truth;
 use crate::views::{ExplanationView, InspectView, ScattererView, meaning};
 
-/// How a role is drawn.
+/// Mark of a role.
 pub struct RoleMark {
-    /// Its name.
+    /// Name of the role.
     pub role: &'static str,
-    /// A shape of its own; lines that cross for what speaks against the winner.
+    /// A unique shape; crossing lines for evidence against the best hypothesis.
     pub shape: Shape,
-    /// The same colour in all pictures.
+    /// Colour, the same in all plots.
     pub ink: RGBColor,
 }
 
@@ -28,7 +29,7 @@ const fn role(role: &'static str, shape: Shape, ink: RGBColor) -> RoleMark {
     RoleMark { role, shape, ink }
 }
 
-/// Every role's mark.
+/// Marks of all roles.
 pub const MARKS: [RoleMark; 10] = [
     role("corner", Shape::Triangle, HUES[0]),
     role("nosing", Shape::Fall, HUES[3]),
@@ -42,13 +43,13 @@ pub const MARKS: [RoleMark; 10] = [
     role("stray", Shape::Ring, TRUE),
 ];
 
-/// A scatterer's mark: a grey ring for roles without one of their own.
+/// Returns a scatterer's mark: a grey ring for roles without a mark.
 fn mark(scatterer: &ScattererView) -> (Shape, RGBColor) {
     let known = MARKS.iter().find(|mark| mark.role == scatterer.role);
     known.map_or((Shape::Ring, TRUE), |mark| (mark.shape, mark.ink))
 }
 
-/// The roles that occur, in the order of their marks: name, number, mark.
+/// Returns the roles that occur, in the order of their marks: name, number, mark.
 fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
     let mut roles: Vec<(&'static str, usize, (Shape, RGBColor))> = Vec::new();
     for scatterer in &view.scatterers {
@@ -62,13 +63,13 @@ fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
     roles
 }
 
-/// Radius of a scatterer's marker: 4 pixels in the noise, 10 at 40 dB above it.
+/// Returns the radius of a scatterer's marker, pixels: 4 at the noise, 10 at 40 dB above it.
 fn radius(snr_db: f64) -> f64 {
     4.0 + 6.0 * (snr_db / 40.0).clamp(0.0, 1.0)
 }
 
-/// The scatterers over the CFAR map, with the winner's and the best rivals' staircases, the posterior
-/// of the number of steps, and the answer's `DROP` and `MAYBE`s.
+/// Draws the scatterers over the CFAR map, with the staircases of the best hypothesis and its
+/// runners-up, the posterior of the number of steps, and the answer's `DROP` and `MAYBE`s.
 pub fn draw(
     plane: &SagittalPlane<'_>,
     words: &Words,
@@ -103,7 +104,7 @@ pub fn draw(
         if let Some(truth) = truth {
             draw_truth(sheet, frame, truth)?;
         }
-        // The winner last, on top of its rivals' broader lines.
+        // The best hypothesis is drawn last, over the broader lines of the others.
         for (stroke, explanation) in lines.iter().rev() {
             sheet.line(&posterior::outline(frame, &explanation.edges), *stroke)?;
         }
@@ -114,7 +115,7 @@ pub fn draw(
     })
 }
 
-/// The explanations worth drawing, the winner first.
+/// Returns the hypotheses to draw, the best first.
 fn lines(view: &InspectView) -> Vec<(Stroke, &ExplanationView)> {
     let winner = view.explanations.iter().filter(|e| e.winner);
     let mut rivals: Vec<&ExplanationView> =
@@ -128,7 +129,7 @@ fn lines(view: &InspectView) -> Vec<(Stroke, &ExplanationView)> {
 }
 
 fn draw_scatterers(sheet: &Sheet<'_>, frame: &Frame, view: &InspectView) -> Result<()> {
-    // The strongest on top.
+    // The strongest are drawn on top.
     let inside = |s: &&ScattererView| frame.holds(s.at.0, s.at.1);
     for scatterer in view.scatterers.iter().rev().filter(inside) {
         let at = frame.spot(scatterer.at.0, scatterer.at.1);

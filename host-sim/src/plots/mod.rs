@@ -1,20 +1,20 @@
-//! Pictures: what the paper's figures show, of any recording.
+//! Plots: the paper's figures, of any recording.
 //!
-//! | file | shows | paper |
+//! | file | content | paper |
 //! |---|---|---|
 //! | `NAME-fig02-range-profile.png` | the chirp with the clearest targets | fig. 2 |
 //! | `NAME-fig04-map.png` | the sagittal plane, every cell | fig. 4 |
-//! | `NAME-fig05-particles-uniform.png` | particles spread evenly, before and after resampling | fig. 5 |
-//! | `NAME-fig06-particles-gmm.png` | the same from Gaussian modes | fig. 6 |
+//! | `NAME-fig05-particles-uniform.png` | particles with a uniform spread, before and after resampling | fig. 5 |
+//! | `NAME-fig06-particles-gmm.png` | particles from Gaussian modes, before and after resampling | fig. 6 |
 //! | `NAME-fig07-clusters.png` | clusters, the rejected ones marked | fig. 7 |
-//! | `NAME-fig08-clusters-kept.png` | clusters that are steps | fig. 8 |
+//! | `NAME-fig08-clusters-kept.png` | clusters that are accepted as steps | fig. 8 |
 //! | `NAME-fig09-cfar-threshold.png` | fig. 2's chirp with its threshold | fig. 9 |
-//! | `NAME-fig10-map-cfar.png` | the sagittal plane, what CA-CFAR lets through | fig. 10 |
+//! | `NAME-fig10-map-cfar.png` | the sagittal plane, CA-CFAR detections | fig. 10 |
 //! | `NAME-fig11-beam-correction.png` | from the top particle to the height | fig. 11 |
-//! | `NAME-fig13-staircase.png` | the reported staircase over the truth, its likeliest rivals faintly | fig. 13 |
-//! | `NAME-fig14-staircase.png` | the same of stairs that lead down | fig. 14 |
+//! | `NAME-fig13-staircase.png` | the reported staircase over the truth, the most probable other hypotheses faintly | fig. 13 |
+//! | `NAME-fig14-staircase.png` | fig. 13 for stairs that lead down | fig. 14 |
 //!
-//! A picture appears whole or not at all.
+//! Each file is written completely or not at all.
 
 pub mod colour;
 mod inspect;
@@ -51,39 +51,39 @@ use crate::setup;
 use crate::views::{InspectView, Point, PosteriorView};
 use plane::{SagittalPlane, Words};
 
-/// What the paper's estimator did with a map.
+/// Intermediate results of the paper's estimator on one map.
 #[derive(Clone, Debug, Default)]
 pub struct PaperView {
-    /// Its particles when they start evenly spread.
+    /// Particles that start with a uniform spread.
     pub uniform: ParticleView,
-    /// Its particles when they start in Gaussian modes.
+    /// Particles that start in Gaussian modes.
     pub modes: ParticleView,
-    /// Its clusters before any is rejected.
+    /// Clusters before rejection.
     pub clusters: Vec<ClusterView>,
-    /// The clusters that are left.
+    /// Clusters after rejection.
     pub kept: Vec<ClusterView>,
-    /// How their heights come about, one for each that is kept.
+    /// Beam correction of each kept cluster.
     pub beams: Vec<BeamView>,
 }
 
-/// One scan as its pictures need it.
+/// Data of one scan for its plots.
 #[derive(Clone, Copy)]
 pub struct ScanView<'a> {
-    /// What was scanned: one scan.
+    /// The recording of one scan.
     pub recording: &'a Recording,
-    /// What the scanner was set to.
+    /// Configuration of the scanner.
     pub config: &'a Config,
-    /// What it saw.
+    /// The scanner's polar map.
     pub map: &'a PolarMap,
-    /// What it reported.
+    /// The scanner's answer.
     pub answer: &'a Answer,
-    /// What the paper's estimator makes of the map.
+    /// Results of the paper's estimator on the map.
     pub paper: &'a PaperView,
-    /// What the default estimator's posterior says; empty of another estimator.
+    /// Posterior of the default estimator; empty for another estimator.
     pub posterior: &'a PosteriorView,
 }
 
-/// Writes all pictures of a scan into `dir`, which is made if there is none; returns their paths.
+/// Writes all plots of a scan into `dir`, which is created if necessary. Returns their paths.
 ///
 /// # Errors
 /// Names the directory or file that cannot be written.
@@ -161,7 +161,7 @@ pub fn write_profile((outputs, file): (&Outputs, &Path), view: &ProfileView) -> 
     outputs.write_picture(file, &profile::threshold(view)?)
 }
 
-/// Writes what the estimator thought of a scan to `file`.
+/// Writes the plot of a scan's evaluation to `file`.
 ///
 /// # Errors
 /// Names the file if it cannot be written.
@@ -187,7 +187,7 @@ pub fn write_inspect(
     )
 }
 
-/// The profile of chirp `k` of any radar's recording, with `processor` set up for it.
+/// Returns the profile of chirp `k` of any radar's recording, with `processor` set up for it.
 ///
 /// # Errors
 /// Names the recording if it has no such chirp.
@@ -216,7 +216,8 @@ pub fn profile_view(
     ))
 }
 
-/// The profile with the clearest targets: the largest sum of their decibels above the map's noise.
+/// Returns the profile with the clearest targets: the largest sum of their levels above the map's
+/// noise.
 fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     let map = scan.map;
     let clarity = |row: &usize| -> u32 {
@@ -239,7 +240,7 @@ fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     profile_view(scan.recording, k, &mut processor).map(Some)
 }
 
-/// Places that must be in view: true and reported steps, and what else may well stand there.
+/// Returns the places that must be in view: true and reported steps, and probable other ones.
 fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
     let truth = scan.recording.meta.truth.iter();
     let real = truth.flat_map(|t| t.steps.iter().map(|s| (s.distance_m, s.height_m)));
@@ -249,7 +250,7 @@ fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
     real.chain(reported).chain(doubtful).collect()
 }
 
-/// The scan in a few words.
+/// Returns a short description of the scan.
 fn sweep(scan: &ScanView<'_>) -> String {
     let sweep = &scan.config.sweep;
     let degrees = |k: u16| page::number(f64::from(sweep.angle(k)) / 1000.0, 0);
@@ -262,7 +263,7 @@ fn sweep(scan: &ScanView<'_>) -> String {
     )
 }
 
-/// What a picture of the paper's estimator has to do with the answer: it need not say the same.
+/// Returns the relation of a plot of the paper's estimator to the answer, which may differ.
 fn beside(scan: &ScanView<'_>) -> String {
     let estimator = scan.config.estimator;
     match estimator {
@@ -275,7 +276,7 @@ fn beside(scan: &ScanView<'_>) -> String {
     }
 }
 
-/// How many steps an answer tells.
+/// Returns the number of reported steps, as text.
 fn counted(answer: &Answer) -> String {
     match answer.steps.len() {
         0 => "no steps".to_owned(),
@@ -284,7 +285,7 @@ fn counted(answer: &Answer) -> String {
     }
 }
 
-/// The answer in a few words.
+/// Returns the answer in a few words.
 fn conclusion(scan: &ScanView<'_>) -> String {
     let answer = scan.answer;
     let reasons: Vec<_> = answer.scan.reasons.iter().map(|r| r.as_str()).collect();

@@ -1,7 +1,7 @@
-//! A page: title, axes, legend and colour bar around the data.
+//! A plot page: title, axes, legend and colour bar around the data.
 //!
-//! Data is drawn first and may run over the edges: the margins are painted over it, so that nothing
-//! needs clipping.
+//! Data are drawn first and may extend beyond the edges. The margins are painted over them, so that
+//! no clipping is needed.
 
 use anyhow::Result;
 use plotters::prelude::*;
@@ -24,21 +24,21 @@ const LEGEND_LINE: f64 = 36.0;
 const SWATCH: f64 = 40.0;
 const LEGEND_GAP: f64 = 36.0;
 
-/// The data's place on the page and in the world.
+/// Place of the data on the page, and range of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Top left corner, pixels.
     pub at: Spot,
     /// Width and height, pixels.
     pub size: Spot,
-    /// Least and largest abscissa.
+    /// Minimum and maximum abscissa.
     pub x: (f64, f64),
-    /// Least and largest ordinate.
+    /// Minimum and maximum ordinate.
     pub y: (f64, f64),
 }
 
 impl Frame {
-    /// The pixel of a point.
+    /// Returns the pixel of a point.
     pub fn spot(&self, x: f64, y: f64) -> Spot {
         let across = (x - self.x.0) / (self.x.1 - self.x.0);
         let up = (y - self.y.0) / (self.y.1 - self.y.0);
@@ -48,7 +48,7 @@ impl Frame {
         )
     }
 
-    /// Width and height in enlarged pixels.
+    /// Returns width and height in enlarged pixels.
     pub fn enlarged(&self) -> (u32, u32) {
         let n = f64::from(OVERSAMPLING);
         (
@@ -63,12 +63,12 @@ impl Frame {
     }
 }
 
-/// How something looks in the legend.
+/// Appearance of a legend entry.
 #[derive(Clone, Copy, Debug)]
 pub enum Swatch {
     /// A line.
     Line(Stroke),
-    /// A marker of a radius in a colour.
+    /// A marker with its radius and colour.
     Mark(Shape, f64, RGBColor),
     /// An area and its outline.
     Area(RGBColor, f64, Stroke),
@@ -77,14 +77,14 @@ pub enum Swatch {
 /// One axis.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// What it counts, with its unit.
+    /// Quantity with its unit.
     pub label: String,
-    /// Least and largest value.
+    /// Minimum and maximum value.
     pub span: (f64, f64),
 }
 
 impl Axis {
-    /// An axis named `label` over `span`.
+    /// Creates an axis named `label` over `span`.
     pub fn new(label: &str, span: (f64, f64)) -> Self {
         Self {
             label: label.into(),
@@ -93,26 +93,26 @@ impl Axis {
     }
 }
 
-/// Everything around the data.
+/// Title, axes, legend and colour bar.
 #[derive(Clone, Debug)]
 pub struct Page {
-    /// What it shows.
+    /// Title above the plot.
     pub title: String,
-    /// Of which recording, and how.
+    /// Recording and settings.
     pub subtitle: String,
     /// The abscissa.
     pub x: Axis,
     /// The ordinate.
     pub y: Axis,
-    /// What the marks mean.
+    /// Legend: marks with their meanings.
     pub legend: Vec<(Swatch, String)>,
-    /// Colours of the data and what they count.
+    /// Colour scale of the data and its label.
     pub bar: Option<(Scale, String)>,
-    /// Whether the data are lines, which a grid helps to read.
+    /// Whether a grid is drawn, for data that are lines.
     pub grid: bool,
 }
 
-/// Spaces round ticks so that there are 4 to 10 of them: 1, 2 or 5 times a power of ten.
+/// Returns the spacing of the ticks for 4 to 10 of them: 1, 2 or 5 times a power of ten.
 fn tick_step(span: f64) -> f64 {
     let rough = span / 10.0;
     let decade = 10f64.powf(rough.log10().floor());
@@ -123,11 +123,11 @@ fn tick_step(span: f64) -> f64 {
     step * decade
 }
 
-/// Round numbers within `span` and the number of their decimals.
+/// Returns round numbers within `span`, at least `apart` apart, and the number of their decimals.
 fn ticks(span: (f64, f64), apart: f64) -> (Vec<f64>, usize) {
     let step = tick_step(span.1 - span.0).max(apart);
     if !step.is_normal() {
-        // A span of nothing, or without an end.
+        // An empty or infinite span.
         return (Vec::new(), 0);
     }
     let first = (span.0 / step - 1e-6).ceil() as i64;
@@ -136,7 +136,7 @@ fn ticks(span: (f64, f64), apart: f64) -> (Vec<f64>, usize) {
     ((first..=last).map(|k| k as f64 * step).collect(), decimals)
 }
 
-/// A number with a true minus sign.
+/// Formats a number with a true minus sign.
 pub fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
@@ -147,7 +147,7 @@ pub fn number(value: f64, decimals: usize) -> String {
 }
 
 impl Page {
-    /// The page's size and its data's place, the data `size` pixels large (rounded to whole ones).
+    /// Returns the page's size and the place of its data of `size` pixels (rounded to whole ones).
     pub fn layout(&self, size: Spot) -> ((u32, u32), Frame) {
         let size = (size.0.round(), size.1.round());
         let right = if self.bar.is_some() {
@@ -183,7 +183,7 @@ impl Page {
         ((width.ceil() as u32, height.ceil() as u32), frame)
     }
 
-    /// The page with the data that `data` draws, `size` pixels large.
+    /// Draws the page with the data drawn by `data`, `size` pixels large.
     pub fn draw(
         &self,
         size: Spot,
@@ -196,7 +196,7 @@ impl Page {
         })
     }
 
-    /// Margins, axes, titles, legend and colour bar.
+    /// Draws margins, axes, titles, legend and colour bar.
     pub fn surround(&self, sheet: &Sheet<'_>, page: (u32, u32), frame: &Frame) -> Result<()> {
         let (w, h) = (f64::from(page.0), f64::from(page.1));
         let (left, top) = frame.at;
@@ -263,7 +263,7 @@ impl Page {
         sheet.text(&self.y.label, place, Face::plain(LABEL).upright())
     }
 
-    /// The legend broken into lines that fit the page: for each the entries and its width.
+    /// Returns the lines of the legend that fit the page: the entries and the width of each.
     fn legend_lines(&self, width: f64) -> Vec<(Vec<&(Swatch, String)>, f64)> {
         let mut lines: Vec<(Vec<&(Swatch, String)>, f64)> = Vec::new();
         for entry in &self.legend {

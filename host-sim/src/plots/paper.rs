@@ -1,4 +1,4 @@
-//! Looks over the shoulder of the paper's estimator.
+//! Observer of the paper's estimator, for the plots of its stages.
 
 use stairscan::config::{Config, ParticleConfig, Plane, Spread};
 use stairscan::estimator::Estimator;
@@ -13,7 +13,7 @@ use super::PaperView;
 use super::particles::{BeamView, ClusterView, ParticleView};
 use crate::views::Point;
 
-/// What the estimator shows of one scan.
+/// Intermediate results of the estimator on one scan.
 struct Witness<'a> {
     map: &'a PolarMap,
     particles: ParticleView,
@@ -32,7 +32,7 @@ impl<'a> Witness<'a> {
         }
     }
 
-    /// Place of a particle that is still in cells of the map.
+    /// Returns the place of a particle whose coordinates are cells of the map.
     fn drawn(&self, particle: &PointParticle) -> Point {
         let unit = f32::from(UNITS_PER_CELL);
         let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
@@ -43,8 +43,8 @@ impl<'a> Witness<'a> {
         (x.into(), y.into())
     }
 
-    /// Place of a particle, or of an extent's middle, from along and across the reference axis
-    /// (across counted downwards or forwards), metres.
+    /// Returns the place of a particle, or of an extent's middle, from its coordinates along and
+    /// across the reference axis (across is positive downwards or forwards), metres.
     fn placed(&self, along: f32, across: f32) -> Point {
         let mount = self.map.geometry().mount_height_m;
         let (x, y) = match self.map.geometry().plane {
@@ -63,7 +63,7 @@ impl<'a> Witness<'a> {
         marked.collect()
     }
 
-    /// The clusters of the particles `marked`, with what became of them in the end.
+    /// Returns the clusters of the particles `marked`, with their final fates.
     fn clusters(&self, marked: &[(Point, u16)]) -> Vec<ClusterView> {
         let numbered = self.extents.iter().enumerate();
         let cluster = |(k, extent): (usize, &Extent)| {
@@ -76,7 +76,7 @@ impl<'a> Witness<'a> {
         };
         let clusters = numbered.map(cluster).filter(|c| !c.points.is_empty());
         let mut clusters: Vec<ClusterView> = clusters.collect();
-        // Nearest first, as steps are counted.
+        // Nearest first, in the order of steps.
         clusters.sort_by(|a, b| a.centre.0.total_cmp(&b.centre.0));
         clusters
     }
@@ -112,7 +112,7 @@ impl Observer for Witness<'_> {
     }
 }
 
-/// The estimator's answer to a map and what it showed on the way.
+/// Returns the estimator's outcome on a map, and its intermediate results.
 fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Witness<'a>) {
     let mut paper = Box::new(Paper::new());
     paper.begin(map);
@@ -125,8 +125,8 @@ fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Witne
 }
 
 impl PaperView {
-    /// What the paper's estimator makes of `map`: with uniform particles and with modes on the raw
-    /// map for as many rounds as the paper gives each, and with `config`'s own for all that follows.
+    /// Runs the paper's estimator on `map`: with uniform particles and with modes on the raw map
+    /// for the paper's number of rounds, and with the settings of `config` for all later stages.
     pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
         let spread = |spread: Spread| {
             let particles = ParticleConfig {
@@ -156,7 +156,7 @@ impl PaperView {
     }
 }
 
-/// The end of each step's cluster and the edge that is reported for it.
+/// Returns the end of each step's cluster and the edge reported for it.
 fn beams(plane: Plane, outcome: &Outcome, kept: &[ClusterView]) -> Vec<BeamView> {
     let along = |p: Point| match plane {
         Plane::Depth => p.0,

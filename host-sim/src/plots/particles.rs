@@ -12,14 +12,14 @@ use super::shape::{SOLID, Shape};
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::views::Point;
 
-/// Particles before and after they are resampled.
+/// Particles before and after resampling.
 #[derive(Clone, Debug, Default)]
 pub struct ParticleView {
-    /// Where they start.
+    /// Places before resampling.
     pub initial: Vec<Point>,
-    /// Where they are after the last round.
+    /// Places after the last round.
     pub resampled: Vec<Point>,
-    /// Resampling rounds.
+    /// Number of resampling rounds.
     pub rounds: usize,
 }
 
@@ -30,20 +30,20 @@ pub struct ClusterView {
     pub points: Vec<Point>,
     /// Its place: weighted mean of the particles.
     pub centre: Point,
-    /// What became of it.
+    /// Whether it is kept, or the reason of its rejection.
     pub fate: Fate,
 }
 
-/// How the beam's width is taken out of a cluster's end.
+/// Correction of a cluster's end for the beam's width.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamView {
     /// The cluster's end: its topmost particle, at the distance of the cluster (eq. 5).
     pub end: Point,
-    /// The edge that is reported for it.
+    /// The edge that is reported.
     pub edge: Point,
 }
 
-/// Particles over the raw map (figs. 5 and 6).
+/// Draws particles over the raw map (figs. 5 and 6).
 pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) -> Result<Vec<u8>> {
     let mut words = words.clone();
     let rounds = match view.rounds {
@@ -76,7 +76,7 @@ fn dots(
     Ok(())
 }
 
-/// Dots whose area grows with the number of particles at the same place.
+/// Draws dots whose area is proportional to the number of particles at the same place.
 fn heaps(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -84,7 +84,7 @@ fn heaps(
     radius: f64,
     look: Look,
 ) -> Result<()> {
-    /// Copies from which a dot grows no further.
+    /// Number of copies above which the dot does not grow.
     const MOST: usize = 12;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -95,7 +95,7 @@ fn heaps(
     Ok(())
 }
 
-/// Clusters, those that are no steps marked (figs. 7 and 8).
+/// Draws the clusters, with the rejected ones marked (figs. 7 and 8).
 pub fn clusters(
     plane: &SagittalPlane<'_>,
     words: &Words,
@@ -147,7 +147,7 @@ pub fn clusters(
     })
 }
 
-/// Crosses on the clusters that are no steps, each with the reason.
+/// Draws crosses on the rejected clusters, each with the reason.
 fn draw_lost(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -172,14 +172,14 @@ fn draw_lost(
     Ok(())
 }
 
-/// Takes the places of particles.
+/// Marks the places of particles as covered.
 fn cover_dots(room: &mut Room, frame: &Frame, points: &[Point]) {
     for &(x, y) in points {
         room.cover_mark(frame.spot(x, y), 5.0);
     }
 }
 
-/// Clusters of a fate, whichever they are fused into.
+/// Returns the number of clusters with a fate, whatever the cluster they are merged into.
 fn count_of(clusters: &[ClusterView], fate: Fate) -> usize {
     let same = |c: &&ClusterView| std::mem::discriminant(&c.fate) == std::mem::discriminant(&fate);
     clusters.iter().filter(same).count()
@@ -188,7 +188,7 @@ fn count_of(clusters: &[ClusterView], fate: Fate) -> usize {
 /// Shape and colour of a marker.
 type Look = (Shape, RGBColor);
 
-/// A look for each cluster: first those that stay, so that they have the same in all pictures.
+/// Assigns a look to each cluster, first to the kept ones, so that they look the same in all plots.
 fn looks(clusters: &[ClusterView]) -> Vec<Look> {
     let kept = count_of(clusters, Fate::Kept);
     let (mut next_kept, mut next_other) = (0, kept);
@@ -204,7 +204,8 @@ fn looks(clusters: &[ClusterView]) -> Vec<Look> {
     clusters.iter().map(look).collect()
 }
 
-/// The corners of the box around a cluster, the first one twice; none of a cluster without particles.
+/// Returns the corners of the box around a cluster, the first one twice; empty for a cluster
+/// without particles.
 fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
     const ROOM: f64 = 9.0;
     let spots = points.iter().map(|&(x, y)| frame.spot(x, y));
@@ -225,7 +226,7 @@ fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
     vec![a, (b.0, a.1), b, (a.0, b.1), a]
 }
 
-/// From the top particle to the height by the 3 dB beam model (fig. 11).
+/// Draws the correction from the top particle to the height by the 3 dB beam model (fig. 11).
 pub fn beam(
     plane: &SagittalPlane<'_>,
     words: &Words,
@@ -272,7 +273,7 @@ pub fn beam(
     })
 }
 
-/// The beam whose middle points at the cluster's end.
+/// Draws the beam whose axis points at the cluster's end.
 fn wedge(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -298,7 +299,7 @@ fn wedge(
     sheet.line(&middle, edge.dashed(9.0, 6.0))
 }
 
-/// The cluster's end and the edge that is reported.
+/// Draws the cluster's end and the reported edge.
 fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
     let end = frame.spot(beam.end.0, beam.end.1);
     let edge = frame.spot(beam.edge.0, beam.edge.1);
@@ -310,7 +311,7 @@ fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView
     sheet.marker(Shape::Diamond, edge, 8.0, CONCLUDED, WHITE)
 }
 
-/// How far the edge is from the cluster's end, and where it is.
+/// Writes the distance of the edge from the cluster's end, and its place.
 fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
     let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
     let cm = |v: f64| number(100.0 * v, 1);

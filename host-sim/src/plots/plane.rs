@@ -1,5 +1,4 @@
-//! The sagittal plane with a map of echoes in it, to be drawn on: figs. 4 and 10, and the ground
-//! for all others.
+//! The sagittal plane with a map of echoes, as figs. 4 and 10 and as the ground of other plots.
 
 use anyhow::Result;
 use stairscan::config::Plane;
@@ -12,34 +11,34 @@ use super::sector::{self, Sector};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot};
 
-/// Largest width and height of the data's place, pixels.
+/// Maximum width and height of the data, pixels.
 const LARGEST: Spot = (1200.0, 860.0);
-/// The shortest edge, pixels: a plane of kilometres shows the mount height as nothing.
+/// Minimum width and height of the data, pixels, for planes so long that the mount height vanishes.
 const LEAST: f64 = 40.0;
 /// The label of every colour bar.
 const BAR_LABEL: &str = "power [dB of full scale]";
 
-/// What the ground of a picture shows.
+/// Cells shown as the background of a plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ground {
     /// Every cell (fig. 4).
     Raw,
-    /// Cells that CA-CFAR let through; the others at the least power (fig. 10, paper III-C).
+    /// CA-CFAR detections; other cells have the minimum power (fig. 10, paper III-C).
     Cfar,
 }
 
-/// Something to be written about the data.
+/// Texts around the data.
 #[derive(Clone, Debug, Default)]
 pub struct Words {
-    /// What the picture shows.
+    /// Title of the plot.
     pub title: String,
-    /// Of which recording, and how.
+    /// Recording and settings.
     pub subtitle: String,
-    /// What the marks mean.
+    /// Legend: marks with their meanings.
     pub legend: Vec<(Swatch, String)>,
 }
 
-/// The plane of one scan: all its pictures show the same part in the same colours.
+/// The plane of one scan. All its plots show the same part in the same colours.
 pub struct SagittalPlane<'a> {
     map: &'a PolarMap,
     view: ((f64, f64), (f64, f64)),
@@ -49,11 +48,11 @@ pub struct SagittalPlane<'a> {
 }
 
 impl<'a> SagittalPlane<'a> {
-    /// The plane of `map`, with `points` of interest in view.
+    /// Creates the plane of `map`, with `points` of interest in view.
     pub fn new(map: &'a PolarMap, points: &[(f64, f64)]) -> Self {
         let (x, y) = sector::view(map, points);
         let scale = (LARGEST.0 / (x.1 - x.0)).min(LARGEST.1 / (y.1 - y.0));
-        // Whole pixels, and the same number of them to a metre along both axes.
+        // Whole pixels, with the same scale along both axes.
         let pixels = |span: (f64, f64)| ((span.1 - span.0) * scale).round().max(LEAST);
         let size = (pixels(x), pixels(y));
         let view = ((x.0, x.0 + size.0 / scale), (y.0, y.0 + size.1 / scale));
@@ -72,7 +71,7 @@ impl<'a> SagittalPlane<'a> {
         }
     }
 
-    /// A page of this plane.
+    /// Returns a page of this plane.
     fn page(&self, words: &Words, scale: Option<Scale>) -> Page {
         Page {
             title: words.title.clone(),
@@ -85,7 +84,7 @@ impl<'a> SagittalPlane<'a> {
         }
     }
 
-    /// A picture with the map as the ground and `over` drawn on it.
+    /// Draws a plot with the map as background and `over` on top.
     pub fn draw(
         &self,
         words: &Words,
@@ -110,17 +109,17 @@ impl<'a> SagittalPlane<'a> {
             })
     }
 
-    /// A picture of the map alone.
+    /// Draws the map alone.
     pub fn map(&self, words: &Words, ground: Ground) -> Result<Vec<u8>> {
         self.draw(words, ground, Palette::Viridis, |_, _| Ok(()))
     }
 
-    /// Where the mirror stands.
+    /// Returns the place of the mirror.
     pub fn mirror(&self) -> (f64, f64) {
         (0.0, self.map.geometry().mount_height_m.into())
     }
 
-    /// Room for words beside the cells that CA-CFAR let through.
+    /// Returns the free space for text beside the CA-CFAR detections.
     pub fn room(&self, frame: &Frame) -> Room {
         let mut room = Room::new(frame);
         let hit = |(row, bin)| self.map.hit(row, bin);
@@ -147,7 +146,7 @@ impl<'a> SagittalPlane<'a> {
     }
 }
 
-/// Decibels from the noise to the strongest echo, rounded outwards.
+/// Returns the scale from the noise to the strongest echo, rounded outwards, dB.
 fn span(map: &PolarMap) -> Scale {
     let mut counts = [0_usize; 256];
     for row in (0..map.rows()).filter(|&row| map.present(row)) {

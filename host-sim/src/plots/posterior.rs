@@ -1,5 +1,5 @@
-//! What else may stand there: rivals of the answer with their probability, the numbers of steps with
-//! theirs, the answer's `MAYBE`s, and its `DROP`.
+//! Plots of the posterior: hypotheses other than the answer and numbers of steps, with their
+//! probabilities, and the answer's `MAYBE`s and `DROP`.
 
 use anyhow::Result;
 use plotters::style::RGBColor;
@@ -13,35 +13,35 @@ use crate::answer::{Answer, metres, nearest_m};
 use crate::score::MATCH_M;
 use crate::views::{HypothesisView, Point, PosteriorView};
 
-/// Rivals that are drawn.
+/// Number of other hypotheses that are drawn.
 const RIVALS: usize = 3;
-/// What is less likely is not drawn: it is told as 0 %.
+/// Minimum probability of a drawn hypothesis; less is displayed as 0 %.
 const LEAST: f64 = 0.005;
-/// What is as likely as this is brought into view: what is told as a `MAYBE`.
+/// Minimum probability of a hypothesis that is brought into view: that of a reported `MAYBE`.
 const LEAST_IN_VIEW: f64 = 0.05;
-/// The rivals' colours, and their dashes and gaps, pixels.
+/// Colours of the other hypotheses, and their dashes and gaps, pixels.
 const LOOKS: [(RGBColor, f64, f64); RIVALS] = [
     (HUES[5], 22.0, 8.0),
     (HUES[7], 9.0, 7.0),
     (HUES[6], 3.0, 6.0),
 ];
-/// Opacity of rivals, which lie over the map.
+/// Opacity of the other hypotheses, which lie over the map.
 pub const OPACITY: f64 = 0.7;
-/// The colour of `MAYBE`s: of no scatterer and no staircase.
+/// Colour of `MAYBE`s, used by no scatterer and no staircase.
 const MAYBE: RGBColor = INK;
 
-/// `97 %` of a probability.
+/// Formats a probability as `97 %`.
 fn percent(probability: f64) -> String {
     format!("{} %", number(100.0 * probability, 0))
 }
 
-/// Whether a hypothesis says the same as the edges of an answer.
+/// Whether a hypothesis has the same edges as an answer.
 fn same(hypothesis: &HypothesisView, told: &[Point]) -> bool {
     let mut pairs = hypothesis.edges.iter().zip(told);
     hypothesis.edges.len() == told.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
 }
 
-/// The likeliest hypotheses that say something else than the edges of an answer, and how they are drawn.
+/// Returns the most probable hypotheses whose edges differ from the answer's, with their strokes.
 pub fn rivals<'a>(
     posterior: &'a PosteriorView,
     told: &[Point],
@@ -51,10 +51,11 @@ pub fn rivals<'a>(
     strokes().zip(rivals).collect()
 }
 
-/// How rivals are drawn, the likeliest first: under the answer's line and each other, and so broad that they
-/// show on both sides of what lies on them.
+/// Returns the strokes of the other hypotheses, the most probable first. They lie under the
+/// answer's line and under each other, each broad enough to show on both sides of the lines above
+/// it.
 pub fn strokes() -> impl Iterator<Item = Stroke> {
-    /// Width of the first, and of each that follows beyond the one before, pixels.
+    /// Width of the first, and increment to each next one, pixels.
     const WIDTHS: (f64, f64) = (8.0, 5.0);
     let stroke = |(k, (ink, dash, gap))| {
         let width = WIDTHS.0 + WIDTHS.1 * f64::from(k);
@@ -63,7 +64,7 @@ pub fn strokes() -> impl Iterator<Item = Stroke> {
     (0..).zip(LOOKS).map(stroke)
 }
 
-/// A staircase from its edges; the ground where there are none.
+/// Returns the line of a staircase from its edges; the ground if there are none.
 pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     match edges {
         [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
@@ -71,7 +72,8 @@ pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     }
 }
 
-/// How likely what an answer says is, in words for the legend; nothing without a posterior.
+/// Returns the posterior probability of an answer as text for the legend; empty without a
+/// posterior.
 pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
     let alike = posterior.hypotheses.iter().filter(|h| same(h, told));
     match posterior.hypotheses.as_slice() {
@@ -80,7 +82,7 @@ pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
     }
 }
 
-/// Places that must be in view: `MAYBE`s, the `DROP`, and edges of rivals that are as likely.
+/// Returns the places that must be in view: `MAYBE`s, the `DROP`, and edges of probable hypotheses.
 pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Point> {
     let likely = posterior.hypotheses.iter().take(1 + RIVALS);
     let likely = likely.filter(|h| h.probability >= LEAST_IN_VIEW);
@@ -93,7 +95,7 @@ pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Poi
         .collect()
 }
 
-/// The rivals, `DROP` and `MAYBE`s for the legend.
+/// Returns the legend of the other hypotheses, `DROP` and `MAYBE`s.
 pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
     let rival = |(stroke, h): &(Stroke, &HypothesisView)| {
         let label = format!("rival, {}: {}", percent(h.probability), h.name);
@@ -111,10 +113,10 @@ pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swa
     legend
 }
 
-/// Words keep this far from the edges of the plane, pixels.
+/// Minimum distance of text from the edges of the plane, pixels.
 const EDGE: f64 = 14.0;
 
-/// Draws the rivals' staircases, each with its probability at its end.
+/// Draws the staircases of the other hypotheses, each with its probability at its end.
 pub fn draw_rivals(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -124,7 +126,7 @@ pub fn draw_rivals(
     let mut words: Vec<Spot> = Vec::new();
     let lines = rivals.iter().map(|(_, rival)| outline(frame, &rival.edges));
     let lines: Vec<Vec<Spot>> = lines.collect();
-    // The broadest below the others.
+    // The broadest line lies below the others.
     for ((stroke, _), line) in rivals.iter().zip(&lines).rev() {
         sheet.line(line, *stroke)?;
     }
@@ -139,7 +141,7 @@ pub fn draw_rivals(
     Ok(())
 }
 
-/// The first place from `at` downwards where a probability covers none of those at `words`.
+/// Returns the first place from `at` downwards where a probability covers none of those at `words`.
 fn free(words: &[Spot], mut at: Spot) -> Spot {
     const APART: Spot = (70.0, 26.0);
     let covers = |w: &&Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
@@ -156,7 +158,7 @@ fn drop_stroke() -> Stroke {
     Stroke::solid(CONCLUDED, 3.2)
 }
 
-/// Draws where the answer says that the ground ends: an upright line from the ground down, and its band of ±3σ.
+/// Draws the reported edge of a drop: a vertical line from the ground down, and its band of ±3σ.
 pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     let Some(drop) = &answer.drop else {
         return Ok(());
@@ -184,14 +186,14 @@ pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()
     sheet.note(&words, (at.0 + aside, at.1 + EDGE + 6.0), face)
 }
 
-/// Height of a line of the list of counts, pixels.
+/// Line height of the list of counts, pixels.
 const COUNT: f64 = 27.0;
 
 fn maybe_stroke() -> Stroke {
     Stroke::solid(MAYBE, 2.4).dashed(5.0, 4.0)
 }
 
-/// Draws what the answer says may stand there: a dashed diamond on a dashed stalk.
+/// Draws the reported possible steps: a dashed diamond on a dashed line.
 pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     const RADIUS: f64 = 11.0;
     for maybe in &answer.maybes {
@@ -228,8 +230,8 @@ pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<
     Ok(())
 }
 
-/// Writes the probability of each number of steps into the upper left corner, where stairs that lead up
-/// leave room.
+/// Writes the probability of each number of steps into the upper left corner, which stairs that
+/// lead up leave free.
 pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) -> Result<()> {
     let mut at = (frame.at.0 + 14.0, frame.at.1 + 22.0);
     let counts = posterior.counts.iter().enumerate();
@@ -246,7 +248,8 @@ pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) 
     Ok(())
 }
 
-/// Takes what these functions draw: lines of the rivals, the drop's line, marks of the maybes, the list of counts.
+/// Marks the drawn objects as covered: lines of the other hypotheses, the drop's line, marks of the
+/// possible steps, the list of counts.
 pub fn cover(
     room: &mut Room,
     frame: &Frame,

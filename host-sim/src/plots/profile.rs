@@ -10,34 +10,34 @@ use super::room::{self, Room};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
-/// Size of the data's place, pixels.
+/// Size of the data, pixels.
 const SIZE: Spot = (1180.0, 560.0);
-/// Decibels shown below the typical power of a profile.
+/// Range shown below the typical power of a profile, dB.
 const BELOW_TYPICAL_DB: f64 = 14.0;
-/// Farthest from a peak to its label, pixels.
+/// Maximum distance from a peak to its label, pixels.
 const LABEL_REACH: f64 = 60.0;
-/// How a peak's label is set.
+/// Face of a peak's label.
 const LABEL: Face = Face::plain(21.0).bold();
 
-/// One range profile as a picture needs it.
+/// One range profile with the data of its plot.
 #[derive(Clone, Debug)]
 pub struct ProfileView {
     /// The recording and the chirp.
     pub subtitle: String,
-    /// From one bin to the next, metres.
+    /// Bin spacing, metres.
     pub bin_m: f64,
     /// Power of each bin, dB relative to full scale.
     pub power_db: Vec<f64>,
-    /// CFAR threshold of each bin; `None` where nothing is tested.
+    /// CFAR threshold of each bin, dB; `None` where no test is made.
     pub threshold_db: Vec<Option<f64>>,
-    /// Range and power of the detections.
+    /// Range, metres, and power, dB, of the detections.
     pub detections: Vec<(f64, f64)>,
-    /// Range of the mirror's own echo; `None` without a mirror.
+    /// Range of the mirror's own echo, metres; `None` without a mirror.
     pub mirror_m: Option<f64>,
 }
 
 impl ProfileView {
-    /// The view of a profile with bins `bin_m` apart.
+    /// Creates the view of a profile with bins `bin_m` apart.
     pub fn new(subtitle: String, profile: &Profile, bin_m: f64, mirror_m: Option<f64>) -> Self {
         let bins = 0..profile.bins();
         Self {
@@ -54,14 +54,14 @@ impl ProfileView {
         }
     }
 
-    /// First and last tested range.
+    /// Returns the first and the last tested range, metres.
     fn tested(&self) -> Option<(f64, f64)> {
         let first = self.threshold_db.iter().position(Option::is_some)?;
         let last = self.threshold_db.iter().rposition(Option::is_some)?;
         Some((first as f64 * self.bin_m, last as f64 * self.bin_m))
     }
 
-    /// Round decibels around what is worth seeing.
+    /// Returns the displayed power range, rounded, dB.
     fn span_db(&self) -> (f64, f64) {
         let mut sorted = self.power_db.clone();
         sorted.sort_by(f64::total_cmp);
@@ -86,7 +86,7 @@ impl ProfileView {
     }
 }
 
-/// Power over range with what its peaks are (fig. 2).
+/// Draws power over range with its peaks (fig. 2).
 pub fn peaks(view: &ProfileView) -> Result<Vec<u8>> {
     let mut page = view.page("Range profile");
     page.legend = vec![
@@ -104,7 +104,7 @@ pub fn peaks(view: &ProfileView) -> Result<Vec<u8>> {
     })
 }
 
-/// Power over range with the threshold that it must exceed (fig. 9).
+/// Draws power over range with the CFAR threshold (fig. 9).
 pub fn threshold(view: &ProfileView) -> Result<Vec<u8>> {
     let mut page = view.page("Range profile with its CFAR threshold");
     page.legend = vec![
@@ -146,7 +146,7 @@ fn power_line(frame: &Frame, view: &ProfileView) -> Vec<Spot> {
         .collect()
 }
 
-/// Shades the ranges in which no target is looked for, and says why.
+/// Shades the ranges without a test, and writes the reason.
 fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result<()> {
     let Some((near, far)) = view.tested() else {
         return Ok(());
@@ -164,15 +164,15 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
     } else {
         sheet.text("radar itself: not tested", across(near / 2.0), face)?;
     }
-    // What wraps round rises from the lower left.
+    // Aliased echoes rise from the lower left.
     let corner = spot((far + end) / 2.0, bottom + 0.85 * (top - bottom));
     sheet.text("wraps round", corner, face)
 }
 
-/// Writes the range of each peak beside it, the strongest first, where there is room beside all lines.
+/// Writes the range of each peak beside it, the strongest first, if there is room beside all lines.
 fn label_peaks(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView, mut room: Room) -> Result<()> {
     room.cover_line(&power_line(frame, view));
-    // The words in what is not tested stand along its edges.
+    // Texts in the untested ranges stand along their edges.
     if let Some((near, far)) = view.tested() {
         let spot = |x: f64, y: f64| frame.spot(x, y);
         room.cover(spot(frame.x.0, frame.y.1), spot(near, frame.y.0));
@@ -200,7 +200,7 @@ fn label_peaks(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView, mut room: R
     Ok(())
 }
 
-/// Words and places of the peaks' labels, each beginning at its place.
+/// Returns text and place of the peaks' labels, each beginning at its place.
 fn peak_labels(frame: &Frame, view: &ProfileView, room: &mut Room) -> Vec<(String, Spot)> {
     let mut order = view.detections.clone();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -221,7 +221,7 @@ fn peak_labels(frame: &Frame, view: &ProfileView, room: &mut Room) -> Vec<(Strin
 mod tests {
     use super::*;
 
-    /// Threshold and power of a profile with two targets stay to be seen beside their labels.
+    /// Threshold and power of a profile with two targets remain visible beside their labels.
     #[test]
     fn no_label_covers_a_line() {
         let power_db: Vec<f64> = (0..200)
@@ -257,7 +257,7 @@ mod tests {
             let inside = |s: &Spot| {
                 (at.0..=at.0 + width).contains(&s.0) && (s.1 - at.1).abs() <= height / 2.0
             };
-            // Lines are straight from spot to spot: their steep parts count, too.
+            // Lines are straight from point to point; their steep parts are tested too.
             let fine = line.windows(2).flat_map(|pair| {
                 let at = |k: i32, a: f64, b: f64| a + f64::from(k) / 50.0 * (b - a);
                 (0..=50).map(move |k| (at(k, pair[0].0, pair[1].0), at(k, pair[0].1, pair[1].1)))

@@ -1,31 +1,31 @@
-//! Places for words beside what is drawn: boxes and lines of data in, free boxes out.
+//! Placement of labels: boxes and lines of data in, free boxes out.
 //!
-//! A coarse grid over the data's place says where something stands. Words go to the nearest box that covers nothing of
-//! it, and a thin line leads from there to what they speak of.
+//! A coarse grid marks the covered places. A label is placed in the nearest free box, and a thin
+//! line leads from it to its point.
 
 use anyhow::Result;
 
 use super::page::Frame;
 use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
-/// Width and height of a cell of the grid, pixels.
+/// Width and height of a grid cell, pixels.
 const CELL: f64 = 4.0;
-/// From one candidate place to the next, pixels.
+/// Step of the candidate places, pixels.
 const STRIDE: f64 = 8.0;
-/// Farthest from what words speak of to their box, pixels.
+/// Maximum distance from a point to its label, pixels.
 const REACH: f64 = 280.0;
-/// Room around words, pixels.
+/// Margin around a label, pixels.
 const RIM: f64 = 4.0;
-/// Words that are farther away than this get a line, pixels.
+/// Distance of a label above which it gets a line, pixels.
 const BESIDE: f64 = 26.0;
-/// Height of a line of words, in sizes of its face.
+/// Height of a line of text, in sizes of its face.
 const LINE: f64 = 1.2;
 /// Cost of a covered cell, pixels of distance: so large that a label covers data only if no free place is in reach.
 const COVERED: f64 = 1e4;
 /// Cost of a pixel of sideways offset between a label and its point: of equally near places the straightest is taken.
 const ASKEW: f64 = 0.05;
 
-/// What of a frame is taken.
+/// The covered cells of a frame.
 #[derive(Clone, Debug)]
 pub struct Room {
     frame: Frame,
@@ -34,7 +34,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// An empty frame.
+    /// Creates an empty frame.
     pub fn new(frame: &Frame) -> Self {
         let cells = |length: f64| (length / CELL).ceil().max(1.0) as usize;
         let (columns, rows) = (cells(frame.size.0), cells(frame.size.1));
@@ -45,7 +45,7 @@ impl Room {
         }
     }
 
-    /// Takes every cell whose middle is a point (x, y) of the data for which `covered` holds.
+    /// Covers every cell whose middle is a point (x, y) of the data for which `covered` holds.
     pub fn cover_where(&mut self, covered: impl Fn(f64, f64) -> bool) {
         let Frame { size, x, y, .. } = self.frame;
         for (k, taken) in self.taken.iter_mut().enumerate() {
@@ -56,14 +56,14 @@ impl Room {
         }
     }
 
-    /// Takes the box between two corners.
+    /// Covers the box between two corners.
     pub fn cover(&mut self, a: Spot, b: Spot) {
         for k in self.cells(a, b) {
             self.taken[k] = true;
         }
     }
 
-    /// Takes the square around a mark.
+    /// Covers the square around a mark.
     pub fn cover_mark(&mut self, at: Spot, radius: f64) {
         self.cover(
             (at.0 - radius, at.1 - radius),
@@ -71,12 +71,12 @@ impl Room {
         );
     }
 
-    /// Takes the line through `spots`.
+    /// Covers the line through `spots`.
     pub fn cover_line(&mut self, spots: &[Spot]) {
         for pair in spots.windows(2) {
             let (from, to) = (pair[0], pair[1]);
             let length = (to.0 - from.0).hypot(to.1 - from.1);
-            // What is longer runs far out of the frame.
+            // A longer line extends far beyond the frame.
             let parts = (length / CELL).ceil().clamp(1.0, 4096.0);
             for k in 0..=parts as usize {
                 let t = k as f64 / parts;
@@ -86,7 +86,7 @@ impl Room {
         }
     }
 
-    /// The cells of a box, as far as they lie within the frame.
+    /// Returns the cells of a box that lie within the frame.
     fn cells(&self, a: Spot, b: Spot) -> impl Iterator<Item = usize> + use<> {
         let (columns, rows) = (self.columns, self.taken.len() / self.columns);
         let span = |a: f64, b: f64, origin: f64, count: usize| {
@@ -99,8 +99,8 @@ impl Room {
         down.flat_map(move |row| across.clone().map(move |column| row * columns + column))
     }
 
-    /// The top left corner of the best box of `size` pixels for words about `near`, within `reach` pixels of it, and the
-    /// number of taken cells that it covers.
+    /// Returns the top left corner of the best box of `size` pixels for a label of `near`, within
+    /// `reach` pixels of it, and the number of covered cells in it.
     pub fn find(&self, near: Spot, size: Spot, reach: f64) -> (Spot, usize) {
         let Frame { at, size: all, .. } = self.frame;
         let (low, high) = (
@@ -138,7 +138,7 @@ impl Room {
         (best.1, best.2)
     }
 
-    /// Writes lines of words about `near` where they cover least, and takes their box.
+    /// Writes lines of text about `near` where they cover least data, and covers their box.
     pub fn write(&mut self, sheet: &Sheet<'_>, near: Spot, lines: &[(&str, Face)]) -> Result<()> {
         let size = extent(lines);
         let (place, _) = self.find(near, size, REACH);
@@ -158,14 +158,14 @@ impl Room {
     }
 }
 
-/// Width and height of lines of words, pixels.
+/// Returns width and height of lines of text, pixels.
 pub fn extent(lines: &[(&str, Face)]) -> Spot {
     let width = lines.iter().map(|(text, face)| face.width(text));
     let height: f64 = lines.iter().map(|(_, face)| LINE * face.size).sum();
     (width.fold(0.0, f64::max), height)
 }
 
-/// From a spot to a box; 0 within it.
+/// Returns the distance from a spot to a box; 0 within it.
 fn distance(spot: Spot, (low, high): (Spot, Spot)) -> f64 {
     let off = |v: f64, low: f64, high: f64| (low - v).max(v - high).max(0.0);
     off(spot.0, low.0, high.0).hypot(off(spot.1, low.1, high.1))
@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn words_stand_beside_what_they_speak_of_and_cover_nothing() {
         let mut room = Room::new(&FRAME);
-        // A column of data with a mark in it, and words that were there before.
+        // A column of data with a mark in it, and labels written earlier.
         room.cover((300.0, 50.0), (340.0, 450.0));
         let mark = (320.0, 200.0);
         let size = (150.0, 60.0);
@@ -203,7 +203,7 @@ mod tests {
             room.cover(place, end);
             boxes.push((place, end));
         }
-        // The first ones are the nearest.
+        // The first labels are the nearest.
         assert!(distance(mark, boxes[1]) < 30.0, "{boxes:?}");
     }
 

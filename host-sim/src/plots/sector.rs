@@ -1,4 +1,4 @@
-//! From the polar map to the sagittal plane: which cell each pixel shows.
+//! Mapping from the polar map to the sagittal plane: the cell shown by each pixel.
 
 use plotters::style::RGBColor;
 use stairscan::config::Plane;
@@ -7,23 +7,23 @@ use stairscan::signal::range::FULL_SCALE;
 
 use super::page::Frame;
 
-/// Pixels that show no cell.
+/// Value of a pixel that shows no cell.
 const BLANK: u32 = u32::MAX;
-/// Colour where the radar did not look.
+/// Colour outside the scan.
 const OUTSIDE: [u8; 3] = [255, 255, 255];
 
-/// Decibels relative to full scale of a cell.
+/// Returns the power of a cell relative to full scale, dB.
 pub fn decibels(cell: u8) -> f64 {
     (f64::from(cell) - f64::from(FULL_SCALE)) * f64::from(DB_PER_UNIT)
 }
 
-/// The cell that shows the point (x, y): row and bin, nearest in angle and range. `None` where the
-/// radar did not look, or its chirp was lost.
+/// Returns the cell (row and bin) nearest in angle and range to the point (x, y); `None` outside
+/// the scan, or if the chirp was lost.
 pub fn cell_at(map: &PolarMap, x: f64, y: f64) -> Option<(usize, usize)> {
     let geometry = map.geometry();
     let (range, angle) = geometry.polar(x as f32, y as f32);
     let bin = ((range - geometry.first_range_m) / geometry.bin_m).round();
-    // A NaN or negative bin fails here, for NaN compares false.
+    // A NaN bin fails here as well, because comparisons with NaN are false.
     if !(bin >= 0.0 && bin < map.bins() as f32) {
         return None;
     }
@@ -31,8 +31,8 @@ pub fn cell_at(map: &PolarMap, x: f64, y: f64) -> Option<(usize, usize)> {
     map.present(row).then_some((row, bin as usize))
 }
 
-/// The row whose real angle is nearest to `angle`; before the first and beyond the last at most
-/// half a step away. In between a shaft in microsteps is nowhere exactly on its schedule.
+/// Returns the row whose true angle is nearest to `angle`, at most half a step before the first or
+/// beyond the last. In between, a microstepping shaft deviates from its schedule.
 fn nearest_row(map: &PolarMap, angle: f32) -> Option<usize> {
     let (mut low, mut high) = (0, map.rows());
     while low < high {
@@ -53,7 +53,7 @@ fn nearest_row(map: &PolarMap, angle: f32) -> Option<usize> {
     (between || off(&row) <= 0.5 * map.geometry().step_rad.abs()).then_some(row)
 }
 
-/// The cell of every (enlarged) pixel of a frame: worked out once for all pictures of a scan.
+/// The cell of every (enlarged) pixel of a frame, computed once for all plots of a scan.
 pub struct Sector {
     size: (u32, u32),
     bins: usize,
@@ -61,7 +61,7 @@ pub struct Sector {
 }
 
 impl Sector {
-    /// The cells that `frame` shows.
+    /// Computes the cells that `frame` shows.
     pub fn new(map: &PolarMap, frame: &Frame) -> Self {
         let size = frame.enlarged();
         let place = |column: u32, row: u32| {
@@ -84,12 +84,12 @@ impl Sector {
         }
     }
 
-    /// Width and height in enlarged pixels.
+    /// Returns width and height in enlarged pixels.
     pub fn size(&self) -> (u32, u32) {
         self.size
     }
 
-    /// The pixels' colours, `colour` giving that of a cell (row, bin).
+    /// Returns the pixels' colours; `colour` gives that of a cell (row, bin).
     pub fn paint(&self, colour: impl Fn(usize, usize) -> RGBColor) -> Vec<u8> {
         let cells = self.cells.iter().flat_map(|&cell| {
             if cell == BLANK {
@@ -102,7 +102,7 @@ impl Sector {
     }
 }
 
-/// Least and largest x and y of the part of the plane that the scan covers.
+/// Returns the minimum and maximum x and y of the part of the plane that the scan covers.
 pub fn extent(map: &PolarMap) -> ((f64, f64), (f64, f64)) {
     let geometry = map.geometry();
     let ends = [0.0, map.bins().saturating_sub(1) as f32];
@@ -115,19 +115,19 @@ pub fn extent(map: &PolarMap) -> ((f64, f64), (f64, f64)) {
     })
 }
 
-/// Whether a cell and one beside it in angle were let through: noise seldom is twice.
+/// Whether a cell and one beside it in angle are detections, which is rare for noise.
 fn is_echo(map: &PolarMap, row: usize, bin: usize) -> bool {
     let beside = [row.checked_sub(1), row.checked_add(1)];
     map.hit(row, bin) && beside.into_iter().flatten().any(|row| map.hit(row, bin))
 }
 
-/// The part of the plane worth looking at: where echoes stand, the mirror and the ground below it,
-/// and `points` of interest, with a margin, within what the scan covers.
+/// Returns the displayed part of the plane: the echoes, the mirror and the ground below it, and
+/// `points` of interest, with a margin, within the part that the scan covers.
 pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
-    /// Echoes weaker than the strongest by more than this do not widen the view.
+    /// Maximum level difference to the strongest echo of an echo that widens the view, dB.
     const STRONG_DB: f64 = 35.0;
     const MARGIN_M: (f64, f64) = (0.3, 0.15);
-    /// Least width and height.
+    /// Minimum width and height, metres.
     const LEAST_M: (f64, f64) = (1.2, 0.8);
     let geometry = map.geometry();
     let mount = f64::from(geometry.mount_height_m);
@@ -148,7 +148,7 @@ pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
         .unzip();
     let span = |values: &mut Vec<f64>, fixed: [f64; 2], of: fn(&(f64, f64)) -> f64| {
         values.sort_by(f64::total_cmp);
-        // One echo in a hundred may be anywhere.
+        // One echo in a hundred may lie outside.
         let cut = values.len() / 100;
         let kept = values.iter().skip(cut).take(values.len() - 2 * cut);
         let all = kept.copied().chain(fixed).chain(points.iter().map(of));
@@ -166,7 +166,7 @@ pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
     };
     let x = clip(x, all_x, 0.0, MARGIN_M.0, LEAST_M.0);
     let y = match geometry.plane {
-        // What seems to lie below the ground is a mirror image in it.
+        // Echoes that appear below the ground are mirror images in it.
         Plane::Depth => clip((y.0.max(-0.1), y.1), all_y, mount, MARGIN_M.1, LEAST_M.1),
         Plane::Height => clip(y, all_y, mount, MARGIN_M.1, LEAST_M.1),
     };
@@ -178,7 +178,7 @@ pub mod tests {
     use super::*;
     use stairscan::config::Config;
 
-    /// A map of `plane` with `level` everywhere and one bright, detected cell.
+    /// A map of `plane` with `level` everywhere and one strong, detected cell.
     pub fn map_with_spot(plane: Plane, level: u8, spot: (usize, usize)) -> Box<PolarMap> {
         let mut config = Config::default();
         config.mount.plane = plane.into();
@@ -220,7 +220,7 @@ pub mod tests {
                 .filter(|(_, p)| p[0] == 240)
                 .map(|(k, _)| ((k % 300) as f64 / 2.0, (k / 300) as f64 / 2.0))
                 .collect();
-            // A cell is a bin (11.7 mm) by a quarter of a degree: so many of the 0.5 mm pixels.
+            // A cell is a bin (11.7 mm) by a quarter of a degree; its area in pixels of 0.5 mm.
             let area = 1.1712 * range * 100.0 * 0.25f64.to_radians() / 0.0025;
             assert!(
                 (bright.len() as f64 / area - 1.0).abs() < 0.1,

@@ -1,4 +1,4 @@
-//! Markers: shapes that are told apart without their colours.
+//! Markers: shapes that can be distinguished without colour.
 
 use anyhow::Result;
 use plotters::style::RGBColor;
@@ -30,7 +30,7 @@ pub enum Shape {
     Star,
 }
 
-/// Shapes of an area, of things that are one of several alike.
+/// Filled shapes, for objects of one kind.
 pub const SOLID: [Shape; 6] = [
     Shape::Dot,
     Shape::Square,
@@ -40,20 +40,20 @@ pub const SOLID: [Shape; 6] = [
     Shape::Wedge,
 ];
 
-/// Corners around a marker's middle, in radii.
+/// Corners relative to a marker's centre, in radii.
 type Corners = [Spot];
 const SQUARE: &Corners = &[(-0.85, -0.85), (0.85, -0.85), (0.85, 0.85), (-0.85, 0.85)];
 const DIAMOND: &Corners = &[(0.0, -1.15), (1.15, 0.0), (0.0, 1.15), (-1.15, 0.0)];
 const TRIANGLE: &Corners = &[(0.0, -1.15), (1.05, 0.75), (-1.05, 0.75)];
 const FALL: &Corners = &[(0.0, 1.15), (1.05, -0.75), (-1.05, -0.75)];
 const WEDGE: &Corners = &[(1.15, 0.0), (-0.75, 1.05), (-0.75, -1.05)];
-/// Lines through a marker's middle, in radii.
+/// Lines through a marker's centre, in radii.
 const CROSS: &[[Spot; 2]] = &[[(-0.8, -0.8), (0.8, 0.8)], [(-0.8, 0.8), (0.8, -0.8)]];
 const PLUS: &[[Spot; 2]] = &[[(-1.05, 0.0), (1.05, 0.0)], [(0.0, -1.05), (0.0, 1.05)]];
 const STAR: &[[Spot; 2]] = &[CROSS[0], CROSS[1], PLUS[0], PLUS[1]];
 
 impl Sheet<'_> {
-    /// Draws a marker of `radius`, edged in `edge`.
+    /// Draws a marker of `radius` with an outline in `edge`.
     pub fn marker(
         &self,
         shape: Shape,

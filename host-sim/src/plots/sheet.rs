@@ -1,7 +1,7 @@
-//! A sheet of paper: pixels, letters, lines and markers, and the PNG that comes of them.
+//! A drawing surface for pixels, text, lines and markers, encoded as a PNG file.
 //!
-//! Everything is drawn at twice the final size and averaged down, for `plotters` smooths neither
-//! thick lines nor filled shapes. Places are final pixels, from the top left corner.
+//! Everything is drawn at twice the final size and averaged down, because `plotters` smooths
+//! neither thick lines nor filled shapes. Places are final pixels, from the top left corner.
 
 use std::sync::Once;
 
@@ -14,35 +14,35 @@ use plotters::style::{FontStyle, FontTransform, register_font};
 /// A place on the sheet, final pixels.
 pub type Spot = (f64, f64);
 
-/// Pixels that are averaged into one, along each axis.
+/// Oversampling factor along each axis.
 pub const OVERSAMPLING: u32 = 2;
 const SCALE: f64 = OVERSAMPLING as f64;
 
-/// The letters' family, under the name that `plotters` gives to its default.
+/// Font family, under the name that `plotters` gives to its default.
 const FAMILY: FontFamily<'static> = FontFamily::SansSerif;
 
 /// Colour of axes and text.
 pub const INK: RGBColor = RGBColor(34, 38, 46);
-/// Colour of what is said in passing.
+/// Colour of secondary text.
 pub const FAINT: RGBColor = RGBColor(105, 112, 122);
 
-/// How a text is set.
+/// Style of a text.
 #[derive(Clone, Copy)]
 pub struct Face {
-    /// From the highest to the lowest stroke of the font, pixels.
+    /// Font height from the highest to the lowest stroke, pixels.
     pub size: f64,
-    /// Heavy strokes.
+    /// Whether the text is bold.
     pub bold: bool,
     /// Colour.
     pub ink: RGBColor,
-    /// Which part of the text stands at its spot.
+    /// Alignment of the text to its spot.
     pub anchor: HPos,
-    /// Turned to read from bottom to top.
+    /// Whether the text is turned to read from bottom to top.
     pub upright: bool,
 }
 
 impl Face {
-    /// Plain text, centred.
+    /// Creates a centred regular face.
     pub const fn plain(size: f64) -> Self {
         Self {
             size,
@@ -53,12 +53,12 @@ impl Face {
         }
     }
 
-    /// The same in heavy strokes.
+    /// Returns the face in bold.
     pub const fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    /// The same beginning at its spot.
+    /// Returns the face with text beginning at its spot.
     pub const fn left(self) -> Self {
         Self {
             anchor: HPos::Left,
@@ -66,7 +66,7 @@ impl Face {
         }
     }
 
-    /// The same ending at its spot.
+    /// Returns the face with text ending at its spot.
     pub const fn right(self) -> Self {
         Self {
             anchor: HPos::Right,
@@ -74,12 +74,12 @@ impl Face {
         }
     }
 
-    /// The same in another colour.
+    /// Returns the face in another colour.
     pub const fn ink(self, ink: RGBColor) -> Self {
         Self { ink, ..self }
     }
 
-    /// The same turned by a quarter.
+    /// Returns the face turned by 90°.
     pub const fn upright(self) -> Self {
         Self {
             upright: true,
@@ -101,7 +101,7 @@ impl Face {
         FontDesc::new(FAMILY, self.size * SCALE, style).transform(turn)
     }
 
-    /// Width of `text`, pixels.
+    /// Returns the width of `text`, pixels.
     pub fn width(&self, text: &str) -> f64 {
         let flat = Self {
             upright: false,
@@ -114,7 +114,7 @@ impl Face {
     }
 }
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke {
     /// Colour.
@@ -128,7 +128,7 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// A solid line.
+    /// Creates a solid line.
     pub const fn solid(ink: RGBColor, width: f64) -> Self {
         Self {
             ink,
@@ -138,7 +138,7 @@ impl Stroke {
         }
     }
 
-    /// The same in dashes.
+    /// Returns the line dashed.
     pub const fn dashed(self, dash: f64, gap: f64) -> Self {
         Self {
             dash: Some((dash, gap)),
@@ -146,18 +146,18 @@ impl Stroke {
         }
     }
 
-    /// The same, letting through what is below.
+    /// Returns the line with this opacity.
     pub const fn alpha(self, alpha: f64) -> Self {
         Self { alpha, ..self }
     }
 }
 
-/// What is drawn on.
+/// The drawing surface.
 pub struct Sheet<'a> {
     area: DrawingArea<BitMapBackend<'a>, Shift>,
 }
 
-/// The letters come with the program: a fresh machine has no fonts.
+/// Registers the fonts that are part of the program, because a machine may have none.
 fn register_fonts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -165,22 +165,22 @@ fn register_fonts() {
             (FontStyle::Normal, notosans::REGULAR_TTF),
             (FontStyle::Bold, notosans::BOLD_TTF),
         ] {
-            // Fails for bytes that are no font only; texts would then report that there is none.
+            // Fails only for bytes that are no font; text output then reports the missing font.
             let _ = register_font(FAMILY.as_str(), style, bytes);
         }
     });
 }
 
-/// Pixel of the enlarged sheet.
+/// Returns the pixel on the enlarged sheet.
 fn enlarged(spot: Spot) -> (i32, i32) {
-    // `as` saturates: what lies far outside stays outside.
+    // `as` saturates, so that places far outside stay outside.
     (
         (spot.0 * SCALE).round() as i32,
         (spot.1 * SCALE).round() as i32,
     )
 }
 
-/// Draws a white sheet of `size` pixels and returns it as the bytes of a PNG file.
+/// Draws on a white sheet of `size` pixels and returns the bytes of a PNG file.
 pub fn draw(size: (u32, u32), draw: impl FnOnce(&Sheet<'_>) -> Result<()>) -> Result<Vec<u8>> {
     register_fonts();
     let large = (size.0 * OVERSAMPLING, size.1 * OVERSAMPLING);
@@ -198,7 +198,7 @@ fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) ->
     anyhow!("picture: {error}")
 }
 
-/// Each pixel the mean of its enlarged ones.
+/// Averages the enlarged pixels of each final pixel.
 fn averaged(size: (u32, u32), pixels: &[u8]) -> Vec<u8> {
     let n = OVERSAMPLING as usize;
     let row = size.0 as usize * n * 3;
@@ -230,9 +230,10 @@ fn encode(size: (u32, u32), pixels: &[u8]) -> Result<Vec<u8>> {
 }
 
 impl Sheet<'_> {
-    /// Writes `text`, its capitals' middle at the height of `at`.
+    /// Writes `text` with the middle of its capitals at the height of `at`.
     pub fn text(&self, text: &str, at: Spot, face: Face) -> Result<()> {
-        // `plotters` centres a box that hangs below the capitals by this part of the size.
+        // `plotters` centres the text's box, whose middle lies below that of the capitals by this
+        // part of the size.
         const HANG: f64 = 0.165;
         let shift = HANG * face.size;
         let at = if face.upright {
@@ -250,7 +251,8 @@ impl Sheet<'_> {
             .map_err(failed)
     }
 
-    /// Writes `text` with a white rim around its letters: it reads on anything, and hides nothing beside them.
+    /// Writes `text` with a white rim around its letters, so that it is legible on any ground and
+    /// hides nothing beside them.
     pub fn note(&self, text: &str, at: Spot, face: Face) -> Result<()> {
         const RIM: f64 = 1.7;
         for turn in 0..8 {
@@ -307,7 +309,7 @@ impl Sheet<'_> {
             .map_err(failed)
     }
 
-    /// Lays enlarged pixels (three bytes each) on the sheet.
+    /// Copies enlarged pixels (three bytes each) to the sheet.
     pub fn lay(&self, at: Spot, size: (u32, u32), pixels: Vec<u8>) -> Result<()> {
         let image = BitMapElement::with_owned_buffer(enlarged(at), size, pixels)
             .ok_or_else(|| anyhow!("picture: {} by {} pixels expected", size.0, size.1))?;
@@ -366,12 +368,12 @@ mod tests {
         let info = reader.next_frame(&mut pixels).unwrap();
         assert_eq!((info.width, info.height), (61, 40));
         assert_eq!(pixels.len(), 61 * 40 * 3);
-        // Letters are really there, and only near their place.
+        // Letters are present, and only near their place.
         assert!(pixels.iter().any(|&p| p < 120));
         assert!(pixels[..61 * 3 * 5].iter().all(|&p| p == 255));
     }
 
-    /// What lies between the lines of a label, or beside it, is still seen.
+    /// The areas between the letters of a label and beside it remain visible.
     #[test]
     fn a_label_hides_no_more_than_its_letters() {
         let (width, height) = (80, 40);

@@ -1,4 +1,5 @@
-//! The reconstructed staircase over the true one, among its likeliest rivals: figs. 13 and 14.
+//! Plot of the reported staircase over the true one, with the most probable other hypotheses: figs.
+//! 13 and 14.
 
 use anyhow::Result;
 use plotters::style::WHITE;
@@ -28,7 +29,7 @@ pub struct StepView {
     pub two_sigma_m: Point,
 }
 
-/// The steps of an answer.
+/// Returns the steps of an answer.
 pub fn steps(answer: &Answer) -> Vec<StepView> {
     let step = |s: &stairscan::report::StepLine| StepView {
         distance_m: metres(s.distance),
@@ -38,7 +39,7 @@ pub fn steps(answer: &Answer) -> Vec<StepView> {
     answer.steps.iter().map(step).collect()
 }
 
-/// The reported staircase over the truth, as far as that is known, and what else may stand there.
+/// Draws the reported staircase over the truth, if known, and the probable other hypotheses.
 pub fn draw(
     plane: &SagittalPlane<'_>,
     words: &Words,
@@ -110,7 +111,7 @@ pub fn draw(
     })
 }
 
-/// The true surface, solid below.
+/// Draws the true surface, filled below.
 pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
     let edge = Stroke::solid(TRUE, 2.2);
     let mut solid = true_line(frame, truth);
@@ -134,13 +135,13 @@ pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()>
     Ok(())
 }
 
-/// The true surface from edge to edge of the frame.
+/// Returns the true surface from edge to edge of the frame.
 fn true_line(frame: &Frame, truth: &Truth) -> Vec<Spot> {
     let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &true_edges(truth));
     line.iter().map(|p| frame.spot(p.0, p.1)).collect()
 }
 
-/// Edge and uncertainty.
+/// Draws a step's edge and uncertainty.
 fn draw_step(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, step: &StepView) -> Result<()> {
     const RADIUS: f64 = 6.0;
     let (x, y) = (step.distance_m, step.height_m);
@@ -155,7 +156,7 @@ fn draw_step(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, step: &StepView)
     sheet.marker(Shape::Dot, at, RADIUS, CONCLUDED, WHITE)
 }
 
-/// A step in numbers, and how far it is from the truth.
+/// Writes a step's numbers, and its deviation from the truth.
 fn write_step(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -192,7 +193,7 @@ fn write_step(
     room.write(sheet, frame.spot(x, y), &lines)
 }
 
-/// Says in words that there are no steps, and why.
+/// Writes that there are no steps, and the reason.
 fn say_none(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     let what = if answer.is_fault() {
         format!("no answer: {}", answer.scan.reasons)

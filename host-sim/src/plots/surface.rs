@@ -1,11 +1,11 @@
-//! The line of a staircase's surface from its edges, in metres and on the sheet.
+//! Line of a staircase's surface from its edges, in metres and in pixels.
 
 use super::page::Frame;
 use super::sheet::Spot;
 use crate::views::Point;
 
-/// The surface from the ground over `edges` (distance and height of the tread that begins there) to
-/// `far`, beginning at `near`.
+/// Returns the surface from `near` over `edges` (distance and height of the tread that begins
+/// there) to `far`, beginning at ground level.
 pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
     let mut level = 0.0;
     let mut line = vec![(near, level)];
@@ -19,24 +19,24 @@ pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
     line
 }
 
-/// The surface over `edges` as a line on the sheet.
+/// Returns the surface over `edges` in pixels.
 pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     let [line, _] = surface_up_to(frame, edges, f64::INFINITY);
     line
 }
 
-/// The same in two parts: up to `x` metres, and beyond.
+/// Returns the surface over `edges` in pixels, in two parts: up to `x` metres, and beyond.
 pub fn surface_up_to(frame: &Frame, edges: &[Point], x: f64) -> [Vec<Spot>; 2] {
     let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
     parted(&line, x).map(|part| part.iter().map(|p| frame.spot(p.0, p.1)).collect())
 }
 
-/// A surface's part up to `x` metres, and the rest, which begins where that ends.
+/// Splits a surface into the part up to `x` metres and the rest, which begins there.
 pub fn parted(line: &[Point], x: f64) -> [Vec<Point>; 2] {
     let count = line.iter().take_while(|p| p.0 <= x).count();
     let (near, far) = line.split_at(count);
     let [mut near, mut rest] = [near.to_vec(), Vec::new()];
-    // The line is level where it leads on: it rises and falls at edges only.
+    // The line is level at the split, because it rises and falls at edges only.
     if let (Some(last), false) = (near.last().copied(), far.is_empty()) {
         near.push((x, last.1));
         rest.push((x, last.1));
@@ -45,7 +45,8 @@ pub fn parted(line: &[Point], x: f64) -> [Vec<Point>; 2] {
     [near, rest]
 }
 
-/// How far the last tread is drawn: as far as the one before it is deep.
+/// Returns the end of the drawn last tread, metres. It is as deep as the tread before it, within
+/// limits.
 fn beyond(edges: &[Point]) -> f64 {
     let tread = edges.windows(2).last().map_or(0.3, |w| w[1].0 - w[0].0);
     edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))

@@ -9,7 +9,7 @@ use stairscan::paper::cluster::Fate;
 use stairscan::report::{DropLine, ScanLine, StepLine, Tenths};
 use stairscan::verdict::{Reason, Reasons, Status};
 
-/// Chirps with one echo at 1 m in noise, of a radar with `samples` a chirp.
+/// Chirps with one echo at 1 m in noise, of a radar with `samples` per chirp.
 fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording {
     let mut noise = 1_u32;
     let mut draw = move || {
@@ -46,7 +46,7 @@ fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording 
     }
 }
 
-/// What the scanner sees of a recording.
+/// The configuration and the polar map of a recording.
 fn scan(recording: &Recording) -> (Config, Box<PolarMap>) {
     let (config, schedule) = setup::config(recording, 0, &Config::default()).unwrap();
     let mut map = Box::new(PolarMap::new());
@@ -100,7 +100,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
     }
 }
 
-/// Two rivals of two steps.
+/// Two other hypotheses of two steps.
 fn posterior() -> PosteriorView {
     let hypothesis = |probability, edges: &[Point]| HypothesisView {
         name: format!("{} steps", edges.len()),
@@ -117,7 +117,7 @@ fn posterior() -> PosteriorView {
     }
 }
 
-/// A directory of its own for each test.
+/// A separate directory for each test.
 struct Directory(PathBuf);
 
 impl Directory {
@@ -148,7 +148,7 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().map(name).collect()
 }
 
-/// All pictures of a scan; checks that each can be looked at and that there is nothing else.
+/// Writes all plots of a scan and checks that each can be read and that there are no other files.
 fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperView) -> Vec<String> {
     let (config, map) = scan(recording);
     let dir = Directory::new(test);
@@ -243,7 +243,7 @@ fn a_fault_and_an_empty_room_have_their_pictures_too() {
     pictures("clear", &recording, &answer(Status::Ok, &[]), &nothing);
 }
 
-/// Where the ground ends is drawn, also where edge or band lie out of the picture.
+/// The drop's edge is drawn, even if edge or band lie outside the plot.
 #[test]
 fn a_drop_has_its_mark() {
     let recording = recording(200, Some(Plane::Depth), 31);

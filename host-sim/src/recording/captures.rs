@@ -1,4 +1,4 @@
-//! One capture a chirp: where the mirror stood, and what the chair's odometry and gyroscope said.
+//! Captures, one per chirp: mirror angle, and the readings of the chair's odometry and gyroscope.
 
 use anyhow::{Result, anyhow};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::keys::Keys;
 use super::motion::Motion;
 
-/// Carrier of recordings that do not say theirs, Hz (paper II-A).
+/// Default carrier of recordings that do not state one, Hz (paper II-A).
 const DEFAULT_CARRIER_HZ: f64 = 94e9;
 
 const FREQUENCY: &str = "core:frequency";
@@ -15,32 +15,33 @@ pub(super) const TRAVEL: &str = "stairscan:travel_m";
 pub(super) const TIME: &str = "stairscan:time_s";
 pub(super) const PITCH: &str = "stairscan:pitch_deg";
 
-/// The keys of a capture that are read.
+/// Keys of a capture that are read.
 const KNOWN: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
 
-/// A chair on which the mirror's beam leans more than this has fallen over, degrees.
+/// Maximum magnitude of the pitch, degrees.
 const STEEPEST_DEG: f64 = 45.0;
-/// No approach to a staircase is longer, metres.
+/// Maximum travel of an approach, metres.
 const FARTHEST_M: f64 = 1_000.0;
-/// No approach takes longer, seconds; the scanner's clock of 32 bits turns over after 71 minutes.
+/// Maximum duration of an approach, seconds; the scanner's 32-bit clock overflows after 71 minutes.
 const LONGEST_S: f64 = 3_600.0;
 
-/// What the captures say.
+/// Content of the captures.
 pub(super) struct Captures {
     pub(super) carrier_hz: f64,
     pub(super) angles_deg: Vec<f64>,
     pub(super) motion: Motion,
 }
 
-/// Checks a pitch, which may stand in `global` or in a capture.
+/// Checks a pitch, which may be in `global` or in a capture.
 pub(super) fn pitch(keys: &Keys<'_>) -> Result<Option<f64>> {
     keys.optional(PITCH, "a finite pitch within ±45 degrees", |v| {
         v.abs() <= STEEPEST_DEG
     })
 }
 
-/// Angles, motion and carrier of a recording of `scans` scans. Without any angle the captures say
-/// nothing about chirps (another radar's). `global_pitch` holds where a capture gives none.
+/// Returns angles, motion and carrier of a recording of `scans` scans. If no capture has an angle
+/// (recordings of other radars), only the carrier is read. `global_pitch` applies where a capture has
+/// no pitch.
 pub(super) fn parse(
     document: &Value,
     samples_per_chirp: usize,
@@ -120,7 +121,7 @@ fn list(document: &Value) -> Result<&[Value]> {
     }
 }
 
-/// The first capture's carrier; the others', and all keys, must make sense, too.
+/// Returns the first capture's carrier, and checks the others and all keys.
 fn carrier(captures: &[Value]) -> Result<f64> {
     let mut carrier_hz = None;
     for (k, capture) in captures.iter().enumerate() {
@@ -132,9 +133,9 @@ fn carrier(captures: &[Value]) -> Result<f64> {
     Ok(carrier_hz.unwrap_or(DEFAULT_CARRIER_HZ))
 }
 
-/// The order of the angles: strict within a scan, the other way round in the next.
+/// Order of the angles: strictly monotonic within a scan, reversed in the next one.
 struct Order {
-    /// Captures of one scan.
+    /// Number of captures of a scan.
     per_scan: usize,
 }
 
@@ -143,7 +144,7 @@ impl Order {
         Self { per_scan }
     }
 
-    /// What was expected in place of `angle`, which follows `before`; fine if nothing was.
+    /// Returns an error with the expected value if `angle` must not follow `before`.
     fn check(&self, before: &[f64], angle: f64) -> Result<(), String> {
         let (scan, place) = (before.len() / self.per_scan, before.len() % self.per_scan);
         let this = &before[before.len() - place..];
@@ -164,7 +165,7 @@ impl Order {
         }
     }
 
-    /// Whether scan number `scan` goes the other way than the one before it.
+    /// Whether scan number `scan` runs opposite to the previous one.
     fn turned(&self, before: &[f64], scan: usize, way: f64) -> bool {
         let Some(start) = scan.checked_sub(1).map(|s| s * self.per_scan) else {
             return true;

@@ -1,12 +1,12 @@
-//! JSON objects asked for their keys, with messages that say where and what was expected.
+//! Access to the keys of JSON objects, with messages that name the place and the expected value.
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value};
 
-/// Longest piece of a wrong value that a message shows, characters.
+/// Maximum length of a wrong value in a message, characters.
 const SHOWN: usize = 40;
-/// A key this many edits (Levenshtein) from a known one is a misspelling of it; two letters that have changed places
-/// are two edits.
+/// Maximum number of edits (Levenshtein) between a key and a known one of which it counts as a
+/// misspelling. A swap of two letters counts as two edits.
 const MISSPELT: usize = 2;
 
 /// A JSON object's members, with the path to it for messages.
@@ -31,7 +31,7 @@ impl<'a> Keys<'a> {
         self.object.get(key)
     }
 
-    /// Refuses a key that is nearly one of `known`, for it would be ignored in silence.
+    /// Rejects a key that is nearly one of `known`, because it would be ignored otherwise.
     pub(super) fn check_spelling(&self, known: &[&str]) -> Result<()> {
         let unknown = |key: &&String| !known.contains(&key.as_str());
         for key in self.object.keys().filter(unknown) {
@@ -46,7 +46,7 @@ impl<'a> Keys<'a> {
         Ok(())
     }
 
-    /// The refusal of `key`: what was found there, or that it is missing, and what was expected.
+    /// Returns the error for `key`: the value found, or that it is missing, and the expected value.
     pub(super) fn wrong(&self, key: &str, expected: &str) -> anyhow::Error {
         match self.object.get(key) {
             None => anyhow!("{} {key}: missing, expected {expected}", self.place),
@@ -89,7 +89,7 @@ impl<'a> Keys<'a> {
             .ok_or_else(|| self.wrong(key, expected))
     }
 
-    /// The array `key`, of `length` items; `None` without the key.
+    /// Returns the array `key`, of `length` items; `None` without the key.
     pub(super) fn list(
         &self,
         key: &str,
@@ -111,7 +111,8 @@ impl<'a> Keys<'a> {
     }
 }
 
-/// Letters to insert, to take away or to change to make `b` of `a` (Levenshtein).
+/// Returns the number of insertions, deletions and changes of letters that turn `a` into `b`
+/// (Levenshtein).
 fn edits(a: &str, b: &str) -> usize {
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.bytes().enumerate() {
@@ -125,7 +126,8 @@ fn edits(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// Where JSON stops making sense, with the key before that place: a NaN has no other name.
+/// Returns the place of a JSON syntax error, with the key before it, because a NaN has no other
+/// name.
 pub(super) fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
     let before: usize = text
         .lines()

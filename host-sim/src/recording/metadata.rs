@@ -1,4 +1,4 @@
-//! What a recording says about its samples, read from and written to SigMF's JSON.
+//! Metadata of a recording, read from and written to SigMF's JSON.
 
 use anyhow::{Result, anyhow, ensure};
 use serde_json::{Map, Value, json};
@@ -11,31 +11,31 @@ use super::truth::{Disturbance, Truth};
 
 /// Version of the `stairscan` extension that is written.
 const EXTENSION_VERSION: &str = "1.0.0";
-/// Most scans of one recording.
+/// Maximum number of scans of one recording.
 const MAX_SCANS: f64 = 10_000.0;
 
-/// What a scan needs to know beyond the chirps.
+/// Installation parameters of the scanner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MirrorSetup {
-    /// Radar lens to mirror centre, metres.
+    /// Distance from the radar lens to the mirror's centre, metres.
     pub offset_m: f64,
     /// Full two-sided 3 dB beam width, degrees.
     pub beamwidth_deg: f64,
-    /// Mirror centre above the ground, metres.
+    /// Height of the mirror's centre above the ground, metres.
     pub mount_height_m: f64,
     /// Plane of the scan.
     pub plane: Plane,
 }
 
-/// What a recording of several scans says of them.
+/// Scans and ground truth of a recording of several scans.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sequence {
-    /// Scans, one after the other, the mirror going back and forth. At least 1.
+    /// Number of consecutive scans, alternately forward and backward. At least 1.
     pub scans: usize,
-    /// What is really there, one truth a scan, from the mirror at the end of that scan; empty
-    /// where the recording does not say.
+    /// Ground truth of each scan, from the mirror at the end of that scan; empty if the recording
+    /// has none.
     pub truth: Vec<Truth>,
-    /// The true travel at the end of each scan, metres; empty where the recording does not say.
+    /// True travel at the end of each scan, metres; empty if the recording has none.
     pub truth_travel_m: Vec<f64>,
 }
 
@@ -49,47 +49,48 @@ impl Default for Sequence {
     }
 }
 
-/// Everything that a recording says about its samples.
+/// All metadata of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Metadata {
     /// `core:description`.
     pub description: String,
-    /// ADC sample rate, Hz: of real samples that of single values.
+    /// ADC sample rate, Hz; for real samples the rate of single values.
     pub sample_rate_hz: Option<f64>,
     /// Carrier (centre) frequency, Hz.
     pub carrier_hz: f64,
     /// Swept bandwidth B, Hz.
     pub bandwidth_hz: f64,
-    /// Complex samples per chirp Ns; of real ones the pairs of values, half of what a file says.
+    /// Complex samples per chirp Ns; for real samples the number of pairs, half of the number in
+    /// the file.
     pub samples_per_chirp: usize,
-    /// Whether the samples are real: two values, one after the other, stand in the place of I and Q.
+    /// Whether the samples are real: two consecutive values take the place of I and Q.
     pub real: bool,
     /// The mirror; `None` for other radars.
     pub mirror: Option<MirrorSetup>,
     /// Beam angle of each chirp, degrees; empty without a mirror.
     pub angles_deg: Vec<f64>,
-    /// What the chair's sensors say of each chirp.
+    /// Readings of the chair's sensors at each chirp.
     pub motion: Motion,
-    /// The scans, if there are several.
+    /// Scans, if there are several.
     pub sequence: Sequence,
-    /// What is really there, from the mirror at the first chirp, if the recording says so.
+    /// Ground truth from the mirror at the first chirp; `None` if the recording has none.
     pub truth: Option<Truth>,
-    /// What is wrong with the recording, if it says so.
+    /// Deliberate disturbance of the recording; `None` if it states none.
     pub disturbance: Option<Disturbance>,
-    /// Keys of `global` that are not ours, kept as they are.
+    /// Other keys of `global`, kept unchanged.
     pub extra: Map<String, Value>,
 }
 
-/// The datatypes that are read.
+/// Datatypes that are read.
 const DATATYPES: &str = "\"ci16_le\", or \"ri16_le\" of real samples";
 const SCANS: &str = "stairscan:scans";
 const TRUTH_SCANS: &str = "stairscan:truth_scans";
 const TRUTH_TRAVEL: &str = "stairscan:truth_travel_m";
 
-/// Keys of `global` that [`Metadata`] keeps as they are and others read.
+/// Keys of `global` that [`Metadata`] keeps unchanged and other modules read.
 const ELSEWHERE: [&str; 2] = ["stairscan:mode", "stairscan:truth_guard"];
 
-/// The keys of `global` that [`Metadata`] holds in fields of its own.
+/// Keys of `global` that have fields in [`Metadata`].
 const KNOWN: &[&str] = &[
     "core:datatype",
     "core:version",
@@ -115,7 +116,7 @@ impl Metadata {
     /// Reads a metadata file's document.
     ///
     /// # Errors
-    /// Names the key and what was expected of it.
+    /// Names the key and the expected value.
     pub(super) fn parse(document: &Value) -> Result<Self> {
         let global = Keys::of(document.get("global"), "global")?;
         global.check_spelling(&[KNOWN, &ELSEWHERE].concat())?;
@@ -130,7 +131,7 @@ impl Metadata {
             return Err(global.wrong("core:num_channels", "1"));
         }
         let samples_per_chirp = samples_per_chirp(&global, real)?;
-        // 1 kHz and 4 THz bound what the fixed-point configuration holds.
+        // The fixed-point configuration holds bandwidths from 1 kHz to 4 THz.
         let bandwidth_hz = global.number(
             "stairscan:bandwidth_hz",
             "a swept bandwidth from 1 kHz to 2 THz, in Hz",
@@ -167,12 +168,12 @@ impl Metadata {
         })
     }
 
-    /// Samples of a chirp as a file counts them: complex ones, or real values.
+    /// Returns the number of samples of a chirp in the file: complex samples, or real values.
     pub fn file_samples(&self) -> usize {
         self.samples_per_chirp * values_per_sample(self.real)
     }
 
-    /// The document as SigMF writes it, of a recording with `chirps` chirps.
+    /// Returns the SigMF document of a recording with `chirps` chirps.
     pub(super) fn document(&self, chirps: usize) -> Value {
         let captures: Vec<Value> = (0..chirps).map(|k| self.capture(k)).collect();
         json!({"global": self.global(), "captures": captures, "annotations": []})
@@ -252,7 +253,7 @@ impl Metadata {
         capture
     }
 
-    /// The pitch, if it is the same at every chirp: then it is written once.
+    /// Returns the pitch if it is the same at every chirp; it is then written once.
     fn steady_pitch(&self) -> Option<f64> {
         let pitch = &self.motion.pitch_deg;
         let first = *pitch.first()?;
@@ -260,12 +261,13 @@ impl Metadata {
     }
 }
 
-/// Numbers of a file that one [`stairscan::Iq`] holds, each a sample of the file where they are real.
+/// Returns the number of the file's samples in one [`stairscan::Iq`]: two real ones, or one complex
+/// one.
 fn values_per_sample(real: bool) -> usize {
     1 + usize::from(real)
 }
 
-/// Complex samples of a chirp, or pairs of real ones.
+/// Returns the number of complex samples, or of pairs of real ones, per chirp.
 fn samples_per_chirp(global: &Keys<'_>, real: bool) -> Result<usize> {
     let values = values_per_sample(real) as f64;
     let range = f64::from(*config::SAMPLES.start())..=f64::from(*config::SAMPLES.end());
@@ -305,7 +307,7 @@ impl Sequence {
 }
 
 impl MirrorSetup {
-    /// The mirror's keys: all of them or none.
+    /// Reads the mirror's keys: all of them or none.
     fn parse(global: &Keys<'_>) -> Result<Option<Self>> {
         let keys = [
             "mirror_offset_m",
@@ -336,7 +338,7 @@ impl MirrorSetup {
     }
 }
 
-/// Refuses what only a recording with a mirror has.
+/// Rejects a recording without a mirror.
 pub(super) fn mirror<'a>(meta: &'a Metadata, file: &str) -> Result<&'a MirrorSetup> {
     let mirror = meta.mirror.as_ref().ok_or_else(|| {
         anyhow!(

@@ -1,10 +1,11 @@
 //! Recorded scans: SigMF 1.2 pairs with the project's `stairscan:` keys.
 //!
-//! `NAME.sigmf-meta` is JSON, `NAME.sigmf-data` the interleaved little-endian 16-bit I and Q of one
-//! chirp after another, or its real samples. A range profile needs only datatype, Ns and bandwidth, so recordings of
-//! radars without a mirror are read too; what a scan needs beyond that is asked for by
-//! [`Recording::scan_setup`]. A recording may hold several scans, which [`Recording::scan`] takes
-//! apart. Every refusal names file, key and what was expected.
+//! `NAME.sigmf-meta` is JSON, `NAME.sigmf-data` holds the interleaved little-endian 16-bit I and Q
+//! of all chirps one after another, or their real samples. A range profile needs only datatype, Ns
+//! and bandwidth, so that recordings of radars without a mirror can be read too.
+//! [`Recording::scan_setup`] checks the other keys that a scan needs. A recording may hold several
+//! scans, which [`Recording::scan`] separates. Every error names the file, the key and the expected
+//! value.
 
 mod captures;
 mod keys;
@@ -37,16 +38,17 @@ pub struct Recording {
     pub name: String,
     /// The metadata.
     pub meta: Metadata,
-    /// The samples of all chirps, one after another; of real ones pairs of them.
+    /// Samples of all chirps, one after another; real samples are stored in pairs.
     pub samples: Vec<Iq>,
 }
 
-/// Path of the metadata file of `path`, given with or without a suffix.
+/// Returns the path of the metadata file of `path`, given with or without a suffix.
 pub fn meta_path(path: &Path) -> PathBuf {
     with_suffix(path, META_SUFFIX)
 }
 
-/// The name of the recording whose metadata file is `meta_file`: without directory and suffix.
+/// Returns the name of the recording whose metadata file is `meta_file`, without directory and
+/// suffix.
 pub fn name_of(meta_file: &Path) -> String {
     let stem = meta_file.file_stem().unwrap_or_default();
     stem.to_string_lossy().into_owned()
@@ -55,7 +57,7 @@ pub fn name_of(meta_file: &Path) -> String {
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     match path.extension().and_then(|e| e.to_str()) {
         Some(META_SUFFIX | DATA_SUFFIX) => path.with_extension(suffix),
-        // Not `with_extension`: a dot within the name is no suffix.
+        // Not `with_extension`, because a dot within the name is no suffix.
         _ => {
             let mut name = path.as_os_str().to_owned();
             name.push(".");
@@ -65,7 +67,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     }
 }
 
-/// Refuses what is no file that can be read to its end: a directory, a pipe, a device.
+/// Rejects a path that is no regular file: a directory, a pipe, a device.
 ///
 /// # Errors
 /// Names the path.
@@ -79,8 +81,8 @@ pub fn regular(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a path that names no file: `/`, `..`, or one that ends in a separator or a dot, whose files
-/// would be hidden ones.
+/// Rejects a path that names no file: `/`, `..`, or one that ends in a separator or a dot, whose
+/// files would be hidden.
 fn named(path: &Path) -> Result<()> {
     let text = path.as_os_str().as_encoded_bytes();
     let last = text
@@ -95,7 +97,7 @@ fn named(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses to put a file in the place of what is none, were it only a device that root may replace.
+/// Rejects a path whose present entry is no regular file, such as a device that root could replace.
 fn replaceable(path: &Path) -> Result<()> {
     let found = fs::metadata(path);
     ensure!(
@@ -112,7 +114,7 @@ pub fn may_be(path: &Path) -> bool {
     matches!(suffix, Some(META_SUFFIX | DATA_SUFFIX)) || meta_path(path).exists() || !path.exists()
 }
 
-/// The recordings of a directory, sorted by name; an error if there are none.
+/// Returns the recordings of a directory, sorted by name; an error if there are none.
 pub fn list(dir: &Path) -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(dir).with_context(|| format!("{}", dir.display()))?;
     let mut found = Vec::new();
@@ -135,7 +137,7 @@ impl Recording {
     /// Reads the pair that `path` names, with or without a suffix.
     ///
     /// # Errors
-    /// Names the file, the key and what was expected.
+    /// Names the file, the key and the expected value.
     pub fn read(path: &Path) -> Result<Self> {
         let meta_file = with_suffix(path, META_SUFFIX);
         regular(&meta_file)?;
@@ -151,10 +153,10 @@ impl Recording {
         })
     }
 
-    /// The recording `name` from what its two files hold.
+    /// Returns the recording `name` from the content of its two files.
     ///
     /// # Errors
-    /// Names the file, the key and what was expected.
+    /// Names the file, the key and the expected value.
     pub fn parse(name: &str, text: &str, data: &[u8]) -> Result<Self> {
         let file = |suffix: &str| PathBuf::from(format!("{name}.{suffix}"));
         let meta = metadata(text, &file(META_SUFFIX))?;
@@ -166,10 +168,10 @@ impl Recording {
         })
     }
 
-    /// The recording `name` of these samples, of which a document in the form of a metadata file tells.
+    /// Returns the recording `name` of these samples and a document in the form of a metadata file.
     ///
     /// # Errors
-    /// Names the key and what was expected.
+    /// Names the key and the expected value.
     pub fn of(name: &str, document: &Value, samples: Vec<Iq>) -> Result<Self> {
         let meta = Metadata::parse(document)?;
         check_length(4 * samples.len() as u64, &meta, Path::new("samples"))?;
@@ -180,17 +182,17 @@ impl Recording {
         })
     }
 
-    /// What the metadata file holds: one line of JSON.
+    /// Returns the content of the metadata file: one line of JSON.
     ///
     /// # Errors
-    /// None that JSON's numbers and strings can bring about.
+    /// None: JSON's numbers and strings cannot fail here.
     pub fn metadata_text(&self) -> Result<String> {
         let mut text = serde_json::to_string(&self.meta.document(self.chirps()))?;
         text.push('\n');
         Ok(text)
     }
 
-    /// What the sample file holds.
+    /// Returns the content of the sample file.
     pub fn sample_bytes(&self) -> Vec<u8> {
         let samples = self.samples.iter().flat_map(|s| {
             let ([a, b], [c, d]) = (s.i.to_le_bytes(), s.q.to_le_bytes());
@@ -199,35 +201,36 @@ impl Recording {
         samples.collect()
     }
 
-    /// The samples of chirp `k`.
+    /// Returns the samples of chirp `k`.
     pub fn chirp(&self, k: usize) -> Option<&[Iq]> {
         let ns = self.meta.samples_per_chirp;
         self.samples.get(k.checked_mul(ns)?..)?.get(..ns)
     }
 
-    /// Number of chirps.
+    /// Returns the number of chirps.
     pub fn chirps(&self) -> usize {
         self.samples.len() / self.meta.samples_per_chirp.max(1)
     }
 
-    /// Number of scans, at least 1.
+    /// Returns the number of scans, at least 1.
     pub fn scans(&self) -> usize {
         self.meta.sequence.scans.max(1)
     }
 
-    /// Number of chirps of each scan.
+    /// Returns the number of chirps of each scan.
     pub fn chirps_per_scan(&self) -> usize {
         self.chirps() / self.scans()
     }
 
-    /// The chirps of scan `k`, counted from 0.
+    /// Returns the chirps of scan `k`, counted from 0.
     pub fn chirps_of(&self, k: usize) -> Range<usize> {
         let count = self.chirps_per_scan();
         k * count..(k + 1) * count
     }
 
-    /// Scan `k`, counted from 0, as a recording of its own, named `NAME-scanK` with K from 1 where
-    /// there are several. Its truth is the one at the end of that scan, if the recording holds it.
+    /// Returns scan `k`, counted from 0, as a recording of its own. If there are several, it is
+    /// named `NAME-scanK` with K from 1. Its truth is that at the end of the scan, if the recording
+    /// has it.
     pub fn scan(&self, k: usize) -> Self {
         let (meta, range) = (&self.meta, self.chirps_of(k));
         let ns = meta.samples_per_chirp;
@@ -254,21 +257,21 @@ impl Recording {
         }
     }
 
-    /// The truth of scan `k`, counted from 0.
+    /// Returns the truth of scan `k`, counted from 0.
     pub fn truth(&self, k: usize) -> Option<&Truth> {
         let whole = self.meta.truth.as_ref().filter(|_| self.scans() == 1);
         self.meta.sequence.truth.get(k).or(whole)
     }
 
-    /// The mirror's set-up.
+    /// Returns the mirror's set-up.
     ///
     /// # Errors
-    /// Says which key is missing for a scan.
+    /// Names the key that is missing for a scan.
     pub fn scan_setup(&self) -> Result<&MirrorSetup> {
         metadata::mirror(&self.meta, &format!("{}.{META_SUFFIX}", self.name))
     }
 
-    /// Writes the pair that `path` names. Both files appear whole or not at all.
+    /// Writes the pair that `path` names. Each file appears completely or not at all.
     ///
     /// # Errors
     /// Names the file that cannot be written.
@@ -280,10 +283,10 @@ impl Recording {
     }
 }
 
-/// Writes a file under a temporary name and renames it, so that it is never seen half-written.
+/// Writes a file under a temporary name and renames it, so that no reader finds it half-written.
 ///
 /// # Errors
-/// Names the path where it is none of a file, or cannot be written.
+/// Names the path if it is no regular file or cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     named(path)?;
     replaceable(path)?;
@@ -297,14 +300,14 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
-/// The metadata that the text of `file` holds.
+/// Parses the metadata in the text of `file`.
 fn metadata(text: &str, file: &Path) -> Result<Metadata> {
     let document: Value = serde_json::from_str(text)
         .map_err(|e| anyhow!("{}: {}", file.display(), explain_syntax(text, &e)))?;
     Metadata::parse(&document).with_context(|| format!("{}", file.display()))
 }
 
-/// Refuses a sample file of `found` bytes that does not hold the chirps that the metadata tell of.
+/// Rejects a sample file of `found` bytes that does not hold the number of chirps in the metadata.
 fn check_length(found: u64, meta: &Metadata, file: &Path) -> Result<()> {
     let chirp = 4 * meta.samples_per_chirp as u64;
     let each = if meta.real { 2 } else { 4 };
@@ -327,7 +330,7 @@ fn check_length(found: u64, meta: &Metadata, file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The bytes of a sample file, whose length is checked before any of them is read.
+/// Returns the bytes of a sample file, whose length is checked before it is read.
 fn read_data(path: &Path, meta: &Metadata) -> Result<Vec<u8>> {
     let context = || format!("{}", path.display());
     regular(path)?;

@@ -2,19 +2,19 @@
 
 use std::ops::Range;
 
-/// What the chair's own sensors say, one value a chirp; empty where the recording does not say.
+/// Readings of the chair's own sensors, one value per chirp; empty if the recording has none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Forward travel since the first chirp, at mid chirp, metres, with the odometry's errors.
     pub travel_m: Vec<f64>,
     /// Time since the first chirp, seconds.
     pub time_s: Vec<f64>,
-    /// Pitch, nose up positive, degrees. What a recording says once holds for every chirp.
+    /// Pitch, nose up positive, degrees. A single value in the recording applies to every chirp.
     pub pitch_deg: Vec<f64>,
 }
 
 impl Motion {
-    /// What the sensors say of the chirps `range`.
+    /// Returns the readings of the chirps `range`.
     pub(super) fn of(&self, range: Range<usize>) -> Self {
         let part = |values: &[f64]| values.get(range.clone()).unwrap_or_default().to_vec();
         Self {
@@ -24,7 +24,7 @@ impl Motion {
         }
     }
 
-    /// Mean pitch over the chirps `range`, degrees, if the sensors say one.
+    /// Returns the mean pitch over the chirps `range`, degrees, if there are readings.
     pub fn mean_pitch_deg(&self, range: Range<usize>) -> Option<f64> {
         let pitch = self.pitch_deg.get(range).filter(|p| !p.is_empty())?;
         Some(pitch.iter().sum::<f64>() / pitch.len() as f64)

@@ -1,4 +1,4 @@
-//! What is really there, as far as a recording says so.
+//! Ground truth of a recording.
 
 use anyhow::Result;
 use serde_json::{Map, Value, json};
@@ -16,47 +16,47 @@ pub struct TrueStep {
     pub snr_db: Option<f64>,
 }
 
-/// Place where the ground ends or falls by more than 4 cm.
+/// A place where the ground ends or falls by more than 4 cm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrueDrop {
     /// Horizontal distance from the mirror's centre to the edge, metres.
     pub distance_m: f64,
     /// Depth of the next surface, metres; `None` if it is more than 1 m.
     pub depth_m: Option<f64>,
-    /// Where ground of the same level goes on, metres; `None` if nowhere.
+    /// Distance at which ground of the same level continues, metres; `None` if it does not.
     pub far_m: Option<f64>,
 }
 
-/// Least fall that is a drop, metres.
+/// Minimum fall of a drop, metres.
 const LEAST_FALL_M: f64 = 0.04;
 
-/// What a perfect scanner would report.
+/// The report of a perfect scanner.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// `up`, `down` or `none`.
     pub direction: String,
-    /// The steps in sight.
+    /// Steps that count: in sight, range and angles.
     pub steps: Vec<TrueStep>,
     /// Steps that exist but are out of sight, range or angles.
     pub uncounted: Vec<TrueStep>,
-    /// Where the ground ends; `None` of a recording that does not list it.
+    /// Places where the ground ends; `None` if the recording does not list them.
     pub drops: Option<Vec<TrueDrop>>,
 }
 
-/// What is wrong with a recording that was spoilt on purpose.
+/// Deliberate disturbance of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disturbance {
-    /// Its name.
+    /// Kind of the disturbance.
     pub kind: String,
-    /// Whether who believes the recording is off by more than 3 cm or in the count.
+    /// Whether an answer from this recording may be off by more than 3 cm or in the count.
     pub harmful: bool,
-    /// What else it says, kept as it is.
+    /// Other keys, kept unchanged.
     pub extra: Map<String, Value>,
 }
 
 impl Truth {
-    /// Where the ground ends, metres: as listed, or else the edges that lead down though there are no steps to count.
-    /// Of stairs down that is their first edge.
+    /// Returns the distances at which the ground ends, metres: the listed drops, or else the
+    /// uncounted edges that lead down if there are no steps. Stairs down give their first edge.
     pub fn ground_ends(&self) -> Vec<f64> {
         if let Some(drops) = &self.drops {
             return drops.iter().map(|drop| drop.distance_m).collect();
@@ -75,8 +75,8 @@ impl Truth {
         edges.iter().map(|edge| edge.distance_m).collect()
     }
 
-    /// Whether the ground falls within `reach_m` of this distance, be it a listed drop, another edge that leads down, or
-    /// one that is not counted.
+    /// Whether the ground falls within `reach_m` of this distance, at a listed drop or, without a
+    /// list, at an uncounted edge that leads down.
     pub fn falls_near(&self, distance_m: f64, reach_m: f64) -> bool {
         let near = |at: f64| (at - distance_m).abs() <= reach_m;
         match self.drops {
@@ -85,13 +85,13 @@ impl Truth {
         }
     }
 
-    /// The edges that are not counted and lead down.
+    /// Returns the uncounted edges that lead down.
     fn edges_down(&self) -> Vec<&TrueStep> {
         let down = |s: &&TrueStep| s.height_m < -LEAST_FALL_M;
         self.uncounted.iter().filter(down).collect()
     }
 
-    /// In words, lengths in centimetres.
+    /// Returns the truth as text, lengths in centimetres.
     pub fn summary(&self) -> String {
         let place =
             |s: &TrueStep| format!("{:.1} / {:.1}", 100.0 * s.distance_m, 100.0 * s.height_m);
@@ -112,7 +112,7 @@ impl Truth {
         }
     }
 
-    /// Reads a truth that stands at `place`.
+    /// Reads a truth from the key `place`.
     pub(super) fn parse(value: &Value, place: &str) -> Result<Self> {
         const DIRECTION: &str = "\"up\", \"down\" or \"none\"";
         let truth = Keys::of(Some(value), place)?;
@@ -167,7 +167,7 @@ impl Truth {
         })
     }
 
-    /// The truth as a recording writes it.
+    /// Returns the truth as JSON for a recording.
     pub(super) fn json(&self) -> Value {
         let steps = |steps: &[TrueStep]| -> Vec<Value> {
             let step = |s: &TrueStep| {
@@ -275,7 +275,7 @@ mod tests {
             let told = json!({"direction": "none", "steps": list(steps), "uncounted": list(edges)});
             read(&told).unwrap()
         };
-        // Stairs down, two holes, a fall that is none, and a riser.
+        // Stairs down, two holes, a fall that is no drop, and a riser.
         let stairs = edges(&[(1.1, -0.34), (0.8, -0.17)], &[]);
         assert_eq!(stairs.ground_ends(), [0.8]);
         assert!(stairs.falls_near(1.15, 0.1) && !stairs.falls_near(0.95, 0.1));

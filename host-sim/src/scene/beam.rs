@@ -1,4 +1,4 @@
-//! The beam that leaves the mirror.
+//! Antenna pattern of the beam that leaves the mirror.
 
 use core::f64::consts::{LN_2, PI};
 
@@ -6,10 +6,11 @@ use super::maths::{amplitude, power};
 
 /// One-way amplitude pattern in the plane that the mirror sweeps, and across it.
 ///
-/// In the plane: Taylor's one-parameter pattern (Hansen, Phased Array Antennas, sec. 3.2),
-/// F(u) = sinh π√(B²-u²) / (π√(B²-u²)) within the main lobe and its sine beyond, whose B is set by the
-/// first side lobe. On top lies a floor of power that the mirror's surface errors scatter. Across the
-/// plane a Gaussian of the same 3 dB width: side lobes there only widen what is already blurred.
+/// In the plane: Taylor's one-parameter pattern (Hansen, Phased Array Antennas, sec. 3.2), F(u) =
+/// sinh π√(B²-u²) / (π√(B²-u²)) within the main lobe and its sine beyond. B follows from the first
+/// side lobe. A constant power floor stands for scattering by the mirror's surface errors. Across
+/// the plane: a Gaussian of the same 3 dB width, because side lobes there would only widen echoes
+/// that are already extended.
 #[derive(Clone, Debug)]
 pub struct Beam {
     parameter: f64,
@@ -17,19 +18,21 @@ pub struct Beam {
     u_per_sine: f64,
     floor: f64,
     lateral_rad: f64,
-    /// Amplitude every [`GRAIN`] radians off the axis: a scan asks for it a million times.
+    /// Amplitude at every [`GRAIN`] radians off the axis, because a scan evaluates it a million
+    /// times.
     table: Vec<f64>,
 }
 
-/// Radians between two entries of the table: linear interpolation is good to 1e-5 of the peak for the
-/// narrowest beam.
+/// Step of the table, radians. Linear interpolation is exact to 1e-5 of the peak for the narrowest
+/// beam.
 const GRAIN: f64 = 5e-5;
 
-/// The first side lobe of a uniform line source, dB below its peak.
+/// Level of the first side lobe of a uniform line source, dB below its peak.
 const UNIFORM_SIDELOBE_DB: f64 = 13.26;
 
 impl Beam {
-    /// A beam `width_deg` wide between its half-power points in the plane and `lateral_deg` across.
+    /// Creates a beam `width_deg` wide between its half-power points in the plane and `lateral_deg`
+    /// across it.
     pub fn new(width_deg: f64, lateral_deg: f64, sidelobe_db: f64, floor_db: f64) -> Self {
         let parameter = taylor_parameter(sidelobe_db);
         let peak = lobe(parameter * parameter);
@@ -41,7 +44,7 @@ impl Beam {
             lateral_rad: lateral_deg.to_radians(),
             table: Vec::new(),
         };
-        // The half-power point of the pattern over u, by bisection: it is monotonic in the main lobe.
+        // The half-power point over u, by bisection: the pattern is monotonic in the main lobe.
         let (mut low, mut high) = (0.0, (1.0 + parameter * parameter).sqrt());
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
@@ -59,7 +62,7 @@ impl Beam {
         beam
     }
 
-    /// Pattern over Taylor's variable u, 1 at the peak.
+    /// Returns the pattern over Taylor's variable u, 1 at the peak.
     fn pattern(&self, u: f64) -> f64 {
         lobe(self.parameter * self.parameter - u * u) / self.peak
     }
@@ -69,7 +72,7 @@ impl Beam {
         (f * f + self.floor * (1.0 - f * f).max(0.0)).sqrt()
     }
 
-    /// Amplitude `angle` radians off the axis, in the plane.
+    /// Returns the amplitude `angle` radians off the axis, in the plane.
     pub fn in_plane(&self, angle: f64) -> f64 {
         let at = angle.abs() * (1.0 / GRAIN);
         let k = at as u32;
@@ -79,14 +82,15 @@ impl Beam {
         }
     }
 
-    /// Amplitude `angle` radians off the axis, across the plane.
+    /// Returns the amplitude `angle` radians off the axis, across the plane.
     pub fn lateral(&self, angle: f64) -> f64 {
         let x = 2.0 * angle / self.lateral_rad;
         libm::exp(-0.5 * LN_2 * x * x)
     }
 
-    /// The amplitudes of the way out and back across the plane, where the angle of either leg is linear:
-    /// its slope per metre beside the plane, and its value there. They are wanted every `spacing` metres.
+    /// Returns the two-way amplitudes across the plane. Each leg's angle is linear in the place
+    /// beside the plane: `legs` holds its slope per metre and its value in the plane. The places
+    /// are `spacing` metres apart.
     pub fn lateral_pair(&self, legs: [(f64, f64); 2], spacing: f64) -> LateralPair {
         let scale = -2.0 * LN_2 / (self.lateral_rad * self.lateral_rad);
         let sum = |part: fn((f64, f64)) -> f64| scale * (part(legs[0]) + part(legs[1]));
@@ -100,25 +104,27 @@ impl Beam {
         }
     }
 
-    /// Tangent of the angle across the plane beyond which two-way amplitudes are below 1.6 %.
+    /// Returns the tangent of the angle across the plane beyond which two-way amplitudes are below
+    /// 1.6 %.
     pub fn lateral_reach(&self) -> f64 {
         libm::tan((1.2 * self.lateral_rad).min(1.4))
     }
 }
 
-/// Two-way amplitude over the place beside the plane: e to a polynomial of second degree.
+/// Two-way amplitude over the place beside the plane: the exponential of a second-degree
+/// polynomial.
 pub struct LateralPair {
     square: f64,
     linear: f64,
     constant: f64,
     spacing: f64,
-    /// Factor from one ratio of neighbours to the next.
+    /// Factor from one ratio of neighbours to the next one.
     change: f64,
 }
 
 impl LateralPair {
-    /// Amplitudes from `first` on. They follow from one another: the
-    /// ratio of two neighbours changes by a constant factor.
+    /// Returns `N` amplitudes from `first` on, by recursion: the ratio of two neighbours changes by
+    /// a constant factor.
     pub fn gains<const N: usize>(&self, first: f64) -> [f64; N] {
         let spacing = self.spacing;
         let at = |z: f64| (self.square * z + self.linear) * z + self.constant;
@@ -139,7 +145,8 @@ impl LateralPair {
     }
 }
 
-/// Exponent below which a gain is close to the smallest numbers, where ratios are no longer exact.
+/// Exponent below which a gain is near the smallest normal numbers, where ratios are no longer
+/// exact.
 const SMALLEST: f64 = -600.0;
 
 /// sinh(π√q)/(π√q), which for negative q is sin(π√-q)/(π√-q).
@@ -154,7 +161,8 @@ fn lobe(q: f64) -> f64 {
     }
 }
 
-/// Taylor's B: the peak stands sinh(πB)/(πB) higher above the side lobes than a uniform source's.
+/// Returns Taylor's B. The ratio of peak to side lobes is larger by sinh(πB)/(πB) than that of a
+/// uniform source.
 fn taylor_parameter(sidelobe_db: f64) -> f64 {
     let wanted = amplitude((sidelobe_db - UNIFORM_SIDELOBE_DB).max(0.0));
     let (mut low, mut high) = (0.0, 4.0);

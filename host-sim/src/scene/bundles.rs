@@ -1,7 +1,7 @@
-//! Beat tones that the beam weighs alike, put together: what is left to do for every row.
+//! Sums of beat tones that get the same weight from the beam, which leaves less work for every row.
 //!
-//! Of a facet that is looked at aslant there are many echoes, one for each strip across the plane, all from
-//! one direction. Their points of the grid are added up once, and the beam multiplies the sum.
+//! A facet seen obliquely gives many echoes from one direction, one for each strip across the
+//! plane. Their grid points are summed once, and the beam multiplies the sum.
 
 use num_complex::Complex64;
 
@@ -19,7 +19,8 @@ pub struct Tone {
     pub back: f64,
 }
 
-/// Where the tones of a bundle come from: directions as in [`super::scatter::Echo`], and range of the first one, metres.
+/// Source of a bundle's tones: directions as in [`super::scatter::Echo`], and range of the first
+/// tone, metres.
 #[derive(Clone, Copy)]
 pub struct Source {
     pub range: f64,
@@ -27,31 +28,31 @@ pub struct Source {
     pub back: f64,
 }
 
-/// The tones of one pair of directions: consecutive points of the grid.
+/// Tones of one pair of directions: consecutive points of the grid.
 #[derive(Clone)]
 struct Bundle {
     range: f64,
     out: f64,
     back: f64,
-    /// First point of the grid.
+    /// First point on the grid.
     first: usize,
-    /// First of its values.
+    /// Index of its first value.
     start: usize,
 }
 
-/// Tones, put together.
+/// Tones, summed by pairs of directions.
 #[derive(Default)]
 pub struct Bundles {
     bundles: Vec<Bundle>,
     values: Vec<Complex64>,
 }
 
-/// Most points of the grid between the beginnings of two tones of one bundle: farther ones are a bundle of
-/// their own, for what lies between is computed as well.
+/// Maximum number of grid points between the beginnings of two tones of one bundle. Tones farther
+/// apart form separate bundles, because the points between are computed as well.
 const GAP: usize = 16;
 
 impl Bundles {
-    /// The tones `tones`; those of one bundle follow one another.
+    /// Sums `tones` into bundles. The tones of one bundle must be consecutive.
     pub fn new(tones: impl IntoIterator<Item = Tone>) -> Self {
         let mut bundles = Self::default();
         for tone in tones {
@@ -60,7 +61,8 @@ impl Bundles {
         bundles
     }
 
-    /// Adds a tone: to the last bundle, if it is from there.
+    /// Adds a tone to the last bundle if its directions are the same and it is near, else to a new
+    /// one.
     pub fn add(&mut self, tone: &Tone) {
         let end = self.values.len();
         let place = &tone.place;
@@ -84,7 +86,8 @@ impl Bundles {
         }
     }
 
-    /// The same tones, each bundle with the phase and the two directions that `turn` gives of its source.
+    /// Returns the tones with the phase and the two directions of each bundle replaced by those
+    /// that `turn` gives for its source.
     pub fn turned(&self, turn: impl Fn(&Source) -> (Complex64, [f64; 2])) -> Self {
         let mut values = Vec::with_capacity(self.values.len());
         let ends = self.bundles.iter().skip(1).map(|b| b.start);
@@ -107,13 +110,13 @@ impl Bundles {
         Self { bundles, values }
     }
 
-    /// Number of pairs of directions.
+    /// Returns the number of bundles.
     #[cfg(test)]
     pub fn directions(&self) -> usize {
         self.bundles.len()
     }
 
-    /// Adds the tones to `grid` as a beam at `angle` weighs them.
+    /// Adds the tones to `grid` as weighted by a beam at `angle`.
     pub fn weigh(&self, beam: &Beam, angle: f64, grid: &mut [Complex64]) {
         let ends = self.bundles.iter().skip(1).map(|b| b.start);
         let ends = ends.chain([self.values.len()]);
@@ -156,7 +159,7 @@ mod tests {
         let drawn: Vec<Tone> = (0..500)
             .map(|k| {
                 let place = tones.place(random.between(0.0, 1.99)).unwrap();
-                // Runs of the same direction, some of which come back from another one.
+                // Runs of the same direction; some of them come back from another one.
                 let back = f64::from(k / 5) * 0.01;
                 let out = if k / 5 % 3 == 0 { 0.3 } else { back };
                 let amplitude = random.complex(1.0);

@@ -1,4 +1,4 @@
-//! Scene files are refused with one message that names the key and what was expected.
+//! Checks of scene files. An error message names the key and the expected value.
 
 mod number;
 mod stairs;
@@ -13,10 +13,11 @@ use super::material::{self, builtin};
 use super::maths::{LIGHT, Vec2};
 use super::spec::{MaterialSpec, PolylineSpec, SceneSpec};
 
-/// Nothing scatters inside a material that conducts better than this, S/m: waves reach 0.1 mm deep.
+/// Maximum conductivity of a material with scatter from inside, S/m: the skin depth is 0.1 mm
+/// there.
 const MOST_INSIDE: f64 = 300.0;
 
-/// Checks everything that can be said before the surfaces are built.
+/// Checks everything that can be checked before the surfaces are built.
 pub fn spec(s: &SceneSpec) -> Result<()> {
     radar(s)?;
     mount(s)?;
@@ -39,7 +40,7 @@ fn radar(s: &SceneSpec) -> Result<()> {
     numbers(
         "radar.",
         &[
-            // Below, facets are no longer small against what they are cut from.
+            // Below, facets are no longer small compared with the surfaces.
             ("carrier_hz", r.carrier_hz, (10e9, 300e9)),
             (
                 "bandwidth_hz",
@@ -79,7 +80,8 @@ fn mount(s: &SceneSpec) -> Result<()> {
             ("height_error_m", m.height_error_m, (-0.5, 0.5)),
             ("pitch_deg", m.pitch_deg.unwrap_or(0.0), (-45.0, 45.0)),
             ("pitch_error_deg", m.pitch_error_deg, (-10.0, 10.0)),
-            // Farther off, the beam's rays no longer meet the edges under small angles.
+            // Beyond, the beam's rays no longer meet the edges at small angles to their
+            // perpendicular.
             ("yaw_deg", m.yaw_deg, (-15.0, 15.0)),
         ],
     )?;
@@ -254,7 +256,7 @@ fn polyline(prefix: &str, p: &PolylineSpec) -> Result<()> {
     numbers(prefix, &values)
 }
 
-/// Every material that a scene names, with the key that names it.
+/// Returns every material that a scene names, with the key that names it.
 pub fn used_materials<'a>(s: &'a SceneSpec) -> Vec<(String, &'a str)> {
     let mut used: Vec<(String, &'a str)> = Vec::new();
     let mut add = |kind: &str, names: Vec<&'a str>| {
@@ -289,7 +291,7 @@ pub fn used_materials<'a>(s: &'a SceneSpec) -> Vec<(String, &'a str)> {
     used
 }
 
-/// Refuses surfaces of a material that neither the scene nor the built-in table has.
+/// Rejects surfaces of a material that is neither in the scene nor built in.
 fn named_materials(s: &SceneSpec) -> Result<()> {
     for (key, name) in used_materials(s) {
         ensure!(
@@ -301,8 +303,8 @@ fn named_materials(s: &SceneSpec) -> Result<()> {
     Ok(())
 }
 
-/// Checks what only shows once the surfaces are built: that there are some, not too many, and that the
-/// mirror is not inside one of them.
+/// Checks the built surfaces: that there are some, that there are not too many, and that the mirror
+/// is not inside one.
 pub fn world(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
     ensure!(
         !world.segments.is_empty(),
@@ -318,8 +320,8 @@ pub fn world(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
     free(s, world, eye)
 }
 
-/// Refuses surfaces that are more than memory and patience hold, lit by a beam that reaches
-/// `lateral_reach` to either side per metre of its way, out to `reach`.
+/// Rejects surfaces that take too much memory and time. The beam reaches `lateral_reach` to either
+/// side per metre of range, and `reach` metres far.
 pub fn patches(s: &SceneSpec, world: &World, sight: (Vec2, f64), lateral_reach: f64) -> Result<()> {
     let patches = facets::patches(world, facet_limit(s), sight, lateral_reach);
     ensure!(
@@ -332,7 +334,7 @@ pub fn patches(s: &SceneSpec, world: &World, sight: (Vec2, f64), lateral_reach: 
     Ok(())
 }
 
-/// Refuses a mirror that is not in free space.
+/// Rejects a mirror that is not in free space.
 fn free(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
     // From outside, the nearest surface in every direction shows its free side.
     for k in 0..180 {
@@ -347,7 +349,7 @@ fn free(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
             let beside = g.lateral.centre.abs() >= g.lateral.half;
             !beside && (t * 2.0 * WORLD < 0.01 || (!g.sheet && g.normal().dot(eye - g.a) < 0.0))
         });
-        // A single sheet of floor or wall seen from behind is also a mirror in the wrong place.
+        // A single sheet of floor or wall seen from behind also means a wrong place of the mirror.
         ensure!(
             !inside,
             "mount.height_m: {}: the mirror lies inside or behind a surface (looking {}): expected it \
@@ -368,7 +370,7 @@ fn compass(cos: f64, sin: f64) -> &'static str {
     }
 }
 
-/// Longest facet: a quarter of the carrier's wavelength, and never less than what still makes sense.
+/// Returns the maximum length of a facet: a quarter of the carrier's wavelength.
 pub fn facet_limit(s: &SceneSpec) -> f64 {
     0.25 * LIGHT / s.radar.carrier_hz
 }

@@ -1,7 +1,7 @@
 //! `simulate`: scene file in, recordings out.
 //!
-//! In place of a file, `random:KIND` stands for the random scenes of [`super::random`]: every seed draws
-//! its own scene as well as its own surfaces and noise.
+//! In place of a file, `random:KIND` selects the random scenes of [`super::random`]: every seed
+//! draws its own scene as well as its own surfaces and noise.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ pub struct SimulateArgs {
     overwrite: Overwrite,
 }
 
-/// What the chair does, with the number of scans: metres between two stops, or metres a second.
+/// Motion of the chair, with the number of scans: metres between two stops, or metres per second.
 #[derive(Clone, Copy)]
 enum Way {
     Stands,
@@ -72,7 +72,8 @@ enum Way {
     Drives(usize, f64, Option<f64>),
 }
 
-/// A drive of so many scans at a speed, each of so many seconds if that is said, of `rows` rows.
+/// Returns a drive of `scans` scans at a speed, with `rows` rows per scan. The time of a scan,
+/// seconds, is optional.
 fn drive(seed: u64, (scans, speed, scan_s): (usize, f64, Option<f64>), rows: usize) -> Drive {
     let drive = Drive::new(seed, scans, speed);
     match scan_s {
@@ -81,11 +82,11 @@ fn drive(seed: u64, (scans, speed, scan_s): (usize, f64, Option<f64>), rows: usi
     }
 }
 
-/// Where scenes come from.
+/// Source of the scenes.
 enum Source {
     /// One scene for all seeds.
     File(Box<Scene>),
-    /// Another one for every seed.
+    /// A different scene for every seed.
     Random(Kind, Variety),
 }
 
@@ -110,7 +111,7 @@ impl Source {
         Ok(Self::Random(kind, variety))
     }
 
-    /// Scans with `seed` and writes the recording, of so many chirps and scans.
+    /// Simulates with `seed` and writes the recording. Returns the numbers of chirps and scans.
     fn write(&self, outputs: &Outputs, path: &Path, seed: u64, way: Way) -> Result<(usize, usize)> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let recording = match (self, way) {
@@ -135,19 +136,20 @@ impl Source {
     }
 }
 
-/// Scan of the random scene `seed` of a kind, under the name `KIND_SEED`.
+/// Returns the scan of the random scene `seed` of a kind, named `KIND_SEED`.
 pub fn random_scan(kind: Kind, variety: Variety, seed: u64) -> Result<Recording> {
     let spec = random_with(kind, variety, seed);
     scan_of(spec, &format!("{kind}_{seed:03}"), seed)
 }
 
-/// Scan of a scene, from the cache if it is there.
+/// Returns the scan of a scene, from the cache if it is there.
 pub fn scan_of(spec: SceneSpec, name: &str, seed: u64) -> Result<Recording> {
     let key = format!("scan {seed} of {spec:?}");
     cache::recording(name, &key, || Ok(Scene::new(spec)?.simulate(name, seed)))
 }
 
-/// An approach to the random scene `seed` of a kind, which is as far away as drawn at its last stop.
+/// Returns an approach to the random scene `seed` of a kind, which is as far away as drawn at the
+/// last stop.
 pub fn random_approach(
     kind: Kind,
     variety: Variety,
@@ -162,8 +164,9 @@ pub fn random_approach(
     })
 }
 
-/// A drive towards the random scene `seed` of a kind, which is as far away as drawn at its end: so many
-/// scans at so many metres a second, each of so many seconds if that is said.
+/// Returns a drive towards the random scene `seed` of a kind, which is as far away as drawn at the
+/// end. `way` holds the number of scans, the speed in metres per second and, optionally, the time
+/// of a scan in seconds.
 pub fn random_drive(
     kind: Kind,
     variety: Variety,
@@ -232,7 +235,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
     Ok(())
 }
 
-/// What was written, and what to do with it.
+/// Returns the text on what was written, and on the next commands.
 fn told(output: &Path, chirps: usize, scans: usize) -> String {
     let plural = if scans == 1 { "" } else { "s" };
     let (meta, name) = (meta_path(output), output.display());
@@ -243,7 +246,7 @@ fn told(output: &Path, chirps: usize, scans: usize) -> String {
     )
 }
 
-/// The same of many recordings.
+/// Returns the same text for many recordings.
 fn told_many(pattern: &str, count: u32) -> String {
     let dir = Path::new(pattern)
         .parent()
@@ -259,12 +262,12 @@ fn told_many(pattern: &str, count: u32) -> String {
     )
 }
 
-/// The path of recording `k`.
+/// Returns the path of recording `k`.
 fn numbered(pattern: &str, k: u32) -> String {
     pattern.replacen("{}", &format!("{k:03}"), 1)
 }
 
-/// The path of the recordings, with `{}` for the number.
+/// Returns the path of the recordings, with `{}` for the number.
 fn pattern(scene: &Path, output: &Path) -> Result<String> {
     let name = output
         .to_str()

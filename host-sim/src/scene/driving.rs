@@ -1,7 +1,7 @@
 //! Scans of one scene from a chair that drives on while the mirror turns.
 //!
-//! Every row is fired from where the chair is then (`passing.rs`). Surfaces stay the same
-//! surfaces, as in [`super::sequence`].
+//! Every row is simulated from the chair's position at its time (`passing.rs`). All rows see the
+//! same surfaces, as in [`super::sequence`].
 
 use core::f64::consts::TAU;
 
@@ -15,19 +15,22 @@ use super::sequence::{READING_SD, ROW_S, SCALE_MOST, SCALE_SD, SCAN_STREAMS, dig
 use super::{CHIRPS, Scene};
 use crate::recording::{Motion, Recording, Sequence};
 
-/// Stream of random numbers for how the chair drives.
+/// Stream of the random numbers of the chair's motion.
 const DRIVES: u64 = 4;
 
-/// From the last row of a scan to the first of the next one, s: the report, the mirror turning round.
+/// Time from the last row of a scan to the first row of the next one, s: the report and the
+/// mirror's return.
 const TURN_S: f64 = 0.1;
-/// A joystick held by hand: the speed swings by this share, this often,
+/// Relative amplitude of the speed's swing with a joystick held by hand.
 pub const SWING: f64 = 0.05;
-/// Hz.
+/// Frequency of that swing, Hz.
 pub const SWING_HZ: f64 = 0.4;
-/// A driven chair rocks on its castors and springs: degrees, and Hz.
+/// Amplitude, degrees, and range of frequencies, Hz, of a driven chair's rocking on its castors and
+/// springs.
 const ROCKING_DEG: f64 = 0.12;
 const ROCKING_HZ: [f64; 2] = [1.0, 2.5];
-/// Odometers tick in half millimetres, and slip by this much within this way, metres.
+/// Resolution of the odometer, amplitude of its slip, and the travel over which the slip repeats,
+/// metres.
 const TICK_M: f64 = 0.0005;
 const SLIP_M: f64 = 0.0015;
 const SLIP_WAY_M: f64 = 0.3;
@@ -40,7 +43,7 @@ pub struct Odometer {
 }
 
 impl Odometer {
-    /// Draws one.
+    /// Draws the errors of an odometer.
     pub fn draw(rng: &mut Random) -> Self {
         Self {
             scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST),
@@ -48,7 +51,7 @@ impl Odometer {
         }
     }
 
-    /// Reading after `travel` metres.
+    /// Returns the reading after `travel` metres.
     pub fn said(&self, travel: f64) -> f64 {
         let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
         let said = travel * self.scale + slip(travel) - slip(0.0);
@@ -56,7 +59,7 @@ impl Odometer {
     }
 }
 
-/// How a driven chair rocks.
+/// Rocking of a driven chair.
 #[derive(Clone, Copy, Debug)]
 pub struct Rocking {
     hertz: f64,
@@ -64,7 +67,7 @@ pub struct Rocking {
 }
 
 impl Rocking {
-    /// Draws one.
+    /// Draws the rocking of a chair.
     pub fn draw(rng: &mut Random) -> Self {
         Self {
             hertz: rng.between(ROCKING_HZ[0], ROCKING_HZ[1]),
@@ -72,14 +75,14 @@ impl Rocking {
         }
     }
 
-    /// Pitch of a chair at `speed` m/s against that at rest, degrees.
+    /// Returns the pitch of a chair at `speed` m/s relative to that at rest, degrees.
     pub fn deg(&self, speed: f64, time: f64) -> f64 {
         let moving = (speed / 0.1).min(1.0);
         moving * ROCKING_DEG * libm::sin(TAU * self.hertz * time + self.start)
     }
 }
 
-/// How a chair drives during one recording.
+/// Motion of a chair during one recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
     scans: usize,
@@ -91,7 +94,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// `scans` scans at `speed` metres a second.
+    /// Creates a drive of `scans` scans at `speed` metres per second.
     pub fn new(seed: u64, scans: usize, speed: f64) -> Self {
         let mut rng = Random::new(seed, DRIVES);
         Self {
@@ -104,12 +107,12 @@ impl Drive {
         }
     }
 
-    /// The same with a row every `row_s` seconds.
+    /// Returns the drive with a row every `row_s` seconds.
     pub fn with_rows(self, row_s: f64) -> Self {
         Self { row_s, ..self }
     }
 
-    /// When row `k` of scan `scan` is fired, of `rows`.
+    /// Returns the time at which row `k` of `rows` of scan `scan` is fired, seconds.
     fn time(&self, scan: usize, k: usize, rows: usize) -> f64 {
         (scan * rows + k) as f64 * self.row_s + scan as f64 * (TURN_S - self.row_s)
     }
@@ -118,34 +121,34 @@ impl Drive {
         TAU * SWING_HZ * time + self.swing
     }
 
-    /// True travel.
+    /// Returns the true travel, metres.
     fn travel(&self, time: f64) -> f64 {
         let swung = libm::cos(self.swing) - libm::cos(self.phase(time));
         self.speed * (time + SWING / (TAU * SWING_HZ) * swung)
     }
 
-    /// True speed.
+    /// Returns the true speed, m/s.
     fn speed(&self, time: f64) -> f64 {
         self.speed * (1.0 + SWING * libm::sin(self.phase(time)))
     }
 
-    /// True travel at the last row of `rows` of the last scan.
+    /// Returns the true travel at the last row of `rows` of the last scan, metres.
     pub fn length_m(&self, rows: usize) -> f64 {
         self.travel(self.time(self.scans - 1, rows - 1, rows))
     }
 }
 
 impl Scene {
-    /// Number of angles of a scan.
+    /// Returns the number of angles of a scan.
     pub fn rows(&self) -> usize {
         self.angles.len()
     }
 
-    /// Scans the scene `drive.scans` times from a chair that drives on, the mirror going back and forth.
-    /// The same seed gives the same bytes on every host.
+    /// Simulates `drive.scans` scans of the scene from a driving chair, alternately forward and
+    /// backward. The same seed gives the same bytes on every host.
     ///
     /// # Errors
-    /// Says where the mirror has come to lie inside or behind a surface.
+    /// Names the place at which the mirror lies inside or behind a surface.
     pub fn simulate_drive(&self, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
         let mut rng = Random::new(seed, DRIVES + 1);
         let drawn = (0.05 * rng.normal()).clamp(-0.1, 0.1);
@@ -186,7 +189,8 @@ impl Scene {
                 motion.time_s.push(digits(time, 1e5));
             }
             let end = drive.travel(drive.time(scan, rows - 1, rows));
-            // From where the scan ended a standing chair would see how strong each step is.
+            // The truth's signal-to-noise ratios are those of a chair that stands where the scan
+            // ended.
             let (here, near) = passing.from(end)?;
             let echoes = passing.echoes(&here, &near, EVERYWHERE);
             let tones = here.place(&receiver, &echoes);

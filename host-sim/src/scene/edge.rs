@@ -2,9 +2,9 @@
 
 use core::f64::consts::PI;
 
-/// Backscattered far field of a perfectly conducting wedge's edge after Keller, in the units of
-/// [`fringe`]: `phi` from the first face, `exterior` the angle of free space (Ufimtsev, Fundamentals of
-/// the Physical Theory of Diffraction, eqs. 2.61, 2.63).
+/// Returns the backscattered far field of the edge of a perfectly conducting wedge after Keller, in
+/// the units of [`fringe`]. `phi` is measured from the first face, and `exterior` is the angle of
+/// free space (Ufimtsev, Fundamentals of the Physical Theory of Diffraction, eqs. 2.61, 2.63).
 pub fn keller(phi: f64, exterior: f64, soft: bool) -> f64 {
     let n = exterior / PI;
     let reflected = 1.0 / (libm::cos(PI / n) - libm::cos(2.0 * phi / n));
@@ -17,8 +17,8 @@ pub fn keller(phi: f64, exterior: f64, soft: bool) -> f64 {
     libm::sin(PI / n) / n * sum
 }
 
-/// What physical optics gives for the same edge: half the tangent of every lit face's angle (eqs. 3.46
-/// to 3.50 there, in backscattering direction).
+/// Returns the physical-optics field of the same edge: half the tangent of every lit face's angle
+/// (eqs. 3.46 to 3.50 there, in backscattering direction).
 pub fn physical_optics(phi: f64, exterior: f64, soft: bool) -> f64 {
     let mut sum = 0.0;
     for face in [phi, exterior - phi] {
@@ -29,11 +29,11 @@ pub fn physical_optics(phi: f64, exterior: f64, soft: bool) -> f64 {
     if soft { sum } else { -sum }
 }
 
-/// What has to be added to the facets of both faces for a sharp edge: Keller's field less that of
-/// physical optics, finite everywhere, in units of the two-dimensional far field
-/// u = f e^{j(kr+π/4)} / √(2πkr) of a wave of amplitude 1.
+/// Returns the correction of the facets of both faces for a sharp edge: Keller's field less that of
+/// physical optics. It is finite everywhere, in units of the two-dimensional far field u = f
+/// e^{j(kr+π/4)} / √(2πkr) of a wave of amplitude 1.
 pub fn fringe(phi: f64, exterior: f64, soft: bool) -> f64 {
-    // Both terms grow without bound towards the normal of a face, and cancel there.
+    // Both terms diverge towards the normal of a face, and cancel there.
     let nudged = [0.5 * PI, exterior - 0.5 * PI]
         .into_iter()
         .find(|normal| (phi - normal).abs() < 1e-4)

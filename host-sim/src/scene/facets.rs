@@ -6,10 +6,11 @@ use super::geometry::{Lateral, Segment, World};
 use super::material::Material;
 use super::maths::{Random, Vec2};
 
-/// Most facets of one scene: some 50 m of surface at 94 GHz.
+/// Maximum number of facets of one scene: some 50 m of surface at 94 GHz.
 pub const MAX_FACETS: usize = 65_536;
 
-/// Most facets times columns of one scene: some 160 MB of heights, and a second or two to draw them.
+/// Maximum number of facets times columns of one scene: some 160 MB of heights, drawn in one or two
+/// seconds.
 pub const MAX_PATCHES: f64 = 40e6;
 
 /// Width of a column, metres: roughness is drawn for every facet in columns across the plane.
@@ -18,19 +19,19 @@ const COLUMN: f64 = 2e-3;
 /// One strip of surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
-    /// Its middle.
+    /// Middle of the facet.
     pub at: Vec2,
-    /// Along the segment.
+    /// Unit vector along the segment.
     pub along: Vec2,
-    /// Normal of the side that is looked at.
+    /// Normal of the visible side.
     pub normal: Vec2,
     /// Length along the segment.
     pub len: f64,
-    /// Segment that it is cut from.
+    /// Index of the segment that it is cut from.
     pub segment: usize,
-    /// Lies in a joint of its material.
+    /// Whether it lies in a joint of its material.
     pub joint: bool,
-    /// First of its heights.
+    /// Index of its first height.
     first: usize,
 }
 
@@ -41,19 +42,19 @@ pub struct Relief {
     pub facets: Vec<Facet>,
     /// First facet of every segment, and the number of facets at the end.
     pub starts: Vec<usize>,
-    /// Columns of every segment that have heights.
+    /// Columns of every segment for which heights are drawn.
     columns: Vec<Columns>,
-    /// Up to 160 MB, which a chair that drives on does not copy.
+    /// Heights of all facets, metres; shared because they take up to 160 MB.
     heights: Arc<Vec<f32>>,
 }
 
-/// Number of facets that a world comes to when none is longer than `limit` metres.
+/// Returns the number of facets of a world when none is longer than `limit` metres.
 pub fn count(world: &World, limit: f64) -> f64 {
     let pieces = world.segments.iter().map(|s| libm::ceil(s.len() / limit));
     pieces.fold(0.0, |sum, n| sum + n)
 }
 
-/// Number of patches, facets times columns, that a world comes to within `reach` of `eye`.
+/// Returns the number of patches (facets times columns) of a world within `reach` of `eye`.
 pub fn patches(world: &World, limit: f64, (eye, reach): (Vec2, f64), lateral_reach: f64) -> f64 {
     let pieces = world.segments.iter().map(|s| {
         let far = (s.a - eye).len().max((s.b - eye).len()).min(reach);
@@ -67,7 +68,7 @@ pub fn patches(world: &World, limit: f64, (eye, reach): (Vec2, f64), lateral_rea
 #[derive(Clone, Copy, Debug)]
 pub struct Columns {
     middle: f64,
-    /// From one column to the next, metres.
+    /// Step of the columns, metres.
     pub spacing: f64,
     /// First column.
     pub low: i64,
@@ -76,10 +77,10 @@ pub struct Columns {
 }
 
 impl Columns {
-    /// The columns of a surface that lie within `reach` metres of the plane.
+    /// Returns the columns of a surface that lie within `reach` metres of the plane.
     pub fn new(lateral: &Lateral, reach: f64) -> Self {
         let (middle, spacing, half) = if lateral.half.is_finite() {
-            // A post needs columns narrow enough for the phase to follow its curve.
+            // Columns of a post are narrow enough for the phase to follow its curve.
             let widest = if lateral.round { 0.2 * COLUMN } else { COLUMN };
             let half = libm::ceil(lateral.half / widest);
             (lateral.centre, lateral.half / half, half as i64)
@@ -96,7 +97,7 @@ impl Columns {
         }
     }
 
-    /// Middle of column `k`, metres beside the plane.
+    /// Returns the middle of column `k`, metres beside the plane.
     pub fn centre(self, k: i64) -> f64 {
         self.middle + (k as f64 + 0.5) * self.spacing
     }
@@ -105,13 +106,13 @@ impl Columns {
         usize::try_from(self.high - self.low).unwrap_or(0)
     }
 
-    /// Number of the column at `z`.
+    /// Returns the number of the column at `z`.
     fn number(self, z: f64) -> i64 {
         libm::floor((z - self.middle) / self.spacing) as i64
     }
 }
 
-/// The heights of one facet above its mean surface, column after column; none of a smooth one.
+/// Heights of one facet above its mean surface, column after column; empty for a smooth facet.
 #[derive(Clone, Copy)]
 pub struct Heights<'a> {
     columns: Columns,
@@ -119,7 +120,8 @@ pub struct Heights<'a> {
 }
 
 impl Heights<'_> {
-    /// Heights in column `k` and those after it, of the outermost ones for what lies beyond them, metres.
+    /// Returns the heights of column `k` and the next ones, metres. Columns beyond the outermost
+    /// ones take the height of the outermost.
     pub fn columns<const N: usize>(&self, k: i64) -> [f64; N] {
         let first = usize::try_from(k - self.columns.low);
         match first.ok().and_then(|k| self.heights.get(k..k + N)) {
@@ -135,7 +137,7 @@ impl Heights<'_> {
         height.map_or(0.0, |h| f64::from(*h))
     }
 
-    /// Height at `z` metres beside the plane.
+    /// Returns the height at `z` metres beside the plane.
     pub fn at(&self, z: f64) -> f64 {
         if self.heights.is_empty() {
             return 0.0;
@@ -144,15 +146,15 @@ impl Heights<'_> {
     }
 }
 
-/// A surface's relief, drawn row by row of its facets.
+/// Random relief of one surface, drawn row by row of its facets.
 struct Field {
-    /// Correlation of a row with the next one, and the share of what is new in that.
+    /// Correlation of a row with the next one, and the factor of the new random part.
     along: [f64; 2],
-    /// The same of a column.
+    /// Correlation of a column with the next one, and the factor of the new random part.
     across: [f64; 2],
-    /// Deviation of the heights, metres.
+    /// Standard deviation of the heights, metres.
     scale: f64,
-    /// The next row, of deviation 1.
+    /// The next row, with standard deviation 1.
     row: Vec<f64>,
 }
 
@@ -168,8 +170,8 @@ impl Field {
         }
     }
 
-    /// Fills `R` rows of heights and draws those that follow them: several at once, for within a row
-    /// each column waits for the one before.
+    /// Fills `R` rows of heights and draws the row that follows them. Several rows are computed at
+    /// once, because within a row each column depends on the one before.
     fn rows<const R: usize>(&mut self, heights: &mut [f32], rng: &mut Random) {
         let width = self.row.len();
         let mut drawn = vec![0.0; R * (width + 1)];
@@ -286,7 +288,7 @@ impl Relief {
         }
     }
 
-    /// The same surfaces from a chair that has come `travel` metres nearer (see [`World::moved`]).
+    /// Moves the surfaces for a chair that has come `travel` metres nearer (see [`World::moved`]).
     pub fn move_by(&mut self, world: &World, travel: f64) {
         let step = Vec2::new(travel * libm::cos(world.yaw), 0.0);
         for facet in &mut self.facets {
@@ -294,7 +296,7 @@ impl Relief {
         }
     }
 
-    /// Heights of facet `k`.
+    /// Returns the heights of facet `k`.
     pub fn heights(&self, k: usize) -> Heights<'_> {
         let facet = &self.facets[k];
         let columns = self.columns[facet.segment];

@@ -1,25 +1,26 @@
-//! Flights of stairs as segments: treads, risers, noses, channels, and the steps of the truth.
+//! Flights of stairs as segments: treads, risers, nosings, channels, and the steps of the ground
+//! truth.
 
 use super::geometry::{BuiltStep, Lateral, Skin, World, chamfered, rounded};
 use super::maths::Vec2;
 use super::spec::{StairsSpec, Way};
 
-/// Index of a material by its name; names are checked before shapes are built.
+/// Returns the index of a material by its name. The names are checked before shapes are built.
 pub type Lookup<'a> = &'a dyn Fn(&str) -> usize;
 
-/// Level and upright directions.
+/// Unit vectors of the level and the upright directions.
 const FORWARD: Vec2 = Vec2::new(1.0, 0.0);
 const UP: Vec2 = Vec2::new(0.0, 1.0);
 const DOWN: Vec2 = Vec2::new(0.0, -1.0);
 
-/// Thickness of a channel's web and flanges: hot-rolled U sections of 30 to 80 mm have 4 to 7 mm
-/// (EN 10279), folded ones 3 to 5.
+/// Thickness of a channel's web and flanges, metres: hot-rolled U sections of 30 to 80 mm have 4 to
+/// 7 mm (EN 10279), folded ones 3 to 5.
 pub const CHANNEL_WALL: f64 = 0.004;
 
-/// The gap of the weld between a channel and the tread behind it.
+/// Gap of the weld between a channel and the tread behind it, metres.
 const CHANNEL_GAP: f64 = 0.002;
 
-/// One step of a flight: where its foremost edge lies and how high its tread.
+/// One step of a flight: place of its foremost edge, height of its tread, and its rise, metres.
 #[derive(Clone, Copy)]
 struct Tread {
     edge: f64,
@@ -27,7 +28,8 @@ struct Tread {
     rise: f64,
 }
 
-/// Foremost edge and height of every tread (up) or of every surface before a drop (down).
+/// Returns the foremost edge and the height of every tread (up) or of every surface before a drop
+/// (down).
 fn treads(s: &StairsSpec) -> Vec<Tread> {
     let (mut edge, mut height) = (s.distance_m, s.base_m);
     (0..s.count)
@@ -91,18 +93,18 @@ struct Flight<'a> {
 }
 
 impl Flight<'_> {
-    /// How thick the part of a tread that stands out is, for a step this high.
+    /// Returns the thickness of the overhanging part of a tread for this rise.
     fn thickness(&self, rise: f64) -> f64 {
         self.spec.tread_thickness_m.min(0.6 * rise)
     }
 
-    /// A radius that the tread's thickness leaves room for.
+    /// Returns the nosing radius, limited by the tread's thickness.
     fn radius(&self, rise: f64) -> f64 {
         self.spec.nosing_radius_m.min(0.45 * self.thickness(rise))
     }
 
-    /// The corner `at` between the directions `into` and `out`, as this flight's edges are: points of the
-    /// rounding or of the chamfer.
+    /// Returns the points of the rounding or chamfer of the corner `at` between the directions
+    /// `into` and `out`.
     fn corner(&self, at: Vec2, into: Vec2, out: Vec2, rise: f64) -> Vec<Vec2> {
         let shape = if self.spec.chamfered {
             chamfered
@@ -112,8 +114,8 @@ impl Flight<'_> {
         shape(at, into, out, self.radius(rise))
     }
 
-    /// Underside of the nosing, foremost edge and nosing strip, from below upwards for a flight up. The skin
-    /// of each piece goes to `skins`.
+    /// Adds the underside of the nosing, the foremost edge and the nosing strip, from below upwards
+    /// for a flight up. The skin of each piece is added to `skins`.
     fn front(&self, step: Tread, points: &mut Vec<Vec2>, skins: &mut Vec<Skin>) {
         let s = self.spec;
         let edge = Vec2::new(step.edge, step.height + s.strip_proud_m);
@@ -157,7 +159,7 @@ impl Flight<'_> {
     fn closed_up(&self, world: &mut World, steps: &[Tread]) {
         let s = self.spec;
         let (mut points, mut skins) = (Vec::new(), Vec::new());
-        // The tread before rises towards the foot of the next riser by its fall.
+        // The previous tread rises by its fall towards the foot of the next riser.
         let mut tread: Option<Tread> = None;
         let surface = |tread: Option<Tread>, x: f64| {
             tread.map_or(s.base_m, |t| t.height + s.tread_fall * (x - t.edge))
@@ -165,7 +167,7 @@ impl Flight<'_> {
         for &step in steps {
             let foot = step.edge + s.nosing_m - s.batter_m;
             points.push(Vec2::new(foot, surface(tread, foot)));
-            // The piece that ends here is the tread before; the first has none.
+            // The piece that ends here is the previous tread; the first step has none.
             if points.len() > 1 {
                 skins.push(self.tread);
             }
@@ -227,12 +229,12 @@ impl Flight<'_> {
         }
     }
 
-    /// The channel before a floating tread: web and two flanges, sharp edges.
+    /// Adds the channel before a floating tread: web and two flanges with sharp edges.
     fn channel(&self, world: &mut World, step: Tread) {
         let s = self.spec;
         let (top, bottom) = (step.height, step.height - s.channel_m);
         let wall = CHANNEL_WALL;
-        // From the web outwards: x counts along the flanges.
+        // x is measured along the flanges from the web outwards.
         let profile = [
             (0.0, top),
             (s.channel_flange_m, top),
@@ -276,7 +278,7 @@ impl Flight<'_> {
         }
     }
 
-    /// A floating tread with both upper edges rounded.
+    /// Adds a floating tread with both upper edges rounded.
     fn slab(&self, world: &mut World, (front, back): (f64, f64), top: f64, rise: f64) {
         let under = top - self.thickness(rise);
         let mut points = vec![Vec2::new(front, under)];
@@ -285,7 +287,7 @@ impl Flight<'_> {
         points.extend(self.corner(Vec2::new(back, top), FORWARD, DOWN, rise));
         points.push(Vec2::new(back, under));
         let mut skins = vec![self.tread; points.len()];
-        // Front and its rounding: a floating tread has no riser that the riser's material could be of.
+        // Front and its rounding take the riser's material, because a floating tread has no riser.
         for skin in skins.iter_mut().take(arc) {
             *skin = self.riser;
         }
@@ -305,7 +307,7 @@ impl Flight<'_> {
             let edge = Vec2::new(step.edge, step.height);
             if s.direction == Way::Up {
                 let top = step.height + s.strip_proud_m;
-                // Nothing belongs to a floating step but its tread.
+                // A floating step has no surface but its tread.
                 let foot = if s.open {
                     step.height - self.thickness(step.rise).max(s.channel_m)
                 } else {

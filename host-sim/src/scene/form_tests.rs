@@ -1,4 +1,4 @@
-//! What the forms and effects of the random scenes do, against textbooks and geometry.
+//! Forms and effects of the random scenes, compared with textbooks and geometry.
 
 use core::f64::consts::PI;
 
@@ -26,8 +26,8 @@ fn nose(r: f64, below: f64, radius: f64) -> String {
 
 #[test]
 fn a_nose_of_one_or_two_centimetres_is_a_cylinder() {
-    // Echo width πρ (Knott, table 5.1), where a sharp edge has |f|²/k (Keller): 14 to 20 dB more, from
-    // the nearest point of the rounding and not from where the faces would meet.
+    // Echo width πρ (Knott, table 5.1); a sharp edge has |f|²/k (Keller), 14 to 20 dB more. The
+    // echo comes from the nearest point of the rounding, not from the intersection of the faces.
     let r = 1.5;
     for radius in [0.010, 0.015, 0.020] {
         for below in [25.0_f64, 45.0, 65.0] {
@@ -59,7 +59,7 @@ fn chords_keep_to_the_arc_of_a_nose_within_a_tenth_of_a_radian() {
     }
 }
 
-/// γ of σ° = γ cos θ that a floor of `material` comes to all in all, relief and volume together, in dB.
+/// Total γ of σ° = γ cos θ of a floor of `material`, relief and volume together, dB.
 fn gamma(spec: &SceneSpec, material: &str) -> f64 {
     let mut floor = SceneSpec::default();
     let m = &spec.materials[material];
@@ -74,7 +74,8 @@ fn gamma(spec: &SceneSpec, material: &str) -> f64 {
     let s = Scene::new(floor).unwrap();
     let r = (1.0_f64 + 0.16).sqrt();
     let width = r * 5.0_f64.to_radians() * (PI / (8.0 * core::f64::consts::LN_2)).sqrt();
-    // In cells of a few centimetres, as the radar resolves them: the relief's echoes add coherently.
+    // In cells of a few centimetres, as the radar resolves them, because the relief's echoes add
+    // coherently.
     let mut power = 0.0;
     let runs = 10;
     for seed in 0..runs {
@@ -98,8 +99,8 @@ fn cell_power(echoes: &[Echo], range: f64) -> f64 {
 
 #[test]
 fn carpets_scatter_like_something_between_asphalt_and_grass() {
-    // Constant-γ models at W-band: asphalt -20 dB, short grass -8 (Ulaby and Dobson), a few dB to either
-    // side. The carpets drawn must lie there with all that they scatter.
+    // Constant-γ models at W-band: asphalt -20 dB, short grass -8 (Ulaby and Dobson), a few dB to
+    // either side. The total scatter of the drawn carpets must lie there.
     let mut seen = 0;
     for seed in 0..12 {
         let spec = random(Kind::Soft, seed);
@@ -113,8 +114,8 @@ fn carpets_scatter_like_something_between_asphalt_and_grass() {
     assert!(seen > 3);
 }
 
-/// A floating step with a channel as its front, its middle `r` metres away `below` radians below the
-/// mirror, and as wide across the plane.
+/// A floating step with a channel as its front, `width` metres wide across the plane. Its middle
+/// lies `r` metres away and `below` radians below the mirror.
 fn channel(r: f64, below: f64, (height, flange): (f64, f64), width: f64, open: bool) -> String {
     let (x, y) = (r * below.cos(), 0.4 - r * below.sin());
     format!(
@@ -137,8 +138,8 @@ fn the_web_of_a_channel_is_a_plate() {
 
 #[test]
 fn a_channel_that_opens_forward_is_an_inner_corner() {
-    // The lower flange and the web from 45° above: a dihedral of two equal faces, if the opening is
-    // twice as high as deep, so that the upper flange shades none of it.
+    // The lower flange and the web from 45° above form a dihedral of two equal faces, if the
+    // opening is twice as high as deep, so that the upper flange does not shade it.
     let (wall, depth, b, r) = (super::flight::CHANNEL_WALL, 0.02, 0.12, 4.0);
     let size = (2.0 * depth + 2.0 * wall, depth + wall);
     let t = PI / 4.0;
@@ -172,7 +173,7 @@ fn treads_with_fall_rise_to_the_next_riser_and_keep_their_edges() {
     assert!((end - 0.32).abs() < 1e-9, "{end}");
 }
 
-/// A receiver and a mirror without errors under a scene with the keys `mount` and the shapes `text`.
+/// A scene with an ideal receiver and mirror, the keys `mount` and the shapes `text`.
 fn plain(mount: &str, text: &str) -> Scene {
     let perfect = PERFECT.replace("[mount]\nbeamwidth_deg = 30.0\n", "");
     Scene::parse(&format!("{perfect}[mount]\n{mount}\n{text}")).unwrap()
@@ -191,7 +192,7 @@ fn target(below: f64) -> String {
     )
 }
 
-/// The recorded mirror angle at which most comes back, and the half-power width about it, degrees.
+/// Recorded mirror angle of the strongest echo, and the half-power width about it, degrees.
 fn strongest(s: &Scene) -> (f64, f64) {
     let receiver = super::Receiver::new(&s.spec.radar, &s.spec.receiver);
     let tones = s.place(&receiver, &s.echoes(1));
@@ -212,7 +213,8 @@ fn strongest(s: &Scene) -> (f64, f64) {
 
 #[test]
 fn a_chair_with_its_nose_up_sees_things_at_larger_mirror_angles() {
-    // Beam below the horizontal = mirror angle - pitch; the recording says the pitch, not its error.
+    // Beam below the horizontal = mirror angle - pitch. The recording contains the pitch but not
+    // its error.
     for (pitch, error) in [(0.0, 0.0), (3.0, 0.0), (-4.0, 0.0), (2.0, 0.5)] {
         let mount = format!("pitch_deg = {pitch}\npitch_error_deg = {error}");
         let s = plain(&mount, &target(10.0));
@@ -224,7 +226,8 @@ fn a_chair_with_its_nose_up_sees_things_at_larger_mirror_angles() {
         let recording = s.simulate("pitched", 1);
         assert_eq!(recording.meta.motion.pitch_deg, [pitch; 281]);
     }
-    // In the height plane angles count from straight down to the front: the same nose up is less there.
+    // In the height plane angles count from straight down to the front, so that the same pitch
+    // reduces them.
     let s = plain("plane = \"height\"\npitch_deg = 3.0", &target(60.0));
     let (angle, _) = strongest(&s);
     assert!((angle - (30.0 - 3.0)).abs() < 0.13, "{angle}");
@@ -242,7 +245,7 @@ fn truth_knows_which_angles_a_pitched_scan_reaches() {
         s.truth().steps.len()
     };
     assert_eq!((counted(0.0), counted(-5.0), counted(4.0)), (3, 2, 3));
-    // The steps' signal-to-noise ratios are looked for where the steps are.
+    // The steps' signal-to-noise ratios are measured at the steps' angles.
     let snr = |mount: &str| {
         let s = plain(mount, flight);
         let truth = s.simulate("a", 1).meta.truth.unwrap();
@@ -257,7 +260,7 @@ fn beams_from_three_to_eight_degrees_are_as_wide_as_they_say() {
         let s = plain(&format!("beamwidth_deg = {width}"), &target(10.0));
         let (angle, found) = strongest(&s);
         assert!((angle - 10.0).abs() < 0.13);
-        // Two ways: narrower by √2, as of a Gaussian beam within a few per cent.
+        // Two-way: narrower by √2, within a few per cent of a Gaussian beam.
         let book = width * 0.5_f64.sqrt();
         assert!(
             (found / book - 1.0).abs() < 0.08,
@@ -268,8 +271,9 @@ fn beams_from_three_to_eight_degrees_are_as_wide_as_they_say() {
 
 #[test]
 fn a_wall_looked_at_aslant_fades_with_the_beam_twice() {
-    // The wall's mirror image of the antenna lies `yaw` off the beam's axis, out and back; and at the
-    // wall's own distance, which is shorter than that along the beam by the cosine.
+    // The wall's mirror image of the antenna lies `yaw` off the beam's axis, out and back. Its
+    // range is the wall's perpendicular distance, which is shorter than that along the beam by the
+    // cosine.
     let wall = "[[wall]]\nat_m = 2.0\nbottom_m = -1.0\ntop_m = 2.0\nmaterial = \"perfect\"\n";
     let level = |yaw: f64| {
         let s = plain(&format!("beamwidth_deg = 5.0\nyaw_deg = {yaw}"), wall);
@@ -290,8 +294,8 @@ fn a_wall_looked_at_aslant_fades_with_the_beam_twice() {
 
 #[test]
 fn what_lies_in_the_plane_of_the_mirror_stays_there_at_any_yaw() {
-    // A narrow plate turned with the world keeps its place, and falls off as a plate turned aslant
-    // does: sin x / x with x = k w sin ψ over its width w.
+    // A narrow plate turned with the world keeps its place. Its echo falls as that of an oblique
+    // plate: sin x / x with x = k w sin ψ over its width w.
     let ahead = plain("", &target(10.0));
     let peak = |s: &Scene| {
         let e = s.echoes(1);

@@ -1,7 +1,8 @@
-//! Fast Fourier transforms of two signals at once: radix 4, sorted on the way (Stockham), of powers of two.
+//! Fast Fourier transforms of two signals at once: radix 4, self-sorting (Stockham), lengths of
+//! powers of two.
 //!
-//! Plain arithmetic, for the same bits on every host; two signals because that is how wide vectors are
-//! everywhere.
+//! Only plain arithmetic is used, for the same bits on every host. Two signals fit the vector width
+//! that is available everywhere.
 
 use core::f64::consts::TAU;
 
@@ -9,7 +10,7 @@ use num_complex::Complex64;
 
 use super::maths::cis;
 
-/// A number of either signal.
+/// One complex number of each of the two signals.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pair {
     /// Real parts.
@@ -33,7 +34,7 @@ impl Pair {
         }
     }
 
-    /// Times j.
+    /// Returns the pair times j.
     fn turned(self) -> Self {
         Self {
             re: [-self.im[0], -self.im[1]],
@@ -62,22 +63,23 @@ impl Pair {
         }
     }
 
-    /// Signal `lane`'s number.
+    /// Returns the number of signal `lane`.
     pub fn lane(&self, lane: usize) -> Complex64 {
         Complex64::new(self.re[lane], self.im[lane])
     }
 }
 
-/// Transforms of one length.
+/// Transform of one length.
 #[derive(Clone)]
 pub struct Fourier {
     length: usize,
-    /// e^{jφ}, e^{2jφ}, e^{3jφ} with φ = 2πp / n of every stage of radix 4, n = length first.
+    /// Twiddle factors e^{jφ}, e^{2jφ}, e^{3jφ} with φ = 2πp / n of every radix-4 stage, n = length
+    /// first.
     stages: Vec<Vec<[Complex64; 3]>>,
 }
 
 impl Fourier {
-    /// Transforms of 2^`log2` points.
+    /// Creates a transform of 2^`log2` points.
     pub fn new(log2: u32) -> Self {
         let length = 1 << log2;
         let stages = (0..log2 / 2).map(|stage| {
@@ -93,12 +95,12 @@ impl Fourier {
         }
     }
 
-    /// Number of points.
+    /// Returns the number of points.
     pub fn length(&self) -> usize {
         self.length
     }
 
-    /// Σ x_p e^{2πjpk/length} of both signals for every k, without a scale.
+    /// Returns Σ x_p e^{2πjpk/length} of both signals for every k, unscaled.
     pub fn inverse(&self, mut x: Vec<Pair>) -> Vec<Pair> {
         let mut y = vec![Pair::default(); self.length];
         let mut stride = 1;
@@ -120,7 +122,7 @@ impl Fourier {
     }
 }
 
-/// One stage: transforms of four points, `stride` of them with every element of `turns`.
+/// Computes one stage: transforms of four points, `stride` of them for every element of `turns`.
 fn fourths(turns: &[[Complex64; 3]], stride: usize, x: &[Pair], y: &mut [Pair]) {
     let quarter = turns.len() * stride;
     let (first, second) = x.split_at(2 * quarter);

@@ -1,27 +1,30 @@
-//! A scene as straight segments: what the shapes of a scene file become, and what the physics reads.
+//! A scene as straight segments: built from the shapes of a scene file, and used by the scattering
+//! code.
 
 use super::maths::Vec2;
 
-/// How far a surface reaches across the plane that the mirror sweeps.
+/// Extent of a surface across the plane that the mirror sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lateral {
     /// Middle of the surface, metres beside the plane.
     pub centre: f64,
-    /// Half its width; infinite when it is wider than any beam.
+    /// Half of its width, metres; infinite when it is wider than any beam.
     pub half: f64,
-    /// A round post: its surface recedes from its middle like a circle of radius `half`.
+    /// Whether it is a round post, whose surface recedes from its middle like a circle of radius
+    /// `half`.
     pub round: bool,
 }
 
 impl Lateral {
-    /// Wider than the beam.
+    /// A surface wider than the beam.
     pub const WIDE: Self = Self {
         centre: 0.0,
         half: f64::INFINITY,
         round: false,
     };
 
-    /// `width` wide (or wider than the beam), its middle `centre` beside the plane.
+    /// Creates an extent of `width` (`None`: wider than the beam) with its middle `centre` beside
+    /// the plane.
     pub fn of(width: Option<f64>, centre: f64) -> Self {
         width.map_or(Self::WIDE, |w| Self {
             centre,
@@ -30,7 +33,7 @@ impl Lateral {
         })
     }
 
-    /// How far the surface at `z` lies behind its foremost line.
+    /// Returns the distance of the surface at `z` behind its foremost line, metres.
     pub fn recess(&self, z: f64) -> f64 {
         if !self.round {
             return 0.0;
@@ -40,7 +43,7 @@ impl Lateral {
     }
 }
 
-/// A straight piece of surface; the solid lies to the right of the way from `a` to `b`.
+/// A straight piece of surface. The solid lies to the right of the direction from `a` to `b`.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
     /// Start.
@@ -51,31 +54,33 @@ pub struct Segment {
     pub material: usize,
     /// Extent across the plane.
     pub lateral: Lateral,
-    /// A thin sheet, seen from both sides.
+    /// Whether it is a thin sheet, visible from both sides.
     pub sheet: bool,
-    /// Metres of the same outline before its start: joints and roughness run on from piece to piece.
+    /// Length of the same outline before its start, metres. Joints and roughness continue from
+    /// piece to piece.
     pub start: f64,
-    /// Outline that it belongs to.
+    /// Index of its outline.
     pub outline: usize,
 }
 
 impl Segment {
-    /// Length.
+    /// Returns the length, metres.
     pub fn len(&self) -> f64 {
         (self.b - self.a).len()
     }
 
-    /// Direction from start to end.
+    /// Returns the direction from start to end.
     pub fn direction(&self) -> Vec2 {
         (self.b - self.a).unit()
     }
 
-    /// The free side's normal.
+    /// Returns the normal of the free side.
     pub fn normal(&self) -> Vec2 {
         self.direction().left()
     }
 
-    /// Where on the way from `p` to `q` (0…1) the segment is crossed, ends included.
+    /// Returns the fraction (0…1) of the way from `p` to `q` at which the segment is crossed, ends
+    /// included.
     pub fn crossing(&self, p: Vec2, q: Vec2) -> Option<f64> {
         let (way, along) = (q - p, self.b - self.a);
         let det = way.cross(along);
@@ -89,13 +94,13 @@ impl Segment {
     }
 }
 
-/// A sharp convex edge, whose diffraction physical optics alone gets wrong.
+/// A sharp convex edge, which needs a correction of physical optics.
 #[derive(Clone, Copy, Debug)]
 pub struct Wedge {
-    /// Where it is.
+    /// Place of the edge.
     pub at: Vec2,
-    /// Along its first face, away from the edge. Angles count from there, anticlockwise through the
-    /// free space.
+    /// Direction of its first face, away from the edge. Angles are measured from there,
+    /// anticlockwise through free space.
     pub face: Vec2,
     /// Exterior angle, radians: 3π/2 for a square edge, 2π for a sheet's.
     pub exterior: f64,
@@ -105,24 +110,25 @@ pub struct Wedge {
     pub lateral: Lateral,
 }
 
-/// A step as it is built.
+/// A step as built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuiltStep {
-    /// Distance of the edge that counts, as the recording format defines it.
+    /// Distance of the edge as the recording format defines it, metres.
     pub distance: f64,
-    /// Height that counts, as the recording format defines it.
+    /// Height as the recording format defines it, metres.
     pub height: f64,
-    /// Height of its riser.
+    /// Height of its riser, metres.
     pub rise: f64,
-    /// The step's foremost edge: the point that must be in sight, range and angles.
+    /// The step's foremost edge, which must lie in sight, range and angles.
     pub edge: Vec2,
-    /// Lowest and highest point of the step's own surfaces.
+    /// Lowest and highest point of the step's own surfaces, metres.
     pub span: (f64, f64),
-    /// Of a step down: the surface after the drop, from and to; one of its points must be in sight.
+    /// For a step down: start and end of the surface after the drop, of which one point must be in
+    /// sight.
     pub below: Option<(Vec2, Vec2)>,
 }
 
-/// All that the radar can see.
+/// All objects in the radar's view.
 #[derive(Clone, Debug, Default)]
 pub struct World {
     /// Surfaces.
@@ -133,17 +139,18 @@ pub struct World {
     pub up: Vec<BuiltStep>,
     /// Steps going down.
     pub down: Vec<BuiltStep>,
-    /// Fronts of boxes that no chair could mount.
+    /// Fronts of boxes that a chair cannot mount.
     pub boxes: Vec<BuiltStep>,
-    /// Heading of the scanner against the perpendicular of the edges, radians.
+    /// Heading of the scanner relative to the perpendicular of the edges, radians.
     pub yaw: f64,
     outlines: usize,
 }
 
-/// A corner that turns by less is part of a curve, whose facets need no edge of their own.
+/// Minimum turn of a sharp corner, radians. Smaller turns are part of a curve, whose facets need no
+/// edge of their own.
 const SHARP: f64 = 0.5;
 
-/// How an outline's surface is made and how far it reaches.
+/// Material and lateral extent of an outline.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin {
     /// Index of its material.
@@ -153,7 +160,8 @@ pub struct Skin {
 }
 
 impl World {
-    /// Adds an outline whose solid lies to the right of its way; a closed one may run either way.
+    /// Adds an outline whose solid lies to the right of its direction. A closed outline may have
+    /// either direction.
     pub fn outline(&mut self, points: &[Vec2], closed: bool, skins: impl Fn(usize) -> Skin) {
         let mut points = points.to_vec();
         if closed {
@@ -189,10 +197,10 @@ impl World {
 
     /// Turns the scanner by `yaw` radians about the vertical through its mirror.
     ///
-    /// Surfaces keep running at right angles to the plane of the profile, so that images and shadows stay
-    /// as they are; it is the beam that looks aslant. Lengths were given in the plane that the mirror
-    /// sweeps: across the edges they are shorter by the cosine, and what lay in that plane now lies
-    /// aside. Steps keep their place in the plane that the mirror sweeps, where they are reported.
+    /// Surfaces stay at right angles to the plane of the profile, so that images and shadows do not
+    /// change; the beam looks obliquely. Lengths were given in the plane that the mirror sweeps.
+    /// Across the edges they are shorter by the cosine, and points of that plane now lie aside.
+    /// Steps keep their distance in the plane that the mirror sweeps, in which they are reported.
     pub fn turn(&mut self, yaw: f64) {
         if yaw == 0.0 {
             return;
@@ -211,7 +219,7 @@ impl World {
         }
     }
 
-    /// The same world from a chair that has come `travel` metres nearer.
+    /// Returns the world from a chair that has come `travel` metres nearer.
     pub fn moved(&self, travel: f64) -> Self {
         let mut world = self.clone();
         let (ahead, across) = (
@@ -235,8 +243,8 @@ impl World {
         world
     }
 
-    /// The point that lies at `p` in the plane that the mirror sweeps: its place in the profile, and how
-    /// far aside.
+    /// Returns the place in the profile of the point `p` of the plane that the mirror sweeps, and
+    /// its lateral offset, metres.
     pub fn place(&self, p: Vec2) -> (Vec2, f64) {
         let (sin, cos) = libm::sincos(self.yaw);
         (Vec2::new(p.x * cos, p.y), p.x * sin)
@@ -263,7 +271,8 @@ impl World {
         self.outlines += 1;
     }
 
-    /// Adds the edge at `at` between the pieces from `before` and to `after` if it is sharp and convex.
+    /// Adds the edge at `at` between the pieces from `before` and to `after` if it is sharp and
+    /// convex.
     fn convex(&mut self, before: Vec2, at: Vec2, after: Vec2, skin: Skin) {
         let (along, onward) = ((at - before).unit(), (after - at).unit());
         let turn = libm::atan2(onward.cross(along), along.dot(onward));
@@ -279,7 +288,7 @@ impl World {
     }
 }
 
-/// Twice the signed area, positive when the points run anticlockwise.
+/// Returns twice the signed area, positive when the points run anticlockwise.
 fn area(points: &[Vec2]) -> f64 {
     let Some(&last) = points.last() else {
         return 0.0;
@@ -292,12 +301,12 @@ fn area(points: &[Vec2]) -> f64 {
     })
 }
 
-/// Largest radius whose chords may span a sixth of a radian: they then keep within 28 µm of the arc, a
-/// tenth of a radian of phase at 94 GHz out and back. Larger ones get more chords.
+/// Maximum radius whose chords may span a sixth of a radian, metres. They stay within 28 µm of the
+/// arc: a tenth of a radian of two-way phase at 94 GHz. Larger radii get more chords.
 const COARSE: f64 = 0.008;
 
-/// A rounded convex corner from the direction `into` to the direction `out`, turning right, in place
-/// of the sharp corner `at`: points of the arc, chords no longer than a sixth of the radius.
+/// Returns the arc that replaces the sharp convex corner `at` between the directions `into` and
+/// `out`, turning right. Its chords are at most a sixth of the radius long.
 pub fn rounded(at: Vec2, into: Vec2, out: Vec2, radius: f64) -> Vec<Vec2> {
     if radius <= 0.0 {
         return vec![at];
@@ -316,7 +325,7 @@ pub fn rounded(at: Vec2, into: Vec2, out: Vec2, radius: f64) -> Vec<Vec2> {
         .collect()
 }
 
-/// A corner broken off in place of rounded: the two ends of the chamfer, each `depth` from the sharp corner `at`.
+/// Returns the two ends of a chamfer, each `depth` from the sharp corner `at`.
 pub fn chamfered(at: Vec2, into: Vec2, out: Vec2, depth: f64) -> Vec<Vec2> {
     if depth <= 0.0 {
         return vec![at];

@@ -1,4 +1,4 @@
-//! What the ground of streets and entrances does to echoes: levels against each other and against Fresnel.
+//! Echo levels of the ground of streets and entrances, compared with each other and with Fresnel.
 
 use core::f64::consts::PI;
 
@@ -8,15 +8,15 @@ use super::Scene;
 use super::scatter::Echo;
 use super::textbook::{assert_close, windowed};
 
-/// A receiver and a mirror without errors.
+/// An ideal receiver and mirror.
 const STILL: &str = "[mirror]\njitter_deg = 0.0\nsidelobe_floor_db = 300.0\n";
 
 fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{STILL}{text}")).unwrap()
 }
 
-/// Mean power of the echoes between two ranges, of 20 surfaces, dB: under a Hann window of 3 cm to both sides, at
-/// every 1.5 cm, as the radar resolves them.
+/// Mean power of the echoes between two ranges over 20 surfaces, dB, under a Hann window of ±3 cm
+/// at every 1.5 cm, as the radar resolves them.
 fn level(text: &str, (near, far): (f64, f64)) -> f64 {
     let scene = scene(text);
     let (runs, cells) = (20, ((far - near) / 0.015) as usize);
@@ -30,7 +30,7 @@ fn level(text: &str, (near, far): (f64, f64)) -> f64 {
     10.0 * (power / (f64::from(runs as u32) * cells as f64)).log10()
 }
 
-/// The sum of the echoes about `range`.
+/// Windowed sum of the echoes about `range`.
 fn seen(echoes: &[Echo], range: f64) -> Complex64 {
     let weighed = echoes.iter().filter_map(|e| {
         let d = (e.range - range) / 0.03;
@@ -39,14 +39,15 @@ fn seen(echoes: &[Echo], range: f64) -> Complex64 {
     weighed.sum()
 }
 
-/// Mean power about `range` of ten surfaces, dB.
+/// Mean power about `range` over ten surfaces, dB.
 fn cell(text: &str, range: f64) -> f64 {
     let s = scene(text);
     let power = (0..10).map(|seed| seen(&s.echoes(seed), range).norm_sqr());
     10.0 * (0.1 * power.sum::<f64>()).log10()
 }
 
-/// Level of ground of `material` seen 15 to 30° below the horizontal, more text before it.
+/// Level of ground of `material` seen 15 to 30° below the horizontal; `more` is scene text before
+/// it.
 fn ground(more: &str, material: &str) -> f64 {
     let text = format!("{more}[[floor]]\nto_m = 2.0\nmaterial = \"{material}\"\n");
     let found = level(&text, (0.8, 1.5));
@@ -70,7 +71,8 @@ fn water_and_dark_carpet_take_the_ground_out_of_sight() {
 /// Grazing angles of the table in `scenes/README.md`, degrees.
 const GRAZING: [f64; 5] = [10.0, 15.0, 20.0, 30.0, 45.0];
 
-/// σ° of `material` at each of [`GRAZING`], dB, relief and volume together: against ground of which it is known.
+/// σ° of `material` at each of [`GRAZING`], dB, relief and volume together, relative to ground of
+/// known σ°.
 fn sigma(more: &str, material: &str) -> [f64; 5] {
     let known = "[material.known]\npermittivity = 1.0\nconductivity = 0.0\nroughness_m = 0.0\n\
                  diffuse_db = -20.0\n";
@@ -111,7 +113,7 @@ fn sigma_nought_falls_with_the_grazing_angle() {
             assert!(of[0] < of[3] + 1.0 && of[0] > -75.0, "{material}: {of:?}");
         }
         if material == "asphalt" {
-            // Volume scatter of a road comes back in the vertical polarisation above all.
+            // Volume scatter of a road is stronger in vertical polarisation.
             let excess: Vec<f64> = (0..4).map(|k| along[k] - across[k]).collect();
             assert!(
                 excess.iter().all(|db| (0.5..11.0).contains(db)),
@@ -122,7 +124,7 @@ fn sigma_nought_falls_with_the_grazing_angle() {
     }
 }
 
-/// A solid on dark-ceramic ground, written as `[[polyline]]`.
+/// A closed `[[polyline]]` with more keys.
 fn solid(points: &str, more: &str) -> String {
     format!("[[polyline]]\npoints = {points}\nclosed = true\n{more}\n")
 }
@@ -246,7 +248,7 @@ fn the_edges_of_a_chamfer_are_where_the_faces_end() {
         "[[stairs]]\ndistance_m = 1.0\ncount = 1\nrise_m = 0.1\ngoing_m = 0.3\nbatter_m = 0.02\n\
          nosing_radius_m = 0.02\nchamfered = true\ntread_thickness_m = 0.5\nmaterial = \"concrete\"\n",
     );
-    // Two obtuse edges, and the foot 2 cm before the sharp corner that the chamfer takes off.
+    // Two obtuse edges, and the foot 2 cm before the sharp corner that the chamfer removes.
     assert_eq!(s.world.wedges.len(), 2);
     assert!((s.world.wedges[1].at.x - 1.02).abs() < 1e-9);
     assert!((s.world.segments[0].a.x - 0.98).abs() < 1e-9);

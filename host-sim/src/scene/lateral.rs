@@ -1,4 +1,5 @@
-//! Across the plane: sums over the columns and patches of a facet or edge that the beam lights.
+//! Sums across the swept plane, over the columns and patches of a facet or edge that the beam
+//! lights.
 
 use core::f64::consts::PI;
 
@@ -10,46 +11,46 @@ use super::maths::{cis, cis_all};
 use super::sight::Shade;
 use super::view::View;
 
-/// What several columns of a facet or edge send back together.
+/// Combined echo of several columns of a facet or edge.
 #[derive(Clone, Copy, Default)]
 pub struct Strip {
     /// Sum of their phases and gains: √σ of a line of unit strength per metre.
     pub sum: Complex64,
-    /// The width that the two-way beam lights, in terms of power.
+    /// Effective width that the two-way beam lights, in terms of power, metres.
     pub lit: f64,
-    /// How much farther they are than the column in the profile's plane, metres.
+    /// Additional range relative to the column in the profile's plane, metres.
     pub farther: f64,
 }
 
-/// Columns whose ranges differ by less are summed into one strip: a seventh of the finest range
-/// resolution. Only a beam that looks aslant needs more than one.
+/// Maximum range difference of columns that are summed into one strip, metres: a seventh of the
+/// finest range resolution. Only a beam with yaw needs more than one strip.
 const STRIP: f64 = 2e-3;
 
-/// Columns that are computed at once.
+/// Number of columns that are computed at once.
 pub const BLOCK: usize = 32;
 
-/// Strips this much darker than the brightest one, in power, are left out.
+/// Minimum power of a strip relative to the strongest one; weaker strips are left out.
 const DARK: f64 = 1e-6;
 
-/// The lateral half of a scatterer's geometry: its extent, the lengths of the way out and back, and the
+/// Lateral geometry of a scatterer: its extent, the lengths of the way out and back, and the
 /// forward part of the directions in which they leave the scanner.
 pub struct Across<'a> {
-    /// Extent.
+    /// Lateral extent.
     pub lateral: &'a Lateral,
-    /// Lengths.
+    /// Lengths of the way out and back, metres.
     pub legs: [f64; 2],
-    /// Forward parts of the directions.
+    /// Forward parts of the two directions.
     pub forward: [f64; 2],
 }
 
-/// Width across the plane of a patch of a facet that scatters as one, metres: narrow enough that the
-/// beam's wave front turns by half a wave at most over a patch at its edge.
+/// Width across the plane of a patch of a facet that scatters as one, metres. It is narrow enough
+/// that the wave front turns by at most half a wave over a patch at the beam's edge.
 pub const PATCH: f64 = 8e-3;
 
-/// Some neighbouring columns.
+/// A block of neighbouring columns.
 #[derive(Default)]
 struct Block {
-    /// Metres beside the plane.
+    /// Places beside the plane, metres.
     places: [f64; BLOCK],
     /// Cosines and sines of their phases.
     phasors: ([f64; BLOCK], [f64; BLOCK]),
@@ -57,7 +58,7 @@ struct Block {
     weights: [f64; BLOCK],
     /// Powers times widths.
     lit: [f64; BLOCK],
-    /// As in [`Strip`].
+    /// Additional range as in [`Strip`], metres.
     farther: [f64; BLOCK],
 }
 
@@ -93,13 +94,14 @@ impl Block {
 }
 
 impl View<'_> {
-    /// Tangent of the angle beside the profile's plane up to which the beam lights anything.
+    /// Returns the tangent of the angle beside the profile's plane up to which the beam lights
+    /// surfaces.
     pub fn lateral_reach(&self) -> f64 {
         self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
     }
 
-    /// Sum over the columns across the plane, strip by strip. `paths` is how much farther columns are than
-    /// a flat surface's, both ways together, from a column's number on and for these places.
+    /// Sums the columns across the plane, strip by strip. `paths` returns the additional two-way
+    /// path of columns relative to a flat surface, from a column's number on and for these places.
     pub fn across(
         &self,
         a: &Across,
@@ -110,13 +112,13 @@ impl View<'_> {
         let columns = Columns::new(a.lateral, out.min(back) * self.lateral_reach());
         let bend = 0.5 * (1.0 / out + 1.0 / back);
         let (sin, cos) = libm::sincos(self.world.yaw);
-        // Angle between a column's ray and the plane that the mirror sweeps.
+        // Angle between a column's ray and the swept plane.
         let aside = |leg: usize| (cos / a.legs[leg], -a.forward[leg] * sin);
         let light = self
             .beam
             .lateral_pair([aside(0), aside(1)], columns.spacing);
         let tilt = self.wavenumber * bend * columns.spacing;
-        // Looking straight at the edges, the beam is over before its ranges differ.
+        // Without yaw, the beam ends before the ranges of its columns differ.
         let stretch = if sin == 0.0 { 0.0 } else { 0.5 * bend };
         let mut strips: Vec<Strip> = Vec::new();
         for first in (columns.low..columns.high).step_by(BLOCK) {
@@ -137,7 +139,8 @@ impl View<'_> {
             let count = (columns.high - first).min(BLOCK as i64) as usize;
             block.add_to(&mut strips, count, &hidden);
         }
-        // What the beam leaves dark is no echo; a surface that lies in no column stays one without power.
+        // Unlit strips give no echo. A surface that lies in no column stays as one strip without
+        // power.
         let brightest = strips.iter().map(|s| s.lit).fold(0.0, f64::max);
         strips.retain(|s| sin == 0.0 || s.lit > DARK * brightest);
         if strips.is_empty() {
@@ -150,14 +153,14 @@ impl View<'_> {
         strips
     }
 
-    /// Number of patches of a facet that the beam lights at a distance of `r` metres.
+    /// Returns the number of patches of a facet that the beam lights at a distance of `r` metres.
     pub fn patch_count(&self, r: f64) -> usize {
         2 * (r * self.lateral_reach() / PATCH) as usize + 1
     }
 
-    /// √σ of the scatterers of a facet, drawn patch by patch from the middle outwards, so that a wider or
-    /// narrower view draws the same ones. The facet lies `r` metres away, in a direction with the forward
-    /// part `forward`.
+    /// Returns √σ of the diffuse scatterers of a facet. They are drawn patch by patch from the
+    /// middle outwards, so that a wider or narrower view draws the same ones. The facet lies `r`
+    /// metres away, in a direction with the forward part `forward`.
     pub fn patches(
         &self,
         lateral: &Lateral,

@@ -1,4 +1,4 @@
-//! What surfaces are made of, and how much of a wave they throw back.
+//! Electrical properties of surface materials and their reflection of waves.
 
 use num_complex::Complex64;
 
@@ -21,11 +21,11 @@ pub const NAMES: [&str; 13] = [
     "dark-carpet",
 ];
 
-/// A built-in material.
+/// Returns a built-in material.
 ///
 /// Permittivity and conductivity at 94 GHz are those of Rec. ITU-R P.2040 (table 3: wood, concrete,
 /// plasterboard, metal; marble stands for glazed ceramic), extrapolated where its fits end below.
-/// Roughness is what profilometers find: paint levels to some ten micrometres over the grain, glaze
+/// Roughness is that of profilometer measurements: paint levels to some ten micrometres over the grain, glaze
 /// and sheet metal to a few, cast concrete to tenths of a millimetre. γ at W-band is -15 to -25 dB for
 /// concrete and asphalt (Ulaby and Dobson, Handbook of Radar Scattering Statistics for Terrain;
 /// Li, Sarabandi 1999) and lower the finer the texture.
@@ -40,7 +40,7 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
             diffuse_db: -26.0,
             ..plain
         },
-        // 30 cm tiles, joints of 3 mm, 1 mm deep, of cement.
+        // 30 cm tiles with cement joints of 3 mm, 1 mm deep.
         "dark-ceramic" => MaterialSpec {
             permittivity: 7.07,
             conductivity: 0.37,
@@ -69,7 +69,7 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
             diffuse_db: -38.0,
             ..plain
         },
-        // Bearing bars 4 mm thick every 34 mm: mostly holes.
+        // Bearing bars 4 mm thick every 34 mm, with open space between.
         "grating" => MaterialSpec {
             permittivity: 1.0,
             conductivity: 1e7,
@@ -98,7 +98,7 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
             diffuse_db: -18.0,
             ..plain
         },
-        // Clothed legs: skin reflects about as strongly as wood once the cloth has taken its share.
+        // Clothed legs: behind the loss of the cloth, skin reflects about as strongly as wood.
         "fabric" => MaterialSpec {
             permittivity: 2.5,
             conductivity: 5.0,
@@ -111,15 +111,16 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
     })
 }
 
-/// A built-in material of streets and entrances.
+/// Returns a built-in material of streets and entrances.
 ///
-/// What scatters in roads lies inside them but for rough ones (Li and Sarabandi 1999, 94 GHz, 70 to 88° from
-/// the normal). `scenes/README.md` lists values and sources, and which values are assumptions.
+/// Roads scatter from inside, except rough ones (Li and Sarabandi 1999, 94 GHz, 70 to 88° from the
+/// normal). `scenes/README.md` lists values and sources, and states which values are assumptions.
 fn ground(name: &str) -> Option<MaterialSpec> {
     let plain = MaterialSpec::default();
     Some(match name {
-        // Permittivity between bitumen (2.7) and stone (5 to 7). So smooth that what lies inside outweighs the
-        // relief, whose physical optics has the polarisations the wrong way round at grazing angles.
+        // Permittivity between bitumen (2.7) and stone (5 to 7). The surface is so smooth that
+        // volume scatter exceeds that of the relief, whose physical optics has the wrong order of
+        // polarisations at grazing angles.
         "asphalt" => MaterialSpec {
             permittivity: 4.0,
             conductivity: 0.5,
@@ -129,8 +130,9 @@ fn ground(name: &str) -> Option<MaterialSpec> {
             diffuse_inside: true,
             ..plain
         },
-        // Rec. ITU-R P.2040, table 3. Of a pane of 10 mm the back face answers 22 dB below the front, for the
-        // glass takes 10 dB a way: a half space. Float glass is optically flat; γ is that of dust and fingers.
+        // Rec. ITU-R P.2040, table 3. The back face of a 10 mm pane echoes 22 dB below the front,
+        // because the glass takes 10 dB one way; the pane is modelled as a half space. Float glass
+        // is optically flat; γ is that of dust and fingerprints.
         "glass" => MaterialSpec {
             permittivity: 6.31,
             conductivity: 1.58,
@@ -148,9 +150,10 @@ fn ground(name: &str) -> Option<MaterialSpec> {
             diffuse_db: -32.0,
             ..plain
         },
-        // A closed film of water at 20 °C, 0.3 mm or more thick, over concrete or asphalt: ε = 7.7 + 13.3j at
-        // 94 GHz (Liebe, Hufford, Manabe 1991, double Debye). The field falls to 1/e in 0.26 mm, so that the film
-        // takes 20 dB out of what scatters below it, and its surface another 5 dB. Surface tension levels it.
+        // A closed film of water at 20 °C, at least 0.3 mm thick, over concrete or asphalt: ε = 7.7
+        // + 13.3j at 94 GHz (Liebe, Hufford, Manabe 1991, double Debye). The field falls to 1/e in
+        // 0.26 mm, so that the film takes 20 dB from the scatter below it, and its surface another
+        // 5 dB. Surface tension levels it.
         "wet" => MaterialSpec {
             permittivity: 7.69,
             conductivity: 69.7,
@@ -160,7 +163,7 @@ fn ground(name: &str) -> Option<MaterialSpec> {
             diffuse_inside: true,
             ..plain
         },
-        // Short pile, or an entrance mat, that lets a wave in and does not give it back.
+        // Short pile, or an entrance mat, that absorbs the wave.
         "dark-carpet" => MaterialSpec {
             permittivity: 1.25,
             conductivity: 0.5,
@@ -176,7 +179,7 @@ fn ground(name: &str) -> Option<MaterialSpec> {
 /// A material at one carrier frequency and polarisation.
 #[derive(Clone, Debug)]
 pub struct Material {
-    /// What the scene file says.
+    /// Parameters from the scene file.
     pub spec: MaterialSpec,
     permittivity: Complex64,
     polarisation: Polarisation,
@@ -186,7 +189,8 @@ pub struct Material {
 const EPSILON_0: f64 = 8.854_187_812_8e-12;
 
 impl Material {
-    /// At `carrier_hz`, with the complex permittivity ε' + jσ/(ωε₀) (time dependence e^{-jωt}).
+    /// Creates the material at `carrier_hz`, with the complex permittivity ε' + jσ/(ωε₀) (time
+    /// dependence e^{-jωt}).
     pub fn new(spec: &MaterialSpec, carrier_hz: f64, polarisation: Polarisation) -> Self {
         let loss = spec.conductivity / (core::f64::consts::TAU * carrier_hz * EPSILON_0);
         Self {
@@ -196,9 +200,9 @@ impl Material {
         }
     }
 
-    /// Fresnel's reflection coefficient of a half space (Balanis, Advanced Engineering
-    /// Electromagnetics, sec. 5.3): of the electric field along the edges, or of the magnetic one
-    /// when that lies along them, so that metal gives -1 and +1.
+    /// Returns Fresnel's reflection coefficient of a half space (Balanis, Advanced Engineering
+    /// Electromagnetics, sec. 5.3): for the electric field when that is parallel to the edges, for
+    /// the magnetic field when that is, so that metal gives -1 and +1.
     pub fn reflection(&self, cos_incidence: f64) -> Complex64 {
         let c = cos_incidence.clamp(0.0, 1.0);
         let inside = root(self.permittivity - (1.0 - c * c));
@@ -209,13 +213,14 @@ impl Material {
         (outside - inside) / (outside + inside)
     }
 
-    /// Share of power that passes the surface.
+    /// Returns the fraction of the power that passes the surface.
     fn transmissivity(&self, cos_incidence: f64) -> f64 {
         1.0 - self.reflection(cos_incidence).norm_sqr()
     }
 
-    /// Factor on σ° = γ cos θ of what lies inside the material: the surface's transmissivity in and out,
-    /// against that at normal incidence. 1 for what scatters at the surface.
+    /// Returns the factor on σ° = γ cos θ of scatter from inside the material: the two-way
+    /// transmissivity of the surface relative to that at normal incidence. It is 1 for scatter at
+    /// the surface.
     pub fn held_back(&self, cos_incidence: f64) -> f64 {
         if !self.spec.diffuse_inside {
             return 1.0;
@@ -231,7 +236,8 @@ impl Material {
     }
 }
 
-/// Principal square root by half-angle formulas: only square roots, so the same on every host.
+/// Returns the principal square root by half-angle formulas, which need only real square roots and
+/// so are the same on every host.
 fn root(z: Complex64) -> Complex64 {
     let r = (z.re * z.re + z.im * z.im).sqrt();
     let re = ((r + z.re).max(0.0) / 2.0).sqrt();
@@ -266,7 +272,8 @@ mod tests {
 
     #[test]
     fn a_dielectric_reflects_as_its_refractive_index_says() {
-        // (1 - n) / (1 + n) with n = sqrt(5.24), and nothing of H-polarised waves at Brewster's angle.
+        // (1 - n) / (1 + n) with n = sqrt(5.24), and no reflection of H-polarised waves at
+        // Brewster's angle.
         let lossless = MaterialSpec {
             permittivity: 5.24,
             conductivity: 0.0,
@@ -286,12 +293,12 @@ mod tests {
             let asphalt = at("asphalt", polarisation);
             10.0 * asphalt.held_back(grazing.to_radians().sin()).log10()
         };
-        // Of ε = 4, in dB: Fresnel by hand.
+        // For ε = 4, in dB: Fresnel by hand.
         for (grazing, book) in [(10.0, -8.6), (20.0, -4.4), (30.0, -2.5), (90.0, 0.0)] {
             let found = factor(Polarisation::Horizontal, grazing);
             assert!((found - book).abs() < 0.4, "{grazing}°: {found} dB");
         }
-        // Towards Brewster's angle more passes the surface than at normal incidence.
+        // Towards Brewster's angle more power passes the surface than at normal incidence.
         for grazing in [15.0, 25.0, 40.0] {
             let found = factor(Polarisation::Vertical, grazing);
             assert!((-0.7..1.1).contains(&found), "{grazing}°: {found} dB");

@@ -1,7 +1,7 @@
-//! Vectors, phases and random numbers that come out the same on every host.
+//! Vectors, phases and random numbers with the same bits on every host.
 //!
-//! The standard library's elementary functions are the platform's and differ in the last bit, which
-//! would break "same seed, same bytes"; `libm`'s are plain arithmetic.
+//! The standard library's elementary functions depend on the platform and differ in the last bit,
+//! which would break "same seed, same bytes". Those of `libm` are plain arithmetic.
 
 use core::f64::consts::FRAC_2_PI;
 
@@ -23,37 +23,37 @@ pub struct Vec2 {
 }
 
 impl Vec2 {
-    /// A vector from its parts.
+    /// Creates a vector from its components.
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// Scalar product.
+    /// Returns the scalar product.
     pub fn dot(self, o: Self) -> f64 {
         self.x * o.x + self.y * o.y
     }
 
-    /// Cross product: positive when `o` lies to the left of `self`.
+    /// Returns the cross product: positive when `o` lies to the left of `self`.
     pub fn cross(self, o: Self) -> f64 {
         self.x * o.y - self.y * o.x
     }
 
-    /// Length.
+    /// Returns the length.
     pub fn len(self) -> f64 {
         self.dot(self).sqrt()
     }
 
-    /// The same direction with length 1.
+    /// Returns the vector scaled to length 1.
     pub fn unit(self) -> Self {
         self * (1.0 / self.len())
     }
 
-    /// Turned left by 90°.
+    /// Returns the vector turned left by 90°.
     pub const fn left(self) -> Self {
         Self::new(-self.y, self.x)
     }
 
-    /// `self` plus `t` times the way to `o`.
+    /// Returns `self` plus `t` times the vector to `o`.
     pub fn towards(self, o: Self, t: f64) -> Self {
         self + (o - self) * t
     }
@@ -80,20 +80,21 @@ impl core::ops::Mul<f64> for Vec2 {
     }
 }
 
-/// e^{jφ}.
+/// Returns e^{jφ}.
 pub fn cis(phase: f64) -> Complex64 {
     let (s, c) = libm::sincos(phase);
     Complex64::new(c, s)
 }
 
-/// 1.5 · 2^52: adding it rounds to an integer, which then stands in the lowest bits.
+/// 1.5 · 2^52: adding it rounds to an integer, which is then in the lowest bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// Phases beyond are left to `libm`, radians: below, two parts of π/2 are enough to reduce them.
+/// Maximum magnitude of a phase that is reduced here with two parts of π/2, radians; larger ones
+/// are passed to `libm`.
 const LARGE_PHASE: f64 = 1e5;
 
-/// Cosines and sines of `phases`, to 3e-16. Without branches, so that the compiler computes several at
-/// once: a scan needs a million. Reduction and polynomials are those of fdlibm.
+/// Returns the cosines and sines of `phases`, to 3e-16. It has no branches, so that the compiler
+/// vectorises it: a scan needs a million. Reduction and polynomials are those of fdlibm.
 pub fn cis_all<const N: usize>(phases: &[f64; N]) -> ([f64; N], [f64; N]) {
     if phases.iter().any(|x| x.abs() > LARGE_PHASE) {
         let pairs = phases.map(libm::sincos);
@@ -127,7 +128,8 @@ pub fn cis_all<const N: usize>(phases: &[f64; N]) -> ([f64; N], [f64; N]) {
     (cosines, sines)
 }
 
-/// Natural logarithm of a normal number between 0 and 1, to 3e-16 of itself (fdlibm's, without branches).
+/// Returns the natural logarithm of a normal number between 0 and 1, to a relative 3e-16 (fdlibm's,
+/// without branches).
 #[inline]
 fn log_of_share(x: f64) -> f64 {
     // x = 2^k (1 + f) with √½ < 1 + f < √2.
@@ -153,7 +155,7 @@ fn log_of_share(x: f64) -> f64 {
     s * (half + (even + odd)) + low - half + f + k * 6.931_471_803_691_238e-1
 }
 
-/// sin x / x.
+/// Returns sin x / x.
 pub fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-4 {
         1.0 - x * x / 6.0
@@ -162,35 +164,35 @@ pub fn sinc(x: f64) -> f64 {
     }
 }
 
-/// 10^(db/10).
+/// Returns 10^(db/10).
 pub fn power(db: f64) -> f64 {
     libm::exp10(db / 10.0)
 }
 
-/// 10^(db/20).
+/// Returns 10^(db/20).
 pub fn amplitude(db: f64) -> f64 {
     libm::exp10(db / 20.0)
 }
 
-/// 10 log10 of a power.
+/// Returns 10 log10 of a power.
 pub fn decibel(power: f64) -> f64 {
     10.0 * libm::log10(power)
 }
 
-/// Pairs of Gaussian numbers that are computed at once.
+/// Number of pairs of Gaussian numbers that are computed at once.
 const PAIRS: usize = 16;
 
-/// Random numbers of one stream.
+/// Random number generator of one stream.
 pub struct Random {
     rng: Xoshiro256PlusPlus,
     spare: Option<f64>,
 }
 
 impl Random {
-    /// Stream `stream` of `seed`. Streams of one seed, and equal streams of different seeds, have
-    /// nothing to do with each other, whatever order they are used in.
+    /// Creates stream `stream` of `seed`. Streams of one seed, and equal streams of different
+    /// seeds, are independent, in any order of use.
     pub fn new(seed: u64, stream: u64) -> Self {
-        // SplitMix64 inside `seed_from_u64` spreads what an odd multiplier has kept apart.
+        // The odd multiplier keeps streams distinct; SplitMix64 inside `seed_from_u64` mixes the bits.
         let mixed = seed ^ stream.wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(17);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(mixed);
         let again = rng.next_u64() ^ stream;
@@ -200,27 +202,27 @@ impl Random {
         }
     }
 
-    /// Uniform in 0 ≤ x < 1.
+    /// Returns a uniform number in 0 ≤ x < 1.
     pub fn unit(&mut self) -> f64 {
         (self.rng.next_u64() >> 11).cast_signed() as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Uniform from `low` to `high`.
+    /// Returns a uniform number from `low` to `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// An index below `n` (which is above 0).
+    /// Returns an index below `n` (which is above 0).
     pub fn index(&mut self, n: usize) -> usize {
         ((self.unit() * n as f64) as usize).min(n - 1)
     }
 
-    /// True with probability `p`.
+    /// Returns true with probability `p`.
     pub fn chance(&mut self, p: f64) -> bool {
         self.unit() < p
     }
 
-    /// Gaussian with mean 0 and variance 1 (Marsaglia's polar method).
+    /// Returns a Gaussian number with mean 0 and variance 1 (Marsaglia's polar method).
     pub fn normal(&mut self) -> f64 {
         if let Some(x) = self.spare.take() {
             return x;
@@ -230,7 +232,8 @@ impl Random {
         first
     }
 
-    /// Fills `to` with what as many calls of [`Random::normal`] return, several at once.
+    /// Fills `to` with the values that as many calls of [`Random::normal`] would return, several at
+    /// once.
     pub fn normals(&mut self, to: &mut [f64]) {
         let kept = usize::from(self.spare.is_some()).min(to.len());
         let (first, others) = to.split_at_mut(kept);
@@ -245,7 +248,7 @@ impl Random {
         rest.fill_with(|| self.normal());
     }
 
-    /// The next `N` pairs of Gaussian numbers.
+    /// Returns the next `N` pairs of Gaussian numbers.
     fn pairs<const N: usize>(&mut self) -> [(f64, f64); N] {
         let (mut us, mut vs, mut squares) = ([0.0; N], [0.0; N], [0.5; N]);
         let mut found = 0;
@@ -263,7 +266,7 @@ impl Random {
         core::array::from_fn(|k| (us[k] * squares[k], vs[k] * squares[k]))
     }
 
-    /// Circular complex Gaussian with mean power `power`.
+    /// Returns a circular complex Gaussian number with mean power `power`.
     pub fn complex(&mut self, power: f64) -> Complex64 {
         let k = (power / 2.0).sqrt();
         let re = self.normal() * k;

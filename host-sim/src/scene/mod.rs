@@ -1,13 +1,15 @@
-//! The project's own radar world: scene files in, recordings out.
+//! The project's radar simulator: scene files in, recordings out.
 //!
-//! A scene is a profile in the plane that the mirror sweeps ([`shapes`], [`geometry`]), cut into facets
-//! shorter than a quarter wavelength with a random relief ([`facets`]). Physical optics, edge
-//! diffraction and inner corners turn them into echoes ([`scatter`], [`edge`], [`sight`]), once per
-//! scan; the beam ([`beam`]) weighs them anew at every angle, the beat tones are summed ([`tones`]), and
-//! the receiver adds what receivers add (`receiver.rs`). It knows nothing of the detector.
+//! A scene is a profile in the plane that the mirror sweeps ([`shapes`], [`geometry`]), cut into
+//! facets shorter than a quarter wavelength with a random relief ([`facets`]). Physical optics,
+//! edge diffraction and inner corners turn them into echoes ([`scatter`], [`edge`], [`sight`]),
+//! once per scan. The beam ([`beam`]) weights the echoes anew at every angle, the beat tones are
+//! summed ([`tones`]), and the receiver adds its noise and errors (`receiver.rs`). The simulator is
+//! independent of the detector.
 //!
-//! What it leaves out: surfaces are opaque; the beam is that of the far field, seen from the mirror's
-//! centre; its polarisation does not turn with the mirror; of more than two bounces nothing comes back.
+//! Not modelled: transmission through surfaces, the near field of the beam (the far-field pattern
+//! is centred on the mirror), the rotation of polarisation with the mirror, and echoes of more than
+//! two bounces.
 
 pub mod beam;
 mod bundles;
@@ -69,31 +71,31 @@ use tones::{HIGHEST, Moving, Tones};
 use truth::ScanGeometry;
 use view::View;
 
-/// Random streams of one seed: one for the surfaces, one per chirp from [`CHIRPS`] on.
+/// Random streams of one seed: one for the surfaces, and one per chirp from [`CHIRPS`] on.
 const SURFACES: u64 = 1;
 const CHIRPS: u64 = 1000;
 
-/// A scene that has been checked and built, ready to be scanned.
+/// A checked and built scene, ready to be scanned.
 pub struct Scene {
     spec: SceneSpec,
     materials: Vec<Material>,
     world: World,
     eye: Vec2,
     beam: Beam,
-    /// Worked out when a scan first asks for it: there are scenes that are only built.
+    /// Computed at the first scan, because some scenes are only built.
     beats: OnceLock<Arc<Beats>>,
     angles: Vec<f64>,
 }
 
-/// What the chirps of all rows are made with.
+/// Data shared by the chirps of all rows.
 struct Beats {
     tones: Tones,
-    /// What comes back from inside the scanner, sample by sample: the leakage and the mirror, the latter
-    /// without the phase that its run-out turns.
+    /// Echoes from inside the scanner, sample by sample: the leakage, and the mirror without the
+    /// phase of its run-out.
     inside: [Vec<Moving>; 2],
 }
 
-/// One scan: the samples of every row in the order of the angles, and what is true of it.
+/// One scan: the samples of every row in the order of the angles, and the ground truth.
 struct Scan {
     chirps: Vec<Vec<Iq>>,
     truth: Truth,
@@ -172,7 +174,8 @@ impl Scene {
         recording
     }
 
-    /// The chirps of all rows and the truth. `stream` is that of the first row's random numbers.
+    /// Returns the chirps of all rows and the truth. `stream` is the stream of the first row's
+    /// random numbers.
     fn scan(&self, receiver: &Receiver, tones: &Bundles, (seed, stream): (u64, u64)) -> Scan {
         let rows = 0..self.angles.len();
         let (chirps, clean): (Vec<_>, Vec<_>) = rows
@@ -190,7 +193,7 @@ impl Scene {
         Scan { chirps, truth }
     }
 
-    /// A recording by this scanner without any chirp.
+    /// Returns a recording of this scanner without chirps.
     fn empty_recording(&self, name: &str) -> Recording {
         let (radar, mount) = (&self.spec.radar, &self.spec.mount);
         Recording {
@@ -217,7 +220,8 @@ impl Scene {
         }
     }
 
-    /// What a perfect scanner would report, without a scan and so without signal-to-noise ratios.
+    /// Returns the report of a perfect scanner, without a scan and so without signal-to-noise
+    /// ratios.
     pub fn truth(&self) -> Truth {
         let unknown = |steps: &[BuiltStep]| vec![None; steps.len()];
         self.geometry().truth(&self.world, unknown)
@@ -231,7 +235,7 @@ impl Scene {
         }
     }
 
-    /// All echoes of the scene for one draw of its surfaces.
+    /// Returns all echoes of the scene for one draw of its surfaces.
     pub fn echoes(&self, seed: u64) -> Vec<Echo> {
         let mut random = Random::new(seed, SURFACES);
         let relief = self.relief_from(&mut random, &[0.0]);
@@ -239,7 +243,7 @@ impl Scene {
             .echoes(&relief, &mut Diffuse::Fresh(&mut random))
     }
 
-    /// The surfaces of one draw, as far as they are seen after any of the `travels`.
+    /// Returns the surfaces of one draw, as far as they are in view after any of the `travels`.
     fn relief(&self, seed: u64, travels: &[f64]) -> Relief {
         self.relief_from(&mut Random::new(seed, SURFACES), travels)
     }
@@ -283,14 +287,14 @@ impl Scene {
         })
     }
 
-    /// The echoes' places on the grid of beat tones.
+    /// Places the echoes on the grid of beat tones.
     fn place(&self, receiver: &Receiver, echoes: &[Echo]) -> Bundles {
         let gain = receiver.gain(self.antenna_gain_dbi());
         let tones = echoes.iter().map(|e| self.tone(receiver, gain, e));
         Bundles::new(tones.flatten())
     }
 
-    /// One echo's place; none beyond the grid.
+    /// Places one echo on the grid; `None` beyond the grid.
     fn tone(&self, receiver: &Receiver, gain: f64, echo: &Echo) -> Option<Tone> {
         let offset = self.spec.mount.mirror_offset_m;
         let place = self
@@ -316,8 +320,8 @@ impl Scene {
             .unwrap_or_else(|| decibel(directivity))
     }
 
-    /// The chirp at angle `row`: its samples, and its echoes as complex ones before the receiver has added
-    /// anything.
+    /// Simulates the chirp of angle `row`. Returns its samples, and its complex echoes before the
+    /// receiver's noise and errors.
     fn chirp(
         &self,
         receiver: &Receiver,
@@ -351,7 +355,7 @@ impl Scene {
         (receiver.digitise(&analog, random), echo.collect())
     }
 
-    /// The tones as a beam at `angle` weighs them.
+    /// Returns the tones as weighted by a beam at `angle`.
     fn weighed(&self, angle: f64, tones: &[&Bundles]) -> Vec<Complex64> {
         let mut grid = self.beats().tones.grid();
         for bundles in tones {
@@ -360,8 +364,8 @@ impl Scene {
         grid
     }
 
-    /// What comes back from inside the scanner: the leakage, and the mirror, whose run-out turns its
-    /// phase with the shaft.
+    /// Returns the echoes from inside the scanner: the leakage, and the mirror, whose run-out
+    /// changes its phase with the shaft's angle.
     fn inside(&self, receiver: &Receiver, tones: &Tones) -> [Vec<Moving>; 2] {
         let spec = &self.spec.receiver;
         let wavenumber = self.view().wavenumber;
@@ -380,7 +384,8 @@ impl Scene {
     }
 }
 
-/// Range from the mirror beyond which the anti-alias filter leaves nothing.
+/// Returns the range from the mirror beyond which the anti-alias filter suppresses all echoes,
+/// metres.
 fn reach(spec: &SceneSpec) -> f64 {
     let radar = &spec.radar;
     let longest = LIGHT * radar.samples_per_chirp as f64 / (2.0 * radar.bandwidth_hz);

@@ -1,8 +1,8 @@
-//! The echoes of a scene that a chair passes, worked out where and when the beam asks for them.
+//! Echoes of a scene that a chair passes, computed where and when the beam needs them.
 //!
-//! A row hears the echoes near its beam as they are on this centimetre of the way, each moved on with the
-//! chair and given the Doppler shift of its speed. What lies far beside the beam comes by side lobes alone
-//! and is worked out every ten centimetres, and moved from there.
+//! The echoes near the beam of a row are those of the present centimetre of the way. Each is
+//! shifted with the chair and gets the Doppler shift of its speed. Echoes far beside the beam enter
+//! by side lobes only. They are computed every ten centimetres, and shifted from there.
 
 use core::f64::consts::PI;
 
@@ -17,17 +17,19 @@ use super::scatter::{Diffuse, EVERYWHERE, Echo};
 use super::sequence::Stop;
 use super::spec::PlaneSpec;
 
-/// The echoes near the beam are worked out anew after so much travel, metres: by then facets have come
-/// into view or left it, and a beam at 30 cm has moved by a tenth of its width.
+/// Travel after which the echoes near the beam are computed anew, metres. By then facets have come
+/// into view or left it, and the place that the beam lights at 30 cm has moved by a tenth of the
+/// beam's width.
 pub const GRAIN_M: f64 = 0.01;
-/// All others after so much.
+/// Travel after which all other echoes are computed anew, metres.
 pub(super) const COARSE_M: f64 = 0.1;
-/// Echoes this far beside the beam, two of its widths, come by side lobes alone, radians.
+/// Angle from the beam's axis, two beam widths, beyond which echoes enter by side lobes only,
+/// radians.
 pub(super) const BESIDE: f64 = 0.2;
-/// The beam turns by so much before the echoes near it are worked out anew, radians.
+/// Turn of the beam after which the echoes near it are computed anew, radians.
 const TURN: f64 = 0.04;
 
-/// Where a row is fired from, and how.
+/// Position, speed and angles at which a row is fired.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot {
     /// Forward travel, metres.
@@ -48,17 +50,17 @@ struct Place {
     relief: Relief,
 }
 
-/// What rows hear from one stretch of the way, the beam looking much the same way.
+/// Echoes for the rows of one stretch of the way with about the same beam angle.
 struct Heard {
     stretch: usize,
     beam: f64,
     /// Echoes near the beam, from the middle of the stretch.
     near: Vec<(Echo, Tone)>,
-    /// The tones of these, as the last row heard them.
+    /// Tones of these echoes, as shifted for the last row.
     tones: Vec<Tone>,
-    /// The same, put together.
+    /// The same tones, summed into bundles.
     moved: Bundles,
-    /// The tones of all others.
+    /// Tones of all other echoes.
     others: Bundles,
 }
 
@@ -66,20 +68,20 @@ struct Heard {
 pub struct Passing<'a> {
     scene: &'a Scene,
     seed: u64,
-    /// Error of the pitch that the recording states, degrees.
+    /// Error of the pitch in the recording, degrees.
     error_deg: f64,
-    /// How far the chair goes, metres.
+    /// Length of the chair's way, metres.
     end_m: f64,
     receiver: &'a Receiver<'a>,
     relief: Relief,
     place: Option<Place>,
     heard: Option<Heard>,
-    /// All echoes from the middle of a coarse stretch.
+    /// Index and middle of a coarse stretch, and all echoes from there.
     all: Option<(usize, f64, Vec<Echo>)>,
 }
 
-/// How much of a direction (a mirror angle less the tilt) runs forward, and how fast the angle grows
-/// for each metre forward at a range of one.
+/// Returns the forward component of a direction (a mirror angle less the tilt), and the change of
+/// the angle per metre forward at a range of one metre, radians.
 pub(super) fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
     let (sin, cos) = libm::sincos(angle);
     match plane {
@@ -89,7 +91,7 @@ pub(super) fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
 }
 
 impl Scene {
-    /// An echo `on` metres farther forward, at `speed` metres a second.
+    /// Returns an echo after `on` metres of forward travel, at `speed` metres per second.
     pub(super) fn nearer(&self, echo: &Echo, on: f64, speed: f64) -> Echo {
         let plane = self.spec.mount.plane;
         let radar = &self.spec.radar;
@@ -106,7 +108,7 @@ impl Scene {
         }
     }
 
-    /// The scene from `travel` metres on, level as the scene file says.
+    /// Returns the scene after `travel` metres, with the pitch of the scene file.
     pub(super) fn from(&self, travel: f64, error: f64) -> Result<Self> {
         let stop = Stop {
             travel_m: [travel; 2],
@@ -117,22 +119,22 @@ impl Scene {
     }
 }
 
-/// Which stretch of `grain` metres `travel` falls into, and the middle of it.
+/// Returns the index of the stretch of `grain` metres that contains `travel`, and its middle.
 pub(super) fn stretch(travel: f64, grain: f64) -> (usize, f64) {
     let stretch = (travel / grain).max(0.0) as usize;
     (stretch, (stretch as f64 + 0.5) * grain)
 }
 
 impl<'a> Passing<'a> {
-    /// `scene`, with the surfaces `relief` of `seed` and an error of the stated pitch in degrees, which a
-    /// chair passes up to `end_m`.
+    /// Creates the passing of `scene` up to `end_m`, metres, with the surfaces `relief` of `seed`
+    /// and an error of the recorded pitch in degrees.
     pub fn new(
         scene: &'a Scene,
         receiver: &'a Receiver<'a>,
         (seed, relief): (u64, Relief),
         (error_deg, end_m): (f64, f64),
     ) -> Self {
-        // Made once, and not by every scene that is made of this one.
+        // Computed here once, so that the scenes cloned from this one share it.
         scene.beats();
         Self {
             scene,
@@ -147,7 +149,7 @@ impl<'a> Passing<'a> {
         }
     }
 
-    /// The scene and its surfaces from `travel` metres on.
+    /// Returns the scene and its surfaces after `travel` metres.
     pub fn from(&self, travel: f64) -> Result<(Scene, Relief)> {
         let scene = self.scene.from(travel, self.error_deg)?;
         let mut relief = self.relief.clone();
@@ -155,17 +157,18 @@ impl<'a> Passing<'a> {
         Ok((scene, relief))
     }
 
-    /// The echoes of `scene` with its surfaces that come back from `between` two mirror angles.
+    /// Returns the echoes of `scene` with its surfaces that come back from `between` two mirror
+    /// angles.
     pub fn echoes(&self, scene: &Scene, relief: &Relief, between: (f64, f64)) -> Vec<Echo> {
         let mut view = scene.view();
         view.between = between;
         view.echoes(relief, &mut Diffuse::Steady(self.seed))
     }
 
-    /// The scene as the receiver sees it from where `shot` is fired, and the beat tones of its echoes.
+    /// Returns the scene at the place where `shot` is fired, and the beat tones of its echoes.
     ///
     /// # Errors
-    /// Says where the mirror has come to lie inside or behind a surface.
+    /// Names the place at which the mirror lies inside or behind a surface.
     pub fn tones(&mut self, shot: &Shot) -> Result<(&Scene, Vec<&Bundles>)> {
         let beam = self.go(shot)?;
         self.listen(shot.travel_m, beam)?;
@@ -187,7 +190,7 @@ impl<'a> Passing<'a> {
         Ok((here, vec![&heard.moved, &heard.others]))
     }
 
-    /// Goes to the stretch of the way where `shot` is fired, and says where the beam looks.
+    /// Updates the place to the stretch of `shot`, and returns the beam's angle, radians.
     fn go(&mut self, shot: &Shot) -> Result<f64> {
         let (at, middle_m) = stretch(shot.travel_m, GRAIN_M);
         let mut place = match self.place.take() {
@@ -209,7 +212,7 @@ impl<'a> Passing<'a> {
         Ok((shot.angle_deg + tilt).to_radians())
     }
 
-    /// Works out the echoes that `beam` needs, if those that were heard before do not do.
+    /// Computes the echoes that `beam` needs, unless the present ones still serve.
     fn listen(&mut self, travel: f64, beam: f64) -> Result<()> {
         let Some(place) = &self.place else {
             return Ok(());
@@ -220,7 +223,7 @@ impl<'a> Passing<'a> {
         }
         let (coarse, middle_m) = stretch(travel, COARSE_M);
         if self.all.as_ref().is_none_or(|(at, _, _)| *at != coarse) {
-            // Behind the end there may be a wall.
+            // Beyond the end there may be a wall.
             let middle_m = middle_m.min(self.end_m.max(place.middle_m));
             let (scene, relief) = self.from(middle_m)?;
             let echoes = self.echoes(&scene, &relief, EVERYWHERE);

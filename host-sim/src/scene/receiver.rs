@@ -1,4 +1,4 @@
-//! From the antenna to the samples, with everything that goes wrong on the way.
+//! The receiver: from the echoes at the antenna to the samples, with noise and errors.
 
 use core::f64::consts::{PI, TAU};
 
@@ -11,18 +11,19 @@ use super::spec::{RadarSpec, ReceiverSpec};
 /// Boltzmann's constant times the reference temperature of noise figures, W/Hz.
 const KT0: f64 = 1.380_649e-23 * 290.0;
 
-/// Frequency at which the scene file states the phase noise, Hz.
+/// Offset frequency at which the scene file states the phase noise, Hz.
 const PHASE_NOISE_OFFSET: f64 = 100e3;
 
 /// The receiver of one scene.
 pub struct Receiver<'a> {
-    /// The radar with the ADC's own samples: of a real one twice as many at twice the rate.
+    /// The radar with the ADC's own sample count and rate; a real receiver takes twice as many
+    /// values at twice the rate.
     radar: RadarSpec,
     spec: &'a ReceiverSpec,
 }
 
 impl<'a> Receiver<'a> {
-    /// The receiver that a scene describes.
+    /// Creates the receiver of a scene.
     pub fn new(radar: &RadarSpec, spec: &'a ReceiverSpec) -> Self {
         let values = radar.values_per_sample();
         let radar = RadarSpec {
@@ -33,13 +34,13 @@ impl<'a> Receiver<'a> {
         Self { radar, spec }
     }
 
-    /// Values that the ADC, or each of the two, takes in a chirp.
+    /// Returns the number of values that each ADC takes in a chirp.
     pub fn samples(&self) -> usize {
         self.radar.samples_per_chirp
     }
 
-    /// Amplitude at the ADC, in full scales, of an echo √σ/(r₁r₂) of 1/m: the radar equation
-    /// P_r = P_t G² λ² σ / ((4π)³ r⁴ L) (Skolnik, Introduction to Radar Systems, eq. 1.8).
+    /// Returns the amplitude at the ADC, in full scales, of an echo of √σ/(r₁r₂) = 1/m by the radar
+    /// equation P_r = P_t G² λ² σ / ((4π)³ r⁴ L) (Skolnik, Introduction to Radar Systems, eq. 1.8).
     pub fn gain(&self, antenna_gain_dbi: f64) -> f64 {
         let wavelength = LIGHT / self.radar.carrier_hz;
         let four_pi = 4.0 * PI;
@@ -47,16 +48,16 @@ impl<'a> Receiver<'a> {
         amplitude(budget) * power(antenna_gain_dbi) * wavelength / (four_pi * four_pi.sqrt())
     }
 
-    /// Beat frequency of an echo from `range` metres (from the radar), cycles per sample:
+    /// Returns the beat frequency of an echo at `range` metres from the radar, cycles per sample:
     /// 2R/c · B/Ns.
     pub fn beat(&self, range: f64) -> f64 {
         2.0 * range * self.radar.bandwidth_hz / (LIGHT * self.radar.samples_per_chirp as f64)
     }
 
-    /// The samples' times, in samples, as the sweep's frequency has them: where the sweep runs ahead of
-    /// its straight line, the beat tones are further on (Griffiths, IEE Proc. F 138, 1991). The bow is
-    /// a parabola that starts and ends on the line; a sweep that is steeper than recorded turns about
-    /// the carrier, its middle.
+    /// Returns the effective sample times, in samples, by the frequency of the real sweep. Where
+    /// the sweep runs ahead of its straight line, the beat tones are further on (Griffiths, IEE
+    /// Proc. F 138, 1991). The bow is a parabola that starts and ends on the line. A sweep that is
+    /// steeper than recorded turns about the carrier, its middle.
     pub fn times(&self) -> Vec<f64> {
         let n = self.radar.samples_per_chirp as f64;
         let middle = 0.5 * (n - 1.0);
@@ -72,8 +73,8 @@ impl<'a> Receiver<'a> {
             .collect()
     }
 
-    /// The anti-alias filter's response to `frequency` cycles per sample: Butterworth, from the product
-    /// over its poles.
+    /// Returns the response of the anti-alias filter (Butterworth) at `frequency` cycles per
+    /// sample, from the product over its poles.
     pub fn filter(&self, frequency: f64) -> Complex64 {
         let order = f64::from(self.spec.antialias_order);
         let cutoff = self.spec.antialias_cutoff / self.radar.values_per_sample() as f64;
@@ -84,24 +85,26 @@ impl<'a> Receiver<'a> {
         })
     }
 
-    /// Power of the thermal noise at the ADC in squared full scales, both channels: k T₀ F f_s over the
-    /// power that fills the ADC.
+    /// Returns the power of the thermal noise of both channels at the ADC, in squared full scales:
+    /// k T₀ F f_s over the power that fills the ADC.
     pub fn noise_power(&self) -> f64 {
         let watts = KT0 * power(self.spec.noise_figure_db) * self.radar.sample_rate_hz;
         watts * 1e3 / power(self.spec.full_scale_dbm)
     }
 
-    /// Mean square of the quantisation error of both channels: a twelfth of a squared step each.
+    /// Returns the mean square of the quantisation error of both channels: a twelfth of a squared
+    /// step each.
     pub fn quantisation_power(&self) -> f64 {
         let step = 2.0 / libm::exp2(f64::from(self.spec.adc_bits));
         2.0 * step * step / 12.0
     }
 
-    /// Deviation of the sample times of one chirp by phase noise, in samples.
+    /// Returns the deviations of the sample times of one chirp by phase noise, in samples.
     ///
-    /// A phase noise that falls with 20 dB a decade is white frequency noise of density 2 f² L(f), and
-    /// mixing with its own echo leaves the phase 2πτ δf(t) (range correlation for f τ ≪ 1; Budge and
-    /// Burt, Range correlation effects in radars, 1993): the same as a sweep off its line by δf.
+    /// A phase noise that falls with 20 dB per decade is white frequency noise of density 2 f²
+    /// L(f). Mixing with the own echo leaves the phase 2πτ δf(t) (range correlation for f τ ≪ 1;
+    /// Budge and Burt, Range correlation effects in radars, 1993), as does a sweep that is off its
+    /// line by δf.
     pub fn phase_noise(&self, random: &mut Random) -> Vec<f64> {
         let offset = PHASE_NOISE_OFFSET;
         let density = 2.0 * offset * offset * power(self.spec.phase_noise_dbc_hz);
@@ -114,7 +117,8 @@ impl<'a> Receiver<'a> {
         deviations
     }
 
-    /// The last stages: noise, I/Q imbalance, offsets, and the ADC. A real chirp's values come as pairs.
+    /// Applies the last stages: noise, I/Q imbalance, offsets and the ADC. A real chirp's values
+    /// come as pairs.
     pub fn digitise(&self, analog: &[Complex64], random: &mut Random) -> Vec<Iq> {
         let mut drawn = vec![0.0; 2 * analog.len()];
         random.normals(&mut drawn);
@@ -140,9 +144,9 @@ impl<'a> Receiver<'a> {
             .collect()
     }
 
-    /// The shares of Q and of I in what the channel Q shows, which has another gain than I and is not quite
-    /// at right angles to it; the image lies (1 + 2g cos φ + g²) / (1 - 2g cos φ + g²) below the signal
-    /// (Razavi, RF Microelectronics, sec. 4.2).
+    /// Returns the factors of Q and of I in the output of channel Q, whose gain differs from that
+    /// of I and whose phase differs from 90°. The image lies (1 + 2g cos φ + g²) / (1 - 2g cos φ +
+    /// g²) below the signal (Razavi, RF Microelectronics, sec. 4.2).
     fn skew(&self) -> [f64; 2] {
         let gain = amplitude(self.spec.iq_gain_db);
         let (sin, cos) = libm::sincos(self.spec.iq_phase_deg.to_radians());
@@ -152,9 +156,9 @@ impl<'a> Receiver<'a> {
 
 /// One channel of the ADC.
 struct Adc {
-    /// Codes from zero to full scale.
+    /// Number of codes from zero to full scale.
     half: f64,
-    /// 16-bit values from code to code.
+    /// Step of the codes in 16-bit values.
     step: f64,
 }
 
@@ -167,7 +171,7 @@ impl Adc {
         }
     }
 
-    /// Clipped, rounded, left-aligned in 16 bits.
+    /// Clips, rounds and left-aligns a value in 16 bits.
     fn convert(&self, x: f64) -> i16 {
         let code = libm::floor(x * self.half + 0.5).clamp(-self.half, self.half - 1.0);
         (code * self.step) as i16
@@ -179,7 +183,7 @@ mod tests {
     use super::*;
     use crate::scene::tones::Tones;
 
-    /// A receiver without any error, to which each test adds one.
+    /// A receiver without errors, to which each test adds one.
     fn perfect() -> ReceiverSpec {
         ReceiverSpec {
             noise_figure_db: -300.0,
@@ -196,7 +200,7 @@ mod tests {
         }
     }
 
-    /// A tone of amplitude 0.5 from `range` metres as the receiver digitises it.
+    /// A tone of amplitude 0.5 from `range` metres, digitised by the receiver.
     fn received(spec: &ReceiverSpec, range: f64, seed: u64) -> Vec<Complex64> {
         let radar = RadarSpec::default();
         let receiver = Receiver::new(&radar, spec);
@@ -225,7 +229,7 @@ mod tests {
         sum.norm_sqr().sqrt() / samples.len() as f64
     }
 
-    /// The range whose beat lies in the middle of bin `k` of 200.
+    /// The range whose beat frequency is that of bin `k` of 200.
     fn range_of(k: f64) -> f64 {
         k * LIGHT / 20e9
     }
@@ -355,7 +359,7 @@ mod tests {
         let receiver = Receiver::new(&radar, &spec);
         assert_close(receiver.filter(0.8).norm_sqr(), 0.5, 1e-9);
         assert_close(receiver.filter(1.6).norm_sqr(), 1.0 / 4097.0, 1e-9);
-        // A target beyond the maximum range comes back at the aliased range, weakened so much.
+        // A target beyond the maximum range appears at the aliased range, attenuated by the filter.
         let samples = received(&spec, range_of(250.0), 1);
         assert_close(
             line(&samples, 0.25),
@@ -366,7 +370,8 @@ mod tests {
 
     #[test]
     fn a_rippled_sweep_gives_paired_echoes() {
-        // Phase modulation by 2πτ ΔF in n cycles of the sweep: a pair n bins away, J₁(m) ≈ m/2 high.
+        // Phase modulation by 2πτ ΔF in n cycles of the sweep gives a pair n bins away, J₁(m) ≈ m/2
+        // high.
         let spec = ReceiverSpec {
             sweep_ripple: 1e-4,
             sweep_ripple_cycles: 9.0,

@@ -1,4 +1,4 @@
-//! Whole scans: what the mirror does to them, what they say is true, and that they repeat.
+//! Whole scans: effects of the mirror, ground truth, and repeatability.
 
 use core::f64::consts::{PI, TAU};
 
@@ -9,11 +9,11 @@ use super::Scene;
 use super::maths::LIGHT;
 use crate::recording::Recording;
 
-/// A receiver that hides nothing.
+/// A receiver with negligible noise and errors.
 const QUIET: &str = "[receiver]\nnoise_figure_db = -100.0\nadc_bits = 16\nfull_scale_dbm = -50.0\n\
                      leakage_dbfs = -200.0\nmirror_echo_dbfs = -200.0\ndc_i = 0.0\ndc_q = 0.0\n";
 
-/// A small plate that always faces the mirror: 1.5 m away, 10° below it.
+/// A small plate that faces the mirror: 1.5 m away, 10° below it.
 fn target() -> String {
     let (sin, cos) = (10.0_f64).to_radians().sin_cos();
     let (x, y, h) = (1.5 * cos, 0.4 - 1.5 * sin, 0.002);
@@ -47,7 +47,7 @@ fn profile(recording: &Recording, range: f64) -> Vec<f64> {
     (0..recording.chirps()).map(one).collect()
 }
 
-/// Where the profile crosses half its largest power, degrees.
+/// The angles at which the profile crosses half its maximum power, degrees.
 fn half_power(recording: &Recording, profile: &[f64]) -> (f64, f64) {
     let half = profile.iter().copied().fold(0.0, f64::max) * 0.5_f64.sqrt();
     let above: Vec<usize> = (0..profile.len()).filter(|k| profile[*k] >= half).collect();
@@ -67,8 +67,8 @@ fn the_two_way_beam_is_as_wide_as_its_pattern_squared() {
         1,
     );
     let (low, high) = half_power(&recording, &profile(&recording, 1.5));
-    // Half the two-way power is 2^-1/4 of the one-way amplitude: ±1.79° of a Gaussian beam of 5°, and
-    // within a few per cent of that for any pattern.
+    // Half the two-way power is 2^-1/4 of the one-way amplitude: ±1.79° for a Gaussian beam of 5°,
+    // and within a few per cent of that for any pattern.
     assert!((0.5 * (low + high) - 10.0).abs() < 0.03, "{low} {high}");
     assert!(
         ((high - low) / (5.0 * 0.5_f64.sqrt()) - 1.0).abs() < 0.05,
@@ -97,7 +97,7 @@ fn jitter_moves_every_chirp_by_its_deviation() {
     let smooth = profile(&still, 1.5);
     let text = format!("[mirror]\njitter_deg = 0.1\n{QUIET}{}", target());
     let scene = Scene::parse(&text).unwrap();
-    // On the flanks, an amplitude off by δ is an angle off by δ over the slope.
+    // On the flanks, an amplitude error δ is an angle error of δ over the slope.
     let mut squares = Vec::new();
     for seed in 0..12 {
         let shaken = profile(&scene.simulate("scan", seed), 1.5);

@@ -2,9 +2,10 @@
 //!
 //! Every facet is a sheet of current that radiates coherently: -jΓk cos θ per metre in units of the
 //! two-dimensional far field (Knott, Shaeffer, Tuley, Radar Cross Section, ch. 5). Its range sets
-//! its phase, so that speculars, speckle, shadow edges and the fall-off with incidence are sums and not
-//! assumptions. Inner corners come from the same facets, lit by the image of the antenna in another
-//! surface (geometric optics for the first bounce, physical optics for the second). Phases are e^{+jkr}.
+//! its phase, so that specular reflections, speckle, shadow edges and the fall-off with incidence
+//! result from sums and need no assumptions. Inner corners come from the same facets, lit by the
+//! image of the antenna in another surface (geometric optics for the first bounce, physical optics
+//! for the second). Phases are e^{+jkr}.
 
 use core::f64::consts::PI;
 
@@ -21,45 +22,46 @@ use super::sight::{Shade, shade};
 use super::spec::{PlaneSpec, Polarisation};
 use super::view::View;
 
-/// What one facet or edge sends back, before the beam's pattern in the plane.
+/// Echo of one facet or edge, before weighting by the beam's pattern in the plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Echo {
-    /// Half the way out and back from the mirror's centre, metres.
+    /// Half the length of the way out and back from the mirror's centre, metres.
     pub range: f64,
-    /// Amplitude √σ / (r₁ r₂) with its phase, 1/m: what the radar equation's constant multiplies.
+    /// Complex amplitude √σ / (r₁ r₂), 1/m, which the radar equation's constant multiplies.
     pub amplitude: Complex64,
-    /// Direction in which the wave leaves, as a mirror angle in radians.
+    /// Direction in which the wave leaves, as a mirror angle, radians.
     pub out: f64,
-    /// Direction from which it comes back.
+    /// Direction from which it comes back, as a mirror angle, radians.
     pub back: f64,
 }
 
-/// How the part that scatters evenly is drawn.
+/// Source of the random scatterers of the diffuse part.
 pub enum Diffuse<'a> {
     /// A new sum of scatterers for every facet.
     Fresh(&'a mut Random),
-    /// The scatterers of this seed, whose sum changes as the chair moves.
+    /// Fixed scatterers of this seed, whose sum changes as the chair moves.
     Steady(u64),
-    /// The same, kept once drawn.
+    /// Fixed scatterers that are kept once drawn.
     Kept(&'a Scatterers),
 }
 
-/// Between these mirror angles lies whatever can be seen.
+/// Interval of mirror angles that excludes no echo.
 pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// Shorter surfaces make no mirror for the first of two bounces: half a Fresnel zone or less.
+/// Minimum length of a surface that mirrors the first of two bounces, metres: about half a Fresnel
+/// zone.
 const SHORTEST_MIRROR: f64 = 0.01;
 
-/// One leg of the way, as the receiving facet sees it.
+/// One leg of the path, relative to the receiving facet.
 #[derive(Clone, Copy)]
 struct Leg {
-    /// Length.
+    /// Length of the leg, metres.
     r: f64,
     /// Cosine of the incidence angle.
     cos: f64,
-    /// Its sine, signed along the facet.
+    /// Sine of the incidence angle, signed along the facet.
     sin: f64,
-    /// Unit vector from the facet to where the leg comes from.
+    /// Unit vector from the facet to the source of the leg.
     towards: Vec2,
 }
 
@@ -77,11 +79,11 @@ impl Leg {
     }
 }
 
-/// The first bounce of two: where, and what it does to the phase.
+/// The first bounce of two: its place, and its effect on the phase.
 struct Bounce<'a> {
     facet: usize,
     cos: f64,
-    /// Share of the way from the image to the second facet at which it lies.
+    /// Fraction of the way from the image to the second facet at which it lies.
     share: f64,
     /// Direction in which the wave leaves the scanner.
     leaves: Vec2,
@@ -89,10 +91,10 @@ struct Bounce<'a> {
 }
 
 impl View<'_> {
-    /// Mirror angle under which `p` is seen, radians.
+    /// Returns the mirror angle under which `p` is seen, radians.
     pub fn angle(&self, p: Vec2) -> f64 {
         let mut way = p - self.eye;
-        // Lengths along the beam are longer than across the edges; see World::turn.
+        // Lengths along the beam are longer than across the edges; see `World::turn`.
         way.x /= libm::cos(self.world.yaw);
         match self.plane {
             PlaneSpec::Depth => libm::atan2(-way.y, way.x),
@@ -105,7 +107,7 @@ impl View<'_> {
         angle >= low && angle < high
     }
 
-    /// All echoes: single bounces, edges, and inner corners.
+    /// Returns all echoes: single bounces, edges and inner corners.
     pub fn echoes(&self, relief: &Relief, diffuse: &mut Diffuse) -> Vec<Echo> {
         let mut echoes = Vec::new();
         let lit: Vec<Option<Shade>> = (relief.facets.iter())
@@ -127,7 +129,7 @@ impl View<'_> {
         echoes
     }
 
-    /// The shade on a facet, or `None` if it is turned away, hidden or too far.
+    /// Returns the shade on a facet; `None` if the facet is turned away, hidden or too far.
     fn line_of_sight(&self, facet: &Facet) -> Option<Shade> {
         let leg = Leg::new(facet, self.eye);
         if leg.cos <= 0.0 || leg.r > self.reach || !self.is_between(self.angle(facet.at)) {
@@ -148,7 +150,7 @@ impl View<'_> {
         (material, share)
     }
 
-    /// One bounce off facet `k`: its coherent part and the diffuse one.
+    /// Adds the single-bounce echoes of facet `k`: the coherent part and the diffuse part.
     fn single(
         &self,
         relief: &Relief,
@@ -172,7 +174,7 @@ impl View<'_> {
                 back: angle,
             });
         };
-        // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
+        // σ° = γ cos θ, isotropic in azimuth and uncorrelated from facet to facet (Barton, Radar
         // Equations for Modern Radar, sec. 3.6: constant-γ model).
         let gamma = power(material.spec.diffuse_db) * share * share;
         let per_metre = gamma * leg.cos * facet.len * material.held_back(leg.cos);
@@ -202,7 +204,7 @@ impl View<'_> {
         }
     }
 
-    /// √σ of a facet of reflection 1 between two legs, relative to the phase of its middle.
+    /// Returns √σ of a facet of reflection 1 between two legs, relative to the phase of its middle.
     fn facet_sum(
         &self,
         relief: &Relief,
@@ -214,7 +216,7 @@ impl View<'_> {
         let facet = &relief.facets[k];
         let wave = self.wavenumber;
         let (cos, sin) = (one.cos + two.cos, one.sin + two.sin);
-        // Exact for a flat facet: the phase runs linearly along it.
+        // Exact for a flat facet: the phase is linear along it.
         let strength = 0.5 * wave * cos * facet.len * sinc(0.5 * wave * facet.len * sin);
         let lateral = self.world.segments[facet.segment].lateral;
         let recedes = lateral.round && facet.normal.x.abs() > 0.5;
@@ -253,7 +255,7 @@ impl View<'_> {
         strips
     }
 
-    /// What physical optics leaves out at a sharp edge.
+    /// Adds the diffraction echo of a sharp edge, which physical optics leaves out.
     fn edge(&self, wedge: &Wedge, to: &mut Vec<Echo>) {
         let way = self.eye - wedge.at;
         let r = way.len();
@@ -305,7 +307,7 @@ impl View<'_> {
         faces && flat(s)
     }
 
-    /// All echoes of two bounces, the first off segment `mirror`.
+    /// Adds all echoes of two bounces, the first off segment `mirror`.
     fn corners(&self, relief: &Relief, mirror: usize, lit: &[Option<Shade>], to: &mut Vec<Echo>) {
         let s = &self.world.segments[mirror];
         let side = if s.normal().dot(self.eye - s.a) < 0.0 {
@@ -334,7 +336,7 @@ impl View<'_> {
         }
     }
 
-    /// The echo antenna → `point` on a mirror → facet `k` → antenna.
+    /// Returns the echo antenna → `point` on a mirror → facet `k` → antenna.
     fn corner(
         &self,
         relief: &Relief,
@@ -376,13 +378,13 @@ impl View<'_> {
         };
         let (one, one_share) = self.material(&relief.facets[bounce_facet]);
         let (two, two_share) = self.material(facet);
-        // Half the angle between the legs: the incidence angle wherever the facet mirrors.
+        // Half the angle between the legs: the incidence angle of specular reflection at the facet.
         let half = (0.5 * (1.0 + legs[0].towards.dot(legs[1].towards)))
             .max(0.0)
             .sqrt();
         let reflection = one.reflection(cos) * two.reflection(half) * (one_share * two_share);
-        // The way round backwards is as strong (reciprocity). It comes out by itself when the second
-        // surface takes its turn as mirror, which one too small for that does not.
+        // The reverse path is as strong (reciprocity). It is computed when the second surface
+        // serves as mirror; for a second surface that is too small for that it is added here.
         let ways = if self.is_mirror(facet.segment) {
             1.0
         } else {

@@ -1,4 +1,5 @@
-//! The scatterers of a scene's facets, drawn once and kept: places along a way look at the same ones again and again.
+//! The scatterers of a scene's facets, drawn once and cached, because all places along a way use
+//! the same ones.
 
 use core::cell::RefCell;
 
@@ -7,17 +8,17 @@ use num_complex::Complex64;
 use super::lateral::PATCH;
 use super::maths::Random;
 
-/// Streams of random numbers of the facets' scatterers.
+/// First stream of the random numbers of the facets' scatterers.
 pub const SCATTERERS: u64 = 0x4449_4646_0000_0000;
 
-/// The scatterers of a seed, facet by facet.
+/// Scatterers of a seed, facet by facet.
 pub struct Scatterers {
     seed: u64,
     facets: RefCell<Vec<Vec<Complex64>>>,
 }
 
 impl Scatterers {
-    /// Those of a seed: none drawn yet.
+    /// Creates an empty cache of a seed.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -25,7 +26,7 @@ impl Scatterers {
         }
     }
 
-    /// Runs `look` with the first `count` scatterers or more of facet `k`.
+    /// Runs `look` with at least the first `count` scatterers of facet `k`.
     pub fn with<T>(&self, k: usize, count: usize, look: impl FnOnce(&[Complex64]) -> T) -> T {
         let mut facets = self.facets.borrow_mut();
         if facets.len() <= k {
@@ -33,7 +34,8 @@ impl Scatterers {
         }
         let facet = &mut facets[k];
         if facet.len() < count {
-            // Drawn again from the first: a facet comes nearer, and seldom needs more.
+            // Redrawn from the first one, with reserve: a facet comes nearer, and seldom needs
+            // more.
             let mut rng = Random::new(self.seed, SCATTERERS + k as u64);
             facet.clear();
             facet.extend((0..2 * count).map(|_| rng.complex(PATCH)));

@@ -1,9 +1,9 @@
-//! Several scans of one scene from a chair that comes nearer: it stands while the mirror turns and drives
-//! on in between.
+//! Several scans of one scene from an approaching chair, which stands while the mirror turns and
+//! drives on in between.
 //!
-//! Surfaces stay the same surfaces: their relief is drawn once for all places, and what scatters evenly
-//! keeps its scatterers ([`super::scatter::Diffuse::Steady`]). The chair drives across the edges; with a
-//! yaw it does so aslant. Odometry and inclinometer err as theirs do.
+//! All scans see the same surfaces: their relief is drawn once for all places, and the diffuse part
+//! keeps its scatterers ([`super::scatter::Diffuse::Steady`]). The chair drives across the edges,
+//! with a yaw obliquely. Odometry and inclinometer have typical errors.
 
 use anyhow::{Context, Result};
 
@@ -14,47 +14,49 @@ use super::spec::SceneSpec;
 use super::{CHIRPS, Scene, check};
 use crate::recording::{Motion, Recording, Sequence};
 
-/// Stream of random numbers for where the chair stops and what its sensors say.
+/// Stream of the random numbers of the stops and of the sensors.
 const STOPS: u64 = 2;
 
-/// Room that the noise streams of one scan's chirps take.
+/// Number of random streams reserved for the chirps of one scan.
 pub(super) const SCAN_STREAMS: u64 = 1024;
 
-/// Odometry is off by up to 2 % (tyre pressure and load) and by millimetres that add up (slip).
+/// Errors of odometry: a scale error of up to 2 % (tyre pressure and load), and a slip of
+/// millimetres that adds up, metres per stop.
 pub(super) const SCALE_SD: f64 = 0.01;
 pub(super) const SCALE_MOST: f64 = 0.02;
 const WANDER_SD: f64 = 0.0015;
 
-/// Floors, castors and drivers pitch a standing chair by tenths of a degree from stop to stop.
+/// Standard deviation of a standing chair's pitch from stop to stop, degrees: floors, castors and
+/// drivers.
 const ROCKING_SD: f64 = 0.15;
 /// Noise of an inclinometer's single readings, degrees.
 pub const READING_SD: f64 = 0.02;
 
-/// Times of a row: 281 rows in 1.3 or 5.7 s, s.
+/// Row periods, s: 281 rows in 1.3 or 5.7 s.
 pub(super) const ROW_S: [f64; 2] = [4.63e-3, 20.3e-3];
-/// Speed between stops, m/s, and the time that it takes to come to rest, s.
+/// Speed between stops, m/s, and time to come to rest, s.
 const SPEED: f64 = 0.25;
 const REST_S: f64 = 0.5;
 
-/// Where the chair stands during one scan.
+/// Position of the chair during one scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// Forward travel since the first one, metres: the true one, and what odometry says.
+    /// Forward travel since the first stop, metres: the true one, and that by odometry.
     pub travel_m: [f64; 2],
-    /// Pitch against that of the scene file, degrees.
+    /// Pitch relative to that of the scene file, degrees.
     pub rocking_deg: f64,
 }
 
 /// The stops of one approach.
 #[derive(Clone, Debug)]
 pub struct Approach {
-    /// Stop after stop; the first has not travelled.
+    /// All stops in order; the first has travel 0.
     pub stops: Vec<Stop>,
     row_s: f64,
 }
 
 impl Approach {
-    /// `scans` stops, `step_m` metres apart in the mean and up to 40 % less or more.
+    /// Draws `scans` stops, `step_m` metres apart in the mean and up to 40 % less or more.
     pub fn new(seed: u64, scans: usize, step_m: f64) -> Self {
         let mut rng = Random::new(seed, STOPS);
         let row_s = ROW_S[rng.index(ROW_S.len())];
@@ -75,13 +77,14 @@ impl Approach {
         Self { stops, row_s }
     }
 
-    /// True travel from the first to the last stop.
+    /// Returns the true travel from the first to the last stop, metres.
     pub fn length_m(&self) -> f64 {
         self.stops.last().map_or(0.0, |s| s.travel_m[0])
     }
 }
 
-/// The scene as it looks from `by` metres farther back; the floor that the chair stands on goes with it.
+/// Returns the scene as seen from `by` metres farther back. The floor that the chair stands on
+/// moves with the chair.
 pub fn pushed(mut spec: SceneSpec, by: f64) -> SceneSpec {
     for s in &mut spec.stairs {
         s.distance_m += by;
@@ -116,7 +119,7 @@ pub fn pushed(mut spec: SceneSpec, by: f64) -> SceneSpec {
 }
 
 impl Scene {
-    /// The scene seen from `stop`, its pitch known by the inclinometer to within `error_deg`.
+    /// Returns the scene seen from `stop`, with an inclinometer error of `error_deg`.
     pub(super) fn at(&self, stop: &Stop, error_deg: f64) -> Result<Self> {
         let mut spec = self.spec.clone();
         let mount = &mut spec.mount;
@@ -136,18 +139,18 @@ impl Scene {
         })
     }
 
-    /// Scans the scene from every stop, the mirror going back and forth. The same seed gives the same
-    /// bytes on every host.
+    /// Simulates a scan from every stop, alternately forward and backward. The same seed gives the
+    /// same bytes on every host.
     ///
     /// # Errors
-    /// Names the scan before which the mirror has come to lie inside or behind a surface.
+    /// Names the scan before which the mirror lies inside or behind a surface.
     pub fn simulate_approach(
         &self,
         name: &str,
         seed: u64,
         approach: &Approach,
     ) -> Result<Recording> {
-        // An error of the inclinometer's own, the same for the whole approach.
+        // The inclinometer's error is constant for the whole approach.
         let mut rng = Random::new(seed, STOPS + 1);
         let drawn = (0.05 * rng.normal()).clamp(-0.1, 0.1);
         let error = match self.spec.mount.pitch_deg {
@@ -205,7 +208,7 @@ impl Scene {
     }
 }
 
-/// Rounded to `1 / per`, and never -0.
+/// Returns `x` rounded to a multiple of `1 / per`, and never -0.
 pub fn digits(x: f64, per: f64) -> f64 {
     libm::floor(x * per + 0.5) / per + 0.0
 }
@@ -240,7 +243,7 @@ mod tests {
             let from_here = truth.steps[0].distance_m;
             assert!((from_here + travel[k] - 1.0).abs() < 2e-5, "{from_here}");
             assert_eq!(truth.steps.len(), 2);
-            // Standing: odometry says the same for all rows, 2 % and some millimetres off.
+            // Standing: odometry gives the same reading for all rows, 2 % and some millimetres off.
             let said = &meta.motion.travel_m[281 * k..281 * (k + 1)];
             assert!(said.iter().all(|s| *s == said[0]));
             assert!((said[0] - travel[k]).abs() < 0.02 * travel[k] + 0.01);
@@ -280,9 +283,9 @@ mod tests {
 
     #[test]
     fn surfaces_stay_the_same_surface_and_look_another_from_farther_on() {
-        // A floor that scatters evenly, facet by facet: the echo less its phase along the way is the
-        // same from a millimetre on. From half a metre on the wave front bends otherwise over the width
-        // of the beam, and the sum is another one in part.
+        // A floor that scatters diffusely, facet by facet: a millimetre on, the echo less its phase
+        // along the way is the same. Half a metre on, the wave front has another curvature over the
+        // width of the beam, and the sum differs in part.
         let scene = Scene::parse(
             "[material.dull]\npermittivity = 1.0\nconductivity = 0.0\nroughness_m = 0.0\n\
              diffuse_db = -10.0\n[[floor]]\nfrom_m = 1.2\nto_m = 1.4\nmaterial = \"dull\"\n",

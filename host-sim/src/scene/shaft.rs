@@ -1,8 +1,8 @@
-//! A shaft that vibrates as it turns.
+//! Vibration of a turning shaft.
 
 use super::spec::MirrorSpec;
 
-/// Degrees from full step to full step of the motor: 200 a turn.
+/// Full step of the motor, degrees: 200 per turn.
 const FULL_STEP_DEG: f64 = 1.8;
 
 /// Whether the mirror turns during a chirp.
@@ -10,7 +10,7 @@ pub(super) fn turns(mirror: &MirrorSpec) -> bool {
     mirror.turn_deg_s > 0.0
 }
 
-/// By how much the shaft is off while it passes `angle_deg`.
+/// Returns the angle error of the shaft while it passes `angle_deg`, degrees.
 pub(super) fn vibration_deg(mirror: &MirrorSpec, angle_deg: f64) -> f64 {
     if !turns(mirror) {
         return 0.0;

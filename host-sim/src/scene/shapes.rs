@@ -1,11 +1,11 @@
-//! From the shapes of a scene file to segments and edges.
+//! Conversion of the shapes of a scene file to segments and edges.
 
 use super::flight::{Lookup, stairs};
 use super::geometry::{BuiltStep, Lateral, Skin, World};
 use super::maths::Vec2;
 use super::spec::{BoxSpec, DoorSpec, SceneSpec, Way};
 
-/// Where a floor without an end ends when no flight goes up from it.
+/// End of a floor without a given end when no flight goes up from it, metres.
 const FLOOR_END: f64 = 4.0;
 
 /// Builds all shapes of a checked scene.

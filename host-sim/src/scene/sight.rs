@@ -1,10 +1,10 @@
-//! What stands in the way: straight lines of sight in the plane, and the posts beside it.
+//! Obstruction of straight lines of sight, in the plane and by posts beside it.
 
 use super::geometry::World;
 use super::maths::Vec2;
 
-/// The part of a line of sight that is blocked: what reaches across the whole beam blocks all of it,
-/// a post or narrow box only those columns that its shadow falls on.
+/// The blocked part of a line of sight. An object that reaches across the whole beam blocks all of
+/// it, a post or narrow box only the columns in its shadow.
 #[derive(Clone, Debug, Default)]
 pub struct Shade {
     full: bool,
@@ -12,7 +12,7 @@ pub struct Shade {
 }
 
 impl Shade {
-    /// Nothing comes through.
+    /// Whether all columns are blocked.
     pub fn is_full(&self) -> bool {
         self.full
     }
@@ -23,13 +23,15 @@ impl Shade {
     }
 }
 
-/// How much of its length a ray may graze at either end: the surfaces it starts and ends on.
+/// Fraction of a ray's length at either end within which a crossing is ignored: the surfaces on
+/// which it starts and ends.
 const GRAZE: f64 = 1e-6;
 
-/// The shade on the way from `from` to `to`. `scale` is how far beside the plane a ray runs at its end
-/// per unit at its start and its end: `(0, 1)` for rays that leave the mirror's centre.
+/// Returns the shade on the way from `from` to `to`. `scale` gives the lateral offset of a ray at
+/// its start and at its end per unit of the column's offset: `(0, 1)` for rays that leave the
+/// mirror's centre.
 ///
-/// Segments `skip` are the ones that the ray starts or ends on.
+/// Segments `skip` are those on which the ray starts or ends; they do not block it.
 pub fn shade(world: &World, from: Vec2, to: Vec2, scale: (f64, f64), skip: [usize; 2]) -> Shade {
     let mut shade = Shade::default();
     for (index, segment) in world.segments.iter().enumerate() {
@@ -56,11 +58,11 @@ pub fn shade(world: &World, from: Vec2, to: Vec2, scale: (f64, f64), skip: [usiz
     shade
 }
 
-/// Whether the point `to`, which lies on a surface in the plane that the mirror sweeps, can be seen from
-/// `from`, the mirror's centre.
+/// Whether the point `to`, which lies on a surface in the swept plane, is visible from `from`, the
+/// mirror's centre.
 pub fn visible(world: &World, from: Vec2, to: Vec2) -> bool {
     let (to, aside) = world.place(to);
-    // A ray to a point just short of the surface does not hit the surface that the point lies on.
+    // A ray that ends just short of the point does not hit the surface on which the point lies.
     let short = to.towards(from, 1e-4);
     !shade(world, from, short, (0.0, 1.0), [usize::MAX; 2]).covers(aside)
 }

@@ -1,4 +1,4 @@
-//! Textbook values that the simulated world has to meet, in amplitude and within the bounds stated.
+//! Comparison of simulated amplitudes with textbook values, within the bounds stated.
 
 use core::f64::consts::{PI, TAU};
 
@@ -11,8 +11,8 @@ use super::scatter::Echo;
 
 pub(super) const WAVELENGTH: f64 = LIGHT / 94e9;
 
-/// A perfect conductor, quite smooth, before a scanner without errors whose beam is so wide that it
-/// weighs nothing.
+/// A smooth perfect conductor before an ideal scanner whose beam is so wide that its weight is
+/// nearly constant.
 pub(super) const PERFECT: &str = r#"
 [material.perfect]
 permittivity = 1.0
@@ -32,7 +32,7 @@ pub(super) fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{PERFECT}{text}")).unwrap()
 }
 
-/// The sum of echoes with the beam pointing at `angle`.
+/// Sum of the echoes with the beam pointing at `angle`.
 pub(super) fn sum(scene: &Scene, echoes: &[Echo], angle: f64) -> Complex64 {
     let gain = |e: &Echo| scene.beam.in_plane(angle - e.out) * scene.beam.in_plane(angle - e.back);
     echoes
@@ -41,7 +41,7 @@ pub(super) fn sum(scene: &Scene, echoes: &[Echo], angle: f64) -> Complex64 {
         .fold(Complex64::ZERO, |a, b| a + b)
 }
 
-/// √σ as simulated of what lies `range` metres away at `angle`.
+/// Simulated √σ of an object `range` metres away at `angle`.
 fn root_sigma(scene: &Scene, range: f64, angle: f64) -> f64 {
     sum(scene, &scene.echoes(1), angle).norm_sqr().sqrt() * range * range
 }
@@ -102,7 +102,7 @@ fn a_flat_plate() {
 
 #[test]
 fn a_tilted_plate() {
-    // The same times cos θ sin(ka sin θ) / (ka sin θ), on the first side lobes.
+    // The plate's value times cos θ sin(ka sin θ) / (ka sin θ), on the first side lobes.
     let (a, b) = (0.02, 0.02);
     let k = TAU / WAVELENGTH;
     for lobe in [1.43, 2.46] {
@@ -134,15 +134,16 @@ fn a_square_inner_corner() {
         x - a,
         y + a
     );
-    // Narrower than the beam, so as flat mirrors these count only by the factor of reciprocity.
+    // Surfaces less than 10 cm wide are no mirrors and would count only by the factor of
+    // reciprocity.
     let wide = text.replace("width_m = 0.02", "width_m = 0.12");
     let found = root_sigma(&scene(&wide), r, PI / 4.0);
     let book = (8.0 * PI).sqrt() * a * 0.12 / WAVELENGTH;
     assert_close(found, fresnel(book, 0.12, r), 0.10, "dihedral √σ");
 }
 
-/// A textbook √σ for a surface `b` wide across the plane, with the curvature of the wave front that a
-/// scanner this near sees and the textbook's plane wave does not.
+/// A textbook √σ for a surface `b` wide across the plane, corrected for the curvature of the wave
+/// front at short range, which the textbook's plane wave does not have.
 pub(super) fn fresnel(book: f64, b: f64, r: f64) -> f64 {
     let k = TAU / WAVELENGTH;
     let steps = 20_000;
@@ -158,7 +159,7 @@ pub(super) fn fresnel(book: f64, b: f64, r: f64) -> f64 {
 #[test]
 fn a_large_wall_mirrors_the_antenna() {
     // Image theory: the amplitude of an antenna at twice the distance, √σ / r² = √(4π) / (2r) (the
-    // radar equation against Friis's at 2r).
+    // radar equation compared with Friis's at 2r).
     for r in [1.0, 2.0] {
         let s = scene(&format!(
             "[[wall]]\nat_m = {r}\nbottom_m = -1.0\ntop_m = 2.0\nmaterial = \"perfect\"\n"
@@ -195,9 +196,9 @@ fn a_sharp_edge() {
 
 #[test]
 fn a_rounded_edge() {
-    // A cylinder's echo width is πρ when its radius is above the wavelength (Knott, table 5.1): a post
-    // across the plane would be the same, so a rounded nosing of 8 mm it is, seen at 45° from below its
-    // tread's horizon, where neither face is near its normal.
+    // A cylinder's echo width is πρ when its radius is above the wavelength (Knott, table 5.1). A
+    // post across the plane would do as well; here it is a rounded nosing of 8 mm, seen at 45° from
+    // below its tread's horizon, where neither face is near its normal.
     let (r, radius) = (1.5, 0.008);
     let t = 45.0_f64.to_radians();
     let (x, y) = (r * t.cos(), 0.4 - r * t.sin());
@@ -217,8 +218,8 @@ fn a_rounded_edge() {
 
 #[test]
 fn roughness_takes_from_the_specular_what_ament_says() {
-    // Coherent reflection falls with exp(-2 (kσ)²) (Ament, Proc. IRE 41, 1953; normal incidence). The
-    // beam is narrow, for what the roughness scatters besides grows with the area that it lights.
+    // Coherent reflection falls with exp(-2 (kσ)²) (Ament, Proc. IRE 41, 1953; normal incidence).
+    // The beam is narrow, because the incoherent scatter of the roughness grows with the lit area.
     let wall = "[[wall]]\nat_m = 1.5\nbottom_m = -0.2\ntop_m = 1.0\nmaterial = \"rough\"\n";
     let k = TAU / WAVELENGTH;
     let mut smooth = 0.0;
@@ -259,8 +260,8 @@ fn diffuse_echoes_have_the_power_of_constant_gamma() {
         })
         .sum::<f64>()
         / f64::from(runs as u32);
-    // Width across the plane in terms of power: ∫ 2^(-4 (2φ/w)²) dz = r w √(π / (4 ln 2)) / 4 … of the
-    // two-way beam, whose power is the fourth power of the one-way amplitude.
+    // Effective width across the plane in terms of power: ∫ 2^(-4 (2φ/w)²) dz = r w √(π / (4 ln 2))
+    // / 4 … of the two-way beam, whose power is the fourth power of the one-way amplitude.
     let r = (1.0_f64 + 0.16).sqrt();
     let w = 5.0_f64.to_radians();
     let width = r * w * (PI / (8.0 * core::f64::consts::LN_2)).sqrt();
@@ -270,7 +271,7 @@ fn diffuse_echoes_have_the_power_of_constant_gamma() {
 
 #[test]
 fn many_scatterers_make_speckle() {
-    // Of a sum of many random phases the power is exponential: its mean square is twice its squared
+    // The power of a sum of many random phases is exponential: its mean square is twice its squared
     // mean (Goodman, Speckle Phenomena in Optics, sec. 3.2).
     let s = Scene::parse(
         "[material.coarse]\npermittivity = 1.0\nconductivity = 1e9\nroughness_m = 2e-3\n\

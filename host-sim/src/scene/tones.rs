@@ -1,13 +1,13 @@
-//! From echoes to beat tones: thousands of ranges summed into one chirp without a loop over both.
+//! From echoes to beat tones: sums thousands of ranges into one chirp without a loop over both.
 //!
-//! Each echo is spread over a few points of a grid of beat frequencies, the grid is summed into the
-//! samples, and the kernel's own transform is divided out (non-uniform Fourier transform; Barnett,
-//! Magland, af Klinteberg, SIAM J. Sci. Comput. 41, 2019). Sample times need not be even, so that the
-//! sweep's deviation from a straight line is exact and not a correction.
+//! Each echo is spread over a few points of a grid of beat frequencies, the grid is transformed to
+//! the samples, and the kernel's own transform is divided out (non-uniform Fourier transform;
+//! Barnett, Magland, af Klinteberg, SIAM J. Sci. Comput. 41, 2019). Sample times need not be even,
+//! so that the sweep's deviation from a straight line is exact rather than a correction.
 //!
-//! The grid gets to the samples in the same manner the other way round: a fast transform to even times,
-//! four a sample, and from these by a second kernel to the samples' own. That step adds less than
-//! -200 dB: what the first kernel leaves out is all that is missing.
+//! The transform from the grid to the samples works the same way in reverse: a fast transform to
+//! even times, four per sample, and a second kernel from these to the samples' times. That step
+//! adds an error below -200 dB, so that the error is that of the first kernel.
 
 use core::f64::consts::TAU;
 
@@ -16,20 +16,22 @@ use num_complex::Complex64;
 use super::fourier::{Fourier, Pair};
 use super::maths::cis;
 
-/// Points of the grid that an echo is spread over. Six leave an error below -90 dB.
+/// Number of grid points over which an echo is spread. Six leave an error below -90 dB.
 const TAPS: usize = 6;
 
-/// From echoes to the grid. The rule of 400 points is good to 1e-8; the kernel ends at e^-β.
+/// Kernel from echoes to the grid. The rule of 400 points is exact to 1e-8; the kernel ends at
+/// e^-β.
 const SPREAD: Kernel = Kernel {
     taps: TAPS as f64,
     beta: 2.30 * TAPS as f64,
     steps: 400,
 };
 
-/// Places between two points of the grid for which a table holds weights: 0.2 mm of range at the most usual bandwidth.
+/// Number of places between two grid points for which the table holds weights: 0.2 mm of range at
+/// the most usual bandwidth.
 const SPREADS: usize = 32;
 
-/// Weights of tones at places between two points of the grid.
+/// Table of the weights of tones at places between two grid points.
 pub struct Spread {
     weights: [[f64; TAPS]; SPREADS],
 }
@@ -45,86 +47,87 @@ impl Default for Spread {
     }
 }
 
-/// Even times that a sample is interpolated from.
+/// Number of even times from which a sample is interpolated.
 const TIMES: usize = 14;
 
-/// From even times to samples.
+/// Kernel from even times to samples.
 const INTERPOLATE: Kernel = Kernel {
     taps: TIMES as f64,
     beta: 2.27 * TIMES as f64,
     steps: 128,
 };
 
-/// Largest share of the sampling rate of even times that the band's half may take: the kernel's
-/// transform has then fallen to 1e-13 where the band repeats.
+/// Maximum fraction of the rate of even times that half the band may take. The kernel's transform
+/// has then fallen to 1e-13 where the band repeats.
 const HALF_BAND: f64 = 0.2615;
 
-/// Highest beat frequency, cycles per sample: everything beyond has been filtered out or is too far.
+/// Maximum beat frequency, cycles per sample. The filter suppresses all beyond, or it is too far.
 pub const HIGHEST: f64 = 2.0;
 
-/// A beat tone's place on the grid.
+/// Place of a beat tone on the grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// First point of the grid that it is spread over.
+    /// First grid point over which it is spread.
     pub first: usize,
-    /// Its shares of this point and the next ones.
+    /// Weights of this point and the next ones.
     pub weights: [f64; TAPS],
-    /// Phase that moves the origin of time from the first sample to the middle of the chirp.
+    /// Phase factor that moves the origin of time from the first sample to the middle of the chirp.
     pub centre: Complex64,
 }
 
-/// A sample's value, and how fast it grows with its time, per sample.
+/// A sample's value, and its derivative by time, per sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moving {
     /// Value at the sample's own time.
     pub value: Complex64,
-    /// Derivative by the time.
+    /// Derivative by time, per sample.
     pub slope: Complex64,
 }
 
 impl Moving {
-    /// Value `by` samples later, first order.
+    /// Returns the value `by` samples later, to first order.
     pub fn moved(&self, by: f64) -> Complex64 {
         self.value + self.slope * by
     }
 }
 
-/// The grid and its way to the samples.
+/// The grid and its transform to the samples.
 ///
-/// Points with even and with odd numbers are transformed apart, as two signals that repeat after half
-/// the time.
+/// Grid points with even and with odd numbers are transformed separately, as two signals with half
+/// the period.
 pub struct Tones {
     /// Grid points per cycle per sample.
     density: f64,
-    /// What is left of every grid point in the transform: filter over kernel.
+    /// Weight of every grid point in the transform: the filter's response divided by the kernel's
+    /// transform.
     shares: Vec<Complex64>,
     transform: Fourier,
     samples: Vec<Sample>,
     middle: f64,
 }
 
-/// How a sample comes from even times.
+/// Interpolation of a sample from even times.
 struct Sample {
-    /// First of the even times.
+    /// Index of the first even time.
     first: usize,
-    /// Shares of the even times in the value, and in its slope.
+    /// Weights of the even times in the value, and in its slope.
     weights: [[f64; 2]; TIMES],
-    /// Phase of the middle frequency of either signal, first kernel divided out.
+    /// Phase factor of the middle frequency of either signal, with the first kernel divided out.
     turns: [Complex64; 2],
 }
 
-/// Angular frequencies that the two signals turn about, radians per sample: their grid points in the
-/// middle.
+/// Returns the angular frequencies of the middle grid points of the two signals, radians per
+/// sample.
 fn middles(density: f64) -> [f64; 2] {
     [0.0, 1.0].map(|lane| TAU * (1.0 + lane / density))
 }
 
 impl Tones {
-    /// Tones at the sample times `times` (in samples, 0 for the first, nearly even), each multiplied by
-    /// the receiver's `response` to its frequency.
+    /// Creates the transform for the sample times `times` (in samples, 0 for the first, nearly
+    /// even). `response` is the receiver's response to a tone's frequency.
     pub fn new(times: &[f64], response: impl Fn(f64) -> Complex64) -> Self {
         let middle = 0.5 * (times.len() as f64 - 1.0);
-        // Twice as dense as the chirp's length asks for, and a little for uneven times.
+        // Twice as dense as the chirp's length requires, with a reserve for uneven times.
         let density = 2.0 * (times.len() as f64 + 8.0);
         let points = (HIGHEST * density) as usize + 2 * TAPS;
         let needed = 0.5 * (density + TAPS as f64) / HALF_BAND;
@@ -157,7 +160,7 @@ impl Tones {
         }
     }
 
-    /// Place of the tone of `frequency` cycles per sample, or `None` beyond the grid.
+    /// Returns the place of the tone of `frequency` cycles per sample; `None` beyond the grid.
     pub fn place(&self, frequency: f64) -> Option<Place> {
         let at = frequency * self.density + TAPS as f64;
         let first = libm::ceil(at - 0.5 * TAPS as f64);
@@ -175,15 +178,16 @@ impl Tones {
         })
     }
 
-    /// Where `frequency`, cycles per sample, lies on the grid, in points.
+    /// Returns the position of `frequency`, cycles per sample, on the grid, in points.
     pub fn at(&self, frequency: f64) -> f64 {
         frequency * self.density + TAPS as f64
     }
 
-    /// Place of a tone on the grid, from a table of weights and with the phase `centre`; none beyond the grid.
+    /// Returns the place of a tone from a table of weights, with the phase `centre`; `None` beyond
+    /// the grid.
     pub fn place_by(&self, spread: &Spread, at: f64, centre: Complex64) -> Option<Place> {
         let fine = (at * SPREADS as f64 + 0.5) as usize;
-        // Of the points that a kernel covers the first is the one after its lower end.
+        // The first grid point that a kernel covers is the one after its lower end.
         let first = fine.div_ceil(SPREADS);
         let first = first.checked_sub(TAPS / 2)?;
         if first > self.shares.len() - TAPS {
@@ -196,12 +200,12 @@ impl Tones {
         })
     }
 
-    /// An empty grid.
+    /// Returns an empty grid.
     pub fn grid(&self) -> Vec<Complex64> {
         vec![Complex64::ZERO; self.shares.len()]
     }
 
-    /// Adds a tone of `amplitude` (its phase is that in the middle of the chirp).
+    /// Adds a tone of `amplitude`, whose phase is that in the middle of the chirp.
     pub fn add(grid: &mut [Complex64], place: &Place, amplitude: Complex64) {
         if let Some(points) = grid.get_mut(place.first..place.first + TAPS) {
             for (g, w) in points.iter_mut().zip(place.weights) {
@@ -210,8 +214,8 @@ impl Tones {
         }
     }
 
-    /// Sums the grid into the samples. `warp` moves every sample's time by a small fraction of a sample
-    /// (first order in it).
+    /// Adds the grid's transform to the samples. `warp` shifts the time of every sample by a small
+    /// fraction of a sample, to first order.
     pub fn sum(&self, grid: &[Complex64], warp: &[f64], samples: &mut [Complex64]) {
         let sums = self.sums(grid);
         for ((sum, w), sample) in sums.zip(warp).zip(samples) {
@@ -219,14 +223,14 @@ impl Tones {
         }
     }
 
-    /// The samples that the grid sums to.
+    /// Returns the samples of the grid's transform.
     pub fn sums(&self, grid: &[Complex64]) -> impl Iterator<Item = Moving> {
         let times = self.even_times(grid);
         let middles = middles(self.density);
         self.samples.iter().map(move |s| s.sum(&times, middles))
     }
 
-    /// Both signals at even times, the first ones again at the end.
+    /// Returns both signals at even times, with the first ones repeated at the end.
     fn even_times(&self, grid: &[Complex64]) -> Vec<Pair> {
         let length = self.transform.length();
         let mut lines = vec![Pair::default(); length];
@@ -242,13 +246,14 @@ impl Tones {
     }
 }
 
-/// Place of grid point `m` in the transform of its signal: 0 is the middle.
+/// Returns the position of grid point `m` in the transform of its signal, 0 being the middle.
 fn offset(m: usize, density: f64) -> i64 {
     (m as i64 - (m % 2) as i64 - TAPS as i64 - density as i64) / 2
 }
 
 impl Sample {
-    /// A sample `at` even times from the middle, of which there are `per_sample` in a sample.
+    /// Creates the interpolation of a sample at `at` even times from the middle; `per_sample` of
+    /// them make a sample.
     fn new(at: f64, per_sample: f64, turns: [Complex64; 2]) -> Self {
         let first = libm::ceil(at - 0.5 * TIMES as f64);
         let weights = core::array::from_fn(|k| {
@@ -285,12 +290,13 @@ impl Sample {
 struct Kernel {
     taps: f64,
     beta: f64,
-    /// Points of the midpoint rule for its transform: the kernel is smooth and ends at e^-β.
+    /// Number of points of the midpoint rule for its transform. The kernel is smooth and ends at
+    /// e^-β.
     steps: usize,
 }
 
 impl Kernel {
-    /// Value at `x`, -1 to 1 from end to end.
+    /// Returns the value at `x`, -1 to 1 from end to end.
     fn at(&self, x: f64) -> f64 {
         if x.abs() >= 1.0 {
             return 0.0;
@@ -298,7 +304,7 @@ impl Kernel {
         libm::exp(self.beta * ((1.0 - x * x).sqrt() - 1.0))
     }
 
-    /// Derivative by x.
+    /// Returns the derivative by x.
     fn slope_at(&self, x: f64) -> f64 {
         if x.abs() >= 1.0 {
             return 0.0;
@@ -306,12 +312,13 @@ impl Kernel {
         -self.beta * x / (1.0 - x * x).sqrt() * self.at(x)
     }
 
-    /// Distance of the points of the rule.
+    /// Returns the step of the rule's points.
     fn step(&self) -> f64 {
         self.taps / self.steps as f64
     }
 
-    /// Values at the points of the rule from the middle on, times what each stands for: both sides.
+    /// Returns the values at the points of the rule from the middle on, times their step, for both
+    /// sides.
     fn nodes(&self) -> Vec<f64> {
         (0..self.steps / 2)
             .map(|k| {
@@ -321,7 +328,7 @@ impl Kernel {
             .collect()
     }
 
-    /// ∫ kernel(2x / taps) cos(2π v x) dx by the midpoint rule with these `nodes`.
+    /// Returns ∫ kernel(2x / taps) cos(2π v x) dx by the midpoint rule with these `nodes`.
     fn transform(&self, nodes: &[f64], v: f64) -> f64 {
         let turn = cis(TAU * v * self.step());
         let mut phase = cis(TAU * v * 0.5 * self.step());
@@ -360,7 +367,7 @@ mod tests {
         assert!(tones.place(2.2).is_none() && tones.place(-0.1).is_none());
     }
 
-    /// The grid summed point by point, and its derivative by the time.
+    /// The grid summed point by point, and its derivative by time.
     fn directly(grid: &[Complex64], u: f64, density: f64, filter: &[Complex64]) -> Moving {
         let nodes = SPREAD.nodes();
         let scale = 1.0 / SPREAD.transform(&nodes, u.abs() / density);
@@ -389,7 +396,7 @@ mod tests {
                 let response = |f: f64| Complex64::new(1.0 / (1.0 + f * f), -0.3 * f);
                 let tones = Tones::new(&times, response);
                 let points = tones.shares.len();
-                // Of mean power 1 whatever their number.
+                // Mean power 1, independent of the number of points.
                 let power = 1.0 / points as f64;
                 let grid: Vec<Complex64> = (0..points).map(|_| random.complex(power)).collect();
                 let frequency = |m: usize| (m as f64 - TAPS as f64) / tones.density;

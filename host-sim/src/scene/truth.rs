@@ -1,4 +1,5 @@
-//! What a perfect scanner would report of a scene, and how well each step can be seen.
+//! Ground truth of a scene: the report of a perfect scanner, and the signal-to-noise ratio of each
+//! step.
 
 use core::f64::consts::TAU;
 
@@ -10,21 +11,20 @@ use super::sight::visible;
 use super::spec::{PlaneSpec, SceneSpec};
 use crate::recording::{TrueStep, Truth};
 
-/// A cell this near to a step, in metres, belongs to it.
+/// Maximum distance of a cell from the step to which it belongs, metres.
 const NEAR: f64 = 0.03;
 
-/// A lower riser, in metres, is no step that a scanner must tell: it counts from 6 cm on, and
-/// wheelchairs drive over lower ones.
+/// Minimum rise of a step that a scanner must report, metres. Wheelchairs drive over lower ones.
 const LEAST_RISE: f64 = 0.06;
 
-/// A single rise that is higher, in metres, is an obstacle and no step.
+/// Maximum single rise that counts as a step, metres. A higher one is an obstacle.
 const MOST_SINGLE_RISE: f64 = 0.30;
 
-/// Cells of the polar map that the far end of the range axis keeps from being looked at: the width of
-/// the window's main lobe.
+/// Number of cells at the far end of the range axis that are not evaluated: the width of the
+/// window's main lobe.
 const EDGE_CELLS: f64 = 4.0;
 
-/// The geometry of the scan, as a reader of the recording has it.
+/// Geometry of the scan as stated in the recording.
 pub struct ScanGeometry<'a> {
     /// The scene.
     pub spec: &'a SceneSpec,
@@ -35,18 +35,18 @@ pub struct ScanGeometry<'a> {
 }
 
 impl ScanGeometry<'_> {
-    /// Points of the transform that a scanner uses.
+    /// Returns the number of points of the scanner's transform.
     fn fft_len(&self) -> usize {
         self.spec.radar.samples_per_chirp.next_power_of_two()
     }
 
-    /// The beam's angle in degrees when the mirror stands at `angle`, as far as the recording says.
+    /// Returns the beam's angle in degrees at the mirror angle `angle`, by the recorded pitch.
     fn beam(&self, angle: f64) -> f64 {
         let mount = &self.spec.mount;
         angle + mount.tilt_deg(mount.pitch_deg.unwrap_or(0.0))
     }
 
-    /// From mirror range and angle in degrees to the plane.
+    /// Returns the point of the plane at mirror range `range` and `angle` in degrees.
     fn point(&self, range: f64, angle: f64) -> Vec2 {
         let (sin, cos) = libm::sincos(self.beam(angle).to_radians());
         let height = self.spec.mount.height_m;
@@ -56,7 +56,7 @@ impl ScanGeometry<'_> {
         }
     }
 
-    /// Whether the scan's ranges and angles reach `p`, its main lobe included.
+    /// Whether `p` lies within the scan's ranges and angles, main lobe included.
     fn covers(&self, p: Vec2) -> bool {
         let mount = &self.spec.mount;
         let way = p - Vec2::new(0.0, mount.height_m);
@@ -74,7 +74,7 @@ impl ScanGeometry<'_> {
         (first..=last).contains(&angle) && way.len() + mount.mirror_offset_m <= farthest
     }
 
-    /// Whether the cell at `p` is one of the step's.
+    /// Whether the cell at `p` belongs to the step.
     fn belongs(step: &BuiltStep, p: Vec2) -> bool {
         match step.below {
             None => {
@@ -90,12 +90,13 @@ impl ScanGeometry<'_> {
         }
     }
 
-    /// Power over noise of every step's best cell, from the chirps without receiver noise.
+    /// Returns the signal-to-noise power ratio of every step's best cell, from the chirps without
+    /// receiver noise.
     ///
     /// `noise` is the power of the noise of one sample, in the squared units of the chirps.
     pub fn snr(&self, steps: &[BuiltStep], chirps: &[Vec<Complex64>], noise: f64) -> Vec<f64> {
         let samples = self.spec.radar.samples_per_chirp;
-        // Hann, as the scanner weighs a chirp.
+        // Hann, as in the scanner.
         let window: Vec<f64> = (0..samples)
             .map(|n| 0.5 - 0.5 * libm::cos(TAU * (n as f64 + 0.5) / samples as f64))
             .collect();
@@ -124,27 +125,28 @@ impl ScanGeometry<'_> {
             .collect()
     }
 
-    /// Whether a scanner can be asked for this step.
+    /// Whether a scanner must report this step.
     fn counted(&self, world: &World, step: &BuiltStep) -> bool {
         let eye = Vec2::new(0.0, self.spec.mount.height_m);
         let in_sight = |p: Vec2| self.covers(p) && visible(world, eye, p);
         let Some((from, to)) = step.below else {
             return step.rise >= LEAST_RISE && in_sight(step.edge);
         };
-        // A drop is known by the surface below it: some of that must be in sight.
+        // A drop is detected by the surface below it, some of which must be in sight.
         self.covers(step.edge) && (1..20).any(|k| in_sight(from.towards(to, f64::from(k) / 20.0)))
     }
 
-    /// The truth, with the steps' signal-to-noise ratios `snr`.
+    /// Returns the truth, with the steps' signal-to-noise ratios `snr`.
     ///
-    /// A step belongs to the plane that shows it: what goes up to the depth plane, what goes down to the
-    /// height plane. What goes down ahead of a scan of the depth plane (stairs down, a hole, the end of
-    /// the floor) is no step of that scan: its truth has no direction and lists the drops as `uncounted`,
-    /// with negative heights, for telling them as steps is neither right nor wrong. Clear it is not: an `ok` whose
-    /// horizon lies beyond the first of them is wrong, unless a told drop covers it.
+    /// A step belongs to the plane that shows it: steps up to the depth plane, steps down to the
+    /// height plane. A drop ahead of a scan of the depth plane (stairs down, a hole, the end of the
+    /// floor) is no step of that scan. Its truth has no direction and lists the drops as
+    /// `uncounted`, with negative heights, because reporting them as steps is neither right nor
+    /// wrong. The way is not clear, however: an `ok` whose horizon lies beyond the first of them is
+    /// wrong, unless a reported drop covers it.
     ///
-    /// A box of 6 to 30 cm is `uncounted` unless the scene says that a chair could mount it: one scan cannot
-    /// tell it from a platform.
+    /// A box of 6 to 30 cm is `uncounted` unless the scene states that a chair could mount it,
+    /// because one scan cannot tell it from a platform.
     pub fn truth(&self, world: &World, snr: impl Fn(&[BuiltStep]) -> Vec<Option<f64>>) -> Truth {
         let (name, mine, others) = match self.spec.mount.plane {
             PlaneSpec::Depth => ("up", &world.up, &world.down),
@@ -189,12 +191,12 @@ fn true_step(s: &BuiltStep, snr_db: Option<f64>) -> TrueStep {
     }
 }
 
-/// Rounded to `1 / unit`, and never -0.
+/// Returns `x` rounded to a multiple of `1 / unit`, and never -0.
 fn rounded(x: f64, unit: f64) -> f64 {
     libm::floor(x * unit + 0.5) / unit + 0.0
 }
 
-/// Power of a windowed chirp at `frequency` cycles per sample.
+/// Returns the power of a windowed chirp at `frequency` cycles per sample.
 fn cell(chirp: &[Complex64], window: &[f64], frequency: f64) -> f64 {
     let turn = cis(-TAU * frequency);
     let mut phase = Complex64::ONE;

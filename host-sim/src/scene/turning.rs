@@ -1,8 +1,8 @@
 //! A beam that turns while a chirp is captured.
 //!
-//! The chirp is seen by the beam at its beginning, its middle and its end; in between every echo's gain is
-//! on the parabola through the three. A beam of 5 degrees that turns by a quarter of a degree is that to
-//! better than 1e-5 of its peak.
+//! The beam's gain for every echo is computed at the beginning, the middle and the end of the
+//! chirp. In between it follows the parabola through these three. For a beam of 5 degrees that
+//! turns by a quarter of a degree the error is below 1e-5 of its peak.
 
 use num_complex::Complex64;
 
@@ -10,7 +10,7 @@ use super::shaft::vibration_deg;
 use super::{Bundles, Scene};
 
 impl Scene {
-    /// The echoes of a chirp in whose middle the mirror passes `row_deg`.
+    /// Returns the echoes of a chirp in whose middle the mirror passes `row_deg`.
     pub(super) fn smeared(
         &self,
         row_deg: f64,
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(difference(&still, &scene("vibration_deg = 0.5\n")), 0.0);
     }
 
-    /// The beam's own shape over the smear is the average that three places give.
+    /// The beam's mean gain over the turn equals that of the parabola through three places.
     #[test]
     fn three_places_are_enough() {
         let beam = super::super::beam::Beam::new(5.0, 5.0, 20.0, 35.0);

@@ -1,4 +1,4 @@
-//! The view of a scene from one place, which the sums over facets, edges and columns share.
+//! View of a scene from one place, shared by the sums over facets, edges and columns.
 
 use super::beam::Beam;
 use super::geometry::World;
@@ -6,24 +6,24 @@ use super::material::Material;
 use super::maths::Vec2;
 use super::spec::{PlaneSpec, Polarisation};
 
-/// What the echoes depend on besides the surfaces.
+/// Parameters of the echoes other than the surfaces.
 pub struct View<'a> {
     /// Surfaces and edges.
     pub world: &'a World,
     /// Their materials.
     pub materials: &'a [Material],
-    /// Centre of the mirror: the phase centre.
+    /// Centre of the mirror, which is the phase centre.
     pub eye: Vec2,
-    /// Plane of the scan: which way mirror angles count.
+    /// Plane of the scan, which sets the zero and the sign of mirror angles.
     pub plane: PlaneSpec,
-    /// Pattern.
+    /// Antenna pattern.
     pub beam: &'a Beam,
-    /// 2π / λ at the carrier.
+    /// Wavenumber 2π / λ at the carrier, 1/m.
     pub wavenumber: f64,
-    /// Electric field along or across the edges.
+    /// Direction of the electric field, along or across the edges.
     pub polarisation: Polarisation,
-    /// Echoes from farther are left out.
+    /// Maximum range of an echo, metres.
     pub reach: f64,
-    /// Echoes that do not come back from between these mirror angles are left out, radians.
+    /// Interval of mirror angles from which echoes come back; others are left out, radians.
     pub between: (f64, f64),
 }

@@ -1,11 +1,11 @@
-//! A stretch of way through a scene whose echoes several drives share.
+//! A stretch of way through a scene whose echoes are shared by several drives.
 //!
-//! In: a scene, a seed of its surfaces and how far chairs go. Out: the chirp of a row from any place of the way. It
-//! differs from `passing.rs`, which serves one drive to the last bit: here the echoes of each two centimetres are worked
-//! out once for all drives, and those of one direction (to a quarter of a degree) are summed into one bundle of beat
-//! tones. A row turns each bundle by the phase of the way from their middle; its range is right to 1.3 mm, a
-//! twelfth of a range bin. Echoes outside the sector that the beam sweeps come by side lobes alone and are
-//! worked out every ten centimetres.
+//! In: a scene, a seed of its surfaces and the length of the way. Out: the chirp of a row from any
+//! place of the way. `passing.rs` serves one drive exactly. Here the echoes of each two centimetres
+//! are computed once for all drives, and those of one direction (to a quarter of a degree) are
+//! summed into one bundle of beat tones. A row shifts each bundle by the phase of the travel from
+//! their middle; its range is exact to 1.3 mm, a twelfth of a range bin. Echoes outside the sector
+//! that the beam sweeps enter by side lobes only and are computed every ten centimetres.
 
 use core::cell::{OnceCell, RefCell};
 use core::f64::consts::{PI, TAU};
@@ -28,29 +28,31 @@ use crate::setup;
 
 pub use super::passing::Shot;
 
-/// Echoes are worked out anew after so much travel, metres. First order in it, phases are right to 0.1 rad on the nearest
-/// ground.
+/// Travel after which echoes are computed anew, metres. With a first-order shift, phases are exact
+/// to 0.1 rad on the nearest ground.
 const GRAIN_M: f64 = 0.02;
-/// Ranges within a stretch of this length for which beat tones are summed.
+/// Number of range shifts within a stretch for which beat tones are summed.
 const RANGES: usize = 8;
-/// Metres from one to the next.
+/// Step of these range shifts, metres.
 const RANGE_STEP_M: f64 = GRAIN_M / RANGES as f64;
-/// Echoes whose directions fall into the same interval are one bundle, radians: the beam is 20 times as wide, and over
-/// a centimetre their phases differ by 0.05 rad.
+/// Width of the interval of directions that form one bundle, radians. The beam is 20 times as wide,
+/// and the phases differ by 0.05 rad over a centimetre.
 const DIRECTION: f64 = 0.25 * PI / 180.0;
-/// The sector of near echoes goes beyond the rows by two beam widths and by what a chair pitches, radians.
+/// Margin of the sector of near echoes beyond the rows, radians: two beam widths and the chair's
+/// pitch.
 const MARGIN: f64 = BESIDE + 0.03;
-/// Streams of random numbers of one drive's chirps.
+/// Number of random streams reserved for one drive's chirps.
 const DRIVE_STREAMS: u64 = 1 << 24;
 
-/// The scene from the middle of one stretch of the way, and its echoes as beat tones at each of the ranges.
+/// The scene from the middle of one stretch of the way, and its echoes as beat tones at each of the
+/// range shifts.
 struct Place {
     middle_m: f64,
     scene: RefCell<Scene>,
     tones: [Bundles; RANGES],
 }
 
-/// A scene with its surfaces, and the echoes of the places where chairs have been.
+/// A scene with its surfaces, and the cached echoes of the places where chairs have been.
 pub struct Way<'a> {
     scene: &'a Scene,
     seed: u64,
@@ -59,17 +61,17 @@ pub struct Way<'a> {
     relief: Relief,
     scatterers: Scatterers,
     spread: Spread,
-    /// Mirror angles of near echoes, radians.
+    /// Interval of the mirror angles of near echoes, radians.
     sector: (f64, f64),
     places: Vec<OnceCell<Place>>,
-    /// For every ten centimetres: their middle, and the echoes outside the sector.
+    /// Middle and echoes outside the sector, for every ten centimetres.
     beside: Vec<OnceCell<(f64, Vec<Echo>)>>,
 }
 
 impl<'a> Way<'a> {
-    /// The way from the scene's mirror to `end_m` metres on, with the surfaces of `seed`.
+    /// Creates the way from the scene's mirror to `end_m` metres on, with the surfaces of `seed`.
     pub fn new(scene: &'a Scene, seed: u64, end_m: f64) -> Self {
-        // Made once, and not by every scene that is made of this one.
+        // Computed here once, so that the scenes cloned from this one share it.
         scene.beats();
         let grains = (end_m / GRAIN_M) as usize + 1;
         let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * GRAIN_M).collect();
@@ -93,10 +95,10 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// The chirp of row `row`, number `number` of drive `drive`, fired as `shot` says.
+    /// Returns the chirp of row `row`, number `number` of drive `drive`, fired as in `shot`.
     ///
     /// # Errors
-    /// Says where the mirror has come to lie inside or behind a surface.
+    /// Names the place at which the mirror lies inside or behind a surface.
     pub fn chirp(&self, shot: &Shot, row: usize, (drive, number): (u64, u64)) -> Result<Vec<Iq>> {
         let place = self.place(shot.travel_m)?;
         let tones = self.tones(place, shot);
@@ -108,13 +110,13 @@ impl<'a> Way<'a> {
         Ok(chirp)
     }
 
-    /// The beat tones of a place as they are heard from where `shot` is fired.
+    /// Returns the beat tones of a place, shifted to the position of `shot`.
     fn tones(&self, place: &Place, shot: &Shot) -> Bundles {
         let radar = &self.scene.spec.radar;
         let plane = self.scene.spec.mount.plane;
         let on = shot.travel_m.min(self.end_m) - place.middle_m;
         let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
-        // The Doppler shift is that of a way that is so much longer.
+        // The Doppler shift is equivalent to this additional travel.
         let shifted = on + shot.speed * radar.carrier_hz * chirp_s / radar.bandwidth_hz;
         let k = ((shifted + 0.5 * GRAIN_M) / RANGE_STEP_M) as usize;
         let k = k.min(RANGES - 1);
@@ -129,7 +131,7 @@ impl<'a> Way<'a> {
         })
     }
 
-    /// The place that `travel_m` falls into.
+    /// Returns the place that contains `travel_m`.
     fn place(&self, travel_m: f64) -> Result<&Place> {
         let (at, middle_m) = stretch(travel_m.min(self.end_m), GRAIN_M);
         let (at, middle_m) = match self.places.get(at) {
@@ -144,7 +146,7 @@ impl<'a> Way<'a> {
         Ok(cell.get_or_init(|| place))
     }
 
-    /// The scene and its surfaces from `travel` metres on.
+    /// Returns the scene and its surfaces after `travel` metres.
     fn from(&self, travel: f64) -> Result<(Scene, Relief)> {
         let scene = self
             .scene
@@ -154,7 +156,7 @@ impl<'a> Way<'a> {
         Ok((scene, relief))
     }
 
-    /// Works a place out.
+    /// Computes the echoes of a place.
     fn look(&self, middle_m: f64) -> Result<Place> {
         let (scene, relief) = self.from(middle_m)?;
         let mut view = scene.view();
@@ -171,7 +173,8 @@ impl<'a> Way<'a> {
         })
     }
 
-    /// The beat tones of a place's echoes, direction by direction, at each of the ranges.
+    /// Returns the beat tones of a place's echoes, direction by direction, at each of the range
+    /// shifts.
     fn bundled(&self, scene: &Scene, echoes: &mut [Echo]) -> [Bundles; RANGES] {
         let interval = |angle: f64| libm::floor(angle / DIRECTION) as i64;
         let direction = |e: &Echo| (interval(e.back), interval(e.out));
@@ -210,14 +213,15 @@ impl<'a> Way<'a> {
         bundles
     }
 
-    /// The echoes outside the sector, from the middle of the ten centimetres that `travel_m` falls into.
+    /// Returns the echoes outside the sector, from the middle of the ten centimetres that contain
+    /// `travel_m`.
     fn beside(&self, travel_m: f64) -> Result<&(f64, Vec<Echo>)> {
         let (at, middle_m) = stretch(travel_m, COARSE_M);
         let cell = &self.beside[at.min(self.beside.len() - 1)];
         if let Some(beside) = cell.get() {
             return Ok(beside);
         }
-        // Behind the end there may be a wall.
+        // Beyond the end there may be a wall.
         let middle_m = middle_m.min(self.end_m.max(travel_m));
         let (scene, relief) = self.from(middle_m)?;
         let mut view = scene.view();
@@ -229,23 +233,24 @@ impl<'a> Way<'a> {
     }
 }
 
-/// Middle of range `k` of a stretch, metres from the stretch's middle.
+/// Returns the middle of range shift `k`, metres from the stretch's middle.
 fn range_shift(k: usize) -> f64 {
     (k as f64 + 0.5) * RANGE_STEP_M - 0.5 * GRAIN_M
 }
 
 impl Scene {
-    /// Mirror angle of a row, degrees.
+    /// Returns the mirror angle of a row, degrees.
     pub fn row_deg(&self, row: usize) -> f64 {
         self.angles[row]
     }
 
-    /// Pitch of the chair at rest, degrees.
+    /// Returns the pitch of the chair at rest, degrees.
     pub fn pitch_deg(&self) -> f64 {
         self.spec.mount.pitch_deg.unwrap_or(0.0)
     }
 
-    /// A recording by this scanner of one sweep of `rows` rows without echoes, by which a scanner can be set up.
+    /// Returns a recording of one sweep of `rows` rows without echoes, from which a scanner can be
+    /// set up.
     pub fn no_sweeps(&self, name: &str, rows: usize) -> Recording {
         let mut recording = self.empty_recording(name);
         recording.meta.angles_deg = self.angles.iter().take(rows).copied().collect();
@@ -255,10 +260,10 @@ impl Scene {
         recording
     }
 
-    /// Whether the mirror is in free space `travel_m` metres on.
+    /// Checks that the mirror is in free space after `travel_m` metres.
     ///
     /// # Errors
-    /// Says inside or behind which surface it lies.
+    /// Names the surface inside or behind which the mirror lies.
     pub fn passable(&self, travel_m: f64) -> Result<()> {
         let from = self.from(travel_m, self.spec.mount.pitch_error_deg);
         from.map(|_| ()).with_context(|| "the way")
@@ -274,7 +279,7 @@ mod tests {
                          material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n\
                          [sweep]\nfirst_deg = 8.0\nlast_deg = 38.0\nstep_deg = 1.0\n[mirror]\njitter_deg = 0.0\n";
 
-    /// Power of a chirp's echoes, and of what a second one differs by.
+    /// Power of a chirp's echoes, and power of the difference from a second chirp.
     fn powers(a: &[Complex64], b: &[Complex64]) -> (f64, f64) {
         let sum = |of: &dyn Fn(usize) -> Complex64| (0..a.len()).map(|k| of(k).norm_sqr()).sum();
         (sum(&|k| a[k]), sum(&|k| a[k] - b[k]))

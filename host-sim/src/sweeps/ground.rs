@@ -1,8 +1,9 @@
-//! How far the ground's echo shows: chirps of guard sweeps in, a distance out.
+//! Distance up to which the ground's echo shows: chirps of guard sweeps in, a distance out.
 //!
-//! It says what a sweep could know at best, without the scanner's code. The ground is cut into pieces of 10 cm. The echo of
-//! a piece is the mean power at the ranges of the ground, over the rows within the beam's width of it, weighted like the
-//! two-way beam, and over three sweeps. It shows where that is 3 dB above the noise.
+//! It is a reference for what a sweep can detect at best, computed without the scanner's code. The
+//! ground is cut into pieces of 10 cm. The echo of a piece is the mean power at the ranges of the
+//! ground, over the rows within the beam's width of it, weighted like the two-way beam, and over
+//! three sweeps. It shows where that power is 3 dB above the noise.
 
 use core::f64::consts::{LN_2, PI, TAU};
 
@@ -11,36 +12,38 @@ use stairscan::Iq;
 
 use crate::recording::{Metadata, Recording};
 
-/// Sweeps that are averaged.
+/// Number of sweeps that are averaged.
 pub const SWEEPS: usize = 3;
 /// Length of a piece of ground, metres.
 const PIECE_M: f64 = 0.1;
-/// Pieces begin here and end here, metres from the mirror: within the rows of a mirror at 0.4 m, and the guard's range.
+/// Nearest and farthest end of the pieces, metres from the mirror: within the rows of a mirror at
+/// 0.4 m, and within the guard's range.
 const FROM_M: f64 = 0.5;
 const TO_M: f64 = 1.7;
-/// From place to place within a piece, metres.
+/// Step of the points at which a piece is sampled, metres.
 const STEP_M: f64 = 0.02;
-/// Power of ground and noise over noise that shows: 3 dB.
+/// Minimum ratio of the power of ground and noise to that of noise for ground that shows: 3 dB.
 const SHOWS: f64 = 2.0;
-/// Rows this far off the ground's direction see noise, radians.
+/// Minimum angle between the ground and a row whose cell counts as noise, radians.
 const OFF_RAD: f64 = 7.0 * PI / 180.0;
-/// The quantile of such cells that is taken: things that stand on the ground fill the upper ones.
+/// Quantile of those cells from which the noise is estimated. Things that stand on the ground fill
+/// the upper quantiles.
 const QUANTILE: f64 = 0.35;
 /// Speed of light, m/s.
 const LIGHT: f64 = 299_792_458.0;
 
-/// One row's powers.
+/// Powers of one row.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Power by range bin, from the first that the ground can have.
+    /// Power by range bin, from the first bin that can hold ground.
     powers: Vec<f32>,
-    /// Direction below the horizontal, radians.
+    /// Direction of the row below the horizontal, radians.
     below: f64,
-    /// The odometer, metres.
+    /// Reading of the odometer, metres.
     travel_m: f64,
 }
 
-/// Transform of chirps to the powers of ground and noise.
+/// Transform of chirps into the powers of ground and noise.
 #[derive(Clone, Debug)]
 pub struct Meter {
     height_m: f64,
@@ -55,10 +58,10 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// The meter for chirps of a recording.
+    /// Creates the meter for the chirps of a recording.
     ///
     /// # Errors
-    /// The recording does not say how the mirror is mounted.
+    /// The recording does not contain the mirror's mounting.
     pub fn new(meta: &Metadata) -> Result<Self> {
         let mirror = meta.mirror.as_ref().context("no mirror")?;
         let bin_m = LIGHT / (2.0 * meta.bandwidth_hz);
@@ -85,7 +88,8 @@ impl Meter {
         })
     }
 
-    /// A chirp's powers; `angle_deg` below the chair's horizontal, the chair pitched nose up by `pitch_deg`.
+    /// Returns a chirp's powers. `angle_deg` is below the chair's horizontal, and the chair is
+    /// pitched nose up by `pitch_deg`.
     pub fn row(&self, chirp: &[Iq], angle_deg: f64, pitch_deg: f64, travel_m: f64) -> Row {
         let values: Vec<[f32; 2]> = match self.real {
             true => (chirp.iter())
@@ -114,7 +118,7 @@ impl Meter {
         }
     }
 
-    /// Mean power of a row's noise, by the rows that look off the ground.
+    /// Returns the mean noise power of rows, from the cells that look off the ground.
     fn noise(&self, rows: &[Row]) -> f64 {
         let mut cells = Vec::new();
         for row in rows {
@@ -131,11 +135,12 @@ impl Meter {
         }
         let at = (QUANTILE * cells.len() as f64) as usize;
         let (_, quantile, _) = cells.select_nth_unstable_by(at, f32::total_cmp);
-        // Powers of noise are distributed exponentially.
+        // The power of noise is distributed exponentially.
         f64::from(*quantile) / -libm::log(1.0 - QUANTILE)
     }
 
-    /// Mean power of the ground from `from_m` on for the length of a piece; none where no row looks there.
+    /// Returns the mean power of the piece of ground that begins at `from_m`; `None` where no row
+    /// looks there.
     fn piece(&self, rows: &[Row], from_m: f64, travel_m: f64) -> Option<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
         for row in rows {
@@ -151,7 +156,7 @@ impl Meter {
                 else {
                     continue;
                 };
-                // Two ways, half the power each at the edge.
+                // Half the one-way power at the edge of the beam, squared for the two-way beam.
                 let weight = libm::exp(-2.0 * LN_2 * off * off);
                 sum += weight * f64::from(*power);
                 weights += weight;
@@ -160,7 +165,8 @@ impl Meter {
         (weights > 0.0).then(|| sum / weights)
     }
 
-    /// How far the ground shows in the rows of the last sweeps, metres from the mirror at `travel_m` by the odometer.
+    /// Returns the distance up to which the ground shows in the rows of the last sweeps, metres
+    /// from the mirror at the odometer reading `travel_m`.
     pub fn shows_m(&self, rows: &[Row], travel_m: f64) -> f64 {
         let noise = self.noise(rows);
         let pieces = ((TO_M - FROM_M) / PIECE_M + 0.5) as usize;
@@ -173,15 +179,16 @@ impl Meter {
     }
 }
 
-/// Whether ground that shows up to `shows_m` shows up to a hazard at `at_m`: all of its whole pieces.
+/// Whether ground that shows up to `shows_m` shows up to a hazard at `at_m`. Only whole pieces
+/// before the hazard count.
 pub fn reaches(shows_m: f64, at_m: f64) -> bool {
     shows_m + PIECE_M > at_m
 }
 
-/// Returns how far the ground shows after each sweep of a recording, metres.
+/// Returns the distance up to which the ground shows after each sweep of a recording, metres.
 ///
 /// # Errors
-/// The recording does not say how the mirror is mounted.
+/// The recording does not contain the mirror's mounting.
 pub fn of(recording: &Recording) -> Result<Vec<f64>> {
     let meter = Meter::new(&recording.meta).with_context(|| recording.name.clone())?;
     let meta = &recording.meta;

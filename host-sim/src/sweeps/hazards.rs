@@ -1,38 +1,43 @@
-//! The hazards of a scene: places that a chair must not drive into or over, as far as a beam along the ground can show
-//! them.
+//! Hazards of a scene: places that a chair must not drive into or over, as far as a beam along the
+//! ground can detect them.
 //!
-//! A scene in, distances with kinds out, by geometry alone. The truth of full scans ([`crate::scene::truth`]) does not
-//! serve here: it lists steps that a scan must report, and neither walls, legs and boxes nor the end of the ground.
+//! A scene in, distances with kinds out, by geometry alone. The truth of full scans
+//! ([`crate::scene::truth`]) does not serve here: it lists the steps that a scan must report, but
+//! neither walls, legs and boxes nor the end of the ground.
 
 use stairscan::verdict::Ending;
 
 use super::truth::Hazard;
 use crate::scene::spec::{BoxSpec, DoorSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
 
-/// Rises and falls above this are hazards, metres: the guard's contract.
+/// Minimum height of a rise or depth of a drop that is a hazard, metres: the guard's contract.
 const LEAST_M: f64 = 0.04;
-/// Parts of a thing this near to the plane that the mirror sweeps are in the beam, metres: two-way and 5° wide it lights
-/// 4 cm at 1 m to either side.
+/// Maximum lateral distance between the swept plane and the nearest part of a thing in the beam,
+/// metres. The beam of 5° (two-way) lights 4 cm to either side at 1 m.
 const ASIDE_M: f64 = 0.08;
-/// A box that ends below this is a rise, a higher one an obstacle, metres: a single higher step is none to climb.
+/// Maximum top of a box that counts as a rise, metres. A higher single step cannot be climbed and
+/// is an obstacle.
 const MOST_RISE_M: f64 = 0.30;
-/// Where a floor without an end ends, metres: scene files.
+/// End of a floor without a given end, metres: as in scene files.
 const FLOOR_END_M: f64 = 4.0;
 
-/// A scene's geometry as the guard's beam meets it.
+/// A scene's geometry within the guard's beam.
 struct Beam<'a> {
     spec: &'a SceneSpec,
-    /// Parts of a thing this near to the plane are in the beam, metres.
+    /// Maximum lateral distance between the swept plane and the nearest part of a thing in the
+    /// beam, metres.
     aside_m: f64,
 }
 
 impl Beam<'_> {
-    /// Whether a thing whose middle lies `lateral_m` beside the plane that the mirror sweeps, at any yaw, is in the beam.
+    /// Whether a thing whose middle lies `lateral_m` beside the swept plane, at any yaw, is in the
+    /// beam.
     fn meets(&self, lateral_m: f64, width_m: Option<f64>) -> bool {
         width_m.is_none_or(|width| lateral_m.abs() - 0.5 * width <= self.aside_m)
     }
 
-    /// Whether heights from `bottom_m` to `top_m` are in the way and below the mirror, above which no row looks.
+    /// Whether a thing from `bottom_m` to `top_m` high is in the way and reaches below the mirror.
+    /// No row looks above the mirror.
     fn reaches(&self, bottom_m: f64, top_m: f64) -> bool {
         top_m > LEAST_M && bottom_m < self.spec.mount.height_m
     }
@@ -50,7 +55,7 @@ impl Beam<'_> {
         })
     }
 
-    /// The jambs and the threshold of a door.
+    /// Returns the hazard of a door's jambs and threshold.
     fn door(&self, d: &DoorSpec) -> Option<Hazard> {
         let aside = 0.5 * (d.width_m + d.frame_m);
         let jamb = |side: f64| self.meets(d.lateral_m + side, Some(d.frame_m));
@@ -62,7 +67,8 @@ impl Beam<'_> {
         found.then_some(Hazard { at_m: d.at_m, kind })
     }
 
-    /// Where a free shape first rises above the ground or falls below it.
+    /// Returns the places at which a free shape first rises above the ground and first falls below
+    /// it.
     fn shape(&self, p: &PolylineSpec) -> Vec<Hazard> {
         let mut pieces: Vec<_> = p.points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         if let (true, Some(&last), Some(&first)) = (p.closed, p.points.last(), p.points.first()) {
@@ -82,12 +88,12 @@ impl Beam<'_> {
     }
 }
 
-/// Returns all hazards of a scene, in no order, from the mirror at the first row.
+/// Returns all hazards of a scene, unordered, from the mirror at the first row.
 pub fn of(spec: &SceneSpec) -> Vec<Hazard> {
     within_m(spec, ASIDE_M)
 }
 
-/// Returns the hazards of which some part is at most `aside_m` metres beside the plane that the mirror sweeps.
+/// Returns the hazards of which a part lies at most `aside_m` metres beside the swept plane.
 pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
     let beam = Beam { spec, aside_m };
     let obstacle = |at_m| Hazard {
@@ -114,7 +120,7 @@ pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
     found
 }
 
-/// The first step of a flight that is too high or too deep to drive over.
+/// Returns the first step of a flight that is too high or too deep to drive over.
 fn edge(s: &StairsSpec) -> Option<Hazard> {
     let part = |list: &[f64], k: usize, all: f64| list.get(k).copied().unwrap_or(all);
     let mut at_m = s.distance_m;
@@ -131,7 +137,7 @@ fn edge(s: &StairsSpec) -> Option<Hazard> {
     None
 }
 
-/// Where the last surface of a scene ends, metres.
+/// Returns the end of a scene's last surface, metres.
 fn ground_end_m(spec: &SceneSpec) -> f64 {
     let flight = |s: &StairsSpec| {
         let goings = (1..s.count).map(|k| s.goings_m.get(k - 1).copied().unwrap_or(s.going_m));
@@ -148,7 +154,8 @@ fn ground_end_m(spec: &SceneSpec) -> f64 {
     ends.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Least x at which a straight piece has a height above `low` and below `high`; none where it has nowhere.
+/// Returns the minimum x at which a straight piece has a height above `low` and below `high`;
+/// `None` if there is none.
 fn within(piece: [[f64; 2]; 2], low: f64, high: f64) -> Option<f64> {
     let [[x0, y0], [x1, y1]] = piece;
     let (bottom, top) = (y0.min(y1).max(low), y0.max(y1).min(high));
@@ -212,7 +219,7 @@ mod tests {
         assert_eq!(first(&thing(0.0, 0.45, 0.6)), END);
         assert_eq!(first(&thing(0.0, 0.0, 0.03)), END);
         let yaw = format!("{}\n[mount]\nyaw_deg = 3.0\n", thing(0.17, 0.0, 0.5));
-        // Sideways is counted from the plane that the mirror sweeps, wherever that looks.
+        // The lateral distance is measured from the swept plane at any yaw.
         assert_eq!(first(&yaw), (0.8, Ending::Obstacle));
     }
 

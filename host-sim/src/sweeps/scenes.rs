@@ -1,7 +1,9 @@
-//! Recordings of guard sweeps of random scenes: a kind and a seed in, a recording with the truth of each sweep out.
+//! Recordings of guard sweeps of random scenes: a kind and a seed in, a recording with the truth of
+//! each sweep out.
 //!
-//! Scenes are those of [`crate::scene::random`], moved so that the first hazard comes within the sweeps' range. One kind
-//! and seed is one recording, for ever; the seeds are dealt out as those of full scans are ([`crate::seeds`]).
+//! The scenes are those of [`crate::scene::random`], moved so that the first hazard comes within
+//! the sweeps' range. Each pair of kind and seed gives one fixed recording. The seeds are assigned
+//! to draws as those of full scans are ([`crate::seeds`]).
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
@@ -18,35 +20,40 @@ use crate::scene::sequence::pushed;
 use crate::scene::spec::{BoxSpec, PostSpec, SceneSpec};
 use crate::seeds::Draw;
 
-/// Sweeps of a random recording, alternately forward and backward.
+/// Number of sweeps of a random recording, alternately forward and backward.
 pub const SWEEPS: usize = 14;
-/// Rows of a sweep, degrees below the horizontal: first, last and step of the recordings' profile, the guard's defaults.
+/// First row, last row and step of a sweep, degrees below the horizontal: the recordings' profile,
+/// the guard's defaults.
 const ROWS_DEG: [f64; 3] = [8.0, 38.0, 1.0];
-/// From row to row, seconds: 31 rows of a module that takes 2.8 ms for chirp and transfer (3 Mbaud, `cargo sim timing`).
+/// Time from row to row, seconds: 31 rows of a module that takes 2.8 ms for chirp and transfer (3
+/// Mbaud, `cargo sim timing`).
 pub const ROW_S: f64 = 0.0028;
-/// From the first row of a sweep to that of the next one, seconds: ten a second.
+/// Time from the first row of a sweep to that of the next one, seconds: ten sweeps a second.
 pub const SWEEP_S: f64 = 0.1;
-/// The same as the simulated drive has it, seconds: 30 rows, and 0.1 s of turning round between two scans. Speeds are
-/// scaled by the ratio, so that the way from sweep to sweep is that of ten a second.
+/// Sweep period of the simulated drive, seconds: 30 rows, and 0.1 s of turning round between two
+/// scans. Speeds are scaled by the ratio to [`SWEEP_S`], so that the travel per sweep is that of
+/// ten sweeps a second.
 const DRIVEN_S: f64 = 30.0 * ROW_S + 0.1;
 
-/// Speeds of a chair, m/s: indoors, as wheelchairs drive towards what they may stop at.
+/// Range of chair speeds, m/s: indoors, towards places where a wheelchair may have to stop.
 const SPEEDS: [f64; 2] = [0.1, 0.6];
-/// Share of the recordings in which it stands.
+/// Fraction of the recordings in which the chair stands.
 const STANDING: f64 = 0.15;
-/// Pitch that the recording does not tell, degrees either way: tyres and a mount that has settled.
+/// Maximum magnitude of the pitch error that is not in the recording, degrees: tyres and a mount
+/// that has settled.
 const PITCH_DEG: f64 = 0.4;
-/// Distance of the first hazard at the last sweep, metres.
+/// Range of the first hazard's distance at the last sweep, metres.
 const AT_END_M: [f64; 2] = [0.6, 1.8];
-/// Distance of a ramp's foot, or of legs that stepped in, at the last sweep, metres.
+/// Range of the distance of a ramp's foot, or of the legs of a person who stepped in, at the last
+/// sweep, metres.
 const NEAR_END_M: [f64; 2] = [0.5, 1.3];
-/// Ground goes on so far beyond the last sweep where nothing else is drawn, metres: farther than sweeps see.
+/// Minimum length of ground beyond the last sweep in open scenes, metres: farther than sweeps look.
 const GROUND_M: f64 = 3.5;
-/// Somebody steps in before one of these sweeps, from 0.
+/// Range of the sweep before which a person steps in, from 0.
 const STEPS_IN: [usize; 2] = [3, 6];
-/// Random numbers of drives and places, apart from those of scenes and surfaces.
+/// Stream of the random numbers of drives and places, apart from those of scenes and surfaces.
 const STREAM: u64 = 0x4755_4152_4400;
-/// The same of scenes for drives.
+/// Stream of the random numbers of scenes for drives.
 const APPROACHES: u64 = 0x4755_4152_4500;
 
 /// Kind of scene that random sweeps look at.
@@ -90,7 +97,7 @@ impl Kind {
         Self::Person,
     ];
 
-    /// Its name, as `--kind` takes it.
+    /// Returns the name that `--kind` takes.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Level => "level",
@@ -106,7 +113,8 @@ impl Kind {
         }
     }
 
-    /// The random scenes that it is drawn from, and what of these it takes; all of them if nothing.
+    /// Returns the kind of random scenes that it is drawn from, and the ends of the descriptions
+    /// that are taken; all if empty.
     const fn source(self) -> (random::Kind, &'static [&'static str]) {
         match self {
             Self::Level | Self::Person => (random::Kind::None, &["floor", "threshold"]),
@@ -121,8 +129,9 @@ impl Kind {
         }
     }
 
-    /// How many recordings of it a table takes: of the reporting draw so many that at least 3,000 sweeps have a hazard
-    /// within 1.5 m and 3,000 have none; of the others what two cores simulate in five minutes.
+    /// Returns the number of recordings in a table. For the reporting draw at least 3,000 sweeps
+    /// have a hazard within 1.5 m and 3,000 have none. For the other draws two cores simulate it in
+    /// five minutes.
     pub fn recordings(self, draw: Draw) -> u64 {
         match (draw, self) {
             (Draw::Reporting, Self::Level) => 200,
@@ -131,7 +140,7 @@ impl Kind {
         }
     }
 
-    /// The seeds of a draw that show it.
+    /// Returns the seeds of a draw whose scenes are of this kind.
     pub fn seeds(self, draw: Draw) -> impl Iterator<Item = u64> {
         let (source, wanted) = self.source();
         draw.seeds().filter(move |seed| {
@@ -141,21 +150,22 @@ impl Kind {
     }
 }
 
-/// Turns the scanner of a scene into a guard.
+/// Sets the rows of a scene's scanner to those of a guard.
 pub fn coarse(spec: &mut SceneSpec) {
     let sweep = &mut spec.sweep;
     [sweep.first_deg, sweep.last_deg, sweep.step_deg] = ROWS_DEG;
 }
 
-/// Returns a drive of `sweeps` sweeps whose way from sweep to sweep is that of `speed` m/s at ten sweeps a second.
+/// Returns a drive of `sweeps` sweeps whose travel per sweep is that of `speed` m/s at ten sweeps a
+/// second.
 pub fn drive(seed: u64, sweeps: usize, speed: f64) -> Drive {
     Drive::new(seed, sweeps, speed * SWEEP_S / DRIVEN_S).with_rows(ROW_S)
 }
 
-/// Returns guard sweeps of a scene from a chair that drives, with their truth.
+/// Returns guard sweeps of a scene from a driving chair, with their truth.
 ///
 /// # Errors
-/// Says where the mirror has come to lie inside or behind a surface.
+/// Names the place at which the mirror lies inside or behind a surface.
 pub fn sweeps_of(mut spec: SceneSpec, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
     coarse(&mut spec);
     let mut recording = simulated(&spec, name, seed, drive)?;
@@ -168,7 +178,8 @@ pub fn sweeps_of(mut spec: SceneSpec, name: &str, seed: u64, drive: &Drive) -> R
 /// Returns the recording of a kind and seed.
 ///
 /// # Errors
-/// Says what no scene can be built of, or where the mirror has come to lie inside or behind a surface.
+/// Names what no scene can be built of, or the place at which the mirror lies inside or behind a
+/// surface.
 pub fn recording(kind: Kind, seed: u64) -> Result<Recording> {
     let name = format!("{}_{seed:03}", kind.name());
     let drawn = Drawn::new(kind, seed).with_context(|| name.clone())?;
@@ -188,7 +199,7 @@ pub fn recording(kind: Kind, seed: u64) -> Result<Recording> {
     Ok(recording)
 }
 
-/// A scene with its drive, from the cache if it is there.
+/// Returns the recording of a scene with its drive, from the cache if it is there.
 fn simulated(spec: &SceneSpec, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
     let key = format!("sweeps {seed} {drive:?} of {spec:?}");
     cache::recording(name, &key, || {
@@ -196,7 +207,7 @@ fn simulated(spec: &SceneSpec, name: &str, seed: u64, drive: &Drive) -> Result<R
     })
 }
 
-/// The first hazard of each sweep, of `hazards` that are there at that sweep.
+/// Returns the first hazard of each sweep; `hazards` gives those that are there at a sweep.
 fn truth_of<'a>(recording: &Recording, hazards: impl Fn(usize) -> &'a Vec<Hazard>) -> Truth {
     let travel = recording.meta.sequence.truth_travel_m.iter().enumerate();
     travel
@@ -204,7 +215,7 @@ fn truth_of<'a>(recording: &Recording, hazards: impl Fn(usize) -> &'a Vec<Hazard
         .collect()
 }
 
-/// From sweep `from` (counted from 0) on, `recording` is what `then` is.
+/// Replaces sweep `from` (counted from 0) and all later sweeps of `recording` by those of `then`.
 fn splice(recording: &mut Recording, then: &Recording, from: usize) {
     let cut = from * recording.chirps_per_scan() * recording.meta.samples_per_chirp;
     recording.samples.truncate(cut);
@@ -214,11 +225,11 @@ fn splice(recording: &mut Recording, then: &Recording, from: usize) {
     truth.extend_from_slice(&then.meta.sequence.truth[from..]);
 }
 
-/// A random scene, and how a chair drives towards it.
+/// A random scene, and the drive of a chair towards it.
 struct Drawn {
     spec: SceneSpec,
     drive: Drive,
-    /// The sweep (from 0) from which on another scene is there, and that scene.
+    /// The sweep (from 0) from which on another scene replaces the first, and that scene.
     joined: Option<(usize, SceneSpec)>,
 }
 
@@ -259,15 +270,16 @@ impl Drawn {
 pub struct Approach {
     /// The scene.
     pub spec: SceneSpec,
-    /// The same after a person has stepped in.
+    /// The scene after a person has stepped in.
     pub joined: Option<SceneSpec>,
 }
 
-/// Returns the scene of a kind and seed for drives: its first hazard, its ramp or its person as far beyond `way_m` as
-/// recordings have it beyond their last sweep.
+/// Returns the scene of a kind and seed for drives. Its first hazard, its ramp or its person lies
+/// as far beyond `way_m` as in recordings beyond the last sweep.
 ///
 /// # Errors
-/// Says what no scene can be built of, or where the mirror has come to lie inside or behind a surface.
+/// Names what no scene can be built of, or the place at which the mirror lies inside or behind a
+/// surface.
 pub fn approach(kind: Kind, seed: u64, way_m: f64) -> Result<Approach> {
     let rng = &mut Random::new(seed, APPROACHES + kind as u64);
     let mut spec = random(kind.source().0, seed);
@@ -283,7 +295,7 @@ pub fn approach(kind: Kind, seed: u64, way_m: f64) -> Result<Approach> {
     Ok(Approach { spec, joined })
 }
 
-/// Pitches the chair by what the recording does not tell.
+/// Adds a pitch error that is not in the recording.
 fn tilt(spec: &mut SceneSpec, rng: &mut Random) {
     let error = rng.between(-PITCH_DEG, PITCH_DEG);
     let mount = &mut spec.mount;
@@ -291,11 +303,12 @@ fn tilt(spec: &mut SceneSpec, rng: &mut Random) {
     mount.pitch_error_deg = error;
 }
 
-/// Moves a scene so that its first hazard, or its ramp, is within the range of the last sweep after `way` metres.
+/// Moves a scene so that its first hazard, or its ramp, is within the range of the last sweep after
+/// `way` metres.
 fn placed(kind: Kind, mut spec: SceneSpec, way: f64, rng: &mut Random) -> Result<SceneSpec> {
     let open = spec.stairs.is_empty() && spec.wall.is_empty();
     if open && let Some(last) = spec.floor.last_mut() {
-        // Scenes of full scans end where these no longer look.
+        // Scenes of full scans end where full scans no longer look.
         last.to_m = last.to_m.map(|to_m| to_m.max(way + GROUND_M));
     }
     let hazards = hazards::of(&spec).into_iter().map(|hazard| hazard.at_m);
@@ -313,7 +326,7 @@ fn placed(kind: Kind, mut spec: SceneSpec, way: f64, rng: &mut Random) -> Result
         _ if open && first >= way + GROUND_M => 0.0,
         _ => way + rng.between(AT_END_M[0], AT_END_M[1]) - first,
     };
-    // A scene that came nearer than it was drawn may leave the mirror inside a surface.
+    // A scene that was moved nearer than it was drawn may leave the mirror inside a surface.
     let places = [by, by.max(0.0), by.max(0.0) + 0.5].map(|by| pushed(spec.clone(), by));
     let mut failed = None;
     for place in places {
@@ -326,8 +339,9 @@ fn placed(kind: Kind, mut spec: SceneSpec, way: f64, rng: &mut Random) -> Result
     failed.map_or(Ok(spec), Err)
 }
 
-/// A standing person at `at_m`, one of whose legs is in the beam: legs of 9 to 15 cm over shoes of 24 to 32 cm, one foot
-/// up to 25 cm before the other (DIN 33402-2: calf and thigh circumferences, foot lengths).
+/// Adds a standing person at `at_m`, one of whose legs is in the beam: legs of 9 to 15 cm over
+/// shoes of 24 to 32 cm, one foot up to 25 cm before the other (DIN 33402-2: calf and thigh
+/// circumferences, foot lengths).
 fn person(scene: &mut SceneSpec, at_m: f64, rng: &mut Random) {
     let (apart, diameter) = (rng.between(0.08, 0.2), rng.between(0.09, 0.15));
     let (shoe, sole) = (rng.between(0.24, 0.32), rng.between(0.05, 0.09));
@@ -361,7 +375,7 @@ fn person(scene: &mut SceneSpec, at_m: f64, rng: &mut Random) {
 mod tests {
     use super::*;
 
-    /// Distance of the first hazard at the first sweep, and after the whole way, metres.
+    /// Returns the first hazard at the first sweep, and the first hazard after the whole way.
     fn ends(kind: Kind, seed: u64) -> [Option<Hazard>; 2] {
         let drawn = Drawn::new(kind, seed).unwrap();
         let spec = drawn.joined.map_or(drawn.spec, |(_, spec)| spec);
@@ -379,7 +393,7 @@ mod tests {
                 let at = last.map_or(f64::INFINITY, |hazard| hazard.at_m);
                 match kind {
                     _ if level => assert_eq!(last, None, "{kind:?} {seed}"),
-                    // Some have none: mats, low kerbs.
+                    // Some scenes have no hazard: mats, low kerbs.
                     Kind::Clutter | Kind::Entrance | Kind::Kerb => assert!(at > 0.2, "{at}"),
                     _ => assert!((0.25..=2.4).contains(&at), "{kind:?} {seed}: {at}"),
                 }
@@ -399,7 +413,7 @@ mod tests {
     #[test]
     fn the_way_from_sweep_to_sweep_is_that_of_ten_a_second() {
         let way = drive(3, SWEEPS, 0.4).length_m(31);
-        // 13 sweeps and 30 rows, less or more by how the joystick is held.
+        // 13 sweeps and 30 rows, varied by the joystick's swing.
         assert!((way - 0.4 * 1.35).abs() < 0.05, "{way}");
     }
 

@@ -1,6 +1,8 @@
-//! The score of guard sweeps: the words on a recording's sweeps, held against the first hazard of each.
+//! Score of guard sweeps: the answers on a recording's sweeps, compared with the first hazard of
+//! each.
 //!
-//! Sweeps count from the third on: before, the guard has seen too little to agree with itself.
+//! The first two sweeps are not counted, because the guard needs several sweeps to confirm an
+//! answer.
 
 use std::fmt::Write as _;
 
@@ -13,23 +15,23 @@ use crate::answer::metres;
 use crate::guarded::Guarded;
 use crate::score::{Share, upper_bound};
 
-/// Sweeps of a recording that are not counted.
+/// Number of sweeps at the beginning of a recording that are not counted.
 const FIRST: usize = 2;
-/// A free distance that ends so far beyond the hazard is wrong, metres: the guard's contract.
+/// Tolerance beyond the hazard above which a free distance is wrong, metres: the guard's contract.
 const BEYOND_M: f64 = 0.05;
-/// A useful free distance reaches the hazard, or this, metres …
+/// Distance that a useful free distance has to reach where no hazard is nearer, metres.
 const ENOUGH_M: f64 = 1.2;
-/// … less this.
+/// Tolerance by which a useful free distance may fall short of that or of the hazard, metres.
 const SHORT_M: f64 = 0.25;
-/// A hazard within this distance is to be named, metres.
+/// Maximum distance of a hazard that must be named, metres.
 pub const NEAR_M: f64 = 1.5;
-/// Sweeps within which it is to be named.
+/// Number of sweeps within which it must be named.
 const NAMED_WITHIN: usize = 2;
 
-/// The word on one sweep.
+/// The answer on one sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Word {
-    /// How far it can be trusted.
+    /// Status of the answer.
     pub status: Status,
     /// Free distance, metres; `None` of a fault.
     pub free_m: Option<f64>,
@@ -38,7 +40,7 @@ pub struct Word {
 }
 
 impl Word {
-    /// That of a sentence.
+    /// Takes the answer of a sentence.
     pub fn of(guarded: &Guarded) -> Self {
         let line = &guarded.line;
         Self {
@@ -53,7 +55,8 @@ impl Word {
         self.status == Status::Ok
     }
 
-    /// Whether a hazard is named by its kind, rise and obstacle being alike: which it is, is a matter of height.
+    /// Whether the answer names a hazard by its kind. Rise and obstacle count as the same, because
+    /// they differ by height only.
     fn names(&self, hazard: Hazard) -> bool {
         let stands = |ending| matches!(ending, Ending::Rise | Ending::Obstacle);
         self.ending == hazard.kind || stands(self.ending) && stands(hazard.kind)
@@ -65,47 +68,49 @@ impl Word {
 pub struct Sweep {
     /// The recording.
     pub recording: String,
-    /// Which sweep of it, from 1.
+    /// Number of the sweep in the recording, from 1.
     pub number: usize,
     /// The first hazard.
     pub hazard: Option<Hazard>,
-    /// What was said.
+    /// The scanner's answer.
     pub word: Word,
-    /// Whether the hazard was not there at the sweep before.
+    /// Whether the hazard was not there at the previous sweep.
     pub stepped_in: bool,
-    /// How far the ground shows, metres ([`super::ground`]).
+    /// Distance up to which the ground's echo shows, metres ([`super::ground`]).
     pub shows_m: f64,
 }
 
 impl Sweep {
-    /// Whether the word is `ok`.
+    /// Whether the answer is `ok`.
     pub fn ok(&self) -> bool {
         self.word.status == Status::Ok
     }
 
-    /// Distance of the first hazard, metres; infinite without one.
+    /// Returns the distance of the first hazard, metres; infinite without one.
     fn hazard_m(&self) -> f64 {
         self.hazard.map_or(f64::INFINITY, |hazard| hazard.at_m)
     }
 
-    /// Whether it is `ok` and its free distance ends beyond the hazard. A hazard that has just stepped in does not count.
+    /// Whether the answer is `ok` and its free distance ends beyond the hazard. A hazard that has
+    /// just stepped in does not count.
     pub fn wrong(&self) -> bool {
         let beyond = |free_m| free_m > self.hazard_m() + BEYOND_M;
         self.ok() && !self.stepped_in && self.word.free_m.is_some_and(beyond)
     }
 
-    /// Whether the ground shows up to the hazard, or as far as a chair needs.
+    /// Whether the ground's echo shows up to the hazard, or as far as a chair needs.
     pub fn shows(&self) -> bool {
         reaches(self.shows_m, self.hazard_m().min(ENOUGH_M))
     }
 
-    /// Whether it is `ok`, not wrong, and reaches the hazard, or as far as a chair needs, less a margin.
+    /// Whether the answer is `ok`, not wrong, and reaches the hazard, or as far as a chair needs,
+    /// less a margin.
     pub fn useful(&self) -> bool {
         let least = self.hazard_m().min(ENOUGH_M) - SHORT_M;
         self.ok() && !self.wrong() && self.word.free_m.is_some_and(|free_m| free_m >= least)
     }
 
-    /// Whether a rise or a drop is told where there is no hazard.
+    /// Whether a rise or a drop is reported where there is no hazard.
     pub fn made_up(&self) -> bool {
         self.hazard.is_none() && matches!(self.word.ending, Ending::Rise | Ending::Drop)
     }
@@ -115,7 +120,7 @@ impl Sweep {
         self.hazard_m() <= NEAR_M
     }
 
-    /// In one line, lengths in centimetres.
+    /// Returns the sweep in one line, lengths in centimetres.
     pub fn text(&self) -> String {
         let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.1}", 100.0 * m));
         let (hazard, kind) = (self.hazard.map(|h| h.at_m), self.hazard.map(|h| h.kind));
@@ -135,20 +140,21 @@ impl Sweep {
 /// One recording's score.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scored {
-    /// The sweeps that count.
+    /// The counted sweeps.
     pub sweeps: Vec<Sweep>,
-    /// Whether its hazard was named within two sweeps of coming within 1.5 m; `None` of no such hazard,
-    /// and where fewer sweeps follow.
+    /// Whether the hazard was named within two sweeps of coming within 1.5 m; `None` if no hazard
+    /// came so near, or if fewer sweeps follow.
     pub named: Option<bool>,
-    /// Whether the ground showed up to it then.
+    /// Whether the ground's echo showed up to the hazard then.
     pub named_shows: bool,
 }
 
-/// Scores the words on a recording's sweeps: of words, hazards and how far the ground shows one a sweep.
+/// Scores the answers on a recording's sweeps. `words`, `truth` and `shows_m` have one entry per
+/// sweep.
 pub fn recording(name: &str, words: &[Word], truth: &Truth, shows_m: &[f64]) -> Scored {
     let stepped_in = |k: usize| {
         let before = k.checked_sub(1).and_then(|k| truth[k]);
-        // The way between two sweeps is a few centimetres.
+        // The travel between two sweeps is a few centimetres.
         let jumped = |now: Hazard| before.is_none_or(|before| now.at_m < before.at_m - 0.2);
         k > 0 && truth[k].is_some_and(|now| now.at_m <= NEAR_M && jumped(now))
     };
@@ -177,31 +183,32 @@ pub fn recording(name: &str, words: &[Word], truth: &Truth, shows_m: &[f64]) -> 
     }
 }
 
-/// The sums over the recordings of one kind.
+/// Sums over the recordings of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sums {
     /// Number of recordings.
     pub recordings: usize,
-    /// Sweeps with a hazard within [`NEAR_M`], of all that count.
+    /// Sweeps with a hazard within [`NEAR_M`], of all counted sweeps.
     pub near: Share,
-    /// `ok`, of all.
+    /// Sweeps with `ok`, of all counted sweeps.
     pub ok: Share,
-    /// `ok` and wrong, of `ok`.
+    /// Wrong sweeps with `ok`, of those with `ok`.
     pub wrong: Share,
-    /// Useful, of all.
+    /// Useful sweeps, of all counted sweeps.
     pub useful: Share,
-    /// The same of the sweeps in which the ground shows up to there.
+    /// Useful sweeps, of those in which the ground's echo shows up to the hazard or as far as a
+    /// chair needs.
     pub useful_shown: Share,
     /// Recordings whose hazard is named in time, of those in which one comes near.
     pub named: Share,
-    /// The same of those in which the ground shows up to it.
+    /// As `named`, of the recordings in which the ground's echo shows up to the hazard.
     pub named_shown: Share,
-    /// Sweeps that tell a rise or a drop, of those without a hazard.
+    /// Sweeps that report a rise or a drop, of those without a hazard.
     pub made_up: Share,
 }
 
 impl Sums {
-    /// Over some recordings, counting those of their sweeps that `wanted` lets pass.
+    /// Sums over recordings, counting the sweeps for which `wanted` holds.
     pub fn of<'a>(
         scored: impl Iterator<Item = &'a Scored>,
         wanted: impl Fn(&Sweep) -> bool,
@@ -229,12 +236,12 @@ impl Sums {
         }
     }
 
-    /// Upper 95 % bound of the share of `ok` sweeps that are wrong.
+    /// Returns the upper 95 % bound of the share of `ok` sweeps that are wrong.
     pub fn bound(&self) -> f64 {
         upper_bound(self.wrong.hits, self.wrong.of)
     }
 
-    /// The figures as JSON.
+    /// Returns the figures as JSON.
     pub fn json(&self, name: &str) -> Value {
         json!({
             "kind": name,
@@ -259,7 +266,7 @@ pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5
      shows | false rise or drop, without a hazard |\n\
      |---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// One line of the table.
+/// Returns one line of the table.
 pub fn row(name: &str, sums: &Sums) -> String {
     let mut out = format!(
         "| {name} | {} | {} | {} ",
@@ -284,7 +291,7 @@ pub fn row(name: &str, sums: &Sums) -> String {
     out
 }
 
-/// `3/120`, or a dash of nothing.
+/// Formats a share as `3/120`, or as a dash if it counts nothing.
 fn counted(share: Share) -> String {
     match share.of {
         0 => "–".into(),
@@ -330,7 +337,7 @@ mod tests {
             degraded,
         ];
         let found = scored(&words, &truth);
-        // The first two do not count.
+        // The first two sweeps do not count.
         let wrong: Vec<bool> = found.sweeps.iter().map(Sweep::wrong).collect();
         assert_eq!(wrong, [false, true, false, false, false]);
         let useful: Vec<bool> = found.sweeps.iter().map(Sweep::useful).collect();

@@ -1,4 +1,5 @@
-//! Guard sweeps over time as one SVG: the free distance of each, and the first hazard where the recording says so.
+//! Guard sweeps over time as one SVG: the free distance of each sweep, and the first hazard if the
+//! recording has its truth.
 
 use std::fmt::Write as _;
 
@@ -8,29 +9,29 @@ use super::truth::Truth;
 use crate::answer::metres;
 use crate::guarded::Guarded;
 
-/// Size of the picture, and the rectangle that distances and sweeps are drawn in: left, top, right, bottom, pixels.
+/// Size of the SVG, and the rectangle of the plot (left, top, right, bottom), pixels.
 const SIZE: [f64; 2] = [760.0, 300.0];
 const AREA: [f64; 4] = [52.0, 30.0, 748.0, 256.0];
-/// Distance at the top, metres: hazards farther than 2.5 m are none.
+/// Distance at the top, metres: hazards beyond 2.5 m are not counted.
 const TOP_M: f64 = 2.5;
-/// Share of a sweep's width that its bar takes.
+/// Fraction of a sweep's width that its bar takes.
 const BAR: f64 = 0.8;
-/// Colours by status, told apart by people who see no red or green (Okabe and Ito).
+/// Colours by status, distinguishable with red-green colour blindness (Okabe and Ito).
 const COLOURS: [(Status, &str, &str); 3] = [
     (Status::Ok, "#0072b2", "ok"),
     (Status::Degraded, "#e69f00", "degraded"),
     (Status::Fault, "#8c8c8c", "fault"),
 ];
-/// Colour of the truth.
+/// Colour of the true hazard.
 const TRUTH: &str = "#d55e00";
 
-/// Height of a distance, pixels.
+/// Converts a distance, metres, to a vertical position, pixels.
 fn height(m: f64) -> f64 {
     let [_, top, _, bottom] = AREA;
     bottom - (bottom - top) * m.clamp(0.0, TOP_M) / TOP_M
 }
 
-/// Returns the strip of a recording's sweeps.
+/// Returns the plot of a recording's sweeps.
 pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
     let [left, _, right, bottom] = AREA;
     let width = (right - left) / words.len().max(1) as f64;
@@ -73,7 +74,7 @@ pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
     out + "</svg>\n"
 }
 
-/// Lines every half metre, with distances.
+/// Draws a grid line with its distance every half metre.
 fn axes(out: &mut String) {
     let [left, _, right, bottom] = AREA;
     for half in 0..=5 {
@@ -94,7 +95,7 @@ fn axes(out: &mut String) {
     );
 }
 
-/// What the colours stand for.
+/// Draws the legend of the colours.
 fn legend(out: &mut String, truth: bool) {
     let [left, top, ..] = AREA;
     let bars = COLOURS

@@ -1,4 +1,4 @@
-//! The truth of guard sweeps as a recording carries it: `stairscan:truth_guard`.
+//! Ground truth of guard sweeps in a recording: the key `stairscan:truth_guard`.
 
 use anyhow::{Result, anyhow};
 use serde_json::{Value, json};
@@ -7,12 +7,12 @@ use stairscan::verdict::Ending;
 use crate::recording::Recording;
 use crate::setup;
 
-/// The key of the hazards, one a sweep.
+/// The key of the hazards, one per sweep.
 const KEY: &str = "stairscan:truth_guard";
-/// A hazard that is farther counts as none, metres: the recordings' profile.
+/// Maximum distance of a hazard that counts, metres: the recordings' profile.
 const FARTHEST_M: f64 = 2.5;
 
-/// The first thing of a way that a chair must not drive into or over.
+/// The first place on the way that a chair must not drive into or over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hazard {
     /// Distance from the mirror, metres.
@@ -21,7 +21,7 @@ pub struct Hazard {
     pub kind: Ending,
 }
 
-/// The first hazard of each sweep, from the mirror at its end.
+/// The first hazard of each sweep, from the mirror at the end of that sweep.
 pub type Truth = Vec<Option<Hazard>>;
 
 /// Returns the first of `hazards` (from the mirror at the first row) that is still ahead after `travel_m`.
@@ -48,10 +48,10 @@ pub fn write(recording: &mut Recording, truth: &Truth) {
     recording.meta.extra.insert(KEY.into(), list);
 }
 
-/// Returns the truth of a recording's sweeps; `None` of one that does not say.
+/// Returns the truth of a recording's sweeps; `None` if it has none.
 ///
 /// # Errors
-/// Names the key and what was expected.
+/// Names the key and the expected value.
 pub fn read(recording: &Recording) -> Result<Option<Truth>> {
     let Some(list) = recording.meta.extra.get(KEY) else {
         return Ok(None);
@@ -72,7 +72,7 @@ pub fn read(recording: &Recording) -> Result<Option<Truth>> {
         .ok_or_else(wrong)
 }
 
-/// One sweep's hazard; the outer `None` of what is no such object.
+/// Returns one sweep's hazard; the outer `None` if the value is no such object.
 fn parse(value: &Value) -> Option<Option<Hazard>> {
     let (at, kind) = (value.get("hazard_m")?, value.get("hazard")?);
     if at.is_null() && kind.is_null() {

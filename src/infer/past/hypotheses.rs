@@ -1,41 +1,42 @@
-//! The staircases that earlier scans found likeliest, and what their word counts in this one.
+//! The likeliest staircases of earlier scans, and the log-prior that they give to staircases of this scan.
 
 use crate::math;
 use crate::model::{Edge, GroundKind, MAX_STEPS, Staircase, View};
 use crate::params::current;
 use heapless::Vec;
 
-/// So many are carried on.
+/// Maximum number of staircases that are carried on.
 const CARRIED: usize = 4;
-/// Nearer to the mirror no riser can be told, metres.
+/// Minimum distance of a riser that a scan can show, metres from the mirror.
 const NEAREST_M: f32 = 0.12;
-/// What lies this near to the edge of what is seen may be seen or not: metres, and share of the slope.
+/// Margin by which the earlier field of view is reduced in range, metres: nearer to its edge, visibility is
+/// uncertain.
 const MARGIN_M: f32 = 0.15;
-/// See [`MARGIN_M`].
+/// Factor by which the slope of its upper edge is reduced.
 const MARGIN_SHARE: f32 = 0.9;
 
-/// A staircase with its weight among others.
+/// A staircase with its relative weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed {
     /// The staircase.
     pub staircase: Staircase,
-    /// Logarithm of its weight. Of those that are carried on, the likeliest has 0.
+    /// Log-weight, nats. Of those that are carried on, the likeliest has 0.
     pub log_weight: f32,
 }
 
-/// Those of earlier scans, in the place where they stand now, and those that this one is for.
+/// Staircases of earlier scans at their present places, and those that this scan stores for the next one.
 #[derive(Debug)]
 pub struct Hypotheses {
     past: Vec<Weighed, CARRIED>,
     present: Vec<Weighed, CARRIED>,
-    /// What could be seen from where the chair was, well within the edge; and now.
+    /// Field of view from the chair's earlier place, reduced by the margins; and that of this scan.
     then: View,
     now: View,
     moved_m: f32,
 }
 
 impl Hypotheses {
-    /// None.
+    /// Returns an empty set.
     pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
@@ -46,7 +47,7 @@ impl Hypotheses {
         }
     }
 
-    /// What the scan before was for becomes what is carried to this one, `moved_m` metres on.
+    /// Turns the stored staircases into carried ones, moved nearer by `moved_m` metres.
     #[inline(never)]
     pub(super) fn go(&mut self, moved_m: f32) {
         self.past.clear();
@@ -54,13 +55,13 @@ impl Hypotheses {
         for h in &present {
             let staircase = shifted(&h.staircase, -moved_m);
             if staircase.is_empty() || staircase.x(0) > NEAREST_M {
-                // As many as there were.
+                // Cannot fail: there are as many as before.
                 let _ = self.past.push(Weighed { staircase, ..*h });
             }
         }
     }
 
-    /// What could be seen where the chair was `moved_m` metres before, and what can now.
+    /// Sets the fields of view of the scan before and of this one. The chair moved `moved_m` metres between them.
     pub(super) fn seen_from(&mut self, then: View, now: View, moved_m: f32) {
         self.then = View {
             highest: MARGIN_SHARE * then.highest,
@@ -76,17 +77,17 @@ impl Hypotheses {
         self.past.clear();
     }
 
-    /// Whether there is none.
+    /// Whether no staircase was carried on.
     pub fn is_empty(&self) -> bool {
         self.past.is_empty()
     }
 
-    /// How many there are.
+    /// Returns the number of carried staircases.
     pub fn len(&self) -> usize {
         self.past.len()
     }
 
-    /// One of them as far as it can be seen from here; none if it has no steps.
+    /// Returns a carried staircase up to its last visible step; none if no step is visible.
     #[inline(never)]
     pub fn staircase(&self, k: usize) -> Option<Staircase> {
         let mut s = self.past.get(k)?.staircase;
@@ -96,8 +97,8 @@ impl Hypotheses {
         (s.kind == GroundKind::Stairs && last > 0).then_some(s)
     }
 
-    /// What earlier scans say for a staircase, nats: at most 0, and no less than the bound. A step that
-    /// none of them can have seen is neither for nor against it.
+    /// Returns the log-prior of a staircase from earlier scans, nats: at most 0, with a lower limit. A step that no
+    /// earlier scan can have seen has no influence.
     #[inline(never)]
     pub fn word(&self, s: &Staircase) -> f32 {
         if self.past.is_empty() {
@@ -110,21 +111,20 @@ impl Hypotheses {
         math::max(current().carried_share * best, -current().carried_most_nats)
     }
 
-    /// Whether two staircases have the same steps, as far as these could be seen from where the chair
-    /// was.
+    /// Whether two staircases have the same steps, among those that were in view from the chair's earlier place.
     #[inline(never)]
     pub fn alike(&self, a: &Staircase, b: &Staircase) -> bool {
         let (a, b) = (shifted(a, self.moved_m), shifted(b, self.moved_m));
         self.holds(&a, &b) && self.holds(&b, &a)
     }
 
-    /// Whether an edge at a place of this scan could be seen well from where the chair was.
+    /// Whether an edge at a place of this scan was well in view from the chair's earlier place.
     pub(super) fn could_see(&self, x_m: f32, y_m: f32) -> bool {
         let s = Staircase::nothing().with(0, x_m + self.moved_m, y_m);
         edges(&s, &self.then).iter().any(|e| e.seen)
     }
 
-    /// Whether `a` has every step of `b` that could be seen well.
+    /// Whether `a` has every step of `b` that was well in view.
     #[inline(never)]
     fn holds(&self, a: &Staircase, b: &Staircase) -> bool {
         let has = edges(a, &self.then);
@@ -136,7 +136,7 @@ impl Hypotheses {
         })
     }
 
-    /// This scan and all before are for a staircase by so many nats.
+    /// Stores a staircase with its log-weight over this and all earlier scans, nats.
     #[inline(never)]
     pub(super) fn keep(&mut self, staircase: &Staircase, log_weight: f32) {
         let new = Weighed {
@@ -162,7 +162,7 @@ impl Hypotheses {
         }
     }
 
-    /// All of this scan's are there: the likeliest counts 0.
+    /// Shifts the stored log-weights so that the likeliest has 0.
     pub(super) fn normalise(&mut self) {
         let weights = self.present.iter().map(|h| h.log_weight);
         let most = weights.fold(f32::NEG_INFINITY, math::max);
@@ -172,18 +172,18 @@ impl Hypotheses {
     }
 }
 
-/// The edges of a staircase.
+/// Returns the edges of a staircase.
 #[inline(never)]
 fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
     let mut edges = Vec::new();
     for edge in s.edges(view) {
-        // As many as a staircase has.
+        // Cannot fail: a staircase has no more edges.
         let _ = edges.push(edge);
     }
     edges
 }
 
-/// Whether the risers stand in the same places.
+/// Whether all risers of `a` stand at the places of those of `b`.
 fn self_alike(a: &Staircase, b: &Staircase) -> bool {
     let places = a.x_m.iter().zip(&b.x_m).take(a.len());
     places
@@ -191,7 +191,7 @@ fn self_alike(a: &Staircase, b: &Staircase) -> bool {
         .all(|off| off < current().same_step_m)
 }
 
-/// The staircase as it is seen from `by_m` farther back.
+/// Returns the staircase as seen from `by_m` metres farther back.
 #[inline(never)]
 fn shifted(s: &Staircase, by_m: f32) -> Staircase {
     let mut out = *s;

@@ -1,14 +1,14 @@
-//! From scan to scan: what earlier scans said of the stairs, carried on with the chair.
+//! Evidence of earlier scans, moved along with the chair.
 //!
-//! | module | does |
+//! | module | content |
 //! |---|---|
-//! | `hypotheses` | the likeliest staircases with their weights, moved by the way the chair went |
-//! | `tracks` | each step's place and level, and what their errors have in common from scan to scan |
-//! | `outlook` | how sure each place of the way was |
+//! | `hypotheses` | the likeliest staircases with their weights, moved by the chair's displacement |
+//! | `tracks` | each step's place and level, combined over scans with correlated errors |
+//! | `outlook` | log-odds of an error in each cell of the way |
 //!
-//! Errors repeat from scan to scan: the same face shines in the same way, and a riser that shows nothing
-//! shows nothing again. So a weight carried on counts less than a new one and only up to a bound, and
-//! variances never fall below what the errors share.
+//! Errors repeat from scan to scan: the same face reflects in the same way, and a riser without an echo has none in
+//! the next scan either. Therefore a carried log-weight is scaled down and limited, and variances never fall below
+//! the correlated part of the errors.
 
 mod hypotheses;
 mod outlook;
@@ -27,21 +27,21 @@ use crate::params::current;
 /// The evidence of earlier scans, moved along with the chair.
 #[derive(Debug)]
 pub struct History {
-    /// Number of the scan that it is of; none without one.
+    /// Number of the latest scan; none before the first one.
     scan: Option<u32>,
-    /// With what instrument.
+    /// Mounting and radar of that scan.
     instrument: (MountConfig, RadarConfig),
-    /// What could be seen then.
+    /// Field of view of that scan.
     view: View,
-    /// How far the chair has gone since, metres.
+    /// Displacement of the chair since then, metres.
     moved_m: f32,
-    /// Whether it contradicts this scan.
+    /// Whether the evidence contradicted this scan.
     changed: bool,
-    /// The staircases that may stand there.
+    /// Staircases that may stand there.
     pub hypotheses: Hypotheses,
-    /// The steps that were told.
+    /// Reported steps.
     pub tracks: Tracks,
-    /// How sure the answer was.
+    /// Log-odds of errors by cell.
     pub outlook: Outlook,
 }
 
@@ -52,7 +52,7 @@ impl Default for History {
 }
 
 impl History {
-    /// Nothing yet.
+    /// Returns a history without scans.
     pub const fn new() -> Self {
         Self {
             scan: None,
@@ -66,9 +66,9 @@ impl History {
         }
     }
 
-    /// Scan number `scan` is worked off now. What is carried on is moved by the way since the scan
-    /// before; where that is not known, the scan before was left out or made with another instrument, it
-    /// is forgotten. During this scan the chair went `rode_m` metres.
+    /// Begins scan number `scan`. The evidence is moved by the displacement `moved_m` since the scan before. It is
+    /// discarded if the displacement is unknown, or if the scan before was left out or made with another instrument.
+    /// `rode_m` is the displacement during this scan, metres.
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -96,7 +96,7 @@ impl History {
         self.view = view;
     }
 
-    /// Scan number `scan` stands aside: the one after it follows on the one before it.
+    /// Leaves scan number `scan` out: the scan after it follows on the one before it.
     pub fn pass_over(&mut self, scan: u32) {
         let before = scan.wrapping_sub(1);
         if let Some(last) = self.scan.as_mut().filter(|last| **last == before) {
@@ -104,21 +104,21 @@ impl History {
         }
     }
 
-    /// Forgets everything: the next scan is a first one.
+    /// Discards everything: the next scan counts as the first one.
     pub fn forget(&mut self) {
         self.scan = None;
         self.moved_m = 0.0;
         self.drop_past();
     }
 
-    /// Forgets what was carried to this scan.
+    /// Discards the evidence that was carried to this scan.
     fn drop_past(&mut self) {
         self.hypotheses.drop_past();
         self.tracks.drop_past();
         self.outlook.drop_past();
     }
 
-    /// The steps of this scan's answer, compared with and then combined with what earlier scans said.
+    /// Compares the steps of this scan's answer with the earlier ones, then combines them.
     #[inline(never)]
     pub fn combine(&mut self, steps: &mut [Step]) {
         let Self {
@@ -133,8 +133,8 @@ impl History {
         tracks.combine(steps);
     }
 
-    /// Keeps what may stand there by this scan alone for the next one, weighed by earlier scans, too. Where this scan
-    /// contradicts them, they are forgotten first.
+    /// Stores the outlines of this scan for the next one, with their cumulative log-weights. If this scan contradicts
+    /// the earlier ones, their evidence is discarded first.
     #[inline(never)]
     pub fn keep(&mut self, outlines: &[Weighed]) {
         let expected =
@@ -154,18 +154,18 @@ impl History {
         self.hypotheses.normalise();
     }
 
-    /// Whether what was carried on contradicted this scan and was forgotten.
+    /// Whether the carried evidence contradicted this scan and was discarded.
     pub fn changed(&self) -> bool {
         self.changed
     }
 
-    /// Whether this scan tells just the steps that were told before, where the way since has brought
-    /// them: then the motion input was right.
+    /// Whether this scan has exactly the steps that were reported before, at the places expected from the
+    /// displacement. This confirms the motion input.
     pub fn confirms(&self) -> bool {
         self.tracks.confirmed() && self.outlook.agrees()
     }
 
-    /// Whether anything was carried to this scan.
+    /// Whether no evidence was carried to this scan.
     pub fn is_empty(&self) -> bool {
         self.hypotheses.is_empty()
     }

@@ -1,4 +1,4 @@
-//! How sure each place of the way ahead was in earlier scans.
+//! Log-odds of errors by cell of the way ahead, carried on from earlier scans.
 
 use crate::answer::Step;
 use crate::infer::cloud::{CELL_M, CELLS, FIRST_END_M};
@@ -7,30 +7,29 @@ use crate::model::RIGHT_M;
 use crate::params::carried::PastFeatures;
 use crate::params::current;
 
-/// Log-odds of an error count up to here either way: e^9 to one is certain.
+/// Limit of log-odds of an error, nats, of either sign: odds of e^9 count as certain.
 const MOST_ODDS: f32 = 9.0;
-/// Farther than this, metres, what stands behind a landing is mostly too faint to be seen: counted in
-/// parts of …
+/// Distance beyond which things behind a landing are mostly too faint to be detected, metres.
 const FAR_M: f32 = 2.0;
-/// … so much.
+/// Unit of the distance beyond [`FAR_M`] as a feature, metres.
 const FAR_CELLS_M: f32 = 0.5;
-/// Errors count up to so many standard deviations within what is right.
+/// Upper limit of [`RIGHT_M`] over the standard deviation of a step's height, as a feature.
 const MOST_SIGMAS: f32 = 4.0;
-/// So many scans count.
+/// Maximum number of scans that are counted.
 const MOST_SCANS: f32 = 4.0;
 
-/// What earlier scans say of a cell.
+/// Evidence of earlier scans about a cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Past {
     /// Number of scans that agree about it.
     scans: f32,
-    /// Log-odds of an error there by the surest of them, …
+    /// Minimum of their log-odds of an error, nats.
     least: f32,
-    /// … and on the mean.
+    /// Mean of their log-odds of an error, nats.
     mean: f32,
 }
 
-/// The same in a few bytes: log-odds in [`FINE`]ths.
+/// [`Past`] in three bytes, with log-odds in units of 1/[`FINE`] nat.
 #[derive(Clone, Copy, Debug, Default)]
 struct PackedOdds {
     scans: u8,
@@ -46,7 +45,7 @@ impl PackedOdds {
     };
 }
 
-/// Log-odds are kept in parts of so many to one.
+/// Number of units of packed log-odds per nat.
 const FINE: f32 = 12.0;
 
 impl Past {
@@ -72,7 +71,7 @@ impl Past {
         }
     }
 
-    /// With one more scan.
+    /// Returns the evidence with one more scan added.
     fn with(&self, odds: f32) -> Self {
         if self.scans <= 0.0 {
             return Self {
@@ -90,27 +89,27 @@ impl Past {
     }
 }
 
-/// That of each cell, and whether the answer is another one there.
+/// Evidence by cell, and the cells in which two successive answers differ.
 #[derive(Debug)]
 pub struct Outlook {
-    /// Of earlier scans' cells, where they were.
+    /// Evidence of earlier scans, by the cells of the scan before.
     past: [PackedOdds; CELLS],
     present: [PackedOdds; CELLS],
-    /// How far the chair has gone since, metres; none where nothing was carried on.
+    /// Displacement of the chair since then, metres; none where nothing was carried on.
     moved_m: Option<f32>,
-    /// Cells in which this answer and the one before do not agree, a bit each.
+    /// Cells in which this answer differs from the one before, one bit each.
     differs: u32,
 }
 
 const _: () = assert!(CELLS <= u32::BITS as usize);
 
-/// Number of the cell that a place lies in; that of a step's error is 3 cm before the step.
+/// Returns the number of the cell that holds a place, metres. A step's error lies 3 cm before the step.
 fn cell(x_m: f32) -> usize {
     math::max(math::ceil((x_m - FIRST_END_M) / CELL_M), 0.0) as usize
 }
 
 impl Outlook {
-    /// Nothing.
+    /// Returns an empty outlook.
     pub(super) const fn new() -> Self {
         Self {
             past: [PackedOdds::NONE; CELLS],
@@ -133,7 +132,8 @@ impl Outlook {
         self.differs = 0;
     }
 
-    /// Compares the steps of this answer, before they are combined, with those told before.
+    /// Marks the cells in which the steps of this answer, before they are combined, differ from those reported
+    /// before.
     #[inline(never)]
     pub(super) fn compare(
         &mut self,
@@ -165,12 +165,12 @@ impl Outlook {
         self.differs = differs;
     }
 
-    /// Whether this answer has the steps of the one before.
+    /// Whether this answer has the same steps as the one before.
     pub(super) fn agrees(&self) -> bool {
         self.moved_m.is_some() && self.differs == 0
     }
 
-    /// What earlier scans say of cell `k`, which holds a step at `step_m` or none.
+    /// Returns the evidence of earlier scans about cell `k`, which holds a step at `step_m`, metres, or none.
     #[inline(never)]
     fn of(&self, k: usize, step_m: Option<f32>) -> Past {
         let Some(moved_m) = self.moved_m else {
@@ -198,9 +198,9 @@ impl Outlook {
         }
     }
 
-    /// What is known of cell `k` by this scan, whose log-odds of an error there are `odds`, and by
-    /// earlier ones; none where nothing was carried on. The cell holds a step or none;
-    /// `behind` where none lies farther on either. This scan's word is kept for the next one.
+    /// Returns the features of cell `k` by this scan and earlier ones; none where nothing was carried on. `odds` are
+    /// this scan's log-odds of an error, nats; they are stored for the next scan. `step` is the step in the cell, if
+    /// any; `behind` is whether no step lies farther away either.
     #[inline(never)]
     pub fn look(
         &mut self,

@@ -17,7 +17,7 @@ fn instrument() -> (MountConfig, RadarConfig) {
     (config.mount, config.radar)
 }
 
-/// A flight of three at `x_m`.
+/// A flight of three steps that begins at `x_m`.
 fn flight(x_m: f32) -> Staircase {
     let mut s = Staircase::nothing();
     for k in 0..3_u8 {
@@ -37,7 +37,7 @@ fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
     })
 }
 
-/// The outlines of a scan from which the flight stands at `x_m`.
+/// The outlines of a scan with the flight at `x_m`.
 fn outlines(x_m: f32) -> [Weighed; 2] {
     [(flight(x_m), 5.0), (Staircase::nothing(), -20.0)].map(|(staircase, log_weight)| Weighed {
         staircase,
@@ -45,7 +45,7 @@ fn outlines(x_m: f32) -> [Weighed; 2] {
     })
 }
 
-/// A scan from which the flight stands at `x_m`.
+/// Runs a scan with the flight at `x_m`.
 fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
     memory.begin(number, instrument(), VIEW, moved_m, 0.0);
     memory.keep(&outlines(x_m));
@@ -75,9 +75,9 @@ fn what_was_told_before_has_a_say_where_the_chair_is_now() {
     assert_eq!(memory.hypotheses.word(&Staircase::nothing()), worst);
     for (told, alone) in told.iter().zip(&steps(1.1, 0.01)) {
         assert!((told.distance_m - alone.distance_m).abs() < 1e-4);
-        // Surer of the height than by one scan, not as sure as by two that have nothing in common.
+        // The height's standard deviation is below that of one scan and above that of two independent ones.
         assert!(told.height_sigma_m < 0.0099 && told.height_sigma_m > 0.0071);
-        // Not surer of the place.
+        // The distance's standard deviation is that of one scan.
         assert!((told.distance_sigma_m - 0.003).abs() < 1e-5);
     }
 }
@@ -87,7 +87,7 @@ fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
     let mut memory = History::new();
     scan(&mut memory, 1, 2.0, None);
     memory.begin(2, instrument(), VIEW, Some(0.2), 0.0);
-    // The third one came into view only now, a fourth cannot be seen yet.
+    // The third step came into view in this scan; a fourth is not in view yet.
     let more = flight(1.8).with(3, 2.64, 0.68);
     assert_eq!(memory.hypotheses.word(&more), 0.0);
     assert_eq!(memory.hypotheses.word(&flight(1.8)), 0.0);

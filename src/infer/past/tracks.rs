@@ -1,9 +1,9 @@
-//! Steps from scan to scan: each one's place and level, and what their errors have in common.
+//! Steps from scan to scan: each step's place and level, combined over scans with correlated errors.
 //!
-//! A reading's error is like that of the one before: the same face shines in the same way. With a
-//! correlation r that fades with the way between, errors are a Markov chain (Gauss and Markov: Gelb,
-//! *Applied Optimal Estimation*, ch. 3), and a mean of variance v whose error has covariance q with that
-//! of the reading to come, of variance u, is best combined with it by the weight
+//! The error of a reading resembles that of the reading before: the same face reflects in the same way. The
+//! correlation r falls with the displacement between them, so the errors are a Gauss-Markov chain (Gelb, *Applied
+//! Optimal Estimation*, ch. 3). The mean has variance v, the next reading has variance u, and the covariance of their
+//! errors is q. The optimal combination is
 //!
 //! ```text
 //! w  = (v - q) / (v + u - 2 q)                 of the reading, 0…1
@@ -21,7 +21,7 @@ use crate::params::counted;
 use crate::params::current;
 use heapless::Vec;
 
-/// Readings farther apart than so many standard deviations say that these are too small.
+/// Difference of two readings, in standard deviations, beyond which their variances are enlarged.
 const DOUBTFUL: f32 = 2.0;
 
 /// A mean over scans.
@@ -29,9 +29,9 @@ const DOUBTFUL: f32 = 2.0;
 struct Mean {
     value: f32,
     variance: f32,
-    /// Covariance of its error with that of the last reading …
+    /// Covariance of its error with that of the last reading.
     shared: f32,
-    /// … whose variance this is.
+    /// Variance of the last reading.
     last: f32,
 }
 
@@ -46,7 +46,7 @@ impl Mean {
         }
     }
 
-    /// With one more reading whose error has correlation `alike` with the last one's.
+    /// Returns the mean with one more reading, whose error has correlation `alike` with the last one's.
     #[inline(never)]
     fn with(&self, reading: Estimate, alike: f32) -> Self {
         let (v, u) = (
@@ -57,7 +57,7 @@ impl Mean {
         let spread = math::max(v + u - 2.0 * q, f32::MIN_POSITIVE);
         let w = ((v - q) / spread).clamp(0.0, 1.0);
         let off = reading.value - self.value;
-        // Where they disagree by more than they should, both are less sure (Birge 1932).
+        // A difference beyond the limit enlarges the variance (Birge 1932).
         let excess = math::max(off * off / (DOUBTFUL * DOUBTFUL * (v + u)), 1.0);
         let rest = 1.0 - w;
         Self {
@@ -68,8 +68,8 @@ impl Mean {
         }
     }
 
-    /// The same of errors that are one and the same, as far as its variance goes: what hides a nosing's
-    /// place, its overhang, does so from everywhere.
+    /// Returns the mean with one more reading, with a variance as if both errors were fully correlated. What hides a
+    /// nosing's place, its overhang, does so from every distance.
     fn with_same(&self, reading: Estimate, alike: f32) -> Self {
         let mut out = self.with(reading, alike);
         let off = reading.value - self.value;
@@ -91,19 +91,19 @@ struct StepTrack {
     level: Mean,
 }
 
-/// The steps that earlier scans told, where they stand now; once combined, those that this one tells.
+/// Steps of earlier scans at their present places; after [`Tracks::combine`], the steps of this scan.
 #[derive(Debug)]
 pub struct Tracks {
     past: Vec<StepTrack, MAX_STEPS>,
     moved_m: f32,
-    /// How far the chair went during this scan, metres.
+    /// Displacement of the chair during this scan, metres.
     rode_m: f32,
-    /// How far the steps told before lie from those of this scan at most, metres; none without any.
+    /// Maximum distance between this scan's steps and the earlier ones, metres; none without earlier ones.
     off_m: Option<f32>,
 }
 
 impl Tracks {
-    /// None.
+    /// Returns a set without tracks.
     pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
@@ -113,13 +113,13 @@ impl Tracks {
         }
     }
 
-    /// Whether there are steps that were told before, and each is where it must be now.
+    /// Whether steps were reported before, and each is at its expected place.
     pub(super) fn confirmed(&self) -> bool {
         self.off_m
             .is_some_and(|off| off <= same_place_m(self.moved_m))
     }
 
-    /// The chair has gone on by `moved_m` metres.
+    /// Moves the tracks by the chair's displacement `moved_m`, metres.
     pub(super) fn go(&mut self, moved_m: f32, rode_m: f32) {
         self.moved_m = moved_m;
         self.rode_m = rode_m;
@@ -133,12 +133,12 @@ impl Tracks {
         self.off_m = None;
     }
 
-    /// Where the steps that were told before stand now, and how high, metres.
+    /// Returns the present distance and the height of each step that was reported before, metres.
     pub fn told(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
         self.past.iter().map(|t| (t.place.value, t.level.value))
     }
 
-    /// The track of a step, if it was told before.
+    /// Returns the track of a step, if it was reported before.
     #[inline(never)]
     fn of(&self, step: &Step) -> Option<&StepTrack> {
         let off = |t: &StepTrack| (t.place.value - step.distance_m).abs();
@@ -146,7 +146,7 @@ impl Tracks {
         near.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// By how much the odometer was off, from the steps that were told before: mean and variance.
+    /// Returns the error of the odometer's displacement, estimated from the steps that were reported before.
     #[inline(never)]
     fn slip(&self, steps: &[Step]) -> Estimate {
         let sigma_m = math::hypot(ODOMETER_SCALE_ERROR * self.moved_m, ODOMETER_WANDER_M);
@@ -165,7 +165,7 @@ impl Tracks {
         }
     }
 
-    /// Steps of this scan together with what earlier ones said of them.
+    /// Combines the steps of this scan with their tracks.
     #[inline(never)]
     pub fn combine(&mut self, steps: &mut [Step]) {
         let off = |s: &Step| Some((self.of(s)?.place.value - s.distance_m).abs());
@@ -198,7 +198,7 @@ impl Tracks {
                 step.height_m = track.level.value;
                 step.height_sigma_m = math::sqrt(track.level.variance);
             }
-            // An answer in this plane has no more.
+            // Cannot fail: an answer in this plane has no more steps.
             let _ = present.push(track);
         }
         self.past = present;

@@ -1,5 +1,4 @@
-//! Stairs going up, as the search sees them: risers one behind the other, each as high as the
-//! others, closed or floating.
+//! Score of a flight going up: risers of equal height one behind the other, closed or open.
 
 use super::roles::{Riser, Role, Roles};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
@@ -11,18 +10,18 @@ use crate::signal::echoes::MAX_ECHOES;
 use core::cell::RefCell;
 use core::ops::Range;
 
-/// Riser heights tried, metres: closer together than an echo's height is known, from a kerb to the
-/// highest riser that people build.
+/// Riser heights of the search, metres: spaced closer than the accuracy of an echo's height, from a kerb to the
+/// highest riser that is built.
 const RISES_M: [f32; 11] = [
     0.07, 0.09, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21, 0.235, 0.26, 0.29,
 ];
-/// Riser heights around the winner's at which its likelihood is looked at, metres: three times finer
-/// than [`RISES_M`], and one and a half of their steps to each side.
+/// Offsets from the winner's riser height at which its likelihood is evaluated, metres: three times finer than
+/// [`RISES_M`], over one and a half of its steps to each side.
 const FINE_RISES_M: [f32; 11] = [
     -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
 ];
 
-/// Riser `k` of a chain, between two levels, metres.
+/// Returns riser `k` of a chain, between two levels, metres.
 fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
     Riser {
@@ -34,13 +33,13 @@ fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f3
     }
 }
 
-/// Riser number `k` of a flight of regular rises.
+/// Returns riser number `k` of a flight of regular rises.
 pub fn riser(chain: &[ChainLink], shape: FlightShape, k: usize) -> Riser {
     let base_m = k as f32 * shape.rise_m;
     riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
 }
 
-/// Riser `k` of a chain whose levels are known; behind its last one, the landing.
+/// Returns riser `k` of a chain of known levels; behind its last riser, the landing.
 pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize) -> Riser {
     let level = |k: usize| levels.get(k).map(|l| l.height.value);
     let base_m = k.checked_sub(1).and_then(level).unwrap_or(0.0);
@@ -48,19 +47,19 @@ pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize)
     riser_between(chain, open, k, (base_m, top_m))
 }
 
-/// Number of the riser that a mark lies near or before; that of the landing beyond the last.
+/// Returns the number of the riser that a mark lies near or before; beyond the last riser, that of the landing.
 pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
     let behind = |l: &&ChainLink| l.along_m < m.x_m - column_m;
     chain.iter().take_while(behind).count()
 }
 
-/// The role of each mark, in the marks' order, under a flight whose treads have these levels.
+/// Returns the role of each mark, in the marks' order, for a flight with these levels.
 pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
         let k = riser_of(m, &flight.chain, scene.params.column_m);
         let riser = riser_at(&flight.chain, flight.shape.open, levels, k);
-        // As many as there are marks.
+        // Cannot fail: there is one role for each mark.
         let _ = roles.push(scene.role(m, &riser));
     }
     roles
@@ -69,20 +68,20 @@ pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Rol
 /// The tread before a riser.
 #[derive(Clone, Copy, Debug, Default)]
 struct Before {
-    /// Its score, nats.
+    /// Score of the marks on it, nats.
     score: f32,
-    /// The strongest echo on it near the riser, dB.
+    /// Level of the strongest echo on it near the riser, dB.
     strongest_db: f32,
 }
 
-/// Where the marks near a riser and those on its treads begin and end, in numbers of marks.
+/// Indices that divide the marks into those on the tread before a riser, near it, and behind it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Span {
-    /// The first that does not lie on the tread before it.
+    /// First mark that does not lie on the tread before the riser.
     before: u8,
-    /// The first near it …
+    /// First mark near the riser.
     first: u8,
-    /// … and the first behind those, on the next tread.
+    /// First mark on the next tread.
     end: u8,
 }
 
@@ -100,27 +99,27 @@ impl Span {
     }
 }
 
-/// Stairs going up.
+/// Evaluator of flights going up.
 #[derive(Debug)]
 pub struct Ascending<'e> {
     scene: &'e Scene<'e>,
-    /// Per column: the marks near it.
+    /// Indices of the marks near each column.
     spans: [Span; MAX_COLUMNS],
-    /// Per column: the floor before it, which is the same for every first riser there.
+    /// Floor before each column, which is the same for every first riser there.
     floors: [Before; MAX_COLUMNS],
-    /// What lies behind risers, at the level looked at last.
+    /// Cache of the landing's score, at the level that was evaluated last.
     landing: RefCell<Landing>,
     null: f32,
 }
 
-/// Scores of landings at one level, by where they begin.
+/// Scores of landings at one level, by the mark where they begin.
 #[derive(Debug)]
 struct Landing {
     level_m: f32,
     open: bool,
-    /// Entry k: of all marks from number k on …
+    /// Entry k is the score of all marks from number k on.
     sums: [f32; MAX_ECHOES + 1],
-    /// … as far as they have been asked for: from this one on.
+    /// First entry of `sums` that is valid.
     known: usize,
 }
 
@@ -136,8 +135,8 @@ impl Default for Landing {
 }
 
 impl Landing {
-    /// Score of the landing behind the last riser of a flight, from mark number `first` on; none where what
-    /// is seen of it depends on where the riser stands.
+    /// Returns the score of the landing behind the last riser of a flight, from mark number `first` on. It returns
+    /// none where the riser's place decides what of the landing is visible.
     fn look_up(
         &mut self,
         scene: &Scene<'_>,
@@ -160,7 +159,7 @@ impl Landing {
         self.sums.get(first).copied()
     }
 
-    /// Adds up the marks of `range`; those behind it are known.
+    /// Adds up the marks of `range`; the sums behind it are valid.
     fn extend(&mut self, scene: &Scene<'_>, range: Range<usize>) {
         let landing = Riser::landing(None, self.level_m, self.open);
         let mut sum = self.sums.get(range.end).copied().unwrap_or(0.0);
@@ -174,7 +173,7 @@ impl Landing {
 }
 
 impl<'e> Ascending<'e> {
-    /// Scores everything that is no stair.
+    /// Computes the score of level ground, and for each column its marks and the floor before it.
     #[inline(never)]
     pub fn new(scene: &'e Scene<'e>) -> Self {
         let mut ascending = Self {
@@ -200,7 +199,7 @@ impl<'e> Ascending<'e> {
         ascending
     }
 
-    /// The marks near a riser.
+    /// Returns the indices of the marks near a riser.
     fn span(&self, link: &ChainLink) -> Span {
         let known = link.column.and_then(|c| self.spans.get(usize::from(c)));
         known
@@ -208,7 +207,7 @@ impl<'e> Ascending<'e> {
             .unwrap_or_else(|| Span::of(self.scene, link.along_m))
     }
 
-    /// The tread before a riser, or the landing: the marks of `range`.
+    /// Returns the tread before a riser, or the landing, scored over the marks of `range`.
     fn tread(&self, riser: &Riser, range: Range<usize>) -> Before {
         let (scene, p) = (self.scene, self.scene.params);
         let (mut total, mut strongest_db) = (0.0, p.tread_background_db);
@@ -226,11 +225,11 @@ impl<'e> Ascending<'e> {
         }
     }
 
-    /// Score of one riser that shows `marks` and the tread `before` it.
+    /// Returns the score of one riser with `marks` near it and the tread `before` it.
     fn riser(&self, riser: &Riser, marks: &[Mark], before: Before) -> f32 {
         let (scene, p) = (self.scene, self.scene.params);
         let mut total = before.score - p.step_nats;
-        // The best echo in each role counts.
+        // Only the best echo in each role counts.
         let (mut corner, mut top, mut edge) = (0.0f32, 0.0f32, 0.0f32);
         let mut corner_db = f32::NEG_INFINITY;
         for m in marks {
@@ -260,8 +259,8 @@ impl<'e> Ascending<'e> {
         total + corner + top
     }
 
-    /// Cost of a landing before a face: a single riser behind it is a wall as a rule, so that the second
-    /// one takes back what the first cost the more.
+    /// Returns the cost of a landing before a face. A single riser behind a landing is usually a wall and costs more;
+    /// a second riser behind it refunds the difference.
     fn landing_cost(&self, chain: &[ChainLink], next: ChainLink) -> f32 {
         let p = self.scene.params;
         let behind_landing = |a: &ChainLink, b: &ChainLink| b.along_m - a.along_m > p.most_going_m;
@@ -272,7 +271,7 @@ impl<'e> Ascending<'e> {
         }
     }
 
-    /// The riser height over its likelihood, the chain given, and the highest score among them.
+    /// Returns the riser height of a given chain averaged over its likelihood, metres, and the highest score.
     #[inline(never)]
     pub fn rise(&self, flight: &Flight) -> (Estimate, f32) {
         let shape = flight.shape;
@@ -299,17 +298,17 @@ impl<'e> Ascending<'e> {
 }
 
 impl Ascending<'_> {
-    /// The echoes.
+    /// Returns the marks and columns.
     pub fn scene(&self) -> &Scene<'_> {
         self.scene
     }
 
-    /// The columns that a flight may begin with, each with the shapes worth a try there.
+    /// Returns the columns at which a flight may begin, each with all shapes.
     pub fn beginnings(&self) -> impl Iterator<Item = (usize, FlightShape)> {
         let shapes = RISES_M.into_iter();
         let shapes =
             shapes.flat_map(|rise_m| [false, true].map(|open| FlightShape { rise_m, open }));
-        // Shape by shape: the landing behind flights of one level is looked at once.
+        // Grouped by shape, so that the landing's score is cached for flights of one level.
         shapes.flat_map(|shape| {
             let columns = self.scene.columns.iter().enumerate();
             columns
@@ -318,7 +317,7 @@ impl Ascending<'_> {
         })
     }
 
-    /// Log-likelihood that `next` adds to the chain, nats.
+    /// Returns the log-likelihood that `next` adds to the chain, nats.
     pub fn face(&self, chain: &[ChainLink], next: ChainLink, shape: FlightShape) -> f32 {
         let riser = Riser {
             along_m: next.along_m,
@@ -339,7 +338,7 @@ impl Ascending<'_> {
         self.riser(&riser, near, before) - self.landing_cost(chain, next)
     }
 
-    /// Log-likelihood of everything behind the last face, nats.
+    /// Returns the log-likelihood of everything behind the last face, nats.
     pub fn behind(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level_m = chain.len() as f32 * shape.rise_m;
@@ -353,18 +352,18 @@ impl Ascending<'_> {
         cached.unwrap_or_else(|| self.tread(&landing, marks).score)
     }
 
-    /// Log-likelihood of level ground, nats.
+    /// Returns the log-likelihood of level ground, nats.
     pub fn null(&self) -> f32 {
         self.null
     }
 
-    /// What a mark is taken for if the flight is true.
+    /// Returns the role of a mark under the flight.
     pub fn role(&self, mark: &Mark, chain: &[ChainLink], shape: FlightShape) -> Role {
         let k = riser_of(mark, chain, self.scene.params.column_m);
         self.scene.role(mark, &riser(chain, shape, k))
     }
 
-    /// Log-likelihood ratio of a whole flight against level ground, nats.
+    /// Returns the log-likelihood ratio of a whole flight against level ground, nats.
     pub fn whole(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
         let faces = (0..chain.len()).filter_map(|k| {
             let (before, rest) = chain.split_at_checked(k)?;

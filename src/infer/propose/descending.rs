@@ -1,8 +1,9 @@
-//! Stairs going down, proposed: levels at which echoes lie, one below the other like treads.
+//! Proposal of stairs going down: levels of echoes, one below the other, taken for treads.
 //!
-//! The levels are gathered from the strongest echo down. Chains of them grow tread by tread, those kept whose echoes a
-//! staircase with such levels could explain best; a tread that shows nothing may lie between two, or below the last.
-//! Each chain and each of its beginnings is a hypothesis, weighed by [`crate::model::treads`].
+//! In: the echoes of the height plane. Out: weighted hypotheses. Levels are grouped from the strongest echo down.
+//! Chains of levels grow tread by tread (a beam search), and those whose echoes a staircase of these levels explains
+//! best are kept. A tread without echoes may lie between two levels, or below the last. Each chain and each of its
+//! beginnings is a hypothesis, weighted by [`crate::model::treads`].
 
 use crate::infer::variants::Base;
 use crate::math;
@@ -13,56 +14,57 @@ use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Most levels that are told apart.
+/// Maximum number of distinct levels.
 const LEVELS: usize = 16;
-/// Echoes so near to each other in height lie at one level, metres, …
+/// Minimum half-height of a level's echoes about the strongest one, metres.
 const ROW_M: f32 = 0.015;
-/// … or within so many standard deviations of the strongest one's.
+/// Half-height of a level's echoes about the strongest one, in standard deviations of its height.
 const ROW_SIGMAS: f32 = 1.5;
-/// What lies higher is the ground, metres.
+/// Minimum depth of a level, metres: higher echoes are the ground's.
 const BELOW_GROUND_M: f32 = 0.035;
-/// Rises of the first step, metres: from the lowest that people build to the highest.
+/// Rises of the first step, metres: from the lowest to the highest that is built.
 const RISES_M: core::ops::RangeInclusive<f32> = 0.05..=0.27;
-/// Rises of a flight are alike within so much, metres …
+/// Maximum deviation of a rise from the mean rise of its flight, metres.
 const ALIKE_M: f32 = 0.05;
-/// … and with a tread between that shows nothing.
+/// Maximum deviation of two rises from twice the mean rise, metres, where the tread between them has no echoes.
 const SKIPPED_ALIKE_M: f32 = 0.025;
-/// Chains that grow at a time.
+/// Number of chains that grow at a time.
 const GROWING: usize = 6;
-/// Chains that are weighed, with all their beginnings.
+/// Number of chains that are weighted, with all their beginnings.
 const WEIGHED: usize = 6;
-/// Where ramps downwards begin, metres from the mirror.
+/// Distances at which ramps downwards begin, metres from the mirror.
 const RAMPS_FROM_M: [f32; 3] = [0.0, -0.1, -0.2];
 /// Slopes of ramps downwards: tan of 1° … 12° in steps of a degree.
 const SLOPES: [f32; 12] = [
     0.0175, 0.0349, 0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944, 0.2126,
 ];
 
-/// Levels below the ground, metres, and what a tread there explains, nats.
+/// Levels below the ground, metres, each with the log-likelihood ratio of a tread there, nats.
 type LevelRows = Vec<(f32, f32), LEVELS>;
 
-/// Levels one below the other by their numbers; [`UNSEEN`] is a tread between two that shows nothing.
+/// Levels one below the other, by index; [`UNSEEN`] stands for a tread without echoes between two levels.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct LevelChain {
     rows: Vec<u8, MAX_TREADS>,
-    /// The last level, metres.
+    /// Height of the last level, metres.
     last_m: f32,
-    /// What the levels explain, nats.
+    /// Sum of the levels' log-likelihood ratios, nats.
     nats: f32,
 }
 
-/// See [`LevelChain`].
+/// Index that stands for a tread without echoes.
 const UNSEEN: u8 = u8::MAX;
 const _: () = assert!(LEVELS < UNSEEN as usize);
 
 impl LevelChain {
-    /// The rise on the mean, metres; none without treads.
+    /// Returns the mean rise, metres; none without treads.
     fn rise_m(&self) -> Option<f32> {
         let count = self.rows.len();
         (count > 0).then(|| -self.last_m / count as f32)
     }
 
-    /// The same with one level more, or two of which the first shows nothing; none where no stairs have it.
+    /// Returns the chain with one more level, or with an unseen tread and a level. It returns none for rises that
+    /// stairs do not have.
     fn with(&self, row: usize, (y_m, nats): (f32, f32)) -> Option<Self> {
         let rise_m = self.last_m - y_m;
         let skipped = match self.rise_m() {
@@ -82,7 +84,7 @@ impl LevelChain {
         Some(out)
     }
 
-    /// Its treads, and one more that shows nothing.
+    /// Returns its treads, and one more without echoes.
     fn treads(&self, levels: &LevelRows) -> Treads {
         let mut treads = Treads::new();
         let level = |row: u8| levels.get(usize::from(row)).map(|level| level.0);
@@ -91,7 +93,7 @@ impl LevelChain {
             let next = self.rows.get(k + 1).and_then(|row| level(*row));
             let y_m = level(row).or(next.map(|next_m| 0.5 * (before_m + next_m)));
             before_m = y_m.unwrap_or(before_m);
-            // There is room for as many.
+            // Cannot fail: a chain has no more rows than there is room for.
             let _ = treads.push(TreadAt {
                 y_m: before_m,
                 shown: row != UNSEEN,
@@ -108,7 +110,7 @@ impl LevelChain {
     }
 }
 
-/// Puts a chain among the best of a list.
+/// Adds a chain to the best of a list.
 fn offer<const N: usize>(best: &mut Vec<LevelChain, N>, chain: LevelChain) {
     let Err(chain) = best.push(chain) else { return };
     let worst = best.iter_mut().min_by(|a, b| a.nats.total_cmp(&b.nats));
@@ -119,7 +121,8 @@ fn offer<const N: usize>(best: &mut Vec<LevelChain, N>, chain: LevelChain) {
     }
 }
 
-/// Levels below the ground at which echoes lie, metres, and what a tread there explains, nats; the highest first.
+/// Returns the levels of echoes below the ground, metres, each with the log-likelihood ratio of a tread there, nats;
+/// the highest first.
 #[inline(never)]
 fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
     let mut taken = [false; MAX_ECHOES];
@@ -142,7 +145,7 @@ fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
         }
         if fresh && centre.y_m < -BELOW_GROUND_M {
             let y_m = sum / weight;
-            // What finds no room is weaker than all others.
+            // A level that finds no room is weaker than all others.
             let _ = levels.push((y_m, model.shown(y_m)));
         }
     }
@@ -150,7 +153,7 @@ fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
     levels
 }
 
-/// Chains of levels, those that explain most.
+/// Returns the chains of levels with the largest log-likelihood ratios.
 #[inline(never)]
 fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
     let mut best = Vec::new();
@@ -169,13 +172,13 @@ fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
         }
         core::mem::swap(&mut now, &mut next);
     }
-    // Neighbours begin alike: their edges are looked at once.
+    // Neighbours share their first levels, whose edges are then evaluated once.
     shell_sort(&mut best, |a, b| a.rows < b.rows);
     best
 }
 
-/// Tells all hypotheses, each weighed: chains of levels with their beginnings and one tread more, ground without stairs
-/// and the likeliest ramp.
+/// Calls `each` with every hypothesis and its weight: chains of levels with their beginnings and one more tread,
+/// ground without stairs, and the likeliest ramp.
 #[inline(never)]
 pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Base)) {
     let levels = levels(model, echoes);

@@ -1,15 +1,16 @@
-//! The search: flights of stairs that explain the echoes, the best of each number of steps.
+//! The search: flights of stairs that explain the echoes, the best one of each number of steps.
 //!
-//! | module | does |
+//! | module | content |
 //! |---|---|
-//! | `scene` | echoes placed, weighed, sorted, gathered into columns |
-//! | `roles` | what an echo is if a flight goes up there: the one classifier |
-//! | `null` | what else may be there: level ground, ramps |
-//! | `stairs` | what a kind of stairs is to the search |
-//! | `ascending`, `descending` | how well a flight of each kind explains the echoes |
-//! | `search` | the best flights, face by face |
+//! | `scene` | echoes with position, credibility and standard deviations, sorted and grouped into columns |
+//! | `roles` | classification of an echo, given a flight going up |
+//! | `null` | the score of level ground |
+//! | `stairs` | a flight going up: its faces, shape and score |
+//! | `ascending` | score of a flight going up |
+//! | `descending` | proposal of stairs going down from the levels of the echoes |
+//! | `search` | the best flights going up, face by face |
 //!
-//! Its scores are set by hand and only say what is worth weighing; going up the posterior decides.
+//! Going up, its scores are tuned by hand and only select hypotheses: the posterior decides.
 
 pub mod ascending;
 pub mod descending;

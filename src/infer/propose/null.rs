@@ -1,9 +1,9 @@
-//! Level ground, as the search scores it.
+//! Score of level ground in the search.
 
 use super::scene::{Mark, Scene};
 
 impl Scene<'_> {
-    /// Score of level ground, nats.
+    /// Returns the score of level ground, nats.
     pub fn flat(&self) -> f32 {
         let p = self.params;
         let on_ground = |m: &Mark| {

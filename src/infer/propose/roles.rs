@@ -1,8 +1,8 @@
-//! What an echo is if a flight of stairs goes up there: the one place that says so.
+//! Classification of an echo, given a flight going up. This is the only place that defines it.
 //!
-//! Every echo takes the role in which it fits best: that role's gain in nats less half its squared
-//! normalised deviation, times its credibility. The search adds these up; dimensions, verdict and
-//! `inspect` read the roles that the winner gives.
+//! Every echo gets the role in which it fits best. Its gain is that of the role in nats, less half of its squared
+//! normalised deviation, times its credibility. The search adds these gains up. Dimensions, verdict and `inspect` use
+//! the roles that the winner gives.
 
 use super::scene::{Mark, Scene, gain};
 use crate::math;
@@ -11,20 +11,20 @@ use crate::params::posterior as number;
 use crate::signal::echoes::MAX_ECHOES;
 use heapless::Vec;
 
-/// What an echo is taken for.
+/// Role of an echo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Role {
     /// The inner corner at the foot of a riser.
     Corner,
     /// The edge at its top.
     Nosing,
-    /// The specular reflection of a face that looks straight at the mirror.
+    /// The specular reflection of a face at right angles to the line of sight.
     Flash,
     /// A place on a riser between foot and top.
     Face,
     /// A tread, the landing, the floor.
     Tread,
-    /// Where a tread ends, seen from above.
+    /// The end of a tread, seen from above.
     Edge,
     /// Inside the solid: contradicts the flight.
     Inside,
@@ -38,12 +38,12 @@ pub enum Role {
 }
 
 impl Role {
-    /// Whether an echo in this role speaks against the flight.
+    /// Whether an echo in this role contradicts the flight.
     pub const fn contradicts(self) -> bool {
         matches!(self, Self::Inside | Self::Above | Self::Clutter)
     }
 
-    /// Its name.
+    /// Returns its name.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Corner => "corner",
@@ -60,26 +60,26 @@ impl Role {
     }
 }
 
-/// What each mark is taken for, in the marks' order.
+/// Role of each mark, in the marks' order.
 pub type Roles = Vec<Role, MAX_ECHOES>;
 
 /// A riser and the tread before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Riser {
-    /// Where the riser before stands, metres; `None` for the first.
+    /// Distance of the riser before, metres; `None` for the first.
     pub previous_m: Option<f32>,
-    /// Where this one stands, metres; infinitely far off for the landing behind the last.
+    /// Distance of this riser, metres; infinite for the landing behind the last.
     pub along_m: f32,
     /// Level at its foot, metres.
     pub base_m: f32,
     /// Level at its top, metres.
     pub top_m: f32,
-    /// Whether there is nothing below the treads (a floating stair).
+    /// Whether the treads are open (no risers).
     pub open: bool,
 }
 
 impl Riser {
-    /// The landing behind a last riser, or the whole floor.
+    /// Returns the landing behind a last riser, or the whole floor.
     pub fn landing(previous_m: Option<f32>, level_m: f32, open: bool) -> Self {
         Self {
             previous_m,
@@ -91,18 +91,18 @@ impl Riser {
     }
 }
 
-/// How an echo near a riser fits, in nats, its credibility included.
+/// Fit of an echo near a riser, nats, weighted by its credibility.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RoleFit {
     /// As the inner corner.
     pub corner: f32,
     /// As anything that shows the riser's upper end or its face.
     pub top: f32,
-    /// As what only the upper end can make.
+    /// As a feature that only the upper end has.
     pub edge: f32,
     /// Any other role, with its gain or cost.
     pub other: Option<(Role, f32)>,
-    /// Which of those is behind `top`.
+    /// Role of the fit in `top`.
     top_role: Role,
 }
 
@@ -114,7 +114,7 @@ impl RoleFit {
         }
     }
 
-    /// The role that fits best.
+    /// Returns the role that fits best.
     pub fn role(&self) -> Role {
         match self.other {
             Some((role, _)) => role,
@@ -126,8 +126,7 @@ impl RoleFit {
 }
 
 impl Scene<'_> {
-    /// Lowest height that can be seen at `x_m` on or behind a tread: what a nosing above the mirror
-    /// leaves visible.
+    /// Returns the lowest height that is visible at `x_m` on or behind a tread, over the nosing before it, metres.
     fn sight(&self, x_m: f32, riser: &Riser) -> f32 {
         let edge_m = riser.previous_m.unwrap_or(f32::INFINITY);
         sight_m(self.mount_height_m, x_m, riser.base_m, edge_m)
@@ -138,14 +137,15 @@ impl Scene<'_> {
         riser.base_m > self.mount_height_m - number::SEES_FOOT_M
     }
 
-    /// Whether a riser looks straight at the mirror.
+    /// Whether a riser's face is at right angles to a line of sight: the mirror's height lies within it.
     pub fn faces_mirror(&self, riser: &Riser) -> bool {
         let p = self.params;
         riser.base_m - p.flash_margin_m < self.mount_height_m
             && self.mount_height_m < riser.top_m + p.flash_margin_m
     }
 
-    /// Gain of a mark as part of the tread before a riser, or of the floor seen through it.
+    /// Returns the gain of a mark as part of the tread before a riser, or of the floor seen through open treads,
+    /// nats.
     fn as_tread(&self, m: &Mark, riser: &Riser) -> f32 {
         let on = if riser.base_m < self.mount_height_m {
             gain(self.params.tread_nats, (m.y_m - riser.base_m) / m.y_sigma_m)
@@ -159,7 +159,7 @@ impl Scene<'_> {
         }
     }
 
-    /// Role of a mark on the tread before a riser, and its gain or cost.
+    /// Returns the role of a mark on the tread before a riser, and its gain or cost, nats.
     pub fn on_tread(&self, m: &Mark, riser: &Riser) -> (Role, f32) {
         let p = self.params;
         let on = self.as_tread(m, riser);
@@ -176,7 +176,7 @@ impl Scene<'_> {
         (Role::Stray, -p.stray_nats * m.weight)
     }
 
-    /// How a mark near a riser fits.
+    /// Returns the fit of a mark near a riser.
     pub fn on_riser(&self, m: &Mark, riser: &Riser) -> RoleFit {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.weight);
@@ -196,7 +196,7 @@ impl Scene<'_> {
             };
         }
         if self.hides_foot(riser) {
-            // From the sight line over the last nosing up to its own.
+            // Visible from the sight line over the nosing before it up to its own nosing.
             let z = math::max(math::max(m.y_m - riser.top_m, low - m.y_m), 0.0) / s;
             let top = (p.point_nats - 0.5 * z * z) * w;
             let top_role = if flash && flash_z <= z {
@@ -219,7 +219,7 @@ impl Scene<'_> {
         self.on_visible_riser(m, riser, flash)
     }
 
-    /// How a mark fits on a riser that can be seen from foot to top; `flash` is its gain as that.
+    /// Returns the fit of a mark on a riser that is visible from foot to top. `flash` is its gain as a flash, nats.
     fn on_visible_riser(&self, m: &Mark, riser: &Riser, flash: f32) -> RoleFit {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.weight);
@@ -256,7 +256,7 @@ impl Scene<'_> {
         }
     }
 
-    /// What a mark is taken for if it lies near a riser or on the tread before it.
+    /// Returns the role of a mark near a riser or on the tread before it.
     pub fn role(&self, m: &Mark, riser: &Riser) -> Role {
         if m.x_m > riser.along_m - self.params.column_m {
             self.on_riser(m, riser).role()

@@ -1,4 +1,5 @@
-//! The echoes as the flights see them: placed, weighed, sorted, gathered into columns.
+//! The echoes as marks for the search: with position, credibility and standard deviations, sorted, grouped into
+//! columns.
 
 use crate::math;
 use crate::params::Params;
@@ -6,20 +7,20 @@ use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Most columns (places where a face may stand).
+/// Maximum number of columns (places where a face may stand).
 pub const MAX_COLUMNS: usize = 32;
 
-/// One echo with what the likelihood needs of it.
+/// One echo with the quantities that the likelihood needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mark {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Height above the ground, metres.
     pub y_m: f32,
-    /// Which echo of the list it is.
+    /// Index of the echo in the list.
     pub echo: u8,
-    /// Along the line of sight of the faces that look at the mirror, metres: x for risers, the
-    /// depth below the mirror for treads.
+    /// Position along the line of sight to the faces that look at the mirror, metres: x for risers, the depth below
+    /// the mirror for treads.
     pub along_m: f32,
     /// Standard deviation of the horizontal distance, metres.
     pub x_sigma_m: f32,
@@ -31,44 +32,44 @@ pub struct Mark {
     pub snr_db: f32,
     /// Range from the mirror, metres.
     pub range_m: f32,
-    /// Width in angle in units of a point scatterer's.
+    /// Angular width in units of a point scatterer's.
     pub width: f32,
-    /// Gain as part of the floor, nats, credibility left out; going up only.
+    /// Gain as part of the floor, nats, before the credibility is applied; going up only.
     pub floor_nats: f32,
 }
 
-/// A place where a face may stand that looks at the mirror: echoes above one another on a riser,
-/// or beside one another on a tread.
+/// A place of a possible face that looks at the mirror: echoes above one another on a riser, or beside one another on
+/// a tread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Column {
-    /// Of its strongest echo, metres.
+    /// Position of its strongest echo along the line of sight, metres.
     pub along_m: f32,
-    /// Sum of the credibilities of what does not lie on the floor.
+    /// Sum of the credibilities of the echoes off the floor.
     pub weight: f32,
-    /// Whether a flight may begin here: something stands off the ground, or a corner shines.
+    /// Whether a flight may begin here: an echo lies off the ground, or one on it is as strong as a corner.
     pub begins: bool,
 }
 
-/// All echoes in order of where they lie along the line of sight, and the columns among them.
+/// All echoes sorted along the line of sight, and the columns among them.
 #[derive(Debug)]
 pub struct Scene<'p> {
-    /// In order of [`Mark::along_m`].
+    /// Sorted by [`Mark::along_m`].
     pub marks: Vec<Mark, MAX_ECHOES>,
-    /// In order of [`Column::along_m`].
+    /// Sorted by [`Column::along_m`].
     pub columns: Vec<Column, MAX_COLUMNS>,
-    /// Mirror above the ground, metres.
+    /// Mounting height of the mirror above the ground, metres.
     pub mount_height_m: f32,
-    /// What the likelihood counts with.
+    /// Tuned numbers.
     pub params: &'p Params,
 }
 
-/// Gain of something `z` standard deviations off the place where it would gain `nats`.
+/// Returns the gain `nats`, reduced by half the squared deviation `z` in standard deviations; at least 0.
 pub fn gain(nats: f32, z: f32) -> f32 {
     math::max(nats - 0.5 * z * z, 0.0)
 }
 
 impl Mark {
-    /// What does not depend on the plane.
+    /// Sets the fields that do not depend on the plane.
     fn new(echo: u8, e: &Echo) -> Self {
         Self {
             echo,
@@ -82,14 +83,14 @@ impl Mark {
     }
 }
 
-/// Credibility of an echo, 0…1: little near the noise, 1 well above it.
+/// Returns the credibility of an echo, 0…1: small near the noise, 1 well above it.
 fn credibility(snr_db: f32, p: &Params) -> f32 {
     let share = (snr_db - p.credible_from_db) / p.credible_span_db;
     math::max(math::min(share, 1.0), p.least_credibility)
 }
 
 impl<'p> Scene<'p> {
-    /// Without echoes: many for a small stack, they are filled in place.
+    /// Returns a scene without echoes. They are filled in place, since they are too large for a small stack.
     pub fn new(mount_height_m: f32, params: &'p Params) -> Self {
         Self {
             marks: Vec::new(),
@@ -99,7 +100,7 @@ impl<'p> Scene<'p> {
         }
     }
 
-    /// Takes in echoes for risers: columns of echoes above one another, in the depth plane.
+    /// Takes in the echoes of the depth plane, and groups echoes above one another into columns.
     #[inline(never)]
     pub fn risers(&mut self, echoes: &[Echo]) {
         let p = self.params;
@@ -116,10 +117,10 @@ impl<'p> Scene<'p> {
         self.gather(marks, p.column_m, p.nearest_riser_m);
     }
 
-    /// Takes in echoes of treads, in the height plane; nothing is gathered of them.
+    /// Takes in the echoes of the height plane, without columns.
     pub fn treads(&mut self, echoes: &[Echo]) {
         for (k, e) in (0..).zip(echoes) {
-            // As many as there are echoes at most.
+            // Cannot fail: there are as many marks as echoes.
             let _ = self.marks.push(Mark {
                 along_m: self.mount_height_m - e.y_m,
                 weight: credibility(e.snr_db, self.params),
@@ -128,11 +129,11 @@ impl<'p> Scene<'p> {
         }
     }
 
-    /// Sorts the marks and gathers columns around the strongest ones left; what lies nearer than
-    /// `nearest` is in none.
+    /// Sorts the marks and groups columns around the strongest remaining ones. Marks nearer than `nearest`, metres,
+    /// are in no column.
     fn gather(&mut self, marks: impl Iterator<Item = Mark>, width: f32, nearest: f32) {
         for mark in marks {
-            // As many as there are echoes at most.
+            // Cannot fail: there are as many marks as echoes.
             let _ = self.marks.push(mark);
         }
         shell_sort(&mut self.marks, |a, b| a.along_m < b.along_m);
@@ -165,7 +166,7 @@ impl<'p> Scene<'p> {
         shell_sort(&mut self.columns, |a, b| a.along_m < b.along_m);
     }
 
-    /// Whether an echo on the ground outshines what lies before it as a corner does.
+    /// Whether an echo on the ground exceeds the level of those before it as a corner does.
     fn shines(&self, centre: &Mark) -> bool {
         let p = self.params;
         let before = self.between(
@@ -177,18 +178,18 @@ impl<'p> Scene<'p> {
             && rest.all(|m| m.snr_db + p.corner_outshines_db < centre.snr_db)
     }
 
-    /// Number of the first mark beyond `along`.
+    /// Returns the index of the first mark beyond `along`, metres.
     pub fn first_beyond(&self, along: f32) -> usize {
         self.marks.partition_point(|m| m.along_m <= along)
     }
 
-    /// Marks with `from` < along ≤ `to`.
+    /// Returns the marks with `from` < along ≤ `to`, metres.
     pub fn between(&self, from: f32, to: f32) -> &[Mark] {
         let (first, end) = (self.first_beyond(from), self.first_beyond(to));
         self.marks.get(first..end).unwrap_or(&[])
     }
 
-    /// Numbers of the first mark near a face and of the first one behind those.
+    /// Returns the indices of the first mark near a face and of the first one behind those.
     pub fn near_range(&self, along: f32) -> (usize, usize) {
         let p = self.params;
         let from = math::max(along - p.column_m, p.nearest_riser_m);

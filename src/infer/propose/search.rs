@@ -1,8 +1,7 @@
-//! The search for the best flight among the columns: face by face, a bounded number of beginnings
-//! kept.
+//! The search for the best flight among the columns: a beam search, face by face.
 //!
-//! Beginnings grow by one face (or by two, the nearer one inferred) at a time; after each round only
-//! the best [`BEGINNINGS`] go on. Worst case, in faces scored: columns × shapes at first, then
+//! Beginnings of flights grow by one face at a time, or by two of which the nearer one is inferred. After each round
+//! only the best [`BEGINNINGS`] are kept. Worst case, in faces scored: columns × shapes in the first round, then
 //! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
 
 use super::ascending::Ascending;
@@ -11,16 +10,16 @@ use crate::math;
 use crate::params::Params;
 use heapless::Vec;
 
-/// Beginnings that are followed at a time: with half as many no recording's answer changes.
+/// Beam width: number of beginnings that are followed at a time. With half of it no recording's answer changes.
 const BEGINNINGS: usize = 12;
-/// How many faces may go unseen between two that are seen, and none.
+/// Numbers of faces without an echo between two with one.
 const SKIPPED: [usize; 2] = [0, 1];
 
 /// The best beginnings so far.
 #[derive(Debug)]
 struct BestBeginnings {
     flights: Vec<Flight, BEGINNINGS>,
-    /// Which is the worst, where there is no room for more.
+    /// Index of the worst one, once the list is full.
     worst: usize,
 }
 
@@ -32,7 +31,7 @@ impl BestBeginnings {
         }
     }
 
-    /// Takes a flight in, in place of the worst if there is no room; not if it is no better.
+    /// Adds a flight. If the list is full, it replaces the worst one, provided that it is better.
     fn offer(&mut self, flight: &Flight) {
         if self.flights.is_full() {
             match self.flights.get_mut(self.worst) {
@@ -40,7 +39,7 @@ impl BestBeginnings {
                 _ => return,
             }
         } else {
-            // There is room.
+            // Cannot fail: the list is not full.
             let _ = self.flights.push(flight.clone());
         }
         if self.flights.is_full() {
@@ -51,8 +50,8 @@ impl BestBeginnings {
     }
 }
 
-/// Working memory of a search: the beginnings that are followed, and those that they lead to. Too
-/// large for a small stack, so it comes from outside.
+/// Working memory of a search: the beginnings of this round and of the next. It is too large for a small stack: the
+/// caller provides it.
 #[derive(Debug)]
 pub struct Beginnings {
     now: BestBeginnings,
@@ -60,7 +59,7 @@ pub struct Beginnings {
 }
 
 impl Beginnings {
-    /// None yet.
+    /// Returns the memory without beginnings.
     pub const fn new() -> Self {
         Self {
             now: BestBeginnings::new(),
@@ -69,10 +68,10 @@ impl Beginnings {
     }
 }
 
-/// The search's state.
+/// State of the search.
 #[derive(Debug)]
 pub struct Search<'s, 'e> {
-    /// What is searched.
+    /// Evaluator of flights.
     pub stairs: &'s Ascending<'e>,
     /// The best flight of each number of faces, once [`Search::best`] has run.
     pub leaders: Vec<Flight, MAX_FLIGHT>,
@@ -83,13 +82,13 @@ impl<'s, 'e> Search<'s, 'e> {
         self.stairs.scene().params
     }
 
-    /// How many faces may go unseen between two that are seen.
+    /// Returns the allowed numbers of faces without an echo between two with one.
     fn skipped(&self) -> impl Iterator<Item = usize> {
         let most = usize::from(self.params().rules.skipped_face);
         SKIPPED.into_iter().filter(move |skipped| *skipped <= most)
     }
 
-    /// A search among `stairs`.
+    /// Returns a search that uses this evaluator.
     pub fn new(stairs: &'s Ascending<'e>) -> Self {
         Self {
             stairs,
@@ -97,13 +96,13 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// The best score of a flight with another number of faces, nats; no stairs at all counts 0.
+    /// Returns the best score of a flight with another number of faces, nats; no stairs have the score 0.
     pub fn rival(&self, faces: usize) -> f32 {
         let others = self.leaders.iter().filter(|f| f.chain.len() != faces);
         others.map(|f| f.score).fold(0.0, math::max)
     }
 
-    /// The best flight.
+    /// Runs the search and returns the best flight.
     #[inline(never)]
     pub fn best(&mut self, memory: &mut Beginnings) -> Option<Flight> {
         let Beginnings { now, next } = memory;
@@ -133,7 +132,7 @@ impl<'s, 'e> Search<'s, 'e> {
         best.max_by(|a, b| a.score.total_cmp(&b.score)).cloned()
     }
 
-    /// Adds a face to a flight; whether there was room for it.
+    /// Adds a face to a flight. Returns whether there was room for it.
     fn extend(&self, flight: &mut Flight, link: ChainLink) -> bool {
         flight.faces += self.stairs.face(&flight.chain, link, flight.shape);
         flight.chain.push(link).is_ok()
@@ -145,13 +144,13 @@ impl<'s, 'e> Search<'s, 'e> {
         flight.score = flight.faces + behind - self.stairs.null();
     }
 
-    /// Remembers a flight if it is the best of its length so far; whether it is.
+    /// Stores a flight if it is the best of its length so far, and returns whether it is.
     fn lead(&mut self, flight: &Flight) -> bool {
         let same = |f: &&mut Flight| f.chain.len() == flight.chain.len();
         match self.leaders.iter_mut().find(same) {
             Some(leader) if leader.score >= flight.score => return false,
             Some(leader) => leader.clone_from(flight),
-            // There is room for every length.
+            // Cannot fail: there is room for every length.
             None => drop(self.leaders.push(flight.clone())),
         }
         true
@@ -165,7 +164,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Follows a flight to its next faces.
+    /// Extends a flight by its next faces.
     fn grow(&self, flight: &Flight, next: &mut BestBeginnings) {
         let Some(last) = flight.chain.last() else {
             return;
@@ -184,7 +183,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// The first face of a second flight, behind a landing.
+    /// Extends a flight by the first face of a second flight, behind a landing.
     fn grow_landing(&self, flight: &Flight, next: &mut BestBeginnings) {
         let p = self.params();
         let Some(last) = flight.chain.last() else {
@@ -202,7 +201,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// The second face fixes the direction: any column that stairs may have there.
+    /// Extends a first face by a second one: any column at a possible going.
     fn grow_second(&self, flight: &Flight, first: ChainLink, next: &mut BestBeginnings) {
         let p = self.params();
         for c in 0..self.stairs.scene().columns.len() {
@@ -216,7 +215,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Adds `link`, and `skipped` faces before it, to a flight and offers it.
+    /// Adds `link`, and `skipped` faces before it, to a flight, and offers it to the next round.
     fn grow_to(
         &self,
         flight: &Flight,
@@ -228,7 +227,7 @@ impl<'s, 'e> Search<'s, 'e> {
         let mut flight = flight.clone();
         if skipped > 0 {
             let along_m = link.along_m - spacing;
-            // A face between may have a column near where it should stand.
+            // The face between may have a column near its expected place.
             if !self.extend(&mut flight, self.at(along_m)) {
                 return;
             }
@@ -239,7 +238,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// A face at a place: at the column near it, or unseen.
+    /// Returns a face at a place: at the column near it, or without a column.
     pub fn at(&self, along_m: f32) -> ChainLink {
         self.near(along_m).unwrap_or(ChainLink {
             along_m,
@@ -247,7 +246,7 @@ impl<'s, 'e> Search<'s, 'e> {
         })
     }
 
-    /// The weightiest column within the tolerance of a place.
+    /// Returns the column of the largest weight within the tolerance of a place.
     fn near(&self, along: f32) -> Option<ChainLink> {
         let scene = self.stairs.scene();
         let tolerance = self.params().riser_tolerance_m;

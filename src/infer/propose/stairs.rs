@@ -1,25 +1,25 @@
-//! A flight of stairs going up as the search has it: faces one behind the other, their rise, its score.
+//! A flight of stairs going up in the search: faces one behind the other, their rise, its score.
 
 use crate::math;
 use heapless::Vec;
 
-/// Most faces of a flight.
+/// Maximum number of faces of a flight.
 pub const MAX_FLIGHT: usize = 10;
 
-/// One face of a chain: its place, and the column that shows it unless it is inferred.
+/// One face of a chain: its place, and the column of its echoes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChainLink {
-    /// Along the line of sight, metres.
+    /// Position along the line of sight, metres.
     pub along_m: f32,
-    /// Index of the column.
+    /// Index of the column; none for an inferred face.
     pub column: Option<u8>,
 }
 
 /// Faces one behind the other.
 pub type Chain = Vec<ChainLink, MAX_FLIGHT>;
 
-/// Mean distance of a flight's faces, landings left out, and the number of those: faces farther apart
-/// than `most_m`.
+/// Returns the mean distance of a flight's faces without landings, metres, and the number of landings. A landing is a
+/// distance of more than `most_m`.
 pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
     let (mut sum, mut spans, mut landings) = (0.0, 0.0, 0);
     for pair in chain.windows(2) {
@@ -35,33 +35,33 @@ pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
     (sum / math::max(spans, 1.0), landings)
 }
 
-/// A kind of explanation.
+/// Kind of an explanation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Explanation {
-    /// Level ground; going down also ground that falls.
+    /// Level ground; going down also a falling ramp.
     NoStairs,
     /// Stairs going up.
     Up {
-        /// Height of one riser, metres.
+        /// Riser height, metres.
         rise_m: f32,
-        /// Whether they float.
+        /// Whether the treads are open (no risers).
         open: bool,
     },
     /// Stairs going down.
     Down {
-        /// First edge, metres from the mirror.
+        /// Distance of the first edge, metres from the mirror.
         edge_m: f32,
-        /// From edge to edge, metres.
+        /// Going from edge to edge, metres.
         going_m: f32,
     },
 }
 
-/// What two flights of the same risers may differ in.
+/// Parameters of a flight besides its risers' places.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlightShape {
-    /// Height of one riser, metres.
+    /// Riser height, metres.
     pub rise_m: f32,
-    /// Whether there is nothing below the treads.
+    /// Whether the treads are open (no risers).
     pub open: bool,
 }
 
@@ -74,6 +74,6 @@ pub struct Flight {
     pub shape: FlightShape,
     /// Log-likelihood of its faces, nats.
     pub faces: f32,
-    /// Log-likelihood ratio of the whole against everything that is no stair, nats.
+    /// Log-likelihood ratio against ground without stairs, nats.
     pub score: f32,
 }

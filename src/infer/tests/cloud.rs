@@ -1,13 +1,13 @@
-//! The cloud: weights whatever their order and scale, what they add up to, and resampling.
+//! The cloud: independence of the particles' order and scale, sums of weights, and resampling.
 
 use crate::infer::cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ROOM, Told};
 use crate::model::tests::{Dice, VIEW, flight, regular, told};
 use crate::model::{MAX_STEPS, Staircase};
 
-/// Standard deviations of levels that are known.
+/// Standard deviations of levels that are exactly known.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
-/// A flight of `n` risers, named by where its wall stands.
+/// Returns a flight of `n` risers, identified by the distance of its wall.
 fn named(n: usize, name: usize) -> Staircase {
     Staircase {
         wall_m: 3.0 + name as f32,
@@ -15,7 +15,7 @@ fn named(n: usize, name: usize) -> Staircase {
     }
 }
 
-/// A cloud of (risers, logarithm of the weight), against an answer without steps.
+/// Returns a cloud of (risers, log-weight), compared with an answer without steps.
 fn cloud(particles: &[(usize, f32)]) -> Cloud {
     let mut cloud = Cloud::new();
     let told = Told {
@@ -29,13 +29,13 @@ fn cloud(particles: &[(usize, f32)]) -> Cloud {
     cloud
 }
 
-/// Names and probabilities of what a cloud holds.
+/// Returns the identifiers and probabilities of a cloud's particles.
 fn held(cloud: &Cloud) -> Vec<(usize, f32)> {
     let all = cloud.particles();
     all.map(|(s, p)| ((s.wall_m - 3.0) as usize, p)).collect()
 }
 
-/// Probabilities of the counts, the plain way.
+/// Returns the probabilities of the counts, computed directly.
 fn expected(particles: &[(usize, f32)]) -> [f64; MAX_STEPS + 1] {
     let weights = particles.iter().map(|p| f64::from(p.1));
     let top = weights.clone().fold(f64::NEG_INFINITY, f64::max);
@@ -73,7 +73,7 @@ fn weights_count_alike_in_every_order_and_at_every_scale() {
             assert_counts(&particles);
         }
     }
-    // Many light ones weigh as much as one heavy, even if they come first, and in any number.
+    // Many light particles weigh as much as one heavy particle, also if they come first, and in any number.
     let mut many: Vec<(usize, f32)> = (0..300).map(|_| (1, -5.703_782_5)).collect();
     many.push((3, 0.0));
     assert_counts(&many);
@@ -131,7 +131,7 @@ fn steps_that_cannot_be_seen_are_not_counted() {
         drop: None,
         view: VIEW,
     };
-    // The first hides the second.
+    // The first step hides the second.
     cloud.add(&flight(&[(0.5, 0.55), (0.9, 0.6)]), 0.0, &SURE, &told);
     assert_eq!(cloud.counts()[..3], [0.0, 1.0, 0.0]);
 }
@@ -152,8 +152,8 @@ fn an_emptied_cloud_is_as_new() {
 
 #[test]
 fn doubts_are_the_share_of_what_goes_wrong_there_first() {
-    // The answer: one step at 0.75 m. A half agrees, a quarter holds another one at 1.05 m, an eighth
-    // nothing, an eighth one at 0.35 m besides.
+    // The answer has one step at 0.75 m. One half of the particles agrees, a quarter has another step at 1.05 m, an
+    // eighth has no steps, an eighth has another step at 0.35 m.
     let one = flight(&[(0.75, 0.16)]);
     let edges = told(&[(0.75, 0.16)]);
     let told = Told {
@@ -169,7 +169,7 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     cloud.add(&one.with(0, 0.35, 0.08), log(0.125), &SURE, &told);
     let doubts = cloud.doubts();
     let odds = |x_m: f32| {
-        // Errors are told 3 cm early; a cell ends where its error may still show.
+        // An error is assigned to a place 3 cm nearer; a cell ends where its error may still lie.
         let k = ((x_m - 0.03 - FIRST_END_M) / CELL_M).ceil() as usize;
         (k, doubts[k].exp())
     };
@@ -181,7 +181,7 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     for (k, doubt) in doubts.iter().enumerate() {
         assert!(places.contains(&k) || *doubt < -8.0, "cell {k}: {doubt}");
     }
-    // What is left over all cells is the probability that nothing is wrong.
+    // The product of the survival probabilities of all cells is the probability of no error.
     let right: f32 = doubts.iter().map(|d| 1.0 / (1.0 + d.exp())).product();
     assert!((right - 0.5).abs() < 0.01, "{right}");
     let sum: f32 = cloud.counts().iter().sum();
@@ -203,7 +203,7 @@ fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
     let k = ((0.72 - FIRST_END_M) / CELL_M).ceil() as usize;
     let wrong = 1.0 / (1.0 + (-doubts[k]).exp());
     assert!((wrong - 0.3173).abs() < 0.02, "{wrong}");
-    // What is right there fails at the step that is missing, surely.
+    // The particles without an error there have one at the missing step, with certainty.
     assert_eq!(doubts.iter().copied().fold(f32::MIN, f32::max), 4.0);
     assert_eq!(doubts.len(), CELLS);
 }
@@ -231,7 +231,7 @@ fn resampling_keeps_the_heavy_exactly_and_no_more_than_there_is_room_for() {
             let ratio = (now / first.1).ln();
             assert!((ratio - (log - first.0)).abs() < 1e-4, "{round}: {name}");
         }
-        // Again: nothing to do.
+        // A second resampling changes nothing.
         let twice = {
             cloud.resample();
             held(&cloud)
@@ -285,7 +285,7 @@ fn resampling_leaves_every_share_what_it_was_on_the_mean() {
 
 #[test]
 fn resampling_keeps_shares_where_all_weigh_about_the_same() {
-    // More than there is room for, the second half another count: none is heavy.
+    // More particles than are kept, the second half with another count: none is heavy.
     let alike: Vec<(usize, f32)> = (0..ROOM).map(|k| (1 + 2 * k / ROOM, 0.0)).collect();
     let long: Vec<(usize, f32)> = (0..40 * PARTICLES)
         .map(|k| (1 + k / (20 * PARTICLES), 0.001 * (k % 7) as f32))
@@ -302,7 +302,7 @@ fn resampling_keeps_shares_where_all_weigh_about_the_same() {
 
 #[test]
 fn resampling_keeps_rivals_alive() {
-    // One is all but certain; the others, of two counts, have one part in a hundred together.
+    // One particle is almost certain; the others, of two counts, have one per cent together.
     let mut dice = Dice::new(4);
     let light = (0.01f32 / 63.0).ln();
     let mut particles: Vec<(usize, f32)> = (0..63)

@@ -1,17 +1,17 @@
-//! The Gaussian over a flight's levels.
+//! The Gaussian mixture over a flight's levels.
 
 use crate::estimate::Estimate;
 use crate::infer::gauss::{self, Fusion, TreadLevels};
 use crate::params::Params;
 
-/// By the levels of its steps and what else is known of its rise.
+/// Fits the levels of its steps and the other knowledge of its rise.
 fn fit(steps: &[Fusion], rise: Estimate) -> TreadLevels {
     let mut levels = TreadLevels::default();
     gauss::fit(steps.iter().copied(), rise, &Params::DEFAULT, &mut levels);
     levels
 }
 
-/// A step of two agreeing readings.
+/// Returns a step with two agreeing readings.
 fn step(value: f32) -> Fusion {
     let mut fusion = Fusion::default();
     for _ in 0..2 {
@@ -27,7 +27,7 @@ fn an_irregular_step_is_reported_as_it_is() {
     let second = levels[1];
     assert!((second.height.value - 0.35).abs() < 0.004, "{second:?}");
     assert!(second.height.sigma() < 0.015 && second.off.value > 0.02);
-    // And it does not drag the others along.
+    // It does not change the other levels.
     assert!((levels[0].height.value - 0.16).abs() < 0.004);
     assert!((levels[2].height.value - 0.48).abs() < 0.004);
 }

@@ -1,4 +1,4 @@
-//! The estimator on maps made by hand: the answers known, the rest merely sane.
+//! The estimator on synthetic maps: known answers for some, plausibility for the rest.
 
 use crate::answer::{Direction, Maybe};
 use crate::estimate::expanded;
@@ -25,7 +25,7 @@ fn estimate_with(
     estimator.finish(map, config, 1, &mut ())
 }
 
-/// Closed stairs: a corner and a nosing at each riser, floor before the first.
+/// Returns closed stairs: a corner and a nosing at each riser, and floor before the first.
 fn staircase(first: f32, going: f32, heights: &[f32]) -> Vec<(f32, f32, f64)> {
     let mut points = vec![(0.42, 0.0, 18.0), (0.52, 0.0, 15.0)];
     let mut level = 0.0;
@@ -74,7 +74,7 @@ fn noise_alone_is_a_fault() {
     assert!(outcome.status() == Status::Fault && outcome.answer == Answer::NONE);
 }
 
-/// The mirror 1.1 m up, sweeping the height plane.
+/// Returns the configuration of a mirror 1.1 m above the ground that scans the height plane.
 fn over_an_edge() -> Config {
     Config {
         mount: crate::config::MountConfig {
@@ -112,7 +112,7 @@ fn a_corner_without_anything_above_is_no_clear_way() {
     for x in [1.0, 1.1, 1.2] {
         let map = scene(&config, &[(x, 0.0, 42.0)]);
         let outcome = estimate(&map, &config, false);
-        // The corner of a kerb or a threshold: nobody may drive past it on the strength of this.
+        // This may be the corner of a kerb or a threshold: the answer must not be valid beyond it.
         assert!(
             outcome.horizon_m().is_some_and(|end| end < x),
             "{outcome:?}"
@@ -120,7 +120,7 @@ fn a_corner_without_anything_above_is_no_clear_way() {
     }
 }
 
-/// What a scan of points at distance, height and level is answered with.
+/// Returns the answer to a scan of points at (distance, height, level).
 fn answer(points: &[(f32, f32, f64)]) -> Outcome {
     let config = Config::default();
     estimate(&scene(&config, points), &config, false)
@@ -142,7 +142,7 @@ fn a_second_flight_goes_on_behind_a_landing() {
     for (step, x) in steps.iter().zip([0.60, 0.88, 1.85, 2.13]) {
         assert!((step.0 - x).abs() < 0.02, "{steps:?}");
     }
-    // The landing makes no step irregular: their rises are alike.
+    // A landing makes no step irregular: the rises are equal.
     assert!(!outcome.reasons().has(Reason::IrregularStep), "{outcome:?}");
 }
 
@@ -176,7 +176,7 @@ fn a_height_that_no_echo_of_its_own_shows_is_inferred() {
     let mut points = staircase(0.70, 0.29, &[0.16, 0.32]);
     let two = estimate(&scene(&config, &points), &config, false);
     assert!(!two.reasons().has(Reason::InferredStep), "{two:?}");
-    // The third riser shows nothing but its flash.
+    // The third riser has no echo but its flash.
     points.push((1.28, 0.40, 42.0));
     let three = estimate(&scene(&config, &points), &config, false);
     assert_eq!(three.answer.steps.len(), 3, "{three:?}");
@@ -221,7 +221,7 @@ fn echoes_above_one_another_share_a_column() {
     assert_eq!(along, [0.8, 1.1]);
 }
 
-/// Blocks of cells of one value, which make echoes of all sizes.
+/// Returns a map of blocks of cells with one value each, which have echoes of all sizes.
 fn blocks(config: &Config, seed: u64, low: u8, span: u64) -> Box<PolarMap> {
     map(config, |row, bin| {
         let block = (noise(row / 9, bin / 3, seed) * span as f64) as u64 % span;
@@ -229,7 +229,7 @@ fn blocks(config: &Config, seed: u64, low: u8, span: u64) -> Box<PolarMap> {
     })
 }
 
-/// So few rows give two samples of the noise, and the first may be far from both.
+/// So few rows give two samples of the noise level, and the first one may be far from both.
 #[test]
 fn a_narrow_sector_gives_the_same_both_ways() {
     let mut config = Config::default();
@@ -279,7 +279,7 @@ fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
         let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
         let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
         let floor = answer(&points);
-        // It does end there: something may be behind that, and nothing before.
+        // The floor's echoes end there: things may stand behind that place, and none before it.
         let behind = |m: &Maybe| m.distance_m > x - 0.2;
         assert!(floor.answer.steps.is_empty());
         assert!(floor.answer.maybes.iter().all(behind), "{floor:?}");

@@ -1,4 +1,4 @@
-//! The estimator as a whole, and its parts on echoes that a known staircase made.
+//! Tests of the estimator, and of its parts on the echoes of a known staircase.
 
 mod cloud;
 mod gauss;

@@ -1,18 +1,18 @@
-//! What a riser's echoes say of its height, and what says nothing of it.
+//! Measurements of a riser's height, and echoes that must not count as such.
 
 use crate::infer::readings::Readings;
 use crate::model::Staircase;
 use crate::model::tests::{echo, flight, geometry, model, regular};
 use crate::signal::echoes::Echo;
 
-/// What these echoes say of a staircase.
+/// Returns the readings of these echoes for a staircase.
 fn read(echoes: &[Echo], s: &Staircase) -> Readings {
     let mut readings = Readings::default();
     model(echoes, &geometry()).readings(s, &mut readings);
     readings
 }
 
-/// Two risers of 22 cm: the second one's face looks straight at the mirror, 40 cm above the ground.
+/// Two risers of 22 cm: the second one's face is at right angles to the line of sight, 40 cm above the ground.
 fn facing() -> Staircase {
     regular(2, 0.6, 0.25, 0.22)
 }
@@ -30,14 +30,14 @@ fn a_flash_is_no_reading_of_the_edge_above_it() {
 
 #[test]
 fn beside_a_flash_that_is_no_weaker_a_corner_reads_nothing() {
-    // 15 cm below the mirror at 85 cm, its flash 10° above it; and the same 5° above it.
+    // A corner 15 cm below the mirror at 85 cm, its flash 10° above it; then the same with 5°.
     for (foot_m, reads) in [(0.22, true), (0.31, false)] {
         let s = flight(&[(0.6, foot_m), (0.85, 0.44)]);
         let echoes = [echo(0.85, 0.40, 30.0), echo(0.85, foot_m, 26.0)];
         let readings = read(&echoes, &s);
         assert_eq!(!readings.faces[0].level.is_empty(), reads, "{readings:?}");
     }
-    // One that outshines the flash by far is seen beside it.
+    // A corner much stronger than the flash is measured beside it.
     let s = flight(&[(0.6, 0.31), (0.85, 0.44)]);
     let echoes = [echo(0.85, 0.40, 16.0), echo(0.85, 0.31, 26.0)];
     let readings = read(&echoes, &s);
@@ -52,6 +52,6 @@ fn a_face_whose_foot_is_hidden_tells_how_high_risers_are() {
     let readings = read(&middle, &s);
     let rise = readings.rise.mean();
     assert!((rise.value - 0.2).abs() < 0.002, "{rise:?}");
-    // Anywhere on 20 cm: 6 cm over the mean of both ends' numbers of risers.
+    // Evenly distributed over 20 cm: 6 cm, divided by the mean of both ends' numbers of risers.
     assert!((rise.sigma() - 0.06 / 2.5).abs() < 0.004, "{rise:?}");
 }

@@ -1,4 +1,4 @@
-//! Hypotheses weighed, refined and varied, on echoes that a known staircase made, and on any echoes at all.
+//! Weights, refinement and variants of hypotheses, on the echoes of a known staircase and on random echoes.
 
 use crate::estimate::Estimate;
 use crate::infer::cloud::{Cloud, Told};
@@ -12,7 +12,7 @@ use crate::params::Params;
 use crate::signal::echoes::Echo;
 use proptest::prelude::*;
 
-/// Flights that people build, of two to four risers.
+/// Returns usual flights of two to four risers.
 fn flights() -> Vec<Staircase> {
     let mut flights = Vec::new();
     for n in [2, 3, 4] {
@@ -40,11 +40,11 @@ fn a_flight_outweighs_what_did_not_make_its_echoes() {
         against(&Staircase::nothing(), 10.0, "nothing");
         against(&s.less_last(), 3.0, "one less");
         let (n, next) = (s.len(), s.last_x() + s.going().unwrap());
-        // Behind a nosing above the mirror little would show of it.
+        // Behind a nosing above the mirror little of it would be visible.
         let nats = if s.level(n) < VIEW.height_m { 1.9 } else { 0.5 };
         against(&s.with(n, next, s.level(n) + s.rise()), nats, "one more");
         for k in 0..n {
-            // Behind a nosing above the mirror little says how high it is.
+            // Behind a nosing above the mirror its height is hardly determined.
             if s.level(k) > VIEW.height_m - 0.01 {
                 continue;
             }
@@ -79,7 +79,7 @@ fn a_floor_outweighs_stairs_and_a_gap_in_it_says_nothing_of_them() {
     }
 }
 
-/// Refined from a rise that is known to 2 cm.
+/// Refines a staircase whose rise has a standard deviation of 2 cm.
 fn refined(model: &Model<'_>, s: &Staircase) -> (Staircase, Sigmas) {
     let rise = Estimate::new(s.rise(), 0.02);
     let (mut s, mut levels) = (*s, TreadLevels::default());
@@ -104,7 +104,7 @@ fn refining_finds_the_levels_and_is_honest_about_them() {
             .for_each(|top| *top += dice.normal(0.004));
         let echoes = echoes(&truth, &mut dice, 1.0);
         let model = model(&echoes, &geometry);
-        // Where the search would begin: a rise 5 mm off, places where the corners are.
+        // Start of the refinement as by the search: a rise 5 mm off, risers at the corners.
         let off = if round % 4 < 2 { 0.005 } else { -0.005 };
         let start = regular(truth.len(), truth.x(0) + 0.004, 0.29, rise + off);
         let (found, sigmas) = refined(&model, &start);
@@ -137,7 +137,8 @@ fn refining_without_echoes_keeps_the_levels_and_trusts_them_less() {
         assert!((found.level(k + 1) - s.level(k + 1)).abs() < 1e-5);
         assert_eq!(found.x(k), s.x(k));
     }
-    // The rise is known to 2 cm, so that the levels are known the less the higher they are, and any one may be odd.
+    // The rise has a standard deviation of 2 cm, so that of a level grows with its height, and any step may be
+    // irregular.
     assert!((0.020..0.025).contains(&sigmas[0]), "{sigmas:?}");
     assert!((0.060..0.065).contains(&sigmas[2]), "{sigmas:?}");
 }
@@ -220,7 +221,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
         view: VIEW,
     };
     let mut cloud = Cloud::new();
-    // Two steps too many, so that they are taken away one after the other.
+    // Two steps too many, which are removed one after the other.
     let base = Base::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
     Variants {
         model: &model,
@@ -228,7 +229,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
         cloud: &mut cloud,
     }
     .around(&base);
-    // A mark of the same weight.
+    // A reference particle of the same weight.
     let mark = Staircase {
         kind: GroundKind::Box,
         ..truth
@@ -250,7 +251,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     );
 }
 
-/// Evenly from `low` to `high`.
+/// Evenly distributed between `low` and `high`.
 fn between(low: f32, high: f32) -> impl Strategy<Value = f32> {
     any::<u16>().prop_map(move |v| low + (high - low) * f32::from(v) / f32::from(u16::MAX))
 }
@@ -364,7 +365,7 @@ fn a_wall_behind_changes_what_the_landing_says_and_nothing_else() {
             let anew = Base::new(&model, Staircase { wall_m, ..s }, [0.0; MAX_STEPS]);
             let off = walled.log_weight - anew.log_weight;
             assert!(off.abs() < 1e-2, "{wall_m}: {off}");
-            // And back again.
+            // The change is reversible.
             let back = walled.walled(&model, s.wall_m);
             assert!((back.log_weight - base.log_weight).abs() < 1e-2);
         }

@@ -1,4 +1,4 @@
-//! Hypotheses, echoes as the model expects them of a staircase, and random numbers for tests.
+//! Hypotheses, simulated echoes of a staircase by the model, and random numbers for tests.
 
 mod points;
 mod staircase;
@@ -15,7 +15,7 @@ use rand_xoshiro::Xoroshiro64Star;
 use std::boxed::Box;
 use std::vec::Vec;
 
-/// From 40 cm above the ground: 2.9 m far, from 70° below the horizontal to 20° above it.
+/// Field of view from 40 cm above the ground: 2.9 m far, from 70° below the horizontal to 20° above it.
 pub(crate) const VIEW: View = View {
     plane: crate::config::Plane::Depth,
     height_m: 0.4,
@@ -24,38 +24,38 @@ pub(crate) const VIEW: View = View {
     farthest_m: 2.9,
 };
 
-/// Risers (x, top).
+/// Returns a staircase with these risers (x, top), metres.
 pub(crate) fn flight(risers: &[(f32, f32)]) -> Staircase {
     let start = Staircase::nothing();
     let all = risers.iter().enumerate();
     all.fold(start, |s, (k, &(x_m, top_m))| s.with(k, x_m, top_m))
 }
 
-/// `n` risers alike.
+/// Returns a staircase of `n` equal risers.
 pub(crate) fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Staircase {
     let riser = |k: usize| (first_m + going_m * k as f32, rise_m * (k + 1) as f32);
     flight(&(0..n).map(riser).collect::<Vec<_>>())
 }
 
-/// Steps of an answer that is exact.
+/// Returns the steps of an exact answer.
 pub(crate) fn told(steps: &[(f32, f32)]) -> Vec<ToldStep> {
     let step = |&step| ToldStep::new(step, (0.0, 0.0));
     steps.iter().map(step).collect()
 }
 
-/// That of the default scan.
+/// Returns the geometry of the default scan.
 pub(crate) fn geometry() -> Geometry {
     let mut map = Box::new(PolarMap::new());
     map.begin(&Config::default()).unwrap();
     *map.geometry()
 }
 
-/// A model of the default scan's echoes.
+/// Returns a model of the default scan's echoes.
 pub(crate) fn model<'a>(echoes: &[Echo], geometry: &Geometry) -> Model<'a> {
     Model::new(echoes, VIEW, geometry, &measured::MODEL)
 }
 
-/// An echo at (x, y).
+/// Returns an echo at (x, y).
 pub(crate) fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
     let down = VIEW.height_m - y_m;
     Echo {
@@ -71,7 +71,7 @@ pub(crate) fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
     }
 }
 
-/// Random numbers.
+/// Random number generator.
 pub(crate) struct Dice(Xoroshiro64Star);
 
 impl Dice {
@@ -79,19 +79,19 @@ impl Dice {
         Self(Xoroshiro64Star::seed_from_u64(seed))
     }
 
-    /// Evenly from `low` to `high`.
+    /// Returns an evenly distributed number between `low` and `high`.
     pub(crate) fn even(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * (self.0.next_u32() as f32 / u32::MAX as f32)
     }
 
-    /// Normal, of deviation `sigma`: the sum of twelve even ones.
+    /// Returns a normal number of standard deviation `sigma`: the sum of twelve even ones.
     pub(crate) fn normal(&mut self, sigma: f32) -> f32 {
         let sum: f32 = (0..12).map(|_| self.even(-0.5, 0.5)).sum();
         sigma * sum
     }
 }
 
-/// Where the model expects a feature's echo, plus noise of the model's own spread times `noise`.
+/// Returns a feature's echo at its expected place, plus the model's own noise times `noise`.
 fn shows(place: &FeaturePlace, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo {
     let p = &measured::MODEL.points[place.class as usize];
     let (x, y) = (place.x_m, place.y_m - VIEW.height_m);
@@ -107,7 +107,7 @@ fn shows(place: &FeaturePlace, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo
     )
 }
 
-/// The echoes of every feature of `s`, and of the floor before it.
+/// Returns the echoes of every feature of `s`, and of the floor before it.
 pub(crate) fn echoes(s: &Staircase, dice: &mut Dice, noise: f32) -> Vec<Echo> {
     let blank = model(&[], &geometry());
     let mut echoes = Vec::new();

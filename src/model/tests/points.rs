@@ -1,4 +1,4 @@
-//! The measurement model on echoes that a known staircase made.
+//! The measurement model on the echoes of a known staircase.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn an_echo_is_not_counted_twice() {
     let at = echo(1.1, 0.402, 38.0);
     let gain = |echoes: &[Echo]| model(echoes, &geometry).riser(&s, 1);
     let (one, two) = (gain(&[at]), gain(&[at, at]));
-    // Were one echo both, a second one would add no more than the doubled density of each.
+    // If one echo counted as both features, a second one would add at most the doubled density of each.
     let doubled = 2.0 * core::f32::consts::LN_2;
     assert!(one > 0.0 && two > one + 1.2 * doubled, "{one} {two}");
 }
@@ -22,7 +22,7 @@ fn a_riser_that_shows_nothing_speaks_against_itself() {
     let all = echoes(&s, &mut Dice::new(5), 0.0);
     let near: Vec<Echo> = all.iter().filter(|e| e.x_m < 0.85).copied().collect();
     let model = model(&near, &geometry);
-    // Seen, it would be a gain; with nothing seen it costs, but nothing beyond reason.
+    // With an echo the riser gains; without one it loses, within reasonable limits.
     assert!(model.riser(&s, 0) > 5.0, "{}", model.riser(&s, 0));
     let silent = model.riser(&s, 1);
     assert!((-12.0..-1.0).contains(&silent), "{silent}");

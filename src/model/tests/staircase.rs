@@ -1,10 +1,9 @@
-//! Hypotheses as such: risers added and taken away, what can be seen of them, and where they
-//! contradict an answer.
+//! Hypotheses: adding and removing risers, visibility of their edges, and conflicts with an answer.
 
 use super::*;
 use crate::model::staircase::{Conflict, Edge, MAX_STEPS, RIGHT_M};
 
-/// Levels known so well that an error is one for sure or for sure none.
+/// Standard deviations of levels that are exactly known, so that an error is certain or excluded.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
 fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict> {
@@ -14,7 +13,7 @@ fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict
         .collect()
 }
 
-/// Which edges of risers can be seen.
+/// Returns which edges of risers are visible.
 fn seen(risers: &[(f32, f32)], open: bool) -> Vec<bool> {
     let s = Staircase {
         open,
@@ -39,9 +38,9 @@ fn a_riser_is_added_where_it_belongs() {
     let behind = s.with(3, 1.5, 0.6);
     assert_eq!((behind.len(), behind.x(3), behind.level(4)), (4, 1.5, 0.6));
     assert_eq!((behind.x(2), behind.level(3)), (1.2, 0.45));
-    // No gap may arise.
+    // A riser cannot be added behind a gap.
     assert_eq!(s.with(4, 1.8, 0.8), s);
-    // What else is known of it stays.
+    // The other fields do not change.
     let open = Staircase {
         open: true,
         wall_m: 2.0,
@@ -90,7 +89,7 @@ fn only_steps_have_edges_and_an_overhang_brings_them_nearer() {
     let edges: Vec<Edge> = s.edges(&VIEW).collect();
     assert_eq!(edges.len(), 2);
     assert!((edges[0].x_m - 0.77).abs() < 1e-6 && (edges[1].y_m - 0.32).abs() < 1e-6);
-    // Floating treads have none: their edge is what stands there.
+    // Open treads have no overhang: the edge itself counts as the riser.
     let open = Staircase { open: true, ..s };
     assert_eq!(open.edges(&VIEW).next().map(|e| e.x_m), Some(0.8));
     for kind in [
@@ -107,16 +106,16 @@ fn only_steps_have_edges_and_an_overhang_brings_them_nearer() {
 
 #[test]
 fn an_edge_is_seen_unless_something_is_before_it_or_it_is_out_of_sight() {
-    // From 40 cm up: a nosing 15 cm above the mirror at half a metre hides one 20 cm above it at 90 cm …
+    // From 40 cm above the ground, a nosing 15 cm above the mirror at half a metre hides one 20 cm above it at 90 cm.
     assert_eq!(seen(&[(0.5, 0.55), (0.9, 0.6)], false), [true, false]);
-    // … unless one can look between them …
+    // Between open treads it is visible.
     assert_eq!(seen(&[(0.5, 0.55), (0.9, 0.6)], true), [true, true]);
-    // … and not one that rises above the line of sight, even if one between them is hidden.
+    // A nosing above the line of sight is visible, even if one between them is hidden.
     assert_eq!(
         seen(&[(0.6, 0.5), (0.9, 0.52), (1.2, 0.7)], false),
         [true, false, true]
     );
-    // Below the steepest and above the flattest angle, and beyond the range.
+    // Below the lowest and above the highest angle, and beyond the range.
     assert_eq!(seen(&[(0.1, 0.05), (0.4, 0.2)], false), [false, true]);
     assert_eq!(seen(&[(0.5, 0.5), (0.8, 0.75)], false), [true, false]);
     assert_eq!(seen(&[(2.8, 0.2), (3.1, 0.35)], false), [true, false]);
@@ -152,11 +151,11 @@ fn what_agrees_contradicts_nothing() {
 fn missing_and_made_up_steps_are_told_where_they_are() {
     let s = regular(3, 0.7, 0.3, 0.16);
     let sure = |c: &Conflict| c.probability > 0.999;
-    // The second is missing.
+    // The second step is missing.
     let missing: Vec<_> = conflicts(&s, &[(0.7, 0.16), (1.3, 0.48)], 0.0);
     let at: Vec<f32> = missing.iter().filter(|c| sure(c)).map(|c| c.x_m).collect();
     assert_eq!(at, [s.x(1)]);
-    // One between is made up, and one before.
+    // One step between and one before are false.
     let answer = [
         (0.4, 0.1),
         (0.7, 0.16),
@@ -167,11 +166,11 @@ fn missing_and_made_up_steps_are_told_where_they_are() {
     let made_up = conflicts(&s, &answer, 0.0);
     let at: Vec<f32> = made_up.iter().filter(|c| sure(c)).map(|c| c.x_m).collect();
     assert_eq!(at, [0.4, 0.85]);
-    // More than 10 cm apart are two different steps: one missing, one made up; the nearest first.
+    // Steps more than 10 cm apart are different ones: one missing, one false; the nearest first.
     let apart = conflicts(&regular(1, 1.0, 0.3, 0.16), &[(0.88, 0.16)], 0.0);
     let at: Vec<f32> = apart.iter().filter(|c| sure(c)).map(|c| c.x_m).collect();
     assert_eq!(at, [0.88, 1.0]);
-    // Against a floor every step told is made up.
+    // On a floor every reported step is false.
     assert_eq!(
         conflicts(&Staircase::nothing(), &[(0.7, 0.1)], 0.0).len(),
         1
@@ -201,7 +200,7 @@ fn three_centimetres_are_the_difference_of_an_exact_answer() {
 #[test]
 fn the_expanded_uncertainty_is_the_difference() {
     let s = regular(1, 1.0, 0.3, 0.16);
-    // Three standard deviations, from 3 to 8 cm.
+    // Three standard deviations, between 3 and 8 cm.
     for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
         let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
             let told = ToldStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
@@ -221,7 +220,7 @@ fn a_level_that_is_not_known_is_wrong_with_a_probability() {
         let all = conflicts(&s, &[(1.0, 0.16 + off_m)], sigma_m);
         all[0].probability
     };
-    // The normal distribution's own: beyond 2 and 1 sigma on both sides, and half at the brink.
+    // Tails of the normal distribution: beyond 2 and 1 sigma on both sides, and one half at the limit.
     for (off_m, sigma_m, p) in [
         (0.0, 0.015, 0.0455),
         (0.0, 0.03, 0.3173),
@@ -234,7 +233,7 @@ fn a_level_that_is_not_known_is_wrong_with_a_probability() {
         );
     }
     assert!(wrong(0.0, 0.01) < wrong(0.0, 0.02) && wrong(0.0, 0.02) < wrong(0.01, 0.02));
-    // Each step has its own deviation.
+    // Each step has its own standard deviation.
     let two = regular(2, 0.7, 0.3, 0.16);
     let mut sigmas = SURE;
     sigmas[1] = 0.03;
@@ -245,7 +244,7 @@ fn a_level_that_is_not_known_is_wrong_with_a_probability() {
 #[test]
 fn what_cannot_be_seen_is_forgiven() {
     let s = flight(&[(0.5, 0.55), (0.9, 0.6)]);
-    // Not told, told where it is, and told wrong in height: the second is hidden.
+    // The second step is hidden. It may be unreported, reported at its place, or reported at a wrong height.
     for answer in [
         &[(0.5, 0.55)][..],
         &[(0.5, 0.55), (0.9, 0.6)],
@@ -254,7 +253,7 @@ fn what_cannot_be_seen_is_forgiven() {
         let all = conflicts(&s, answer, 0.0);
         assert!(all.iter().all(|c| c.probability < 1e-6), "{all:?}");
     }
-    // But not one where nothing stands.
+    // A reported step where there is none is still an error.
     let all = conflicts(&s, &[(0.5, 0.55), (1.2, 0.6)], 0.0);
     assert!(all.iter().any(|c| c.probability == 1.0 && c.x_m == 1.2));
 }
@@ -288,8 +287,8 @@ fn of_stairs_down_what_an_edge_hides_is_not_seen() {
         seen(&[(-0.1, -0.17), (0.2, -0.34), (0.5, -0.51)]),
         [true; 3]
     );
-    // Behind the scanned sector, and before it.
+    // Behind the scanned sector, and ahead of it.
     assert_eq!(seen(&[(-0.5, -0.17), (2.0, -0.34)]), [false; 2]);
-    // The tread after the first edge ends before the sight line over that edge meets it.
+    // The tread below the first edge ends before the sight line over that edge reaches it.
     assert_eq!(seen(&[(0.5, -0.6), (0.7, -0.9)]), [false, true]);
 }

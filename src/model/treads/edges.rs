@@ -1,56 +1,57 @@
-//! Places where an edge may lie, 1 cm apart, densities over them, and how far edges depart from equal goings.
+//! Grid of places at which an edge may lie, 1 cm apart, densities over it, and the deviations of edges from equal
+//! goings.
 
 use crate::math;
 
-/// Places at which an edge may lie: from behind the mirror of a chair that stands before the stairs to the end of the
-/// scanned sector …
+/// Number of places at which an edge may lie: from behind the mirror of a chair that stands before the stairs to the
+/// end of the scanned sector.
 pub(super) const PLACES: usize = 201;
-/// … metres from the mirror …
+/// Distance of the first place from the mirror, metres.
 pub(super) const FIRST_PLACE_M: f32 = -0.30;
-/// … a centimetre apart, which is about as well as the echoes know them.
+/// Spacing of the places, metres: about the accuracy of the echoes.
 pub(super) const PLACE_M: f32 = 0.01;
-/// Logarithm of the density of an edge's place over its largest, by place, in 64ths of a nat.
+/// Log-density of an edge relative to its largest one, by place, in 1/64 nat.
 pub(super) type EdgeDensity = [i16; PLACES];
-/// Logarithms are kept in 64ths of a nat …
+/// Units of a log-density per nat.
 pub(super) const PER_NAT: f32 = 64.0;
-/// … down to here, where nothing counts any more …
+/// Minimum log-density, nats: smaller ones count as this.
 pub(super) const LEAST_NATS: f32 = -20.0;
-/// … and its density.
+/// Density at [`LEAST_NATS`].
 const LEAST_DENSITY: f32 = 2e-9;
-/// Share of edges that depart from equal goings by up to [`ODD_PLACES`].
+/// Share of edges that deviate from equal goings by up to [`ODD_PLACES`].
 const ODD: f32 = 0.05;
-/// See [`ODD`].
+/// Maximum deviation of an edge from equal goings, places.
 const ODD_PLACES: usize = 7;
-/// Share of them at each place.
+/// Share of deviating edges at each place.
 const EACH_ODD: f32 = ODD / (2 * ODD_PLACES + 1) as f32;
-/// The others depart by 6 mm, half a place included: share of them at each place beside.
+/// Share of the other edges at each neighbouring place: they deviate by 6 mm, half a place included.
 const BESIDE: f32 = 0.166;
 
-/// Distance of a place from the mirror, metres.
+/// Returns the distance of a place from the mirror, metres.
 pub(super) fn place_m(k: usize) -> f32 {
     FIRST_PLACE_M + PLACE_M * k as f32
 }
 
-/// The first place beyond a distance from the mirror, metres.
+/// Returns the first place beyond a distance from the mirror, metres.
 pub(super) fn place_beyond(x_m: f32) -> usize {
     // `as` saturates.
     (math::ceil((x_m - FIRST_PLACE_M) * (1.0 / PLACE_M)) as usize).min(PLACES)
 }
 
-/// Edges spread over what they depart from equal goings: most by half a place, some by a few.
+/// Density of an edge, convolved with its deviations from equal goings: mostly half a place, sometimes several.
 pub(super) struct EdgeSpread<'d> {
     pub density: &'d [f32; PLACES],
 }
 
 impl EdgeSpread<'_> {
-    /// Density where a flight puts an edge at a place.
+    /// Returns the density where equal goings put the edge at a place.
     pub fn at(&self, place: usize) -> f32 {
         let mut sum = 0.0;
         self.each(place, &mut |_, density| sum += density);
         math::max(sum, f32::MIN_POSITIVE)
     }
 
-    /// Its parts, by where the edge really lies.
+    /// Calls `part` with each place where the edge may really lie, and the share of the density there.
     pub fn each(&self, place: usize, part: &mut dyn FnMut(usize, f32)) {
         let first = place.saturating_sub(ODD_PLACES);
         let near = self.density.iter().enumerate().skip(first);
@@ -65,7 +66,7 @@ impl EdgeSpread<'_> {
     }
 }
 
-/// The same at all places, as logarithms.
+/// Writes the convolved log-densities of all places.
 #[inline(never)]
 pub(super) fn spread_all(density: &[f32; PLACES], out: &mut EdgeDensity) {
     let at = |k: Option<usize>| k.and_then(|k| density.get(k)).copied().unwrap_or(0.0);

@@ -1,7 +1,7 @@
-//! The sum over flights: first edge and going, and each edge's departures from equal goings.
+//! The sum over flights going down: first edge and going, and each edge's deviation from equal goings.
 //!
-//! In: the density of each edge's place, given the levels of the treads. Out: the weight of these levels, and mean and variance
-//! of each edge's place. Logarithms are integers, and their exponentials stand in a table.
+//! In: the density of each edge's place, given the levels of the treads. Out: the weight of these levels, and mean
+//! and variance of each edge's place. Log-densities are integers; their exponentials are in a table.
 
 use super::edges::{EdgeDensity, EdgeSpread, FIRST_PLACE_M, PER_NAT, PLACE_M, PLACES, place_m};
 use super::{Descending, TreadAt, WeighedTreads};
@@ -10,29 +10,29 @@ use crate::math;
 use crate::model::prior::{GOES_ON, departure, ln};
 use crate::params::posterior as number;
 
-/// First edges, in places: up to 28 cm behind the mirror and 8 cm before it.
+/// Places of the first edge: up to 28 cm behind the mirror and 8 cm before it.
 const FIRST_EDGES: core::ops::Range<usize> = 2..39;
-/// Goings that stairs have, in places.
+/// Goings of stairs, in places.
 const GOINGS: core::ops::Range<usize> = 20..63;
-/// First edges and goings so much below the likeliest are left out: 9 nats, in 64ths.
+/// Distance below the likeliest flight at which flights are left out: 9 nats, in 1/64 nat.
 const NOTHING: i32 = 9 * 64;
-/// A place lies farther than three standard deviations off as rarely.
+/// Maximum probability of an edge beyond three standard deviations.
 const OUTSIDE: f32 = 0.005;
-/// Below any density.
+/// Below any log-density.
 pub(super) const NONE: i32 = i32::MIN / 2;
-/// Volume that the echoes leave of a tread's level, metres: √(2π) times the 3 mm to which they are known.
+/// Volume of a tread's level after the echoes are known, metres: √(2π) times its standard deviation of 3 mm.
 const VOLUME_M: f32 = 0.0075;
 /// Range of first rises, metres.
 const RISES_M: f32 = 0.16;
-/// 2 rise + going of a flight, metres, and its standard deviation: Blondel 1675; codes allow 3 cm, and what is
-/// older or lower than they allow as much again.
+/// Mean of 2 rise + going of a flight, metres: Blondel 1675.
 const STRIDE_M: f32 = 0.63;
-/// See [`STRIDE_M`].
+/// Standard deviation of 2 rise + going, metres: codes allow 3 cm, and older or lower stairs deviate by as much
+/// again.
 const STRIDE_SIGMA_M: f32 = 0.06;
 
 impl Descending {
-    /// Logarithm of prior times likelihood of the first `count` of the treads that were looked at last, over that of no
-    /// echo explained, with the means of first edge and going.
+    /// Returns the log-weight of the first `count` treads that were evaluated last, relative to no treads at all,
+    /// with the mean first edge and going.
     #[inline(never)]
     pub fn weigh(&self, count: usize) -> WeighedTreads {
         let treads = self.treads.get(..count + 1).unwrap_or(&self.treads);
@@ -55,7 +55,7 @@ impl Descending {
         }
     }
 
-    /// Logarithm of the density of each first edge and going that is not too unlikely, in places.
+    /// Calls `each` with the log-density, the first edge and the going of all likely flights, in places.
     #[inline(always)]
     fn each_flight(&self, count: usize, mut each: impl FnMut(i32, usize, usize)) {
         let (Some((first, others)), true) = (self.edges.split_first(), count > 0) else {
@@ -84,7 +84,7 @@ impl Descending {
                 .skip(FIRST_EDGES.start)
         };
         let likeliest = firsts().max_by_key(|(_, nats)| **nats).map(|(k, _)| k);
-        // First what is likely by itself, so that little is looked at which is not likely besides.
+        // The likeliest first edge is tried first, so that the limit for the others is high from the start.
         for (from, &nats) in firsts().filter(|(k, _)| Some(*k) == likeliest) {
             for (&stride, going) in goings.iter().zip(GOINGS) {
                 let sum = flight(i32::from(nats) + stride, (from, going), others, top);
@@ -108,7 +108,8 @@ impl Descending {
         }
     }
 
-    /// Place of edge `k` of the first `count` that were looked at last, by all flights and departures from them.
+    /// Returns the place of edge `k` of the first `count` treads that were evaluated last, averaged over all flights
+    /// and deviations from equal goings.
     #[inline(never)]
     pub fn place(&self, count: usize, k: usize) -> Estimate {
         let mut flights = [0.0; PLACES];
@@ -139,8 +140,8 @@ impl Descending {
         self.estimate(&places)
     }
 
-    /// Mean and variance of a place from its density, not normalised. Where that has wide tails the variance is so large that
-    /// the place lies within three standard deviations as often as it should.
+    /// Returns mean and variance of a place from its density, which need not be normalised. With heavy tails the
+    /// variance is enlarged, so that the place lies within three standard deviations as often as promised.
     fn estimate(&self, density: &[f32; PLACES]) -> Estimate {
         let mean_of = |of: &dyn Fn(f32) -> f32| {
             let each = density.iter().enumerate();
@@ -164,7 +165,7 @@ impl Descending {
     }
 }
 
-/// Adds the densities of a flight's further edges; none where it gets too unlikely.
+/// Adds the log-densities of a flight's further edges; returns none once it is too unlikely.
 fn flight(
     begun: i32,
     (from, going): (usize, usize),
@@ -182,7 +183,8 @@ fn flight(
     Some(sum)
 }
 
-/// Logarithm of the prior of a flight's treads, the ground's first, times the volume that the echoes leave their levels.
+/// Returns the log-prior of a flight's treads, the ground first, plus the logarithm of the volume of their levels
+/// after the echoes are known, nats.
 fn prior(treads: &[TreadAt]) -> f32 {
     let count = treads.len().saturating_sub(1);
     let (Some(ground), Some(last)) = (treads.first(), treads.last()) else {
@@ -207,7 +209,7 @@ fn prior(treads: &[TreadAt]) -> f32 {
     sum
 }
 
-/// Weighted sums over flights, relative to the likeliest so far: of 1, first edge, going, in places.
+/// Weighted sums over flights, relative to the likeliest so far: of 1, of the first edge, of the going, in places.
 #[derive(Debug)]
 struct Sums {
     top: i32,
@@ -242,16 +244,16 @@ impl Sums {
     }
 }
 
-/// e to so many 64ths of a nat, none of them above 0; 0 from [`NOTHING`] on.
+/// Returns e^(nats/64) for a non-positive argument; 0 below -[`NOTHING`].
 pub(super) fn share(nats: i32) -> f32 {
     // `as` saturates.
     let share = SHARES.get(nats.unsigned_abs() as usize);
     share.copied().unwrap_or(0.0)
 }
 
-/// See [`share`].
+/// Table of [`share`].
 static SHARES: [f32; NOTHING as usize + 1] = {
-    // e to the power of -1/64.
+    // e^(-1/64).
     const STEP: f64 = 0.984_496_437_005_408_4;
     let mut shares = [0.0; NOTHING as usize + 1];
     let (mut share, mut k) = (1.0, 0);

@@ -1,4 +1,4 @@
-//! Treads that known echoes show.
+//! Tests of the measurement model going down on synthetic echoes.
 
 extern crate std;
 
@@ -38,7 +38,7 @@ fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
     }
 }
 
-/// Echoes along treads whose edges lie at these places, every 8 cm where they can be seen, and at their ends.
+/// Echoes along treads with edges at these places: every 8 cm where they are visible, and at their ends.
 fn stairs(edges: &[f32]) -> List<Echo> {
     let mut echoes = List::new();
     let mut from_m = -0.3;

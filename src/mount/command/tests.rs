@@ -6,7 +6,7 @@ const MIRROR: MirrorEcho = MirrorEcho {
     level_db: -30.0,
 };
 
-/// How a scanner is really mounted.
+/// True mounting of the scanner.
 #[derive(Clone, Copy)]
 struct Real {
     height_m: f32,
@@ -20,7 +20,7 @@ const REAL: Real = Real {
     scale: 1.01,
 };
 
-/// The echo of a point, as a scanner sees it that believes to be mounted as by default.
+/// Echo of a point as a scanner with the default configuration measures it.
 fn echo((x, y): (f32, f32), snr_db: f32, real: Real) -> Echo {
     let mirror_m = Config::default().mount.mirror_offset_m();
     let down = real.height_m - y;
@@ -36,7 +36,7 @@ fn echo((x, y): (f32, f32), snr_db: f32, real: Real) -> Echo {
     }
 }
 
-/// Floor and wall, each echo of the floor a little above or below it.
+/// Ground and wall, each ground echo slightly above or below the ground.
 fn scene(wall_m: f32, real: Real) -> Vec<Echo> {
     let mut echoes = vec![
         echo((wall_m, real.height_m), 50.0, real),

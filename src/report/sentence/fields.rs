@@ -1,18 +1,18 @@
-//! A line, taken apart field by field.
+//! Parser of the fields of a line.
 
 use core::fmt;
 
 use super::frame::Tenths;
 use crate::verdict::{Reason, Reasons};
 
-/// Why a line is no sentence.
+/// Reason why a line is no valid sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParseError {
-    /// It does not begin with `$PSTR`, has no `*`, or is not printable ASCII all through.
+    /// It does not begin with `$PSTR`, has no `*`, or has a byte that is not printable ASCII.
     Frame,
-    /// Its CRC-32 does not fit.
+    /// Its CRC-32 is wrong.
     Crc,
-    /// This field is missing or not what it should be.
+    /// This field is missing or malformed.
     Field(&'static str),
 }
 
@@ -28,13 +28,13 @@ impl fmt::Display for ParseError {
 
 impl core::error::Error for ParseError {}
 
-/// The fields of one sentence, taken from the left.
+/// Remaining fields of one sentence, from left to right.
 pub struct Fields<'a>(pub core::str::Split<'a, [char; 1]>);
 
 impl<'a> Fields<'a> {
     pub fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {
-        // What makes a frame stands in no field, whatever the CRC says: two sentences that ran into each other
-        // are none.
+        // A field with a framing character is invalid even if the CRC fits: two sentences that ran into each
+        // other are no sentence.
         let framing = |text: &&str| text.bytes().any(|b| matches!(b, b'$' | b'*'));
         let text = self.0.next().filter(|text| !framing(text));
         text.ok_or(ParseError::Field(field))
@@ -46,7 +46,7 @@ impl<'a> Fields<'a> {
             .map_err(|_| ParseError::Field(field))
     }
 
-    /// `N` words of eight hex digits each, without anything between them.
+    /// Parses `N` words of eight hex digits each, without separators.
     pub fn hex<const N: usize>(&mut self, field: &'static str) -> Result<[u32; N], ParseError> {
         let malformed = ParseError::Field(field);
         let mut rest = self.text(field)?;
@@ -66,12 +66,12 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Whether all have been taken.
+    /// Returns whether no field remains.
     pub fn ended(&self) -> bool {
         self.0.clone().next().is_none()
     }
 
-    /// One word of eight hex digits.
+    /// Parses one word of eight hex digits.
     pub fn hash(&mut self, field: &'static str) -> Result<u32, ParseError> {
         let [word] = self.hex(field)?;
         Ok(word)

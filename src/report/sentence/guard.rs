@@ -1,4 +1,4 @@
-//! The sentence of a guard sweep.
+//! Sentence of a guard sweep.
 
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
@@ -6,25 +6,25 @@ use super::lines::{parse_permille, permille};
 use super::writer::Writer;
 use crate::verdict::{Ending, GuardWord, Reasons, Status};
 
-/// How far the ground is free by the guard's last sweep.
+/// Free distance by the guard's last sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GuardLine {
     /// Number of the sweep since the guard was switched on, from 1.
     pub sweep: u32,
     /// Status of the sweep.
     pub status: Status,
-    /// Free distance from the mirror at the sweep's last row; none of a fault.
+    /// Free distance from the mirror at the sweep's last row; `None` in a fault.
     pub free: Option<Tenths>,
-    /// Kind of the hazard that ends it.
+    /// Kind of the hazard that ends the free distance.
     pub ending: Ending,
     /// Probability that no hazard is nearer, tenths of a per cent.
     pub confidence: u16,
-    /// Why it is not `ok`, and what is weak where it is.
+    /// Reasons why the status is not `ok`, and limitations of an `ok`.
     pub reasons: Reasons,
 }
 
 impl GuardLine {
-    /// The sentence of the word on sweep number `sweep`.
+    /// Creates the sentence of the result of sweep number `sweep`.
     pub fn new(sweep: u32, word: &GuardWord) -> Self {
         Self {
             sweep,
@@ -36,7 +36,7 @@ impl GuardLine {
         }
     }
 
-    /// The sentence, with its CRC and line end.
+    /// Returns the sentence, with its CRC and line end.
     pub(super) fn write(&self) -> Line {
         Writer::new("GUARD")
             .number(self.sweep)
@@ -48,7 +48,7 @@ impl GuardLine {
             .finish()
     }
 
-    /// From the fields behind the name.
+    /// Parses the fields after the name.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         Ok(Self {
             sweep: fields.number("sweep")?,

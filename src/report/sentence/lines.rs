@@ -1,4 +1,4 @@
-//! The sentences of a scan: its head, its steps, its drop, what else may stand there.
+//! Sentences of a scan: head, steps, drop, possible further steps.
 
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
@@ -7,7 +7,7 @@ use crate::answer::{Direction, DropEdge, Maybe, Step};
 use crate::config::Plane;
 use crate::verdict::{Outcome, Reasons, Status};
 
-/// One step as its sentence carries it.
+/// Sentence of one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepLine {
     /// Number of the scan.
@@ -28,12 +28,12 @@ pub struct StepLine {
     pub distance_sigma: Tenths,
     /// Standard deviation of the height.
     pub height_sigma: Tenths,
-    /// How much of the step was seen, 0…100.
+    /// Detection quality of the step, 0…100.
     pub quality: u8,
 }
 
 impl StepLine {
-    /// The sentence of `step`.
+    /// Creates the sentence of `step`.
     pub fn new(scan: u32, index: u8, count: u8, step: &Step) -> Self {
         Self {
             scan,
@@ -49,7 +49,7 @@ impl StepLine {
         }
     }
 
-    /// The sentence, with its CRC and line end.
+    /// Returns the sentence, with its CRC and line end.
     pub(super) fn write(&self) -> Line {
         Writer::new("STEP")
             .number(self.scan)
@@ -65,7 +65,7 @@ impl StepLine {
             .finish()
     }
 
-    /// From the fields behind the name.
+    /// Parses the fields after the name.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
@@ -87,36 +87,36 @@ impl StepLine {
     }
 }
 
-/// The head of a scan's answer.
+/// Head of a scan's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScanLine {
     /// Number of the scan since boot, from 1.
     pub scan: u32,
-    /// What the answer is worth.
+    /// Status of the answer.
     pub status: Status,
-    /// Where the stairs lead.
+    /// Direction of the stairs.
     pub direction: Direction,
     /// Number of `STEP` sentences that follow.
     pub steps: u8,
     /// Rows whose chirp was lost.
     pub lost_rows: u16,
-    /// Why it is not `ok`, and what is weak where it is.
+    /// Reasons why the answer is not `ok`, and limitations of an `ok` answer.
     pub reasons: Reasons,
-    /// How far the answer vouches for itself, from the mirror.
+    /// Horizon: distance from the mirror up to which the answer is valid.
     pub horizon: Option<Tenths>,
-    /// How likely nothing is wrong up to there, tenths of a per cent.
+    /// Confidence: probability that the answer is right up to the horizon, tenths of a per cent.
     pub confidence: Option<u16>,
     /// Number of `MAYBE` sentences that follow.
     pub maybes: u8,
-    /// [`hash`](crate::scanner::Settings::hash) of the settings that the scan was made with.
+    /// [`hash`](crate::scanner::Settings::hash) of the settings of the scan.
     pub settings: u32,
     /// Number of `DROP` sentences that follow: 0 or 1.
     pub drops: u8,
-    /// The plane that the scan was made in: of a scanner that changes planes. A field that is left out elsewhere.
+    /// Plane of the scan. The field is left out unless the scanner changes planes.
     pub plane: Option<Plane>,
 }
 
-/// Where the ground ends, as its sentence carries it.
+/// Sentence of the edge where the ground ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DropLine {
     /// Number of the scan.
@@ -132,7 +132,7 @@ pub struct DropLine {
 }
 
 impl DropLine {
-    /// The sentence of `edge`.
+    /// Creates the sentence of `edge`.
     pub fn new(scan: u32, edge: &DropEdge) -> Self {
         Self {
             scan,
@@ -143,7 +143,7 @@ impl DropLine {
         }
     }
 
-    /// What the sentence tells, in the units of the answer.
+    /// Returns the edge in the units of the answer.
     pub fn edge(&self) -> DropEdge {
         DropEdge {
             distance_m: self.distance.metres(),
@@ -153,7 +153,7 @@ impl DropLine {
         }
     }
 
-    /// The sentence, with its CRC and line end.
+    /// Returns the sentence, with its CRC and line end.
     pub(super) fn write(&self) -> Line {
         Writer::new("DROP")
             .number(self.scan)
@@ -164,7 +164,7 @@ impl DropLine {
             .finish()
     }
 
-    /// From the fields behind the name.
+    /// Parses the fields after the name.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
@@ -180,25 +180,25 @@ impl DropLine {
     }
 }
 
-/// What may stand there though the answer does not hold it.
+/// Sentence of a possible step or drop that the answer does not contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MaybeLine {
     /// Number of the scan.
     pub scan: u32,
     /// Index, from 1.
     pub index: u8,
-    /// Number of them in the scan.
+    /// Number of `MAYBE` sentences of the scan.
     pub count: u8,
     /// Horizontal distance from the mirror's centre.
     pub distance: Tenths,
     /// Height above the ground; negative where the ground may end.
     pub height: Tenths,
-    /// How likely, tenths of a per cent.
+    /// Probability, tenths of a per cent.
     pub probability: u16,
 }
 
 impl MaybeLine {
-    /// The sentence of `maybe`.
+    /// Creates the sentence of `maybe`.
     pub fn new(scan: u32, index: u8, count: u8, maybe: &Maybe) -> Self {
         Self {
             scan,
@@ -210,7 +210,7 @@ impl MaybeLine {
         }
     }
 
-    /// The sentence, with its CRC and line end.
+    /// Returns the sentence, with its CRC and line end.
     pub(super) fn write(&self) -> Line {
         Writer::new("MAYBE")
             .number(self.scan)
@@ -222,7 +222,7 @@ impl MaybeLine {
             .finish()
     }
 
-    /// From the fields behind the name.
+    /// Parses the fields after the name.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
@@ -237,19 +237,19 @@ impl MaybeLine {
     }
 }
 
-/// A probability in tenths of a per cent, rounded.
+/// Returns a probability in tenths of a per cent, rounded.
 pub(super) fn permille(p: f32) -> u16 {
     ((1000.0 * p + 0.5) as u16).min(1000)
 }
 
 impl ScanLine {
-    /// Number of sentences of the same scan that follow.
+    /// Returns the number of sentences of the scan that follow.
     pub fn following(&self) -> u8 {
         let rest = self.drops.saturating_add(self.maybes);
         self.steps.saturating_add(rest)
     }
 
-    /// The head of an answer to scan number `scan`, made with settings of this hash.
+    /// Creates the head of the answer to scan number `scan`, with the hash of its settings.
     pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome, settings: u32) -> Self {
         let told = outcome.status() != Status::Fault;
         Self {
@@ -279,7 +279,7 @@ impl ScanLine {
         }
     }
 
-    /// The sentence, with its CRC and line end.
+    /// Returns the sentence, with its CRC and line end.
     pub(super) fn write(&self) -> Line {
         let line = Writer::new("SCAN")
             .number(self.scan)
@@ -300,7 +300,7 @@ impl ScanLine {
         .finish()
     }
 
-    /// From the fields behind the name.
+    /// Parses the fields after the name.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         Ok(Self {
             scan: fields.number("scan")?,
@@ -332,7 +332,7 @@ impl ScanLine {
     }
 }
 
-/// A probability in per cent with one decimal, or nothing.
+/// Parses a probability in per cent with one decimal; `None` for an empty field. Returns tenths of a per cent.
 pub(super) fn parse_permille(
     fields: &mut Fields<'_>,
     field: &'static str,

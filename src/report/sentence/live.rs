@@ -1,29 +1,29 @@
-//! The sentence that says how the scanner fares: the only one that bears times.
+//! Sentence `LIVE`: state and counters of the scanner; the only sentence with times.
 
 use super::fields::{Fields, ParseError};
 use super::frame::Line;
 use super::writer::Writer;
 
-/// How the scanner fares, five times a second. Counters stay at 65535 once they are there.
+/// State and counters of the scanner, five times a second. Counters saturate at 65535.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LiveLine<'a> {
     /// State of the scanner.
     pub state: &'a str,
-    /// Number of the scan that began last; 0 before the first.
+    /// Number of the last scan that was begun; 0 before the first.
     pub scan: u32,
-    /// Time since boot, ms; begins anew after 49 days.
+    /// Time since boot, ms; wraps after 49 days.
     pub uptime_ms: u32,
-    /// Time since the last row of the last scan that was no fault, ms; none before the first.
+    /// Time since the last row of the last scan that was no fault, ms; `None` before the first.
     pub age_ms: Option<u32>,
-    /// What the motion input is.
+    /// State of the motion input.
     pub motion: &'a str,
-    /// Motion sentences since boot that were not as they should be, or missing too long.
+    /// Number of motion sentences that were wrong or too late, since boot.
     pub motion_faults: u16,
-    /// Lines of the report port since boot that were refused: damaged, or no command.
+    /// Number of refused lines of the report port since boot: damaged, or no command.
     pub refused: u16,
-    /// Bytes of the report port since boot that came damaged or were lost.
+    /// Number of bytes of the report port that were damaged or lost since boot.
     pub port_errors: u16,
-    /// Requests since boot that the radar module did not answer as it should, each attempt by itself.
+    /// Number of requests since boot that the radar module did not answer correctly; every attempt counts.
     pub link_errors: u16,
 }
 

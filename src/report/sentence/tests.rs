@@ -286,7 +286,7 @@ fn garbled_lines_are_refused() {
         ("PSTR,GUARD,1,ok,900.0,none,99.9", "reasons"),
         ("PSTR,GUARD,1,ok,900.0,none,99.9,,", "end"),
         ("PSTR,FAIL,set,crc", "expected"),
-        // What makes a frame stands in no field, whatever the CRC says.
+        // A framing character is invalid in a field, even if the CRC fits.
         ("PSTR,CONF,plane,dep*th", "value"),
         ("PSTR,CONF,$plane,depth", "key"),
         ("PSTR,DONE,start*00000000", "command"),
@@ -347,7 +347,7 @@ fn a_fault_carries_no_steps() {
     assert_eq!(lines, 1);
 }
 
-/// An `ok` answer with a step, a drop and a maybe.
+/// An `ok` answer with a step, a drop and a possible step.
 fn with_drop() -> Outcome {
     let mut outcome = Outcome::silent();
     let valid = Some(Validity {
@@ -433,7 +433,7 @@ proptest! {
     }
 }
 
-/// The field is there or not, and both are read as they were written.
+/// The field is optional, and both forms are parsed as they were written.
 #[test]
 fn only_a_scanner_of_both_planes_tells_the_plane() {
     use crate::config::Plane;

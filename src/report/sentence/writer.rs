@@ -1,26 +1,26 @@
-//! A line, built field by field.
+//! Builder of a line.
 
 use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
 use crate::verdict::Reasons;
 
-/// Builds one line field by field. A line that would grow too long is cut, never broken: the CRC
-/// still closes what is there.
+/// Builds one line field by field. A line that would be too long is truncated; the CRC still covers what is
+/// left.
 pub struct Writer {
     line: Line,
 }
 
 impl Writer {
-    /// Room kept for `*`, the CRC and the line end.
+    /// Bytes reserved for `*`, the CRC and the line end.
     const TAIL: usize = 11;
-    /// Room kept for horizon, confidence, number of maybes, settings, number of drops and plane, which follow a scan's
-    /// reasons.
+    /// Bytes reserved for horizon, confidence, number of maybes, settings, number of drops and plane, which
+    /// follow a scan's reasons.
     const AFTER_REASONS: usize = 40;
 
     pub fn new(name: &str) -> Self {
         Self::behind(PREFIX, name)
     }
 
-    /// A sentence that begins otherwise than the scanner's own.
+    /// Begins a sentence with another prefix than the scanner's own.
     pub fn behind(prefix: &str, name: &str) -> Self {
         let mut writer = Self { line: Line::new() };
         writer.raw(prefix);
@@ -38,7 +38,7 @@ impl Writer {
         text.chars().for_each(|c| self.push(c));
     }
 
-    /// Free text: whatever would break the sentence's frame becomes a space.
+    /// Appends free text; characters that would break the frame become spaces.
     pub fn text(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -70,7 +70,7 @@ impl Writer {
         self
     }
 
-    /// A whole number with its sign, or nothing.
+    /// Appends a whole number with its sign, or an empty field.
     pub fn integer(mut self, value: Option<i32>) -> Self {
         self.push(',');
         if let Some(value) = value {
@@ -100,7 +100,7 @@ impl Writer {
         self.push(',');
         let mut first = true;
         for reason in reasons.iter() {
-            // What follows must find room, too: the rarest reasons stand last.
+            // The fields that follow must fit, too. The rarest reasons are last and are left out first.
             let length = self.line.len() + 1 + reason.as_str().len();
             if length + Self::AFTER_REASONS + Self::TAIL > MAX_SENTENCE {
                 break;
@@ -114,7 +114,7 @@ impl Writer {
         self
     }
 
-    /// Words as eight hex digits each, without anything between them.
+    /// Appends words as eight hex digits each, without separators.
     pub fn hex(mut self, words: &[u32]) -> Self {
         self.push(',');
         for &word in words {
@@ -125,7 +125,7 @@ impl Writer {
         self
     }
 
-    /// What stands at the end of a sentence and may hold a line of its own, commas included.
+    /// Appends the last field of a sentence, which may be a line of its own with commas.
     pub fn rest(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -143,7 +143,7 @@ impl Writer {
     }
 }
 
-/// Eight upper-case hex digits, the highest first.
+/// Appends eight upper-case hex digits, the highest first.
 fn push_hex(line: &mut Line, word: u32) {
     for shift in (0..8).rev() {
         let digit = (word >> (4 * shift)) as u8 & 15;

@@ -1,8 +1,8 @@
 //! An AS5600, a magnetic encoder of 4096 counts a turn, over I²C.
 //!
-//! Registers are those of the data sheet of ams, revision 1-06. It is read as it is after power-up; nothing is
-//! written to it. The magnet, diametric, is centred on the shaft's end to 0.25 mm. DIR says which way the
-//! angle grows: it must grow where the beam turns downwards.
+//! Registers are those of the data sheet of ams, revision 1-06. The chip keeps its power-up configuration;
+//! nothing is written to it. The magnet is diametric and centred on the shaft's end to 0.25 mm. The pin DIR
+//! sets the direction in which the angle grows: it must grow when the beam turns downwards.
 
 use embedded_hal::i2c::I2c;
 
@@ -10,13 +10,13 @@ use super::{AngleEncoder, EncoderError};
 
 /// Its address on the bus.
 pub const ADDRESS: u8 = 0x36;
-/// STATUS: what it thinks of the magnet.
+/// STATUS: state of the magnet.
 const STATUS: u8 = 0x0b;
-/// RAW ANGLE, the upper byte first.
+/// RAW ANGLE, upper byte first.
 const RAW_ANGLE: u8 = 0x0c;
-/// STATUS: MD, there is a magnet.
+/// STATUS: MD, magnet detected.
 const MAGNET: u8 = 1 << 5;
-/// Bits of RAW ANGLE.
+/// Number of bits of RAW ANGLE.
 const BITS: u32 = 12;
 
 /// An AS5600 on `bus`.
@@ -26,12 +26,12 @@ pub struct As5600<B> {
 }
 
 impl<B: I2c> As5600<B> {
-    /// It is asked nothing yet.
+    /// Creates the encoder without any access to the bus.
     pub fn new(bus: B) -> Self {
         Self { bus }
     }
 
-    /// What stands at `register` and, where that is a pair, behind it.
+    /// Reads `register` and, for two bytes, the register after it.
     fn read(&mut self, register: u8, bytes: &mut [u8]) -> Result<(), EncoderError> {
         let read = self.bus.write_read(ADDRESS, &[register], bytes);
         read.map_err(|_| EncoderError::Silent)

@@ -1,8 +1,8 @@
-//! I²C over two pins, as the only master, for which every wait has an end.
+//! I²C over two pins, as the only master, with a timeout of every wait.
 //!
-//! The chip's own I²C, as its library drives it, waits for its flags without end: a wire that is held low would
-//! hold the scanner up until the watchdog bites. Here a line that does not come is an error after
-//! 0.1 ms, and a chip that was interrupted in the midst of a byte is clocked out of it first.
+//! The HAL's driver of the chip's I²C peripheral waits for its flags without a timeout: a line that is held low
+//! would block the scanner until the watchdog resets it. Here a line that stays low is an error after 0.1 ms,
+//! and a device that was interrupted within a byte is clocked out of it first.
 //!
 //! Half a bit is 2 µs: at most 250 kbit/s, which is within fast mode (UM10204, table 10).
 
@@ -10,14 +10,14 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::i2c::{self, ErrorKind, I2c, NoAcknowledgeSource, Operation};
 
-/// What can go wrong on the bus.
+/// Error of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError {
     /// A line is held low.
     Held,
-    /// Nobody acknowledges.
+    /// No device acknowledges.
     NoAcknowledge,
-    /// A pin does not do as it is told.
+    /// A pin cannot be set or read.
     Pin,
 }
 
@@ -31,20 +31,21 @@ impl i2c::Error for BusError {
     }
 }
 
-/// Half a bit, microseconds.
+/// Duration of half a bit, µs.
 const HALF_BIT_US: u32 = 2;
-/// Half bits for which a chip may hold the clock low: 0.1 ms.
+/// Maximum clock stretching, in half bits: 0.1 ms.
 const STRETCH: u8 = 50;
-/// Clocks after which a chip that was interrupted has let go of the data line: a byte and its acknowledgement.
+/// Number of clocks after which an interrupted device has released the data line: a byte and its
+/// acknowledgement.
 const RELEASE: u8 = 9;
 
-/// Two open-drain pins with pull-ups, and something that waits.
+/// Two open-drain pins with pull-ups, and a delay.
 #[derive(Debug)]
 pub struct PinBus<C, D, T> {
     clock: C,
     data: D,
     delay: T,
-    /// What has gone wrong in the present transaction; nothing more is sent in it then.
+    /// First error of the current transaction; nothing more is sent in it then.
     error: Option<BusError>,
 }
 
@@ -54,9 +55,9 @@ where
     D: InputPin + OutputPin,
     T: DelayNs,
 {
-    /// Both lines are let go.
+    /// Creates the bus with both lines released.
     pub fn new(mut clock: C, mut data: D, delay: T) -> Self {
-        // A pin that refuses does so again when it is used.
+        // A pin that fails does so again when it is used.
         let _ = (clock.set_high(), data.set_high());
         Self {
             clock,
@@ -70,12 +71,12 @@ where
         self.delay.delay_us(HALF_BIT_US);
     }
 
-    /// Keeps what went wrong first.
+    /// Stores the first error.
     fn fail(&mut self, error: BusError) {
         self.error.get_or_insert(error);
     }
 
-    /// Lets go of the clock and waits until nobody else holds it.
+    /// Releases the clock and waits until no device holds it low.
     fn clock_high(&mut self) {
         let mut pin = self.clock.set_high().is_ok();
         for _ in 0..STRETCH {
@@ -110,8 +111,8 @@ where
         self.data.is_high().unwrap_or(true)
     }
 
-    /// One bit out, and what the line was while the clock was high: to read, send ones. After an error
-    /// nothing, and a one.
+    /// Sends one bit and returns the level of the data line while the clock was high: send ones to read. After
+    /// an error it does nothing and returns a one.
     fn bit(&mut self, bit: bool) -> bool {
         if self.error.is_some() {
             return true;
@@ -123,7 +124,7 @@ where
         seen
     }
 
-    /// Start, or start again.
+    /// Sends a start or repeated start.
     fn start(&mut self) {
         self.set_data(true);
         self.clock_high();
@@ -150,7 +151,7 @@ where
         for place in (0..u8::BITS).rev() {
             self.bit(byte >> place & 1 != 0);
         }
-        // A zero acknowledges.
+        // A zero is an acknowledgement.
         if self.bit(true) {
             self.fail(BusError::NoAcknowledge);
         }
@@ -165,7 +166,8 @@ where
         byte
     }
 
-    /// One operation; `again` where it goes on in the direction of the one before, `goes_on` where the next does.
+    /// Performs one operation; `again` if it continues in the direction of the previous one, `goes_on` if the
+    /// next one does.
     fn operate(
         &mut self,
         address: u8,

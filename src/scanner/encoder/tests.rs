@@ -1,11 +1,11 @@
-//! A shaft that slips, an encoder that errs.
+//! Tests with a slipping shaft and a faulty encoder.
 
 use super::*;
 use crate::scanner::settings::EncoderConfig;
 use crate::schedule::microsteps;
 use proptest::prelude::*;
 
-/// A mirror that is at once where it is sent, on a shaft that may be elsewhere.
+/// A mirror that reaches its target at once, on a shaft that may be elsewhere.
 #[derive(Default)]
 struct Shaft {
     position: i32,
@@ -39,10 +39,10 @@ impl Mirror for Shaft {
     }
 }
 
-/// Says where the shaft would be that the test has in mind.
+/// An encoder stub with given readings; the last one repeats.
 #[derive(Default)]
 struct Sensor {
-    /// 1/65536 turn.
+    /// Readings, 1/65536 turn.
     reads: Vec<Result<u16, EncoderError>>,
     asked: usize,
 }
@@ -72,13 +72,13 @@ fn encoded() -> Encoded {
     EncodedMirror::new(Shaft::default(), Sensor::default())
 }
 
-/// Polls for as long as the scanner would wait, with a shaft whose angles are off by `off` degrees.
+/// Polls until the shaft stands, or fails; the shaft's angles are off by `off_deg` degrees.
 fn still(mirror: &mut Encoded, off_deg: f64) -> Result<(), MirrorError> {
-    // The encoder's zero is anywhere.
+    // Any zero of the encoder.
     const ZERO: f64 = 12_345.0;
     let turned = f64::from(mirror.position()) / f64::from(MICROSTEPS_PER_TURN) + off_deg / 360.0;
     let reading = (turned * 65_536.0 + ZERO).rem_euclid(65_536.0) as u16;
-    // Twelve bits.
+    // Twelve bits of resolution.
     let answer = Ok(reading & 0xfff0);
     answers(mirror, vec![answer])
 }
@@ -95,7 +95,7 @@ fn answers(mirror: &mut Encoded, reads: Vec<Result<u16, EncoderError>>) -> Resul
     panic!("it must have come to an end");
 }
 
-/// A sweep's end at this angle.
+/// Ends a sweep at this angle, with the shaft off by `off_deg` degrees.
 fn end(mirror: &mut Encoded, angle: i32, off_deg: f64) -> Result<(), MirrorError> {
     mirror.start_move(microsteps(angle), &with_encoder(-1));
     assert!(mirror.prove(), "there is something to wait for");
@@ -137,7 +137,7 @@ fn a_slip_before_an_end_was_read_is_found_from_three_degrees_on() {
     }
 }
 
-/// Readings of two places may be off by an encoder's linearity: that is no slip.
+/// Readings at two positions may differ by an encoder's linearity error without a slip.
 #[test]
 fn an_encoder_that_is_not_linear_agrees_with_itself() {
     let mut mirror = homed(0.0);
@@ -167,7 +167,7 @@ fn home_elsewhere_than_before_is_no_home() {
     mirror.start_home(&with_encoder(-1));
     assert_eq!(still(&mut mirror, 0.2), Ok(()));
 
-    // What calibration has kept holds after a reset, too.
+    // The calibrated reading holds after a reset, too.
     let mut mirror = encoded();
     mirror.start_home(&with_encoder(known));
     assert_eq!(still(&mut mirror, -1.0), Err(MirrorError::Slipped));
@@ -216,7 +216,7 @@ proptest! {
         prop_assert!(apart(reading_of(kept as u32), reading) <= 1);
     }
 
-    /// Over a whole turn, and where the reading wraps.
+    /// Over a whole turn, including the wrap of the reading.
     #[test]
     fn places_and_readings_go_together(position in -26_000..26_000_i32, reading: u16) {
         let home = ShaftReading { position: -23_467, reading };

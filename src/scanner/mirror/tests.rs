@@ -1,10 +1,10 @@
-//! Homing and moves over a switch that bounces, sticks and gets spikes.
+//! Tests of homing and moves with a switch that bounces, sticks and has spikes.
 
 use super::*;
 use crate::scanner::driver::DriverError;
 use std::vec::Vec;
 
-/// A shaft whose own coordinate starts anywhere; the switch is pressed at and below 0.
+/// A simulated shaft with an arbitrary zero; the switch is pressed at and below 0.
 #[derive(Debug)]
 struct Bench {
     place: i32,
@@ -16,13 +16,13 @@ struct Bench {
     stall_at: Option<i32>,
     stalled: bool,
     switch_works: bool,
-    /// Whether the switch's level can be read; its edges always come.
+    /// Whether the switch's level can be read; its edges always work.
     level_works: bool,
-    /// Places where the next passage makes an edge that the switch did not make.
+    /// Positions where the next passage causes a spurious edge.
     spikes: Vec<i32>,
-    /// Looks at a pressed switch that still find it open.
+    /// Number of readings of a pressed switch that still find it open.
     bounces: u32,
-    /// The switch, once pressed, does not let go above this place.
+    /// Position above which the switch, once pressed, does not open.
     sticks_below: i32,
     stuck: bool,
     moves: Vec<i32>,
@@ -184,7 +184,7 @@ fn stall_switches_off_and_needs_homing() {
     assert!(stepper.homed());
 }
 
-/// Homes over `bench`; where on the shaft position 0 then is, less where it must be.
+/// Homes over `bench`; returns the error of the home position, microsteps, and the motor.
 fn home(bench: Bench) -> Result<(i32, Stepper<Bench>), MirrorError> {
     let motor = MotorConfig::default();
     let mut stepper = Stepper::new(bench);
@@ -194,16 +194,16 @@ fn home(bench: Bench) -> Result<(i32, Stepper<Bench>), MirrorError> {
     Ok((off, stepper))
 }
 
-/// One spike used to home the mirror up to a turn off: whatever came on the slow approach counted.
+/// Spikes on the wire must not define the home position.
 #[test]
 fn spikes_do_not_home() {
     for level_works in [true, false] {
         for spikes in [
             &[12_000][..],
             &[12_000, 11_900],
-            // On the search, and then on the slow approach to it, but not in the same place.
+            // On the search, and then on the slow approach, but at another position.
             &[12_000, 12_400],
-            // On the search where the switch is near: both edges of the approach are looked at.
+            // On the search close to the switch: both edges of the approach are checked.
             &[500],
             &[20_000, 15_000, 3_000],
             // On the approach to the switch itself.
@@ -232,7 +232,7 @@ fn a_level_that_bounces_is_waited_for() {
     bench.bounces = 8;
     let (off, stepper) = home(bench).unwrap();
     assert_eq!(off, 0);
-    // The search, back, and one slow approach: bouncing is no spike.
+    // The search, the way back, and one slow approach: bouncing is not rejected as a spike.
     assert_eq!(stepper.port().moves[1..], [BACK_OFF, -2 * BACK_OFF]);
 }
 
@@ -248,7 +248,7 @@ fn a_switch_that_does_not_let_go_is_left_further_or_given_up() {
     assert_eq!(home(bench).unwrap_err(), MirrorError::HomeNotFound);
 }
 
-/// An input whose level cannot be read has edges alone: two slow approaches must agree.
+/// If the switch's level cannot be read, two slow approaches must agree.
 #[test]
 fn without_a_level_two_approaches_must_agree() {
     let mut bench = Bench::at(5_000);
@@ -259,7 +259,7 @@ fn without_a_level_two_approaches_must_agree() {
     assert_eq!(approaches.count(), 2);
 }
 
-/// The self-test's bound on homing holds for the worst of it.
+/// The self-test's time limit of homing holds in the worst case.
 #[test]
 fn homing_takes_less_than_three_turns_at_search_speed() {
     let mut bench = Bench::at(40_000);
@@ -269,7 +269,7 @@ fn homing_takes_less_than_three_turns_at_search_speed() {
     let mut stepper = Stepper::new(bench);
     stepper.start_home(&motor);
     assert!(settle(&mut stepper).is_err());
-    // Slow moves count eight times; those that an edge cut short are counted whole.
+    // Slow moves count eight times; those that an edge ended count in full.
     let moves = &stepper.port().moves;
     let searched = -moves[0];
     let rest: i32 = moves[1..]
@@ -280,7 +280,7 @@ fn homing_takes_less_than_three_turns_at_search_speed() {
     assert!(searched + rest < 3 * MICROSTEPS_PER_TURN, "{moves:?}");
 }
 
-/// A driver that answers what it is told to.
+/// A driver with a given response.
 #[derive(Default)]
 struct Wired {
     set_ups: u32,
@@ -358,11 +358,11 @@ fn a_driver_that_does_not_answer_gets_no_current() {
     };
     let mut stepper = Stepper::with_driver(Bench::at(100), broken);
     stepper.start_home(&wired());
-    // An old stall is forgotten only with EN, and must not hide it.
+    // An old stall is cleared only with EN, and must not hide the error.
     stepper.port.stalled = true;
     assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
     assert!(!stepper.port().enabled && !stepper.homed());
-    // Where no wire leads to it, likewise.
+    // A driver without a UART fails in the same way.
     let mut stepper = Stepper::new(Bench::at(100));
     stepper.start_home(&wired());
     assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
@@ -408,7 +408,7 @@ fn another_driver_needs_homing() {
     assert!(!stepper.homed() && !stepper.port().enabled);
 }
 
-/// A homed shaft that then slips by so many microsteps that nobody counted.
+/// Returns a homed shaft that has slipped by `by` uncounted microsteps.
 fn slipped(by: i32, motor: &MotorConfig) -> Stepper<Bench> {
     let mut stepper = Stepper::new(Bench::at(3_000));
     stepper.start_home(motor);
@@ -453,7 +453,7 @@ fn one_spike_on_the_way_to_the_switch_is_no_slip() {
     stepper.cross_home(&motor);
     assert_eq!(settle(&mut stepper), Ok(()));
     assert_eq!(stepper.position(), microsteps(motor.home_angle));
-    // A switch that has come loose is no spike.
+    // A switch that does not work any more counts as a slip, not as a spike.
     stepper.port.switch_works = false;
     stepper.cross_home(&motor);
     assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped));

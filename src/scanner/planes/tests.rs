@@ -6,7 +6,7 @@ use crate::scanner::Settings;
 use crate::track::{RowPose, Track};
 use crate::verdict::{Evidence, Sight};
 
-/// A scanner on a pole that sweeps both planes.
+/// Returns the configuration of a scanner on a pole that sweeps both planes.
 fn both(mount_height: i32) -> Config {
     let mut config = Config::default();
     config.mount.plane = Planes::Both;
@@ -14,7 +14,7 @@ fn both(mount_height: i32) -> Config {
     config
 }
 
-/// An answer that tells a drop at `distance_m`, from sweeps of which `finding` holds.
+/// Returns an answer that reports a drop at `distance_m`, with `finding` on the sweeps.
 fn told(distance_m: f32, finding: Finding) -> Outcome {
     let mut outcome = Outcome::silent();
     outcome.answer.drop = Some(DropEdge {
@@ -49,7 +49,7 @@ fn only_what_an_answer_asks_for_is_made_in_the_other_plane() {
 
 #[test]
 fn the_height_plane_reaches_to_its_last_beam_or_to_the_end_of_the_range() {
-    // 1.2 m up and 50° from straight down.
+    // Mounted 1.2 m above the ground, last beam 50° from straight down.
     let reach = f64::from(reach_m(&both(120_000)));
     assert!(
         (reach - 1.2 * 50f64.to_radians().tan()).abs() < 1e-5,
@@ -65,11 +65,11 @@ fn the_height_plane_reaches_to_its_last_beam_or_to_the_end_of_the_range() {
         assert!(range > 1.9 && range < 3.0, "{range}");
         assert!((reach.hypot(1.2) - range).abs() < 1e-4, "{reach} {range}");
     }
-    // Nothing of the ground is within the range.
+    // No ground is within the range.
     assert_eq!(reach_m(&both(400_000)), 0.0);
 }
 
-/// The table of `docs/hardware.md`.
+/// Compares the table of `docs/hardware.md`.
 #[test]
 fn the_document_says_how_far_the_height_plane_sees() {
     let text = include_str!("../../../docs/hardware.md");
@@ -155,7 +155,7 @@ fn settings_with_which_both_planes_cannot_work_are_refused() {
     assert_eq!(settings.get("plane").unwrap(), "both");
     assert_eq!(Settings::from_words(&settings.words()), Some(settings));
     for (key, value, field) in [
-        // The height plane's first row would turn the shaft to 170.25°.
+        // The height plane's first row would need a shaft angle of 170.25°.
         ("first-angle", "-80250", "first-angle"),
         ("angle-count", "261", "angle-count"),
         ("mount-height", "200000", "mount-height"),
@@ -167,12 +167,12 @@ fn settings_with_which_both_planes_cannot_work_are_refused() {
         assert_eq!(error.field, field, "{key}");
         assert!(error.expected.contains("plane both"), "{key}");
         assert_eq!(both, settings);
-        // Each plane alone takes it.
+        // Each plane alone accepts the value.
         both.set("plane", "depth").unwrap();
         both.set(key, value).unwrap();
         assert_eq!(both.set("plane", "both").unwrap_err().field, field);
     }
-    // To the last degree that the shaft turns.
+    // Up to the limit of the shaft.
     settings.set("angle-step", "500").unwrap();
     settings.set("first-angle", "-80000").unwrap();
     assert_eq!(settings.config.sweep.angle(280), 60_000);

@@ -1,4 +1,4 @@
-//! Pulses, levels, and drivers that count other steps.
+//! Tests of pulses, levels, and drivers with coarser steps.
 
 use super::*;
 use crate::scanner::ramp::COMPUTED;
@@ -25,7 +25,7 @@ impl OutputPin for Pin<'_> {
     }
 }
 
-/// STEP: intervals that were computed while it was high, one after the other.
+/// STEP pin that records how many intervals were computed during each pulse.
 #[derive(Default)]
 struct Wide {
     up: u32,
@@ -91,7 +91,7 @@ fn pulses_count_and_driver_levels() {
     assert!(enable.get().0);
 }
 
-/// A pulser over pins, enabled, of a driver with so many microsteps a turn.
+/// Returns an enabled pulser over pins, for a driver with this many microsteps a turn.
 fn coarse<'a>(
     pins: &'a [Cell<(bool, u32)>; 3],
     microsteps: u16,
@@ -152,7 +152,7 @@ fn a_coarse_driver_turns_as_fast() {
             us += ticks;
             next = pulser.tick();
         }
-        // Each interval is that of its own middle; ramps are rounder the coarser they are.
+        // Each interval is computed for its midpoint, so coarse steps approximate the ramps less exactly.
         assert!(
             us.abs_diff(fine) < fine / 20,
             "{microsteps}: {us} of {fine}"
@@ -173,7 +173,7 @@ proptest! {
         let mut pulser = coarse(&pins, 100 * hundreds);
         let ramp = Ramp { speed: 51_200, acceleration: 0 };
         pulser.set_position(home);
-        // What the shaft really does, in the driver's own steps from home.
+        // Real position of the shaft, in the driver's own steps from home.
         let (mut place, own) = (0_i32, f64::from(hundreds) / 512.0);
         let target = |t: &i32| f64::from(t - home) * own;
         for aim in &targets {
@@ -190,7 +190,7 @@ proptest! {
                 }
             }
             prop_assert!((target(aim) - f64::from(place)).abs() <= 0.5 + 1e-6);
-            // Being sent to where it says that it is, it stays.
+            // A move to the reported position is empty.
             prop_assert!(pulser.begin(pulser.position(), ramp).is_none());
         }
     }

@@ -1,17 +1,17 @@
-//! What a calibration sets.
+//! Settings from the result of a calibration.
 
 use super::Settings;
 use crate::math::{RAD_PER_DEG, round};
 use crate::mount::Mounting;
 
-/// 0.01 mm in a metre, 0.001° in a degree, 0.001 dB in a decibel, and parts of a million.
+/// Setting units per base unit: 0.01 mm in a metre, 0.001° in a degree, 0.001 dB in a decibel, 1e-6 in one.
 const METRE: f32 = 1e5;
 const DEGREE: f32 = 1e3;
 const DECIBEL: f32 = 1e3;
 const MILLION: f32 = 1e6;
 
 impl Settings {
-    /// The keys that [`Settings::calibrate`] sets.
+    /// Keys that [`Settings::calibrate`] sets.
     pub const CALIBRATED: [&'static str; 5] = [
         "mount-height",
         "home-angle",
@@ -20,15 +20,15 @@ impl Settings {
         "range-scale",
     ];
 
-    /// Takes over what was found by a scan with these settings. They are still to be validated.
+    /// Takes over the result of a scan made with these settings. The caller must validate them.
     pub fn calibrate(&mut self, found: &Mounting) {
         let fixed = |value: f32, unit: f32| round(value * unit) as i32;
         let mount = &mut self.config.mount;
         mount.mount_height = fixed(found.height_m.value, METRE);
         mount.mirror_echo = fixed(found.mirror_echo_m.value, METRE);
-        // 0 stands for a level that was never calibrated.
+        // 0 means not calibrated.
         mount.mirror_level = fixed(found.mirror_level_db, DECIBEL).min(-1);
-        // What was found comes on top of the scale that the scan was made with.
+        // The measured scale is relative to that of the scan.
         let scale = (1.0 + mount.range_scale as f32 / MILLION) * found.scale.value;
         mount.range_scale = fixed(scale - 1.0, MILLION);
         let offset = fixed(found.offset_rad.value / RAD_PER_DEG, DEGREE);

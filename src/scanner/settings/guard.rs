@@ -1,15 +1,17 @@
-//! The guard's sector of the ground, and how often it is to be swept.
+//! Settings of the guard: its sector of the ground, and its sweep rate.
 
 use crate::config::{Config, ConfigError, EstimatorKind, Plane, SweepConfig, check};
 use crate::schedule::Schedule;
 use crate::setting::settings;
 use crate::signal::grid::{BinWindow, MAX_CELLS};
 
-/// Fewest rows of a guard sweep: the noise is taken from every eighth row, and lost rows must be few among them.
+/// Minimum number of rows of a guard sweep: the noise is taken from every eighth row, and lost rows must be few
+/// among them.
 const LEAST_ROWS: i32 = 9;
 
 settings! {
-    /// The guard's coarse sweep. None of it enters the hash: what a scan answers does not depend on it.
+    /// Settings of the guard's coarse sweep. None of them enters the hash, since a scan's answer does not
+    /// depend on them.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct GuardConfig
     parts {}
@@ -32,7 +34,7 @@ settings! {
 }
 
 impl GuardConfig {
-    /// The angles of a guard sweep.
+    /// Returns the angles of a guard sweep.
     pub fn sweep(&self) -> SweepConfig {
         let step = i32::from(self.step.max(1));
         let steps = self.last.saturating_sub(self.first) / step;
@@ -44,7 +46,7 @@ impl GuardConfig {
         }
     }
 
-    /// Distance at which `watch` takes a full scan, metres.
+    /// Returns the distance at which `watch` takes a full scan, metres.
     pub fn watch_m(&self) -> f32 {
         self.watch_distance as f32 * 1e-5
     }
@@ -59,8 +61,8 @@ impl GuardConfig {
         )
     }
 
-    /// Checks that a guard of the scanner with this configuration works: on ground that the depth plane sees, in rows
-    /// that leave no gap, on a map that holds them.
+    /// Checks that a guard with this configuration works: its sector is ground that the depth plane covers, its
+    /// rows leave no gap, and the map holds them.
     pub fn check(&self, config: &Config) -> Result<(), ConfigError> {
         let sweep = self.sweep();
         check(

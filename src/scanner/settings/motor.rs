@@ -1,24 +1,24 @@
-//! The mirror's motor and its driver, and which of their values fit together.
+//! Settings of the mirror's motor, its driver and its encoder, and checks of their combinations.
 
 use crate::config::{ConfigError, check};
 use crate::scanner::ramp::Ramp;
 use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::setting::settings;
 
-/// What the motor's driver is told, and how.
+/// Control interface of the motor's driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Driver {
-    /// Pulses and direction only, whatever it is.
+    /// STEP and DIR only, with any driver.
     #[default]
     StepDir,
-    /// Besides, a TMC2209 is set up and read over its wire ([`crate::scanner::tmc2209`]).
+    /// In addition, a TMC2209 is set up and read over its UART ([`crate::scanner::tmc2209`]).
     Tmc2209,
 }
 
-/// Level of a wire.
+/// Logic level of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WireLevel {
-    /// Ground.
+    /// Ground level.
     Low,
     /// 3.3 V.
     High,
@@ -35,7 +35,7 @@ pub enum Encoder {
 }
 
 settings! {
-    /// What is known of the encoder.
+    /// Settings of the encoder.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct EncoderConfig
     parts {}
@@ -49,7 +49,7 @@ settings! {
 }
 
 settings! {
-    /// The driver between board and motor.
+    /// Settings of the driver between board and motor.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct DriverConfig
     parts {}
@@ -62,16 +62,16 @@ settings! {
         enable_level: WireLevel = WireLevel::Low, "enable-level" "" [] Pace;
         /// Level of STALL that is a stall.
         stall_level: WireLevel = WireLevel::High, "stall-level" "" [] Pace;
-        // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). An interrupt waits for the
-        // pulse to end, and the report port's next byte for the interrupt: 87 µs at most.
+        // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). The interrupt lasts
+        // as long as the pulse, and it delays the reading of the report port, whose next byte comes after 87 µs.
         /// Shortest time for which STEP is high, and low.
         pulse_width: u8 = 2, "pulse-width" "us" [1 to 50] Pace;
-        // What an A4988 takes to wake from sleep (data sheet); a TMC2209 is waited for longer. Such drivers take
+        // Wake-up time of an A4988 from sleep (data sheet); for a TMC2209 the wait is longer. Such drivers take
         // some ms (DRV8825, sleep: 1.7 ms), and homing's deadline has a second to spare.
         /// From EN to the first pulse.
         enable_wake: u16 = 1_000, "enable-wake" "us" [0 to 60_000] Pace;
-        // Half of what motors of this size (NEMA 14 and 17) are made for; the limits are those that a TMC2209 can be
-        // set to with 0.11 Ω (`crate::scanner::tmc2209`).
+        // Half of the rated current of motors of this size (NEMA 14 and 17). The limits are those of a TMC2209
+        // with 0.11 Ω (`crate::scanner::tmc2209`).
         /// Current of a phase, rms, with `tmc2209`.
         current: u16 = 600, "motor-current" "mA" [100 to 1_767] Pace;
         /// SGTHRS of the `tmc2209`, its threshold of a stall; 0: it reports no stalls.
@@ -80,24 +80,25 @@ settings! {
     also {}
 }
 
-/// Most microsteps a turn that a driver may have: those that all positions are counted in.
+/// Maximum microsteps a turn of a driver: the unit in which all positions are counted.
 pub const FINEST: u16 = MICROSTEPS_PER_TURN as u16;
 const _: () = assert!(FINEST as i32 == MICROSTEPS_PER_TURN);
 
 impl DriverConfig {
-    /// Microsteps a turn are a multiple of it, so that a microstep is a ratio of small numbers.
+    /// Unit of a driver's microsteps a turn, so that a microstep is a ratio of small numbers.
     const GRAIN: u16 = 100;
 
-    /// How many of its own microsteps are how many of [`MICROSTEPS_PER_TURN`], exactly: both so small
-    /// that some turns fit 32 bits.
+    /// Returns the ratio of the driver's own microsteps to [`MICROSTEPS_PER_TURN`], exact: both numbers are so
+    /// small that some turns fit into 32 bits.
     pub fn ratio(&self) -> (i32, i32) {
         let own = i32::from(self.microsteps / Self::GRAIN);
         (own, MICROSTEPS_PER_TURN / i32::from(Self::GRAIN))
     }
 
-    /// Clocks for which the interrupt that began a pulse waits before it ends it; the interval to the next
-    /// pulse is programmed so much shorter. STEP is high for some clocks by itself: what computes that
-    /// interval has a division of 14 clocks (PM0214, 3.10) and some ten other instructions at least.
+    /// Returns the number of clocks for which the interrupt that began a pulse waits before it ends it; the
+    /// interval to the next pulse is programmed shorter by as many. STEP is high for some clocks anyway: the
+    /// computation of that interval has a division of 14 clocks (PM0214, 3.10) and at least some ten other
+    /// instructions.
     pub fn held_clocks(&self, core_hz: u32) -> u32 {
         const COMPUTING: u32 = 24;
         (u32::from(self.pulse_width) * (core_hz / MILLION)).saturating_sub(COMPUTING)
@@ -116,7 +117,8 @@ impl DriverConfig {
         )
     }
 
-    /// How often 256 microsteps of a full step are halved to come to its own; `None` where they never do.
+    /// Returns how often 256 microsteps of a full step must be halved to get the driver's; `None` if they never
+    /// do.
     pub fn halvings(&self) -> Option<u32> {
         let times = (FINEST / self.microsteps.max(1)).trailing_zeros();
         (FINEST >> times == self.microsteps).then_some(times)
@@ -128,9 +130,9 @@ settings! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct MotorConfig
     parts {
-        /// What drives it.
+        /// Driver of the motor.
         driver: DriverConfig;
-        /// What sees its shaft.
+        /// Encoder on its shaft.
         encoder: EncoderConfig;
     }
     rows {
@@ -144,7 +146,7 @@ settings! {
         // 100 full steps a second: below the pull-in rate of any motor of this size.
         /// Speed of the search for home: the motor must be able to stop dead from it.
         search_speed: u32 = 25_600, "search-speed" "microsteps/s" [800 to 51_200] Pace;
-        // Not every mounting has the switch near the sector.
+        // In some mountings the switch is far from the sector.
         /// Whether the home switch is looked for again at the end of every sweep that ends on its side.
         home_check: bool = false, "home-check" "" [] Pace;
     }
@@ -152,7 +154,7 @@ settings! {
 }
 
 impl MotorConfig {
-    /// Checks the driver's microsteps, and pulses against speeds.
+    /// Checks the driver's microsteps, and the pulse width against the speeds.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.driver.validate()?;
         check(
@@ -162,7 +164,7 @@ impl MotorConfig {
         )
     }
 
-    /// How moves between rows are made.
+    /// Returns the ramp of moves between rows.
     pub fn ramp(&self) -> Ramp {
         Ramp {
             speed: self.speed,
@@ -170,10 +172,10 @@ impl MotorConfig {
         }
     }
 
-    /// By when a look at the home switch has ended, microseconds from its beginning: a turn, which is more
-    /// than any way there, and two slow approaches over 2° each, with the way back between them.
+    /// Returns the time limit of a check of the home switch, µs: a turn, which is more than any way to it, and
+    /// two slow approaches over 2° each, with the way back between them.
     pub fn cross_bound_us(&self) -> u32 {
-        /// Microsteps of two degrees.
+        /// Two degrees, microsteps.
         const TWO_DEGREES: u32 = MICROSTEPS_PER_TURN as u32 / 180;
         let fast = self.ramp().bound_us(MICROSTEPS_PER_TURN as u32);
         let slow = TWO_DEGREES.saturating_mul(MILLION) / (self.search_speed / 8).max(1);
@@ -181,8 +183,8 @@ impl MotorConfig {
         fast.saturating_add(2 * slow).saturating_add(back)
     }
 
-    /// How long STEP is high and low in a second at top speed where both are as short as may be,
-    /// microseconds.
+    /// Returns the total time for which STEP is high or low in a second at top speed, with the shortest pulses,
+    /// µs.
     fn busiest(&self) -> u32 {
         let (own, of) = self.driver.ratio();
         let fastest = self.speed.max(self.search_speed);
@@ -191,5 +193,5 @@ impl MotorConfig {
     }
 }
 
-/// Microseconds of a second.
+/// Microseconds in a second.
 const MILLION: u32 = 1_000_000;

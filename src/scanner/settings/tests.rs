@@ -1,4 +1,4 @@
-//! Keys and values, what is refused, and which grids fit the map.
+//! Tests of keys, values and limits, and of the grids that fit the map.
 
 use super::*;
 #[cfg(feature = "paper")]
@@ -95,7 +95,7 @@ fn values_at_the_limits_are_taken_and_those_beyond_are_not() {
         }
         for refused in [least - 1, most + 1] {
             let set = Settings::default().set(row.key, &refused.to_string());
-            // A billionth beyond a half is a half in the field's precision.
+            // A billionth above one half rounds to one half in the field's precision.
             let rounded = row.key == "cfar-false-alarm" && refused > most;
             assert_eq!(
                 set.err().map(|error| error.field),
@@ -115,7 +115,7 @@ fn every_grid_of_as_many_cells_as_the_map_has_is_accepted() {
     let mut settings = Settings::default();
     let whole = MAX_CELLS / usize::from(bins(&settings));
     settings.set("angle-count", &whole.to_string()).unwrap();
-    // More rows leave out the farthest bins, as long as 2 m are left.
+    // With more rows the farthest bins are left out, as long as 2 m remain.
     let most = (whole..).find(|rows| {
         let rows = settings.set("angle-count", &rows.to_string());
         rows.is_err()
@@ -167,7 +167,7 @@ fn drivers_that_cannot_be_are_refused() {
         ("microsteps-per-turn", "100", "microsteps-per-turn"),
         ("microsteps-per-turn", "51300", "microsteps-per-turn"),
         ("microsteps-per-turn", "25650", "microsteps-per-turn"),
-        // In passing, rows are looked for within three microsteps.
+        // In continuous mode, row positions are met within three microsteps.
         ("microsteps-per-turn", "12700", "microsteps-per-turn"),
         ("enable-level", "5", "enable-level"),
         ("stall-level", "both", "stall-level"),
@@ -199,7 +199,7 @@ fn drivers_that_cannot_be_are_refused() {
     settings.set("microsteps-per-turn", "3200").unwrap();
     let refused = settings.set("sweep-mode", "continuous");
     assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
-    // A microstep of 0.3 degrees, and rows each 0.25.
+    // A microstep of 0.3 degrees, and rows 0.25 degrees apart.
     let refused = settings.set("microsteps-per-turn", "1200");
     assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
 }
@@ -223,7 +223,8 @@ fn a_tmc2209_has_halves_of_256_microsteps() {
     assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
 }
 
-/// A module that can never answer in time is refused, with what is to be set first.
+/// A module whose answers take longer than the timeouts is refused; the error names the timeout to change
+/// first.
 #[test]
 fn a_module_gets_the_time_that_it_needs() {
     let mut settings = Settings::default();

@@ -1,20 +1,20 @@
-//! Settings that are words, and their words.
+//! Enumerated settings and the text of their values.
 
 use super::motor::{Driver, Encoder, WireLevel};
 use crate::drive::Mode;
 use crate::setting::words;
 
-/// Something that is on or off.
+/// A setting that is on or off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Switch {
-    /// It works.
+    /// The function is on.
     #[default]
     On,
-    /// It does not.
+    /// The function is off.
     Off,
 }
 
-/// Which way the mirror sweeps.
+/// Direction of the mirror's sweeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sweeping {
     /// The first scan from the first row to the last, the next one back, and so on.
@@ -26,10 +26,10 @@ pub enum Sweeping {
     Backward,
 }
 
-/// How the mirror gets through the angles.
+/// Motion of the mirror through the sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SweepMode {
-    /// It stands still at each of them.
+    /// It stands still at each angle.
     Stop,
     /// It turns at constant speed: no less accurate (docs/benchmarks.md), and faster.
     #[default]

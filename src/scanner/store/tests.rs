@@ -1,4 +1,4 @@
-//! The log over a flash that loses power at any write and in any erasure.
+//! Tests of the log on a flash that loses power during any write or erasure.
 
 use super::*;
 use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
@@ -13,12 +13,12 @@ const SECTOR: usize = 2 * SLOT as usize;
 #[derive(Clone, Debug)]
 struct Model {
     bytes: Vec<u8>,
-    /// Words and sectors that may still be written and erased before the power goes.
+    /// Number of operations (words written, sectors erased) until the power fails.
     left: Option<u32>,
     random: Xoshiro128PlusPlus,
-    /// The controller takes nothing.
+    /// Whether the controller refuses every operation.
     dead: bool,
-    /// Writes are taken and do nothing.
+    /// Whether writes have no effect.
     deaf: bool,
     operations: u32,
     erasures: u32,
@@ -46,7 +46,7 @@ impl Model {
         }
     }
 
-    /// Whether the operation that begins now is cut short; an error once the power is gone.
+    /// Returns whether the operation that begins now is interrupted; an error once the power is off.
     fn cut(&mut self) -> Result<bool, PowerLost> {
         self.operations += 1;
         match &mut self.left {
@@ -87,7 +87,7 @@ impl NorFlash for Model {
         assert!((from as usize).is_multiple_of(SECTOR) && to - from == SECTOR as u32);
         self.erasures += 1;
         let short = self.cut()?;
-        // What an erasure that is cut short leaves: of each byte some bits, none, or all are set.
+        // State after an interrupted erasure: some bits of each byte are set, few of them, or all.
         let depth = self.random.next_u32() % 3;
         for byte in &mut self.bytes[from as usize..to as usize] {
             *byte |= match (short, depth) {
@@ -132,7 +132,7 @@ fn settings(seed: u32) -> Settings {
     settings
 }
 
-/// What a scanner that boots on this flash finds.
+/// Returns the settings that a scanner loads when it boots on this flash.
 fn reboot(store: &mut Store<Model>) -> Option<Settings> {
     let mut flash = store.flash.clone();
     flash.left = None;
@@ -160,7 +160,7 @@ fn what_was_saved_last_is_loaded() {
     );
 }
 
-/// At every single word that is written and every erasure, over saves that fill and change sectors.
+/// Power failures at every single word written and every erasure, over saves that fill and change sectors.
 #[test]
 fn a_power_cut_leaves_the_old_or_the_new() {
     let mut whole = Store::new(Model::new(2));
@@ -190,7 +190,7 @@ fn a_power_cut_leaves_the_old_or_the_new() {
                 assert_eq!(found, old, "save {saved}, cut {cut} of {operations}");
                 olds += 1;
             }
-            // The next save works in any case.
+            // The next save always works.
             store.flash.left = None;
             store.save(&settings(99)).unwrap();
             assert_eq!(reboot(&mut store), Some(settings(99)));
@@ -200,7 +200,7 @@ fn a_power_cut_leaves_the_old_or_the_new() {
     }
 }
 
-/// One flash through 10^5 saves of which most are cut short somewhere, without ever a loss.
+/// Makes 10^5 saves on one flash, most of them interrupted somewhere, without any loss.
 #[test]
 fn a_hundred_thousand_random_power_cuts_lose_nothing() {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(3);
@@ -210,7 +210,7 @@ fn a_hundred_thousand_random_power_cuts_lose_nothing() {
     while cuts < 100_000 {
         seed += 1;
         let new = settings(seed);
-        // A record has 42 words; an erasure is one operation before them.
+        // The power fails within the first 44 operations: one for each word, and one for an erasure before them.
         store.flash.left = Some(random.next_u32() % 44 + 1);
         let told = store.save(&new);
         cuts += u32::from(told.is_err());
@@ -252,19 +252,19 @@ fn a_record_with_any_bit_changed_is_none() {
         assert_eq!(store.load(), None, "bit {bit}");
         store.flash.bytes[bit / 8] ^= 1 << (bit % 8);
     }
-    // Nor is a memory that holds the same everywhere.
+    // A memory with one value everywhere holds no record, either.
     for pattern in [0, 0x55, 0xff] {
         store.flash.bytes.fill(pattern);
         assert_eq!(store.load(), None);
     }
 }
 
-/// Defaults never take the place of what another firmware saved: nobody asked for them.
+/// Defaults never replace what another firmware saved: no user has requested them.
 #[test]
 fn what_another_firmware_saved_is_neither_used_nor_replaced_by_older_settings() {
     let mut store = Store::new(Model::new(7));
     store.save(&settings(1)).unwrap();
-    // One key more.
+    // One more key.
     let mut record = vec![MAGIC, 2, LAYOUT + 1, WORDS as u32 + 1];
     record.extend(settings(2).words());
     record.push(0);

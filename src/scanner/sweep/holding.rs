@@ -1,22 +1,22 @@
-//! How long the mirror must not move after a trigger.
+//! Time after a trigger for which the mirror must not move.
 
 use crate::signal::radar::module::RadarModule;
 use crate::signal::radar::wire::SLACK_US;
 use crate::time::Micros;
 
-/// A chirp's capture as the scanner knows it: it begins when the trigger's last byte is out, and takes
-/// as long as the setting says.
+/// Detector of the end of a chirp's capture. The capture begins when the trigger's last byte has left the port,
+/// and takes as long as the setting says.
 ///
-/// A port takes byte after byte as the link is polled, so that a trigger leaves later than it should
-/// when the scanner has been busy: the time counts from when its last byte has been handed over.
+/// The port takes the bytes one by one as the link is polled, so a trigger leaves late if the scanner has been
+/// busy. The time therefore counts from when the last byte has been handed over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Hold {
-    /// When the trigger was seen to have been handed over.
+    /// Time at which the trigger was seen to be handed over.
     out: Option<Micros>,
 }
 
 impl Hold {
-    /// Whether a chirp of `chirp_us` is captured by `now`; never, where it is not known how long it takes.
+    /// Whether a chirp of `chirp_us` microseconds is captured by `now`; `false` if its duration is unknown (0).
     pub fn over(&mut self, now: Micros, link: &impl RadarModule, chirp_us: u32) -> bool {
         if chirp_us == 0 || !link.sent() {
             return false;
@@ -37,7 +37,7 @@ mod tests {
     use crate::signal::radar::module::{LinkError, Wish};
     use crate::signal::radar::wire::{RowTimes, Wire};
 
-    /// A link that has sent its trigger, or not.
+    /// Link stub: whether the trigger has been sent, and the wire.
     struct Link(bool, Option<Wire>);
 
     impl RadarModule for Link {
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn what_the_port_holds_then_the_chirp() {
-        // Two bytes at 1 Mbaud, 1,000 for the chirp, the slack.
+        // Two bytes at 1 Mbaud, 1,000 µs for the chirp, and the slack.
         let wire = Wire::default();
         assert_eq!(held(&Link(true, Some(wire))), 1_120);
         let wire = Wire {
@@ -82,7 +82,7 @@ mod tests {
         let mut hold = Hold::default();
         let link = Link(false, None);
         assert!((0..1000).all(|k| !hold.over(Micros(1000 * k), &link, 1)));
-        // From then on, not from the trigger's call.
+        // The time counts from the moment when it is out, not from the trigger's call.
         let link = Link(true, None);
         assert!(!hold.over(Micros(2_000_000), &link, 1_000));
         assert!(hold.over(Micros(2_001_100), &link, 1_000));

@@ -1,4 +1,4 @@
-//! Rows in passing: the mirror turns at constant speed, the step counter says when a row is due.
+//! Rows in passing: the mirror turns at constant speed, and the step counter determines when a row is due.
 
 use core::task::Poll;
 
@@ -12,18 +12,18 @@ use crate::signal::radar::module::{LinkError, RadarModule};
 use crate::time::Micros;
 use crate::verdict::Reason;
 
-/// A trigger that is later than this misses its row, microsteps: 0.02 degree, as much as a shaft at rest
-/// jitters (docs/accuracy.md).
+/// Maximum delay of a trigger behind its row's position, microsteps: 0.02 degree, the jitter of a shaft at rest
+/// (docs/accuracy.md).
 const LATE: i32 = 3;
 
 impl Sweep {
-    /// The mirror stands where the ramp begins: off it goes.
+    /// Begins the turn once the mirror stands where the ramp begins.
     pub(super) fn set_off(&mut self, now: Micros, mirror: &mut impl Mirror) {
         if core::mem::take(&mut self.astray) {
             let target = self.target();
             return self.start_move(now, mirror, target);
         }
-        // The turns of a guard are where an encoder can be read.
+        // At the turning points of guard sweeps the shaft rests, so that an encoder can be read.
         if self.guard && !core::mem::replace(&mut self.proven, true) && mirror.prove() {
             self.deadline = now.plus(MARGIN_US);
             return;
@@ -40,7 +40,7 @@ impl Sweep {
         self.at = RowState::Turn;
     }
 
-    /// Triggers what is due, takes what has come, works off what has come before.
+    /// Triggers the row that is due, receives chirps, and processes the one received before.
     #[inline(never)]
     pub(super) fn turn(
         &mut self,
@@ -53,7 +53,7 @@ impl Sweep {
         if let Some(reason) = self.fire(now, mirror.position(), link, data) {
             return self.end(Some(reason));
         }
-        // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
+        // In a separate call of `poll`: processing takes time, and `now` is stale after it.
         if let Some(row) = self.pending.take() {
             data.row(row);
             return Poll::Pending;
@@ -66,13 +66,13 @@ impl Sweep {
             };
         }
         if self.guard && self.untriggered().is_none() {
-            // The word does not wait for the shaft, which runs out to where the next sweep begins.
+            // The result does not wait for the shaft, which moves on to the start of the next sweep.
             return self.end(None);
         }
         if motion == Motion::Moving {
             return Poll::Pending;
         }
-        // The shaft stands behind the sector: no row comes any more.
+        // The shaft stands behind the sector: the remaining rows are lost.
         while self.untriggered().is_some() {
             if let Some(reason) = self.miss(data) {
                 return self.end(Some(reason));
@@ -81,13 +81,13 @@ impl Sweep {
         self.finish(now, mirror)
     }
 
-    /// The next row to be triggered.
+    /// Returns the next row to be triggered.
     fn untriggered(&self) -> Option<u16> {
         let turning = self.turning.as_ref()?;
         (turning.next < self.schedule.rows()).then(|| self.nth(turning.next))
     }
 
-    /// Triggers the row whose place is near; what ends the scan.
+    /// Triggers the row whose position is near; returns a reason if the scan must end.
     fn fire(
         &mut self,
         now: Micros,
@@ -103,7 +103,7 @@ impl Sweep {
                 return None;
             }
             if past <= LATE {
-                // Late by less than a row's tolerance it goes at once.
+                // A trigger that is late by less than the tolerance leaves at once.
                 let wait = if past == 0 {
                     turning.cruise.delay_us
                 } else {
@@ -121,7 +121,7 @@ impl Sweep {
         }
     }
 
-    /// Triggers `row`, if the link takes another request.
+    /// Triggers `row`, if the link accepts another request.
     fn fire_row(&mut self, now: Micros, row: u16, link: &mut impl RadarModule) {
         let angle = shaft_angle(self.schedule.position(row));
         let Some(turning) = &mut self.turning else {
@@ -136,7 +136,7 @@ impl Sweep {
         } else if !link.trigger_ahead(now, angle, timeout) {
             return;
         }
-        // There is room.
+        // `flying` is not full here.
         let _ = turning.flying.push_back((row, now.plus(timeout)));
         turning.next += 1;
         turning.due = None;
@@ -144,7 +144,7 @@ impl Sweep {
         self.deadline = later(self.deadline, now.plus(timeout).plus(MARGIN_US));
     }
 
-    /// The next row has not been triggered in time; what ends the scan.
+    /// Marks the next row as lost because it was not triggered in time; returns a reason if the scan must end.
     fn miss(&mut self, data: &mut impl DataPath) -> Option<Reason> {
         let row = self.untriggered()?;
         let turning = self.turning.as_mut()?;
@@ -153,14 +153,14 @@ impl Sweep {
         self.lose(row, data)
     }
 
-    /// `row` will not come; what ends the scan.
+    /// Marks `row` as lost; returns a reason if the scan must end.
     fn lose(&mut self, row: u16, data: &mut impl DataPath) -> Option<Reason> {
         data.lost(row);
         self.lost = self.lost.saturating_add(1);
         (self.lost > self.settings.timing.max_lost).then_some(Reason::TooManyLost)
     }
 
-    /// The answer to the oldest trigger.
+    /// Takes the answer to the oldest trigger.
     fn take(
         &mut self,
         now: Micros,
@@ -181,7 +181,7 @@ impl Sweep {
             }
             Err(error) => {
                 self.streak += 1;
-                // What came in vain took its time on the wire, which the chirps behind it lack.
+                // The late answer has used wire time that the following chirps need.
                 turning.skips |= now.reached(until);
                 let reason = self.lose(row, data);
                 if self.streak >= LOST_STREAK {

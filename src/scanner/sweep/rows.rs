@@ -1,47 +1,48 @@
-//! What both ways of sweeping share: what a row is at, how a scan's rows went, the reasons of its end.
+//! Definitions that both sweep modes share: state of a row, result of a scan's rows, reasons of its end.
 
 use crate::scanner::mirror::MirrorError;
 use crate::signal::radar::module::LinkError;
 use crate::time::Micros;
 use crate::verdict::Reason;
 
-/// So many rows in a row without a chirp are no noise on the line: the scan ends at once.
+/// Number of consecutive rows without a chirp after which the scan ends at once: noise on the line loses fewer.
 pub(super) const LOST_STREAK: u16 = 8;
 
-/// On top of every computed deadline: the main loop's own grain, a long command listing.
+/// Margin of every computed deadline, µs: for the duration of a main loop pass, and for a long listing by
+/// `get`.
 pub(super) const MARGIN_US: u32 = 100_000;
 
-/// What the row that is due is at.
+/// State of the row that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RowState {
-    /// The module is asked what it is set to; the mirror already moves.
+    /// The module's settings are queried; the mirror already moves.
     Configure,
-    /// The chirp before is worked off; the mirror moves.
+    /// The previous chirp is processed; the mirror moves.
     Work,
     /// The mirror moves.
     Move,
-    /// The mirror stands and comes to rest.
+    /// The mirror stands and settles until this time.
     Settle(Micros),
-    /// The chirp is on its way; the mirror goes on once it is captured.
+    /// The chirp is awaited; the mirror moves on once it is captured.
     Receive,
-    /// The mirror goes to where the ramp of a continuous sweep begins.
+    /// The mirror moves to the start of the ramp of a continuous sweep.
     Approach,
-    /// It turns, and rows are triggered in passing.
+    /// The mirror turns, and rows are triggered in passing.
     Turn,
-    /// All rows are done, and the mirror shows where it is: to the home switch, or to an encoder.
+    /// All rows are done; the position is checked at the home switch or with an encoder.
     Prove,
 }
 
-/// How a scan's rows went.
+/// Result of a scan's rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rows {
-    /// Rows whose chirp did not come.
+    /// Number of rows without a chirp.
     pub lost: u16,
-    /// What ended the scan before its last row.
+    /// Reason for which the scan ended before its last row.
     pub fault: Option<Reason>,
 }
 
-/// The reason that a link's error gives a scan.
+/// Returns the reason that corresponds to a link error.
 pub fn link_reason(error: LinkError) -> Reason {
     match error {
         LinkError::Module(_) | LinkError::Answer => Reason::ModuleError,
@@ -49,7 +50,7 @@ pub fn link_reason(error: LinkError) -> Reason {
     }
 }
 
-/// The reason that a motor's error gives a scan.
+/// Returns the reason that corresponds to a motor error.
 pub fn mirror_reason(error: MirrorError) -> Reason {
     match error {
         MirrorError::Stall => Reason::MotorStall,
@@ -60,7 +61,7 @@ pub fn mirror_reason(error: MirrorError) -> Reason {
     }
 }
 
-/// The later of two moments.
+/// Returns the later of two times.
 pub(super) fn later(a: Micros, b: Micros) -> Micros {
     if a.reached(b) { a } else { b }
 }

@@ -1,5 +1,5 @@
-//! Sweeps over a bench in which time passes: steps come as the ramp has them, bytes at the wire's speed, and
-//! the module captures what the shaft does meanwhile.
+//! Tests of sweeps on a simulated bench with a clock: steps come as the ramp computes them, bytes at the wire's
+//! speed, and the module captures what the shaft does in that time.
 
 mod bench;
 mod chip;
@@ -16,7 +16,7 @@ fn settings(mode: SweepMode) -> Settings {
     }
 }
 
-/// Every capture of a row that came: the shaft stood on the row's microstep from trigger to end.
+/// For every captured row, the shaft stood on the row's microstep from trigger to end.
 fn assert_still(outcome: &Outcome) {
     for capture in &outcome.captures {
         let (begin, end) = (capture.begin, capture.end);
@@ -25,7 +25,7 @@ fn assert_still(outcome: &Outcome) {
     }
 }
 
-/// Every row came or was told, each with its own chirp.
+/// Every row was received or reported as lost, each with its own chirp.
 fn assert_whole(outcome: &Outcome, rows: u16) {
     let mut all: Vec<u16> = outcome.rows.iter().chain(&outcome.lost).copied().collect();
     all.sort_unstable();
@@ -42,9 +42,9 @@ fn in_stop_mode_chirps_travel_while_the_mirror_moves() {
         assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
         assert_whole(&outcome, 281);
         assert_still(&outcome);
-        // What `timing` computes is held against the same figure.
+        // `timing` compares its result with the same figure.
         assert!((outcome.ms - 3_726.9).abs() < 5.0, "{} ms", outcome.ms);
-        // Move, settle, trigger, chirp: what is on the wire meanwhile takes nothing.
+        // Move, settle, trigger, chirp: the transmission of the samples adds nothing.
         assert!(
             outcome.ms > 281.0 * (6.8 + 5.0 + 0.16 + 1.0),
             "{}",
@@ -69,7 +69,7 @@ fn a_chirp_of_unknown_length_keeps_the_mirror_until_it_has_come() {
     );
 }
 
-/// A module that answers when the mirror has long gone on: the mirror comes back for the row.
+/// If a module answers after the mirror has moved on, the mirror returns to the row.
 #[test]
 fn a_lost_row_is_gone_back_for() {
     let settings = settings(SweepMode::Stop);
@@ -89,7 +89,7 @@ fn a_lost_row_is_gone_back_for() {
         let forward: Vec<u16> = (0..281).collect();
         assert_eq!(outcome.rows, forward, "in the order of the sweep");
     }
-    // Three times the same one: lost and told.
+    // The same row three times: reported as lost.
     let mut bench = Bench::new(1_000_000);
     bench.fates = (7..10).map(|k| (k, Fate::Lost)).collect();
     let outcome = bench.scan(&settings, false);
@@ -99,8 +99,9 @@ fn a_lost_row_is_gone_back_for() {
 
 #[test]
 fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
-    // What `timing` computes is held against the same figures. They are those of a module that was known; here the
-    // mirror learns only on its way that the module captures ahead, which takes a second move of some ms.
+    // `timing` compares its results with the same figures. They hold for a module with known properties; here
+    // it becomes known during the first move that the module captures ahead, which takes a second move of some
+    // ms.
     for (baud, ms) in [
         (1_000_000, 2_420.5),
         (2_000_000, 1_222.3),
@@ -120,11 +121,11 @@ fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
                 .map(|c| c.middle - f64::from(c.wanted))
                 .collect();
             off.sort_unstable_by(f64::total_cmp);
-            // A microstep is 0.007 degree.
+            // Within one microstep, 0.007 degree.
             let (least, most) = (off[0], off[off.len() - 1]);
             assert!(least > -1.0 && most < 1.0, "{least} to {most} at {baud}");
             assert!(off[off.len() / 2].abs() < 0.5, "{} at {baud}", off[140]);
-            // Regular in time: odometry is told each row's own.
+            // Regular in time: odometry gets each row's own time.
             let gaps = outcome.fired.windows(2).map(|w| w[1].1 - w[0].1);
             let (short, long) = gaps.fold((u32::MAX, 0), |(a, b), gap| (a.min(gap), b.max(gap)));
             let grain = 4 * SPARE + 200;
@@ -140,7 +141,7 @@ fn a_chip_that_wakes_up_first_sees_every_row_in_mid_chirp() {
         let outcome = Bench::new(1_000_000).scan_chip(&settings, backward);
         assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
         assert_whole(&outcome, 281);
-        // Stops take 3.7 s.
+        // A scan with stops takes 3.7 s.
         assert!((560.0..680.0).contains(&outcome.ms), "{} ms", outcome.ms);
         for capture in &outcome.captures {
             let off = capture.middle - f64::from(capture.wanted);
@@ -149,7 +150,7 @@ fn a_chip_that_wakes_up_first_sees_every_row_in_mid_chirp() {
     }
 }
 
-/// A module that takes one request at a time gets a sweep that is slow enough for that.
+/// A module that takes one request at a time gets a sweep that is slow enough for it.
 #[test]
 fn a_module_without_a_second_buffer_is_swept_more_slowly() {
     let settings = settings(SweepMode::Continuous);
@@ -170,7 +171,7 @@ fn a_continuous_sweep_tells_what_it_lost_and_does_not_stop() {
         let outcome = bench.scan(&settings, false);
         let lost = &outcome.lost;
         assert_eq!(outcome.fault, None, "{fate:?}");
-        // A chirp that never comes keeps its place until its time is up: another row may go with it.
+        // A missing chirp occupies its buffer until its timeout, so another row may be lost, too.
         let most = if fate == Fate::Lost { 8 } else { 4 };
         assert!((4..=most).contains(&lost.len()), "{fate:?}: {lost:?}");
         let own: &[u16] = if fate == Fate::Lost {
@@ -187,7 +188,7 @@ fn a_continuous_sweep_tells_what_it_lost_and_does_not_stop() {
     }
 }
 
-/// Answers that nobody asked for take the wire's time: rows are lost, and the wire catches up.
+/// Unrequested answers use the wire's time: rows are lost, and the wire catches up.
 #[test]
 fn a_continuous_sweep_outlives_what_comes_twice() {
     let settings = settings(SweepMode::Continuous);
@@ -216,7 +217,7 @@ fn a_mute_module_ends_either_sweep() {
     }
 }
 
-/// With TRIG a chirp waits for no byte, and the mirror for no trigger.
+/// With TRIG neither the chirp nor the mirror waits for the trigger's bytes.
 #[test]
 fn a_pin_triggers_on_the_spot() {
     for mode in [SweepMode::Stop, SweepMode::Continuous] {
@@ -230,7 +231,7 @@ fn a_pin_triggers_on_the_spot() {
         assert_whole(&outcome, 281);
         if mode == SweepMode::Stop {
             assert_still(&outcome);
-            // 281 triggers of 160 us less than over the wire.
+            // Saves 281 triggers of 160 µs on the wire.
             assert!((outcome.ms - 3_680.0).abs() < 10.0, "{} ms", outcome.ms);
         }
         let off = |c: &bench::Capture| c.middle - f64::from(c.wanted);
@@ -243,8 +244,8 @@ fn a_pin_triggers_on_the_spot() {
     }
 }
 
-/// A module that was reset in the midst of a scan is at 1 Mbaud: with stops it is found again at the row's
-/// second try; in passing the scan ends, for each of its rows was planned for the other rate.
+/// A module that was reset during a scan is at 1 Mbaud. With stops the link recovers at the row's second try;
+/// in continuous mode the scan ends, since all rows were planned for the other rate.
 #[test]
 fn a_module_that_forgets_its_rate_is_found_again_or_told() {
     for rate in [2_000_000, 3_000_000] {
@@ -287,8 +288,8 @@ fn fate() -> impl Strategy<Value = Fate> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Whatever the module does and however busy the scanner is: no row gets another's chirp, none is
-    /// forgotten, in `stop` nothing is captured while the mirror moves, and no deadline is missed.
+    /// For any behaviour of the module and any load of the scanner: no row gets another's chirp, every row is
+    /// accounted for, in `stop` nothing is captured while the mirror moves, and no deadline is missed.
     #[test]
     fn whatever_happens_rows_get_their_own_chirps(
         mode in prop_oneof![Just(SweepMode::Stop), Just(SweepMode::Continuous)],

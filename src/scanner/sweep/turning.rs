@@ -1,4 +1,4 @@
-//! A sweep at constant speed: which row is due where, and which are under way.
+//! A sweep at constant speed: the position at which each row is triggered, and the rows that are under way.
 
 use heapless::Deque;
 
@@ -10,18 +10,18 @@ use crate::time::Micros;
 #[derive(Clone, Debug)]
 pub(super) struct ContinuousSweep {
     pub cruise: Cruise,
-    /// The next row to be triggered, in the order of the sweep.
+    /// Next row to be triggered, in the order of the sweep.
     pub next: u16,
-    /// When it is, once its microstep has come.
+    /// Time of its trigger; `None` until its microstep is reached.
     pub due: Option<Micros>,
-    /// Rows whose chirps are under way, in the order of their triggers, and until when.
+    /// Rows whose chirps are under way, in the order of their triggers, with the timeout of each.
     pub flying: Deque<(u16, Micros), 2>,
-    /// The wire is behind: the next row's time is left to it.
+    /// Whether the next row is skipped to let the wire catch up.
     pub skips: bool,
 }
 
 impl ContinuousSweep {
-    /// One that has not begun.
+    /// Creates a sweep that has not begun.
     pub fn new(cruise: Cruise) -> Self {
         Self {
             cruise,
@@ -32,13 +32,13 @@ impl ContinuousSweep {
         }
     }
 
-    /// Where the shaft's way begins.
+    /// Returns the start position of the shaft, microsteps.
     pub fn start(&self, schedule: &Schedule, backward: bool) -> i32 {
         self.cruise.ends(schedule, backward).0
     }
 
-    /// Microsteps by which a shaft at `position` is past the place where `row` is triggered; before it,
-    /// negative.
+    /// Returns the distance of a shaft at `position` behind the trigger position of `row`, microsteps; negative
+    /// before it.
     pub fn past(&self, schedule: &Schedule, backward: bool, row: u16, position: i32) -> i32 {
         let direction = Cruise::direction(schedule, backward);
         let way = position.saturating_sub(schedule.position(row));

@@ -1,43 +1,43 @@
-//! The other end of the wire: a TMC2209 with its registers, on request a broken one.
+//! Simulated TMC2209 with its registers at the other end of the wire, with optional faults.
 
 use std::collections::{BTreeMap, VecDeque};
 
-/// What is wrong with it, or with the wire.
+/// Fault of the chip or of the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mood {
-    /// Nothing.
+    /// No fault.
     #[default]
     Well,
-    /// It says nothing; what is sent still comes back.
+    /// The chip does not answer; the echo of the sent bytes works.
     Silent,
-    /// The wire is cut: not even that.
+    /// The wire is cut: there is no echo either.
     Cut,
-    /// Its answers have a wrong checksum.
+    /// The answers have a wrong checksum.
     WrongChecksum,
-    /// It answers for another register.
+    /// The chip answers for another register.
     Other,
-    /// It takes nothing, but answers.
+    /// The chip ignores writes, but answers.
     Deaf,
 }
 
 /// A chip on a single wire.
 #[derive(Debug)]
 pub struct Chip {
-    /// By address.
+    /// Register values by address.
     pub registers: BTreeMap<u8, u32>,
     pub mood: Mood,
-    /// Writes that were taken.
+    /// Number of accepted writes (IFCNT).
     pub count: u8,
-    /// What the bytes that come next lack: the bytes so far away are lost on the wire.
+    /// Indices of bytes that will be lost on the wire, counted from the next one.
     pub loses: Vec<usize>,
-    /// After so many writes it resets itself.
+    /// Number of writes after which the chip resets itself.
     pub resets_after: Option<u32>,
-    /// Bytes on their way to whoever asks.
+    /// Bytes on the wire to the scanner.
     wire: VecDeque<u8>,
-    /// Looks at the wire, a byte's time apart, that found it idle, one after the other.
+    /// Number of consecutive polls of the wire, a byte's time apart, that found it idle.
     idle: u8,
     pub writes: u32,
-    /// Datagrams that were answered.
+    /// Number of answered datagrams.
     pub reads: u32,
     frame: Vec<u8>,
 }
@@ -79,7 +79,7 @@ impl Default for Chip {
 }
 
 impl Chip {
-    /// Power-up: registers as they are then, GSTAT says so.
+    /// Power-up: default registers, with the reset flag in GSTAT.
     pub fn reset(&mut self) {
         self.registers = [
             (0x00, 0x0000_0101),
@@ -91,18 +91,18 @@ impl Chip {
         self.count = 0;
     }
 
-    /// Register at `address`, 0 if it was never written.
+    /// Returns the register at `address`, 0 if it was never written.
     pub fn register(&self, address: u8) -> u32 {
         self.registers.get(&address).copied().unwrap_or(0)
     }
 
-    /// Puts a value where only the chip itself can.
+    /// Sets a value that only the chip itself can write.
     pub fn put(&mut self, address: u8, value: u32) {
         self.registers.insert(address, value);
     }
 
-    /// What comes back over the wire. A pause of 63 bits makes the chip forget what had begun (section
-    /// 4.1.1).
+    /// Returns the next byte of the wire. A pause of 63 bits makes the chip discard an incomplete datagram
+    /// (section 4.1.1).
     pub fn say(&mut self) -> Option<u8> {
         let byte = self.wire.pop_front();
         self.idle = match byte {
@@ -115,11 +115,11 @@ impl Chip {
         byte
     }
 
-    /// A byte from the scanner.
+    /// Takes a byte from the scanner.
     pub fn hear(&mut self, byte: u8) {
         self.idle = 0;
         if self.mood != Mood::Cut {
-            // One wire: it comes back.
+            // One wire: the byte is echoed.
             self.wire.push_back(byte);
         }
         let lost = self.loses.contains(&0);

@@ -1,4 +1,4 @@
-//! Set-up and status over a chip that is well, broken, or reset at the worst moment.
+//! Tests of set-up and status with a chip that works, has a fault, or is reset in between.
 
 use super::chip::{Chip, Mood};
 use super::*;
@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;
 
-/// The wire: a byte at a time goes out, and comes in.
+/// The wire: transfers one byte at a time in each direction.
 #[derive(Clone, Default)]
 struct Wire(Rc<RefCell<Chip>>);
 
@@ -33,9 +33,9 @@ fn motor() -> MotorConfig {
     motor
 }
 
-/// What becomes of what was begun, and after how long, microseconds.
+/// Polls until the current activity ends; returns its result and duration, µs.
 fn finish<P: BytePort>(driver: &mut Tmc2209<P>) -> (Result<(), DriverError>, u32) {
-    // Across the clock's own end.
+    // Across the wrap of the clock.
     let begun = Micros(u32::MAX - 2_000);
     for k in 0..10_000 {
         let now = begun.plus(87 * k);
@@ -60,7 +60,7 @@ fn set_up(prepare: impl FnOnce(&mut Chip)) -> (Tmc2209<Wire>, Wire, Result<(), D
 fn look(driver: &mut Tmc2209<Wire>) -> Result<(), DriverError> {
     driver.look();
     let (done, us) = finish(driver);
-    // Less than the 0.1 s that a move's deadline has to spare.
+    // Less than the 0.1 s of margin in a move's deadline.
     assert!(us < 50_000, "{us}");
     done
 }
@@ -80,7 +80,7 @@ fn a_sound_chip_is_set_up_and_read() {
         let chip = wire.0.borrow();
         assert_eq!(chip.register(0x00), 0x1c0);
         assert_eq!(chip.register(0x01), 0, "its reset at power-up is forgotten");
-        // 600 mA: 0.98 A at full scale, 19 of 32.
+        // 600 mA with 0.98 A at full scale: 19 steps of 32.
         assert_eq!(chip.register(0x10), 18 | 18 << 8);
         assert_eq!(chip.register(0x14), 15_000_000 / 25_600);
         assert_eq!(chip.register(0x40), 60);
@@ -117,12 +117,12 @@ fn currents_are_never_more_than_asked_for() {
         let real = f64::from(scale + 1) / 32.0 * volts / 0.13 / 2_f64.sqrt() * 1e3;
         let wanted = f64::from(milliamperes);
         assert!(real <= wanted + 1.0, "{milliamperes} mA: {real}");
-        // One step of the scale.
+        // Error limit: one step of the scale.
         assert!(wanted - real < 56.0, "{milliamperes} mA: {real}");
     }
 }
 
-/// What is wrong, how it comes about, what is told.
+/// Fault: its name, its cause, and the expected error.
 type Wrong = (&'static str, fn(&mut Chip), DriverError);
 
 #[test]
@@ -162,7 +162,7 @@ fn each_misbehaviour_is_told() {
 #[test]
 fn warnings_and_open_loads_are_no_faults() {
     let (mut driver, wire, _) = set_up(|_| {});
-    // otpw, ola, olb, stst.
+    // DRV_STATUS: otpw, ola, olb, stst.
     let warnings = 1 | 1 << 6 | 1 << 7 | 1 << 31;
     wire.0.borrow_mut().registers.insert(0x6f, warnings);
     assert_eq!(look(&mut driver), Ok(()));
@@ -182,7 +182,7 @@ fn a_reset_in_the_midst_of_the_set_up_leaves_no_register_out() {
 
 #[test]
 fn any_lost_byte_is_made_good() {
-    // 4 bytes, 7 times 8, and three times 4.
+    // Bytes of a set-up: a read request of 4, seven writes of 8, and three read requests of 4.
     for lost in 0..72 {
         let (_, wire, done) = set_up(|chip| chip.loses.push(lost));
         assert_eq!(done, Ok(()), "byte {lost}");
@@ -203,7 +203,7 @@ fn what_a_chip_forgets_is_not_forgotten_by_a_new_set_up() {
     assert_eq!(look(&mut driver), Ok(()));
 }
 
-/// A port that says anything and takes any number of bytes.
+/// A port with arbitrary input that takes any number of bytes.
 struct Noise {
     bytes: Vec<u8>,
     at: usize,
@@ -227,7 +227,7 @@ proptest! {
         let mut driver = Tmc2209::new(Noise { bytes, at: 0 });
         driver.set_up(&motor());
         let (done, _) = finish(&mut driver);
-        // Bytes by chance are no four whole answers.
+        // Random bytes do not form four valid answers.
         prop_assert_eq!(done, Err(DriverError::Silent));
         driver.look();
         let _ = finish(&mut driver);

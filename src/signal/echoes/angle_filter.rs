@@ -1,32 +1,31 @@
-//! The matched filter along the angle, fed row by row while the mirror turns.
+//! Matched filter along the angle, fed row by row while the mirror turns.
 //!
-//! A point scatterer shows up in neighbouring rows with the two-way beam's pattern. The best linear
-//! filter against white noise has that very shape; two running boxes in a row (a triangle) come
-//! within 0.1 dB of it and cost a few additions a cell (a cascaded integrator-comb filter, Hogenauer
-//! 1981). All sums are whole numbers, so that nothing drifts and both ways of sweeping give the same
-//! result to the last bit. The delayed rows are read back from the map; only the sums are kept here.
+//! A point scatterer appears in neighbouring rows with the two-way beam's pattern. The optimal linear filter
+//! against white noise has the same shape. Two running boxes in series (a triangle) come within 0.1 dB of it
+//! and need a few additions per cell (a cascaded integrator-comb filter, Hogenauer 1981). All sums are
+//! integers, so there is no drift, and both sweep directions give identical results. The delayed rows are read
+//! from the map; only the sums are stored here.
 
 use crate::math;
 use crate::signal::grid::{EIGHTHS, Geometry, MAX_BINS, PolarMap};
 
-/// Longest box in rows: with it the sums of a uniform map of the largest power stay below 2³².
+/// Maximum length of a box, rows: the sums of a uniform map of maximum power stay below 2³².
 pub const MAX_BOX: usize = 15;
-/// Units of a level in one octave of power.
+/// Units of a level per octave of power.
 const UNITS_PER_OCTAVE: usize = 128;
-/// Decibels of one unit of a level.
+/// Decibels per unit of a level.
 pub const LEVEL_DB: f32 = math::DB_PER_OCTAVE / UNITS_PER_OCTAVE as f32;
-/// Binary digits of a level's unit beyond a cell's, which is an eighth octave.
+/// Bits by which the unit of a level is finer than a map unit, which is an eighth octave.
 pub const UNITS_PER_CELL_BITS: u32 = 4;
 
-/// Cell whose linear power counts 1: 15 dB above the map's zero, and still below the noise of any
-/// receiver.
+/// Cell value whose linear power is 1: 15 dB above the map's zero, and still below the noise of any receiver.
 const UNIT_CELL: usize = 40;
-/// Cells above this count as this: -5 dB of full scale, more than any echo has in a chirp that the
-/// converter takes without clipping; then [`MAX_BOX`]² of them still fit 32 bits.
+/// Maximum cell value that is distinguished: -5 dB of full scale, more than any echo of a chirp without
+/// clipping. [`MAX_BOX`]² of these still fit 32 bits.
 const LARGEST_CELL: usize = 233;
 
-/// Linear power of every possible cell: 2^((cell - [`UNIT_CELL`]) / 8), rounded. Worked out in Q32
-/// and 24 octaves higher, so that small powers keep their digits until they are rounded.
+/// Linear power of every cell value: 2^((cell - [`UNIT_CELL`]) / 8), rounded. Computed in Q32 and 24 octaves
+/// higher, so that small powers keep their precision until they are rounded.
 static POWER: [u32; 256] = {
     let mut table = [0; 256];
     let mut cell = 0;
@@ -44,40 +43,40 @@ static POWER: [u32; 256] = {
     table
 };
 
-/// Linear power of a cell.
+/// Returns the linear power of a cell.
 #[inline]
 fn power(cell: u8) -> u32 {
     POWER[usize::from(cell)]
 }
 
-/// One-way 3 dB width over the standard deviation of the two-way power pattern
-/// exp(-8 ln2 (t/width)²): sqrt(16 ln 2).
+/// Ratio of the one-way 3 dB width to the standard deviation of the two-way power pattern exp(-8 ln2
+/// (t/width)²): sqrt(16 ln 2).
 const WIDTH_PER_SIGMA: f32 = 3.330_218_4;
 
-/// Standard deviation of the two-way power pattern of a beam whose one-way 3 dB width is `width`.
+/// Returns the standard deviation of the two-way power pattern of a beam whose one-way 3 dB width is `width`.
 pub fn two_way_sigma(width: f32) -> f32 {
     width / WIDTH_PER_SIGMA
 }
 
-/// Standard deviation in angle of a point scatterer's lobe behind the filter, radians.
+/// Returns the standard deviation in angle of a point scatterer's lobe after the filter, radians.
 pub fn lobe_sigma_rad(geometry: &Geometry) -> f32 {
     // Pattern and filter have the same shape.
     two_way_sigma(geometry.beamwidth_rad) * core::f32::consts::SQRT_2
 }
 
-/// Variance of one box of n rows is (n² - 1) / 12; two of them have 1/6 of n² - 1.
+/// Six: the variance of a box of n rows is (n² - 1) / 12, and that of two boxes (n² - 1) / 6.
 const BOXES_PER_VARIANCE: f32 = 6.0;
 
-/// Rows of one box so that two of them have the variance of the two-way beam; odd.
+/// Returns the number of rows of one box for which two boxes have the variance of the two-way beam; odd.
 pub fn box_rows(geometry: &Geometry) -> usize {
     let sigma = two_way_sigma(geometry.beamwidth_rad) / geometry.step_rad.max(f32::MIN_POSITIVE);
-    // `as` saturates.
+    // The cast saturates.
     let rows = math::sqrt(BOXES_PER_VARIANCE * sigma * sigma + 1.0) + 0.5;
     ((rows as usize) | 1).min(MAX_BOX)
 }
 
-/// Width of a point scatterer's lobe behind the filter, in units of [`lobe_sigma_rad`]: 1, but less where the
-/// boxes are shorter than the beam is wide because they may be no longer than [`MAX_BOX`].
+/// Returns the width of a point scatterer's lobe after the filter, in units of [`lobe_sigma_rad`]: 1, or less
+/// if the boxes are limited to [`MAX_BOX`] and therefore shorter than the beam is wide.
 pub fn point_width(geometry: &Geometry) -> f32 {
     let rows = box_rows(geometry) as f32;
     let boxes = (rows * rows - 1.0) / BOXES_PER_VARIANCE * geometry.step_rad * geometry.step_rad;
@@ -85,10 +84,10 @@ pub fn point_width(geometry: &Geometry) -> f32 {
     math::sqrt(0.5 * (1.0 + math::min(boxes / (sigma * sigma), 1.0)))
 }
 
-/// Binary digits of a level's fraction of an octave.
+/// Bits of a level's fraction of an octave.
 const FRACTION_BITS: u32 = UNITS_PER_OCTAVE.trailing_zeros();
 
-/// 128 log2(1 + f/128), rounded off: f + 0.344 f (1 - f), 44/128 = 0.344.
+/// 128 log2(1 + f/128), approximated: f + 0.344 f (1 - f), 44/128 = 0.344.
 static FRACTION: [u8; UNITS_PER_OCTAVE] = {
     let mut table = [0; UNITS_PER_OCTAVE];
     let mut fraction = 0;
@@ -100,25 +99,25 @@ static FRACTION: [u8; UNITS_PER_OCTAVE] = {
     table
 };
 
-/// Binary logarithm of a filtered power in 1/128 octave; monotone, error below 0.01 octave.
+/// Returns the binary logarithm of a filtered power, 1/128 octave; monotonic, error below 0.01 octave.
 #[inline]
 pub fn level(power: u32) -> u16 {
     let power = power | 1;
     let zeros = power.leading_zeros();
-    // The digits behind the leading one.
+    // Bits after the leading one.
     let fraction = (power << zeros << 1) >> (u32::BITS - FRACTION_BITS);
     let octaves = u32::BITS - 1 - zeros;
     (octaves << FRACTION_BITS | u32::from(FRACTION[fraction as usize])) as u16
 }
 
-/// The running sums of one range bin.
+/// Running sums of one range bin.
 #[derive(Clone, Copy, Debug)]
 struct BinSums {
     slope: u32,
     sum: u32,
 }
 
-/// The running sums of all range bins.
+/// Running sums of all range bins.
 #[derive(Debug)]
 pub struct AngleFilter {
     sums: [BinSums; MAX_BINS],
@@ -127,7 +126,7 @@ pub struct AngleFilter {
 }
 
 impl AngleFilter {
-    /// Without any row yet.
+    /// Empty, without rows.
     pub const fn new() -> Self {
         Self {
             sums: [BinSums { slope: 0, sum: 0 }; MAX_BINS],
@@ -136,25 +135,26 @@ impl AngleFilter {
         }
     }
 
-    /// Ready for a scan's first row.
+    /// Prepares for the first row of a scan.
     pub fn begin(&mut self, geometry: &Geometry) {
         self.rows = box_rows(geometry);
         self.fed = 0;
     }
 
-    /// Rows by which the output lags the input.
+    /// Returns the number of rows by which the output lags the input.
     pub fn lag(&self) -> usize {
         self.rows - 1
     }
 
-    /// Level of a uniform map whose cells are 0, were it not rounded off.
+    /// Returns the level of a uniform map whose cells are 0, without rounding of its power: the filter's gain,
+    /// 1/128 octave.
     pub fn gain(&self) -> u16 {
         let unit = (UNIT_CELL as u16) << UNITS_PER_CELL_BITS;
         level((self.rows * self.rows) as u32).saturating_sub(unit)
     }
 
-    /// Adds the next row and writes the levels of the row `lag` before it to `levels`; what lies
-    /// before the first row is taken to be like it. `delayed` looks rows back.
+    /// Adds the next row, and writes the levels of the row [`AngleFilter::lag`] before it to `levels`. Rows
+    /// before the first one are assumed to be equal to it. `delayed` returns an earlier row.
     pub fn feed<'m>(
         &mut self,
         row: &[u8],
@@ -172,7 +172,7 @@ impl AngleFilter {
         }
         let mut one = delayed(self.fed.min(self.rows)).iter();
         let mut two = delayed(self.fed.min(2 * self.rows)).iter();
-        // Zipping all five would be unrolled, and slower by a sixth than this.
+        // A zip of all five would be unrolled and slower by a sixth.
         for ((&new, sums), level_out) in row.iter().zip(&mut self.sums).zip(levels) {
             let (Some(&one), Some(&two)) = (one.next(), two.next()) else {
                 break;
@@ -189,31 +189,31 @@ impl AngleFilter {
     }
 }
 
-/// Rows of a [`Patch`], relative to its middle. At steps of 0.25° they reach 0.75° to each side, half
-/// the standard deviation of the two-way beam.
+/// Rows of a [`Patch`], relative to its middle. With steps of 0.25° they extend 0.75° to each side, half the
+/// standard deviation of the two-way beam.
 pub const PATCH_ROWS: [i8; 5] = [-3, -2, 0, 2, 3];
 /// Bins of a [`Patch`], relative to its middle.
 pub const PATCH_BINS: [i8; 3] = [-1, 0, 1];
-/// Rows to each side of a patch's middle.
+/// Extent of a patch to each side of its middle, rows.
 const REACH: usize = 3;
-/// Rows that the longest filter sees from a patch, and the two empty sums before them.
+/// Number of rows that the longest filter needs for a patch, plus the two zero sums before them.
 const SEEN: usize = 2 * (MAX_BOX + REACH) + 1;
-/// Levels of the filtered map around a place, [bin][row].
+/// Levels of the filtered map around a cell, [bin][row].
 pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
 
-/// The filtered map around one place, worked out again from the map itself.
+/// Computes the filtered map around one cell from the map.
 #[inline(never)]
 pub fn patch(map: &PolarMap, row: usize, bin: usize) -> Patch {
     let rows = box_rows(map.geometry());
     let first = row as i32 - (rows - 1 + REACH) as i32;
     let last = map.rows().saturating_sub(1) as i32;
     let mut patch = Patch::default();
-    // A maximum has a bin to each side.
+    // A maximum has a bin on each side.
     let start = bin.saturating_sub(1);
     let Some(cells) = map.from(first.min(last).max(0) as usize, start) else {
         return patch;
     };
-    // Two boxes are the second difference, a box apart, of what is summed up twice.
+    // Two boxes in series are the second difference, at distances of a box, of the double sum.
     let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
     let mut slopes = [0u32; PATCH_BINS.len()];
     let mut sums = [0u32; PATCH_BINS.len()];
@@ -226,7 +226,7 @@ pub fn patch(map: &PolarMap, row: usize, bin: usize) -> Patch {
             *sum = sum.wrapping_add(*slope);
         }
         *twice = sums;
-        // What lies beyond the first and the last row is like them.
+        // Rows beyond the first and the last one are assumed to be equal to it.
         if (0..last).contains(&at) {
             k += map.bins();
         }

@@ -1,8 +1,8 @@
-//! Whether the mirror turns as far from row to row as it is said to.
+//! Check that the mirror's step between rows is as configured, by the widths of the echoes' lobes.
 //!
-//! A point scatterer's lobe over the angle is the beam's, whatever the scene. Where a step of the mirror is
-//! larger than it is taken for, all lobes are narrower than that, and where it is smaller all are wider; what
-//! is no point is wider, too, but hardly ever everything that is strong.
+//! The lobe of a point scatterer over the angle has the beam's width, independent of the scene. If the mirror's
+//! step is larger than configured, all lobes are narrower than the beam; if it is smaller, all are wider. An
+//! extended scatterer is wider, too, but hardly ever all strong echoes are extended.
 
 use super::angle_filter::point_width;
 use super::echo::{Echo, MAX_ECHOES};
@@ -10,24 +10,24 @@ use crate::params::Params;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 
-/// Widths of the strong echoes' lobes, a point scatterer's being 1.
+/// Statistics of the widths of strong echoes' lobes, relative to that of a point scatterer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobes {
-    /// How many there are.
+    /// Number of strong echoes.
     pub echoes: usize,
-    /// That of the narrowest.
+    /// Minimum width.
     pub least: f32,
-    /// Half of them are narrower.
+    /// Median width.
     pub median: f32,
 }
 
 impl Lobes {
-    /// Of the echoes of a map; nothing where none is strong.
+    /// Computes the statistics for the echoes of a map; `None` without a strong echo.
     #[inline(never)]
     pub fn of(echoes: &[Echo], geometry: &Geometry, p: &Params) -> Option<Self> {
         let mut widths = heapless::Vec::<f32, MAX_ECHOES>::new();
         for e in echoes.iter().filter(|e| e.snr_db > p.beam_echo_db) {
-            // As many places as echoes.
+            // The vector has room for all echoes.
             let _ = widths.push(e.width);
         }
         shell_sort(&mut widths, |a, b| a < b);
@@ -39,9 +39,9 @@ impl Lobes {
         })
     }
 
-    /// Below the first one half of them are narrower than the beam's, above the second one even the narrowest is
-    /// broader. A single thing may be wider than a point, and noise makes a single lobe narrower: few lobes only
-    /// show a beam that all of them are far too wide for.
+    /// Returns the limits of the widths: the minimum of the median, and the maximum of the narrowest. An
+    /// extended scatterer may be wider than a point, and noise can make a single lobe narrower. Few lobes
+    /// therefore fail only if all of them are far too wide.
     pub fn limits(&self, p: &Params) -> [f32; 2] {
         match self.echoes < p.beam_echoes as usize {
             true => [0.0, p.beam_broad_few],
@@ -49,7 +49,7 @@ impl Lobes {
         }
     }
 
-    /// Whether they are the beam's.
+    /// Returns whether the widths agree with the beam's.
     pub fn fit(&self, p: &Params) -> bool {
         let [narrow, broad] = self.limits(p);
         self.median >= narrow && self.least < broad
@@ -85,7 +85,7 @@ mod tests {
         let fit = |widths: &[f32]| lobes(widths, 5.0).unwrap().fit(P);
         assert!(fit(&[1.03, 1.07, 1.10, 1.6, 3.0]));
         assert!(fit(&[1.05, 1.4, f32::INFINITY]));
-        // Steps a quarter larger, and a fifth smaller, than they are said to be.
+        // Steps a quarter larger, and a fifth smaller, than configured.
         assert!(!fit(&[0.82, 0.86, 0.88, 1.28, 2.4]));
         assert!(!fit(&[1.29, 1.34, 1.38, 2.0, 3.8]));
     }
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(Lobes::of(&[weak; 5], &geometry(5.0), P), None);
     }
 
-    /// The filter's boxes are limited to 15 rows: behind them the lobe of a wide beam is narrower than that of
+    /// The filter's boxes are limited to 15 rows: after them the lobe of a wide beam is narrower than with
     /// boxes as wide as the beam.
     #[test]
     fn a_wide_beam_s_lobe_is_narrower_behind_boxes_of_limited_length() {

@@ -1,4 +1,4 @@
-//! From maxima to echoes: what neither the noise nor a stronger echo could have made.
+//! Selection of echoes among the maxima: those that neither noise nor an artefact of a stronger echo explains.
 
 use super::angle_filter::{self, LEVEL_DB};
 use super::echo::{Echo, Echoes};
@@ -13,39 +13,39 @@ use crate::params::Params;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use heapless::Vec;
 
-/// Binary integration of CA-CFAR over the beam: an echo stands out from what surrounds it in range
-/// if so many rows let it through …
+/// Minimum number of rows around a maximum with a CA-CFAR detection (binary integration over the beam), from
+/// which it counts as distinct in range.
 const HITS: usize = 3;
-/// … of those up to this many beside its own. At a false-alarm rate of 1.7e-4 a cell, three cells a
-/// row and 13 rows, noise does once in 2·10⁷ places.
+/// Number of rows to each side of a maximum that are counted. With a false-alarm rate of 1.7e-4 per cell, three
+/// cells a row and 13 rows, noise alone reaches [`HITS`] once in 2·10⁷ positions.
 const HIT_ROWS: usize = 6;
 
-/// The levels of the map where there is no echo.
+/// Levels of the map without echoes.
 #[derive(Debug)]
 pub struct Background<'a> {
-    /// Noise and side lobes.
+    /// Samples of noise and side lobes.
     pub samples: &'a NoiseSamples,
-    /// Median over the whole map, map units.
+    /// Median of the whole filtered map, map units.
     pub noise: f32,
-    /// What the filter adds to a level, 1/128 octave.
+    /// Gain of the angle filter, 1/128 octave.
     pub gain: u16,
 }
 
-/// What no maximum may be below, 1/128 octave, less `spare_db`: somewhat less than what [`detect`]
-/// asks, for a filter that adds `gain` and a noise in map units.
+/// Returns the minimum level of a maximum, 1/128 octave: `echo_margin_db` less `spare_db` above the noise (map
+/// units), for a filter with gain `gain`.
 pub fn least_level(noise: f32, gain: u16, spare_db: f32, params: &Params) -> u16 {
     let above_gain = (noise * DB_PER_UNIT + params.echo_margin_db - spare_db) / LEVEL_DB;
     gain.saturating_add(above_gain as u16)
 }
 
-/// Whether CA-CFAR lets enough of a maximum's rows through: side lobes over all angles and
-/// oscillator noise raise a whole stretch of range and do not.
+/// Returns whether CA-CFAR has detections in enough rows around a maximum. Side lobes over all angles and
+/// oscillator noise raise whole stretches of range and give none.
 fn stands_out(map: &PolarMap, row: usize, bin: usize) -> bool {
     let rows = row.saturating_sub(HIT_ROWS)..row + HIT_ROWS + 1;
     map.rows_hit(rows, bin) >= HITS
 }
 
-/// Goes through the maxima, strongest first, and keeps what only a scatterer of its own explains.
+/// Examines the maxima, strongest first, and keeps those that only a separate scatterer explains.
 #[inline(never)]
 pub fn detect(
     map: &PolarMap,
@@ -59,7 +59,7 @@ pub fn detect(
     let mut maxima: Vec<Maximum, MAX_MAXIMA> = Vec::new();
     while let Some(maximum) = finder.pop_weakest() {
         if maximum.level() >= least {
-            // As many as the finder holds.
+            // The vector has the capacity of the finder.
             let _ = maxima.push(maximum);
         }
     }
@@ -76,7 +76,7 @@ pub fn detect(
             lobe_sigma_rad: angle_filter::lobe_sigma_rad(map.geometry()),
             image_sum: match config.radar.real {
                 false => f32::from(config.radar.samples),
-                // Real samples have no negative frequencies, and no imbalance.
+                // Real samples have no negative frequencies and no I/Q imbalance.
                 true => f32::INFINITY,
             },
         },
@@ -92,7 +92,7 @@ pub fn detect(
     }
 }
 
-/// What it takes to make an echo of a maximum.
+/// Properties of the scan and the instrument that turn a maximum into an echo.
 struct Instrument<'a> {
     map: &'a PolarMap,
     background: &'a Background<'a>,
@@ -105,8 +105,8 @@ struct Instrument<'a> {
 }
 
 impl Instrument<'_> {
-    /// The echo that a maximum shows; none if the noise, a stronger one of
-    /// `echoes` or side lobes could have made it.
+    /// Returns the echo of a maximum; `None` if noise, side lobes or an artefact of a stronger one of `echoes`
+    /// explain it.
     #[inline(never)]
     fn echo(&self, maximum: Maximum, echoes: &[Echo]) -> Option<Echo> {
         let (map, params) = (self.map, self.params);

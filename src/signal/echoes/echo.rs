@@ -1,14 +1,14 @@
-//! One echo.
+//! One point scatterer of a scan.
 
 use heapless::Vec;
 
-/// Most echoes of a scan.
+/// Maximum number of echoes of a scan.
 pub const MAX_ECHOES: usize = 64;
 
-/// The echoes of a scan, strongest first.
+/// Echoes of a scan, strongest first.
 pub type Echoes = Vec<Echo, MAX_ECHOES>;
 
-/// One echo: a point scatterer, as far as the map tells.
+/// One echo, interpreted as a point scatterer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Echo {
     /// Filtered power above the noise, dB.
@@ -21,7 +21,7 @@ pub struct Echo {
     pub x_m: f32,
     /// Height above the ground, metres.
     pub y_m: f32,
-    /// Width of the filtered lobe in angle, in units of a point scatterer's.
+    /// Width of the filtered lobe in angle, relative to that of a point scatterer.
     pub width: f32,
     /// Standard deviation of the angle, radians.
     pub angle_sigma_rad: f32,

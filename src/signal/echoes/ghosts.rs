@@ -1,12 +1,12 @@
-//! The artefacts that a strong echo makes where there is no scatterer: one function each, which gives
-//! the highest level relative to that echo, dB.
+//! Artefacts of a strong echo: one function per artefact, which returns its maximum level relative to the echo,
+//! dB.
 
 use super::echo::Echo;
 use super::lobe::GAUSSIAN_DB;
 use crate::math;
 use crate::params::Params;
 
-/// Level of an artefact that cannot occur there: below the dynamic range of any receiver.
+/// Level of an artefact that cannot occur at this position, dB: below the dynamic range of any receiver.
 const NEVER_DB: f32 = -99.0;
 
 /// A maximum that may be a ghost.
@@ -18,24 +18,24 @@ pub struct Suspect {
     pub angle_rad: f32,
     /// Power above the noise, dB.
     pub snr_db: f32,
-    /// Whether CA-CFAR tells it from what surrounds it in range.
+    /// Whether CA-CFAR distinguishes it from its surroundings in range.
     pub stands_out: bool,
 }
 
-/// The artefacts of an instrument.
+/// Artefacts of the instrument.
 #[derive(Clone, Copy, Debug)]
 pub struct Ghosts<'p> {
-    /// Their levels.
+    /// Levels of the artefacts.
     pub params: &'p Params,
     /// Standard deviation in angle of a point scatterer's lobe, radians.
     pub lobe_sigma_rad: f32,
-    /// What the native bins of an echo and of its image at the negative frequency add up to: the samples
-    /// of a chirp.
+    /// Sum of the native bins of an echo and of its image at the negative frequency: the number of samples of a
+    /// chirp.
     pub image_sum: f32,
 }
 
 impl Ghosts<'_> {
-    /// Whether `echo` alone could have made the suspect.
+    /// Returns whether `echo` alone explains the suspect.
     pub fn explain(&self, echo: &Echo, suspect: &Suspect) -> bool {
         let bins = (suspect.native_bin - echo.native_bin).abs();
         let turn = (suspect.angle_rad - echo.angle_rad) / self.lobe_sigma_rad;
@@ -50,7 +50,7 @@ impl Ghosts<'_> {
         suspect.snr_db - echo.snr_db < highest
     }
 
-    /// The beam's own lobe, and its two-way side lobes over all angles, at the echo's range.
+    /// Main lobe of the beam, and its two-way side lobes over all angles, at the echo's range.
     fn antenna_db(&self, bins: f32, lobe_db: f32) -> f32 {
         let p = self.params;
         if bins >= p.range_lobe_bins {
@@ -60,7 +60,7 @@ impl Ghosts<'_> {
         pattern_db - p.range_curvature_db * bins * bins
     }
 
-    /// What a sweep that is not quite linear spreads around the echo's range, in its beam.
+    /// Range skirt of a chirp that is not exactly linear, in the echo's beam.
     fn range_skirt_db(&self, bins: f32, lobe_db: f32) -> f32 {
         if bins > self.params.skirt_bins {
             return NEVER_DB;
@@ -68,8 +68,8 @@ impl Ghosts<'_> {
         lobe_db + self.params.same_beam_margin_db - self.params.skirt_db
     }
 
-    /// The oscillator's phase noise: every range, in the echo's beam. It raises whole stretches of
-    /// range, so that nothing which stands out of them is made by it.
+    /// Phase noise of the oscillator: every range, in the echo's beam. It raises whole stretches of range, so
+    /// it does not explain a maximum that is distinct from its surroundings.
     fn oscillator_noise_db(&self, bins: f32, lobe_db: f32, stands_out: bool) -> f32 {
         if bins <= self.params.skirt_bins || stands_out {
             return NEVER_DB;
@@ -77,8 +77,7 @@ impl Ghosts<'_> {
         lobe_db + self.params.same_beam_margin_db - self.params.oscillator_noise_db
     }
 
-    /// The image that an I/Q imbalance makes at the negative frequency: the two bins add up to the
-    /// number of samples.
+    /// Image of an I/Q imbalance at the negative frequency: the two bins add up to the number of samples.
     fn iq_image_db(&self, sum_of_bins: f32, lobe_db: f32) -> f32 {
         if (sum_of_bins - self.image_sum).abs() >= self.params.image_bins {
             return NEVER_DB;

@@ -1,12 +1,11 @@
-//! The lobe of one point scatterer: where its peak lies between the cells, how wide it is, and how
-//! well that is known.
+//! Lobe of one point scatterer: position of its peak between the cells, its width, and their variance.
 //!
-//! The responses in angle (two-way beam through the matched filter) and in range (the window's main
-//! lobe) are parabolas in logarithmic power. What is left of the levels around a maximum once such
-//! a parabola is taken off lies on a line whose slope says how far off the middle the scatterer is.
+//! The responses in angle (two-way beam through the matched filter) and in range (the window's main lobe) are
+//! parabolas in logarithmic power. If such a parabola is subtracted from the levels around a maximum, a line
+//! remains. Its slope gives the scatterer's offset from the middle.
 //!
-//! A scatterer that nears while the beam sweeps over it walks through the ranges: its lobe is sheared,
-//! narrower in angle at any one range, and the two offsets are no longer independent.
+//! A scatterer that approaches while the beam sweeps over it changes its range from row to row: its lobe is
+//! sheared, narrower in angle at any one range, and the two offsets are no longer independent.
 
 use super::angle_filter::{self, LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
 use crate::estimate::Estimate;
@@ -16,44 +15,43 @@ use crate::signal::grid::PolarMap;
 
 /// Curvature of a Gaussian of unit variance in logarithmic power: 10 lg e / 2, dB.
 pub const GAUSSIAN_DB: f32 = 2.171_472_4;
-/// Farthest that a peak may lie from the middle of its patch, rows: what the patch reaches and one.
+/// Maximum offset of a peak from the middle of its patch, rows: the extent of the patch plus one.
 const MOST_ROWS: f32 = 4.0;
-/// With less than this share of a point scatterer's curvature the levels have no peak.
+/// Minimum curvature of a peak, as a share of a point scatterer's.
 const LEAST_CURVED: f32 = 0.02;
-/// Width where there is no peak, in units of a point scatterer's.
+/// Width reported without a peak, relative to a point scatterer's.
 const NO_LOBE: f32 = 9.0;
 
-/// Mean of the squared offsets of [`PATCH_ROWS`].
+/// Mean of the squared row offsets [`PATCH_ROWS`].
 const MEAN_SQUARE: f32 = 5.2;
-/// Sum over [`PATCH_ROWS`] of (offset² - mean)²: what a quadratic that is orthogonal to the mean is
-/// divided by.
+/// Sum over [`PATCH_ROWS`] of (offset² - mean)²: norm of the quadratic that is orthogonal to the mean.
 const QUADRATIC: f32 = 58.8;
 
-/// An offset and the variance of it for levels of unit variance.
+/// An offset, and its variance for levels of unit variance.
 type Offset = (f32, f32);
 
-/// What the responses look like on this map's grid.
+/// Curvatures of a point scatterer's response on the grid of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct Responses {
-    /// Of the filtered lobe, dB per squared row.
+    /// Curvature of the filtered lobe in angle, dB per squared row.
     per_row_db: f32,
-    /// Of the window's main lobe, dB per squared stored bin.
+    /// Curvature of the window's main lobe, dB per squared stored bin.
     per_bin_db: f32,
-    /// Of both, dB per row and stored bin; 0 where nothing moves.
+    /// Mixed curvature, dB per row and stored bin; 0 without motion.
     cross_db: f32,
 }
 
-/// How a scatterer moves from row to row.
+/// Motion of a scatterer from row to row.
 #[derive(Clone, Copy, Debug)]
 pub struct Walk {
-    /// Stored range bins by which it comes nearer (negative).
+    /// Change of range, stored bins per row; negative when it approaches.
     pub bins: f32,
-    /// By how much the beam moves over it, in steps of the sweep: 1 if it stands.
+    /// Steps by which the beam moves over it per row: 1 without motion.
     pub steps: f32,
 }
 
 impl Responses {
-    /// The responses for the geometry and the native range resolution c/2B.
+    /// Returns the responses for the map's geometry and the native range resolution c/2B, metres.
     pub fn new(map: &PolarMap, resolution_m: f32, params: &Params) -> Self {
         let geometry = map.geometry();
         let rows = geometry.step_rad / angle_filter::lobe_sigma_rad(geometry);
@@ -65,11 +63,11 @@ impl Responses {
         }
     }
 
-    /// Parts what a sheared lobe has mixed: each slope holds some of the other's offset.
+    /// Separates the offsets of a sheared lobe, each of whose slopes contains a share of the other offset.
     fn part(&self, row: Offset, bin: Offset) -> (Offset, Offset) {
         let of_bin = self.cross_db / self.per_row_db;
         let of_row = self.cross_db / self.per_bin_db;
-        // Of a positive definite form: above 0.
+        // Positive, because the quadratic form is positive definite.
         let left = 1.0 - of_bin * of_row;
         let solve = |own: Offset, other: Offset, of_other: f32| {
             let value = (own.0 - of_other * other.0) / left;
@@ -79,10 +77,10 @@ impl Responses {
         (solve(row, bin, of_bin), solve(bin, row, of_row))
     }
 
-    /// The responses to a scatterer that walks: the pattern of the beam and the main lobe in range,
-    /// sheared, through the filter along the angle, all of them Gaussian.
+    /// Returns the responses to a scatterer that moves: beam pattern and range main lobe, sheared, after the
+    /// filter along the angle, all of them Gaussian.
     pub fn of_walk(&self, walk: Walk) -> Self {
-        // Inverse variances, in the unit of the curvatures. The filter's is that of the standing beam.
+        // Inverse variances in the unit of the curvatures. The filter is matched to the beam without motion.
         let filter = 2.0 * self.per_row_db;
         let beam = filter * walk.steps * walk.steps;
         let sum = beam + filter + walk.bins * walk.bins * self.per_bin_db;
@@ -95,19 +93,19 @@ impl Responses {
     }
 }
 
-/// A scatterer's place relative to the cell of its maximum.
+/// Position of a scatterer relative to the cell of its maximum.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lobe {
-    /// Rows off the cell.
+    /// Offset from the cell, rows.
     pub row: Estimate,
-    /// Stored range bins off the cell.
+    /// Offset from the cell, stored range bins.
     pub bin: Estimate,
-    /// Width in angle in units of a point scatterer's; large where there is no peak.
+    /// Width in angle, relative to a point scatterer's; large without a peak.
     pub width: f32,
 }
 
 impl Lobe {
-    /// Looks at the levels around a maximum that stands `snr_db` above the noise.
+    /// Fits the lobe to the levels around a maximum that is `snr_db` above the noise.
     pub fn new(patch: &Patch, responses: &Responses, snr_db: f32, params: &Params) -> Self {
         let mut rows = [0f32; PATCH_ROWS.len()];
         let mut bins = [0f32; PATCH_BINS.len()];
@@ -150,8 +148,8 @@ impl Lobe {
     }
 }
 
-/// Where the peak of a parabola of this curvature lies, and the variance of that for levels of unit
-/// variance: the slope of `values` (dB) over their offsets `at` once the parabola is taken off.
+/// Returns the offset of the peak of a parabola with this curvature, and its variance for levels of unit
+/// variance: from the slope of `values` (dB) over the offsets `at` after the parabola has been subtracted.
 fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32) -> Offset {
     let (mut squares, mut slope) = (0.0, 0.0);
     for (v, &d) in values.iter_mut().zip(at) {

@@ -1,32 +1,32 @@
-//! Local maxima of the filtered map, found row by row: where an echo may be.
+//! Local maxima of the filtered map, found row by row: candidates for echoes.
 
 use crate::signal::grid::MAX_BINS;
 use heapless::binary_heap::{BinaryHeap, Min};
 
-/// Most maxima of a scan: the strongest are kept.
+/// Maximum number of maxima of a scan; the strongest are kept.
 pub const MAX_MAXIMA: usize = 96;
-/// Rows held: a maximum stands out over two rows to each side, and over the bins beside it …
+/// Number of rows held: a maximum exceeds two rows to each side, and the bins beside it.
 const WINDOW: usize = 5;
-/// … and this one is in the middle.
+/// Index of the row that is tested, in the middle of [`WINDOW`].
 pub const MIDDLE: usize = WINDOW / 2;
 
-/// One local maximum of the filtered map in one word: level, then cell. So the stronger is the
-/// larger, and ties go by place: the order of arrival does not matter.
+/// One local maximum of the filtered map in one word: level, then cell. Words are ordered by level, and equal
+/// levels by cell, so that the order of arrival has no influence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Maximum(u32);
 
 impl Maximum {
-    /// A map has no more cells than 16 bits tell apart.
+    /// Cell numbers fit 16 bits.
     fn new(level: u16, cell: usize) -> Self {
         Self(u32::from(level) << u16::BITS | (cell as u32 & u32::from(u16::MAX)))
     }
 
-    /// Filtered level, 1/128 octave.
+    /// Returns the filtered level, 1/128 octave.
     pub fn level(self) -> u16 {
         (self.0 >> u16::BITS) as u16
     }
 
-    /// Row and range bin of a map with so many `bins`.
+    /// Returns row and range bin in a map of `bins` bins.
     pub fn cell(self, bins: usize) -> (usize, usize) {
         let cell = usize::from(self.0 as u16);
         let row = cell.checked_div(bins).unwrap_or(0);
@@ -34,17 +34,17 @@ impl Maximum {
     }
 }
 
-/// The last rows of the filtered map and the maxima found so far.
+/// Last rows of the filtered map, and the maxima found so far.
 #[derive(Debug)]
 pub struct MaximaFinder {
     window: [[u16; MAX_BINS]; WINDOW],
     fed: usize,
-    /// The weakest on top.
+    /// Maxima found so far, the weakest on top.
     found: BinaryHeap<Maximum, Min, MAX_MAXIMA>,
 }
 
 impl MaximaFinder {
-    /// Nothing found yet.
+    /// Empty, before the first row.
     pub const fn new() -> Self {
         Self {
             window: [[0; MAX_BINS]; WINDOW],
@@ -53,19 +53,19 @@ impl MaximaFinder {
         }
     }
 
-    /// Ready for a scan's first row.
+    /// Prepares for the first row of a scan.
     pub fn begin(&mut self) {
         self.fed = 0;
         self.found.clear();
     }
 
-    /// Where the next row's levels go; [`MaximaFinder::advance`] then looks at them.
+    /// Returns the buffer for the next row's levels; [`MaximaFinder::advance`] then evaluates them.
     pub fn next_row(&mut self) -> &mut [u16; MAX_BINS] {
         &mut self.window[self.fed % WINDOW]
     }
 
-    /// Looks for maxima of `least` or more in the row [`MIDDLE`] before the one just written. `row`
-    /// is that middle row's place in the map if there is one yet.
+    /// Searches for maxima of at least `least` in the row that is [`MIDDLE`] rows before the one just written.
+    /// `row` is the number of that row in the map, if it exists already.
     pub fn advance(&mut self, bins: usize, row: Option<usize>, least: u16) {
         self.fed += 1;
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
@@ -94,13 +94,13 @@ impl MaximaFinder {
         }
     }
 
-    /// Takes the weakest maximum out, if there is any.
+    /// Removes and returns the weakest maximum, if there is one.
     pub fn pop_weakest(&mut self) -> Option<Maximum> {
         self.found.pop()
     }
 }
 
-/// Adds a maximum, in place of the weakest if there is no room.
+/// Adds a maximum; replaces the weakest one if there is no room.
 fn keep(found: &mut BinaryHeap<Maximum, Min, MAX_MAXIMA>, maximum: Maximum) {
     if found.push(maximum).is_err()
         && let Some(mut weakest) = found.peek_mut()

@@ -1,13 +1,14 @@
-//! From the polar map to echoes: point scatterers, placed below the size of a cell.
+//! Detection of echoes in the polar map: point scatterers, with positions finer than a cell.
 //!
 //! | module | from → to |
 //! |---|---|
 //! | `angle_filter` | rows of the map → rows filtered along the angle |
 //! | `maxima` | filtered rows → the strongest local maxima |
-//! | `noise` | filtered rows → noise, and what side lobes add per range bin |
-//! | `lobe` | the levels around a maximum → place below the cell, variance, width |
-//! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
-//! | `place` | echoes as they were seen from a chair that moves → as they lie from the mirror at the last row |
+//! | `noise` | filtered rows → noise, and the level to which side lobes raise each range bin |
+//! | `lobe` | levels around a maximum → position within the cell, variance, width |
+//! | `ghosts` | levels of the artefacts of a strong echo, one function per artefact |
+//! | `beam` | widths of strong echoes → whether the mirror's step is as configured |
+//! | `place` | echoes from a chair that moves → as seen from the mirror at the last row |
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
 
@@ -41,7 +42,7 @@ impl Default for Collector {
     }
 }
 
-/// Gathers echoes row by row while the scan goes on.
+/// Detector of echoes, fed row by row during the scan.
 #[derive(Debug)]
 pub struct Collector {
     filter: angle_filter::AngleFilter,
@@ -49,12 +50,12 @@ pub struct Collector {
     noise: noise::NoiseSamples,
     fed: usize,
     reversed: bool,
-    /// Maxima below are not looked for.
+    /// Minimum level of a maximum, 1/128 octave; lower ones are not searched.
     least: u16,
 }
 
 impl Collector {
-    /// Before the first scan.
+    /// Empty, before the first scan.
     pub const fn new() -> Self {
         Self {
             filter: angle_filter::AngleFilter::new(),
@@ -66,7 +67,7 @@ impl Collector {
         }
     }
 
-    /// Ready for the first row of the scan that `map` has been shaped for.
+    /// Prepares for the first row of the scan that `map` has been shaped for.
     pub fn begin(&mut self, map: &PolarMap) {
         self.filter.begin(map.geometry());
         self.finder.begin();
@@ -76,7 +77,7 @@ impl Collector {
         self.least = 0;
     }
 
-    /// Takes in row `k` of the map. Rows come one after the other from either end.
+    /// Takes row `k` of the map. Rows come one after the other from either end.
     pub fn row(&mut self, map: &PolarMap, k: usize) {
         if self.fed == 0 {
             self.reversed = k > 0;
@@ -84,7 +85,7 @@ impl Collector {
         self.push(map, map.row(k));
     }
 
-    /// Feeds one row to filter, noise and finder.
+    /// Passes one row to filter, noise and finder.
     fn push(&mut self, map: &PolarMap, row: &[u8]) {
         let last = map.rows().saturating_sub(1);
         let (fed, reversed) = (self.fed, self.reversed);
@@ -108,7 +109,7 @@ impl Collector {
         self.finder.advance(map.bins(), middle, self.least);
     }
 
-    /// Gathers the echoes, after the last row, in `echoes`, which are many for a small stack; returns
+    /// Detects the echoes after the last row and writes them to `echoes` (too large for a small stack). Returns
     /// the noise: median of the filtered map, map units.
     #[inline(never)]
     pub fn finish(
@@ -124,13 +125,14 @@ impl Collector {
         } else {
             map.rows().saturating_sub(1)
         };
-        // What noise makes need not be looked for now that there is no time left; the last sample
-        // of it, still to come, moves the noise by less than the decibel that is left to it. In a narrow sector it is
-        // one of few, and sweeps of the two directions would see other maxima.
+        // After the last row time is short, so maxima at noise level are skipped from here on. The noise
+        // samples still to come move the median by less than the spare decibel. In a narrow sector one sample
+        // is one of few, and sweeps of the two directions would find different maxima, so the noise must be
+        // settled.
         if let Some(noise) = self.noise.median().filter(|_| self.noise.settled()) {
             self.least = detect::least_level(noise, self.filter.gain(), 1.0, params);
         }
-        // What lies beyond the last row is taken to be like it.
+        // Rows beyond the last one are assumed to be equal to it.
         for _ in 0..self.filter.lag() {
             self.push(map, map.row(end));
         }

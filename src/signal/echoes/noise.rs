@@ -1,35 +1,35 @@
-//! The noise of the filtered map, and per range bin the level to which the antenna's side lobes raise
-//! it.
+//! Noise of the filtered map, and the level to which the antenna's side lobes raise it in each range bin.
 
 use crate::signal::grid::MAX_BINS;
 
 use super::angle_filter::UNITS_PER_CELL_BITS;
 
-/// Most sampled rows: enough that a third of them is known to a decibel, few enough to keep.
+/// Maximum number of sampled rows: with these their lower third is accurate to a decibel, and they fit the
+/// memory.
 pub const MAX_SAMPLES: usize = 12;
-/// One in so many samples of a bin is below its floor: a third, since echoes fill up to two thirds
-/// of the angles at the range of a wall or a bright riser.
+/// Reciprocal of the quantile of a bin's samples that is its floor: a third, since echoes fill up to two thirds
+/// of the angles at the range of a wall or a strong riser.
 const SHARE: usize = 3;
-/// Least samples of a bin that are kept: its floor is among them.
+/// Number of the smallest samples of a bin that are kept; its floor is among them.
 const LEAST: usize = MAX_SAMPLES / SHARE + 1;
-/// From so many samples on one more moves their median by less than a decibel.
+/// Number of samples from which one more moves their median by less than a decibel.
 const SETTLED: usize = MAX_SAMPLES / 2;
-/// Half a unit of a cell, to round a level to cells.
+/// Half a map unit in the unit of a level, for rounding.
 const HALF_CELL: u16 = 1 << (UNITS_PER_CELL_BITS - 1);
 
-/// The filtered map at evenly spaced rows, in map units, sorted as it comes: after the last row
-/// there is no time for it. Neighbouring bins share most of their echo: every second one will do.
+/// Samples of the filtered map at evenly spaced rows, map units. They are sorted during the scan, because time
+/// is short after the last row. Only every second bin is sampled: neighbouring bins share most of their echo.
 #[derive(Debug)]
 pub struct NoiseSamples {
-    /// Per pair of bins its least samples, in ascending order.
+    /// Smallest samples of each pair of bins, in ascending order.
     least: [[u8; LEAST]; MAX_BINS / 2],
-    /// How often each level came up.
+    /// Histogram of all samples, by map units.
     histogram: [u16; 1 << u8::BITS],
     count: usize,
 }
 
 impl NoiseSamples {
-    /// Without samples.
+    /// Empty, without samples.
     pub const fn new() -> Self {
         Self {
             least: [[0; LEAST]; MAX_BINS / 2],
@@ -38,14 +38,14 @@ impl NoiseSamples {
         }
     }
 
-    /// Ready for a scan's first row.
+    /// Prepares for the first row of a scan.
     pub fn begin(&mut self) {
         self.least.as_flattened_mut().fill(u8::MAX);
         self.histogram.fill(0);
         self.count = 0;
     }
 
-    /// Keeps a row's levels less the filter's `gain`.
+    /// Adds a row's levels minus the filter's `gain`.
     pub fn add(&mut self, levels: &[u16], gain: u16) {
         if self.count == MAX_SAMPLES {
             return;
@@ -65,19 +65,19 @@ impl NoiseSamples {
         self.count += 1;
     }
 
-    /// Whether there are enough samples for their median to stay about where it is.
+    /// Returns whether there are enough samples for a stable median.
     pub fn settled(&self) -> bool {
         self.count >= SETTLED
     }
 
-    /// The level that a third of the sampled angles stay below in range bin `bin`, map units.
+    /// Returns the lower third of the sampled levels in range bin `bin`, map units.
     pub fn floor(&self, bin: usize) -> u8 {
         let least = self.least.get(bin / 2).filter(|_| self.count > 0);
         let floor = least.and_then(|least| least.get(self.count / SHARE));
         floor.copied().unwrap_or(0)
     }
 
-    /// Median of all samples, interpolated within its level, map units; none without any.
+    /// Returns the median of all samples, interpolated within its map unit; `None` without samples.
     pub fn median(&self) -> Option<f32> {
         let total: u32 = self.histogram.iter().map(|&n| u32::from(n)).sum();
         let half = total as f32 * 0.5;

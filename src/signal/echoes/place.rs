@@ -1,8 +1,8 @@
-//! Every echo put where it was seen: from the mirror at the scan's last row.
+//! Motion compensation: echoes as seen from the mirror at the scan's last row.
 //!
-//! A row was seen from where the chair was then, with the nose as high as it was then. An up-chirp
-//! that comes back from something nearing beats lower by the Doppler shift, and so seems nearer than
-//! it is at mid chirp.
+//! Each row was observed from the chair's position and pitch at its time. An up-chirp's echo from an
+//! approaching scatterer has a beat frequency that is lower by the Doppler shift, so the scatterer appears
+//! nearer than it is at mid chirp.
 
 use super::echo::Echo;
 use super::lobe::Walk;
@@ -12,25 +12,25 @@ use crate::math;
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::track::{RowPose, Track};
 
-/// How the chair went during a scan.
+/// Motion of the chair during a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Ride<'a> {
-    /// When each row was seen, and where.
+    /// Time of each row, and position of the chair at that time.
     pub track: &'a Track,
-    /// Steady forward speed in place of the track's travel, metres a second.
+    /// Steady forward speed that replaces the track's travel, m/s.
     pub creep: Option<f32>,
-    /// Metres by which something seems nearer for each metre a second that it nears: carrier times
-    /// duration over bandwidth of the chirp.
+    /// Range-Doppler coupling: metres by which a scatterer appears nearer, per m/s of approach. It is carrier
+    /// times duration over bandwidth of the chirp, seconds.
     pub coupling_s: f32,
 }
 
 impl<'a> Ride<'a> {
-    /// That of a chair whose motion is known.
+    /// Returns the motion of a chair whose motion input is good.
     pub fn of(drive: &Drive<'a>, radar: &RadarConfig) -> Option<Self> {
         Some(Self::along(drive.known()?, drive, radar))
     }
 
-    /// Along a track.
+    /// Returns the motion along a track.
     pub fn along(track: &'a Track, drive: &Drive<'a>, radar: &RadarConfig) -> Self {
         let ratio = radar.carrier_khz as f32 / radar.bandwidth_khz.max(1) as f32;
         Self {
@@ -40,7 +40,7 @@ impl<'a> Ride<'a> {
         }
     }
 
-    /// How something fixed at `range_m` moves from row to row while row `row` is seen.
+    /// Returns the motion of a fixed scatterer at `range_m` metres from row to row around row `row`.
     pub fn walk(&self, map: &PolarMap, row: usize, range_m: f32) -> Walk {
         let geometry = map.geometry();
         let step = self.track.per_row(row as f32);
@@ -49,7 +49,7 @@ impl<'a> Ride<'a> {
             (x, geometry.mount_height_m - y)
         };
         let squared = math::max(range_m * range_m, f32::MIN_POSITIVE);
-        // Angles count downwards, or from straight down to the front: nose up lifts the beam.
+        // Angles count downwards, or from straight down to the front; nose up lifts the beam.
         let down_rad = step.pitch_rad + step.travel_m * down / squared;
         let rad = match geometry.plane {
             Plane::Depth => down_rad,
@@ -61,12 +61,12 @@ impl<'a> Ride<'a> {
         }
     }
 
-    /// Where row `row` was seen.
+    /// Returns time and position at row `row`.
     pub fn at(&self, row: f32) -> RowPose {
         self.with_creep(self.track.at(row))
     }
 
-    /// Where the last row was seen.
+    /// Returns time and position at the last row.
     pub fn end(&self) -> RowPose {
         self.with_creep(self.track.end())
     }
@@ -81,12 +81,12 @@ impl<'a> Ride<'a> {
         }
     }
 
-    /// Forward speed around `row`, metres a second.
+    /// Returns the forward speed around `row`, m/s.
     pub fn speed(&self, row: f32) -> f32 {
         self.creep.unwrap_or_else(|| self.track.speed(row))
     }
 
-    /// Puts an echo where it lies from the mirror at the last row.
+    /// Moves an echo to where it lies as seen from the mirror at the last row.
     pub fn place(&self, echo: &mut Echo, map: &PolarMap) {
         let geometry = map.geometry();
         let row = row_of(echo, map);
@@ -104,12 +104,12 @@ impl<'a> Ride<'a> {
     }
 }
 
-/// How much of a line of sight runs forward.
+/// Returns the forward component of the unit vector along a line of sight.
 pub fn forward(geometry: &Geometry, angle_rad: f32) -> f32 {
     geometry.point(1.0, angle_rad).0
 }
 
-/// The (fractional) row under which an echo was seen that has not been placed yet.
+/// Returns the (fractional) row of an echo that has not been motion-compensated.
 pub fn row_of(echo: &Echo, map: &PolarMap) -> f32 {
     (echo.angle_rad - map.angle_rad(0)) / map.geometry().step_rad
 }

@@ -1,4 +1,4 @@
-//! Echoes of maps made by hand, and the maps themselves: other modules' tests borrow them.
+//! Echoes of synthetic maps. The maps are also used by tests of other modules.
 
 use super::angle_filter::{self, AngleFilter};
 use super::lobe::{self, Lobe, Responses};
@@ -7,10 +7,10 @@ use crate::config::Config;
 use crate::drive::Drive;
 use std::vec::Vec;
 
-/// Noise of the maps made here, map units.
+/// Noise of the synthetic maps, map units.
 const NOISE: u8 = 80;
 
-/// A map of `config` whose cells are `cell(row, bin)`.
+/// Returns a map of `config` whose cells are `cell(row, bin)`.
 pub fn map(config: &Config, cell: impl Fn(usize, usize) -> u8) -> Box<PolarMap> {
     let mut map = Box::new(PolarMap::new());
     map.begin(config).unwrap();
@@ -25,7 +25,7 @@ pub fn map(config: &Config, cell: impl Fn(usize, usize) -> u8) -> Box<PolarMap> 
     map
 }
 
-/// Exponential noise in map units, the same for the same cell.
+/// Returns exponential noise in map units, always the same for the same cell.
 pub fn noise(row: usize, bin: usize, seed: u64) -> f64 {
     let mut h = (row as u64 * 1009 + bin as u64 + 1) ^ seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     for _ in 0..3 {
@@ -36,7 +36,7 @@ pub fn noise(row: usize, bin: usize, seed: u64) -> f64 {
     -uniform.ln()
 }
 
-/// Point scatterers (x, y, dB above the noise) seen by the beam through noise.
+/// Returns a map of point scatterers (x, y, dB above the noise) with noise.
 pub fn scene(config: &Config, points: &[(f32, f32, f64)]) -> Box<PolarMap> {
     let mut blank = Box::new(PolarMap::new());
     blank.begin(config).unwrap();
@@ -100,7 +100,7 @@ fn the_filter_is_two_boxes_whichever_way_the_rows_come() {
     };
     let (forward, gain) = run(false);
     assert_eq!(forward, run(true).0);
-    // Against the definition in f64, in a few places away from the ends.
+    // Against the definition in f64, at several positions away from the ends.
     let box_rows = angle_filter::box_rows(map.geometry()) as isize;
     for (row, bin) in [(40, 3), (100, 77), (200, 150), (250, 210)] {
         let mut sum = 0.0;
@@ -137,7 +137,7 @@ fn a_patch_is_the_filter_worked_out_again() {
 #[test]
 fn an_echo_that_cfar_lets_through_is_no_oscillator_noise() {
     let config = Config::default();
-    // A corner, and 41 dB below it in the same direction something farther off.
+    // A corner, and a scatterer 41 dB below it in the same direction at a greater range.
     let (x, y) = (0.8, 0.0);
     let far = |r: f32| (r * x, 0.4 - r * 0.4);
     let (fx, fy) = far(1.8);
@@ -207,7 +207,7 @@ fn an_echo_lies_where_its_scatterer_is_and_says_how_sure() {
     }
 }
 
-/// The levels of a Gaussian lobe that walks, against the closed form: numbers, not symbols.
+/// The levels of a sheared Gaussian lobe against the closed form, numerically.
 #[test]
 fn a_sheared_lobe_gives_its_place_back() {
     let config = Config::default();

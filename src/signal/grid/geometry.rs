@@ -1,27 +1,27 @@
-//! Where the cells of a polar map lie in the sagittal plane.
+//! Position of the cells of a polar map in the sagittal plane.
 
 use crate::config::Plane;
 use crate::math;
 
-/// Where a map's cells lie in the sagittal plane.
+/// Conversion between the cells of a map, ranges and angles, and points in the sagittal plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Geometry {
     /// Range of the first stored bin from the mirror's centre, metres.
     pub first_range_m: f32,
-    /// From one bin to the next, metres.
+    /// Range difference between bins, metres.
     pub bin_m: f32,
-    /// Mirror centre above the ground, metres.
+    /// Height of the mirror centre above the ground, metres.
     pub mount_height_m: f32,
-    /// From one scheduled angle to the next, radians.
+    /// Difference between scheduled angles, radians.
     pub step_rad: f32,
-    /// Two-sided 3 dB width of the beam, radians.
+    /// Two-sided 3 dB beamwidth, radians.
     pub beamwidth_rad: f32,
-    /// The plane that the mirror sweeps.
+    /// Plane in which the mirror turns the beam.
     pub plane: Plane,
 }
 
 impl Geometry {
-    /// That of a map without cells.
+    /// Geometry of a map without cells.
     pub(super) const EMPTY: Self = Self {
         first_range_m: 0.0,
         bin_m: 0.0,
@@ -31,13 +31,13 @@ impl Geometry {
         plane: Plane::Depth,
     };
 
-    /// Range from the mirror's centre of the (fractional) stored bin, metres.
+    /// Returns the range of the (fractional) stored bin from the mirror's centre, metres.
     pub fn range_m(&self, bin: f32) -> f32 {
         self.first_range_m + bin * self.bin_m
     }
 
-    /// Point at `range_m` from the mirror seen under `angle_rad`: (x, y) in metres, x forward from
-    /// the mirror's centre, y up from the ground.
+    /// Returns the point (x, y) at `range_m` from the mirror and angle `angle_rad`, metres: x forward from the
+    /// mirror's centre, y up from the ground.
     pub fn point(&self, range_m: f32, angle_rad: f32) -> (f32, f32) {
         let (sin, cos) = math::sin_cos(angle_rad);
         match self.plane {
@@ -46,7 +46,7 @@ impl Geometry {
         }
     }
 
-    /// Range and angle under which the mirror sees the point (x, y).
+    /// Returns range, metres, and angle, radians, of the point (x, y) from the mirror.
     pub fn polar(&self, x: f32, y: f32) -> (f32, f32) {
         let down = self.mount_height_m - y;
         let angle = match self.plane {

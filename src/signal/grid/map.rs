@@ -1,9 +1,9 @@
-//! The polar map: one byte of logarithmic power a cell, one bit for what CA-CFAR lets through.
+//! Polar map: one byte of logarithmic power per cell, and one bit for a CA-CFAR detection.
 //!
-//! Rows are shaft angles in the order of the schedule (whichever way the mirror sweeps), columns
-//! are range bins. A cell holds log2 of power in steps of an eighth octave (0.376 dB) above the
-//! reference of [`crate::signal::range`]. Bytes and bits in linear arrays, and angles worked out from the
-//! schedule when they are asked for, are what leaves room for anything else in 128 KB.
+//! Rows are shaft angles in the order of the schedule (for either sweep direction), columns are range bins. A
+//! cell contains log2 of power in steps of an eighth octave (0.376 dB) above the reference of
+//! [`crate::signal::range`]. The map must leave room for the rest in 128 KB of memory: cells and bits are
+//! linear arrays without gaps, and angles are computed from the schedule.
 
 use super::window::MAX_CELLS;
 use super::{BinWindow, Geometry};
@@ -11,16 +11,17 @@ use crate::config::{Config, ConfigError, MAX_ROWS, check};
 use crate::math;
 use crate::schedule::Schedule;
 
-/// Most range bins of one map.
+/// Maximum number of range bins of a map.
 pub const MAX_BINS: usize = 256;
-/// Fewest range bins of a map that can be searched for echoes.
+/// Minimum number of range bins of a map that can be searched for echoes.
 pub const MIN_BINS: usize = 8;
 const _: () = assert!(MAX_ROWS == MAX_CELLS / MIN_BINS);
-/// Words of the detection mask; one more, so that any 32 bits lie in two neighbouring words.
+/// Number of words of the detection mask; one more than needed, so that any 32 bits are within two neighbouring
+/// words.
 const MASK_WORDS: usize = MAX_CELLS / 32 + 1;
-/// Units of a cell in one octave of power.
+/// Map units per octave of power.
 pub const UNITS_PER_OCTAVE: u8 = 8;
-/// Powers of the units of an octave, 2^(k/8), in Q32.
+/// 2^(k/8) for the map units of an octave, Q32.
 pub const EIGHTHS: [u64; UNITS_PER_OCTAVE as usize] = [
     4_294_967_296,
     4_683_695_048,
@@ -31,19 +32,19 @@ pub const EIGHTHS: [u64; UNITS_PER_OCTAVE as usize] = [
     7_223_245_205,
     7_877_004_772,
 ];
-/// Decibels of one unit of a cell.
+/// Decibels per map unit.
 pub const DB_PER_UNIT: f32 = 0.376_287_5;
 
 /// One row of the map while it is being filled.
 #[derive(Debug)]
 pub struct Row<'a> {
-    /// Logarithmic power, one byte a stored bin.
+    /// Logarithmic power, one byte per stored bin, map units.
     pub cells: &'a mut [u8],
     /// Detections, bit `b % 32` of word `b / 32` for stored bin `b`.
     pub mask: &'a mut [u32],
 }
 
-/// The whole scan in polar coordinates.
+/// Polar map of a whole scan.
 #[derive(Clone, Debug)]
 pub struct PolarMap {
     cells: [u8; MAX_CELLS],
@@ -57,7 +58,7 @@ pub struct PolarMap {
 }
 
 impl PolarMap {
-    /// An empty map without rows; [`PolarMap::begin`] shapes it.
+    /// Creates an empty map without rows; [`PolarMap::begin`] sets its shape.
     pub const fn new() -> Self {
         Self {
             cells: [0; MAX_CELLS],
@@ -70,11 +71,10 @@ impl PolarMap {
         }
     }
 
-    /// Empties the map and gives it the shape of `config`'s scan.
+    /// Clears the map and sets its shape to that of `config`'s scan.
     ///
     /// # Errors
-    /// Names the field that makes the scan larger than the map, or the sweep wider than the shaft
-    /// can turn.
+    /// Returns the field that makes the scan larger than the map, or the sweep wider than the shaft can turn.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
         let window = BinWindow::of_scan(config);
         let schedule = Schedule::new(config)?;
@@ -110,7 +110,7 @@ impl PolarMap {
         Ok(())
     }
 
-    /// Lets `fill` write row `k`; `None` beyond the last row, and then `fill` is not called.
+    /// Lets `fill` write row `k`; `None` beyond the last row, without calling `fill`.
     ///
     /// ```
     /// use stairscan::config::Config;
@@ -142,7 +142,7 @@ impl PolarMap {
         Some(filled)
     }
 
-    /// Puts a row's detections in their place between those of its neighbours.
+    /// Stores a row's detections between those of its neighbours.
     fn pack(&mut self, k: usize, words: &[u32]) {
         for (first, &word) in (0..self.bins).step_by(32).zip(words) {
             let (at, shift) = self.bit(k, first);
@@ -157,13 +157,13 @@ impl PolarMap {
         }
     }
 
-    /// Word and bit of the mask that belong to a cell.
+    /// Returns word and bit of the mask for a cell.
     fn bit(&self, row: usize, bin: usize) -> (usize, usize) {
         let cell = row * self.bins + bin;
         (cell / 32, cell % 32)
     }
 
-    /// Which of the 32 bins from `bin` on the row has.
+    /// Returns a mask of those of the 32 bins from `bin` on that the row has.
     fn bits_from(&self, bin: usize) -> u32 {
         match self.bins.saturating_sub(bin) {
             0 => 0,
@@ -172,7 +172,7 @@ impl PolarMap {
         }
     }
 
-    /// Detections of the 32 bins of a row from `bin` on.
+    /// Returns the detections of the 32 bins of a row from `bin` on.
     fn detections(&self, row: usize, bin: usize) -> u32 {
         let (at, shift) = self.bit(row, bin);
         let words = self.mask.get(at..).and_then(|m| m.first_chunk());
@@ -183,22 +183,22 @@ impl PolarMap {
         (both >> shift) as u32 & self.bits_from(bin)
     }
 
-    /// Number of rows (angles).
+    /// Returns the number of rows (angles).
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of stored range bins.
+    /// Returns the number of stored range bins.
     pub fn bins(&self) -> usize {
         self.bins
     }
 
-    /// Where the cells lie.
+    /// Returns the geometry of the cells.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// The bytes of row `k`; empty beyond the last.
+    /// Returns the cells of row `k`; empty beyond the last.
     pub fn row(&self, k: usize) -> &[u8] {
         if k >= self.rows {
             return &[];
@@ -208,30 +208,30 @@ impl PolarMap {
             .unwrap_or(&[])
     }
 
-    /// Logarithmic power of a cell; 0 outside the map.
+    /// Returns the level of a cell, map units; 0 outside the map.
     pub fn cell(&self, row: usize, bin: usize) -> u8 {
         self.row(row).get(bin).copied().unwrap_or(0)
     }
 
-    /// The cells from `bin` of row `row` on, row after row; `None` beyond the last.
+    /// Returns the cells from `bin` of row `row` on, row after row; `None` beyond the last.
     pub fn from(&self, row: usize, bin: usize) -> Option<&[u8]> {
         let (first, end) = (row * self.bins + bin, self.rows * self.bins);
         self.cells.get(first..end)
     }
 
-    /// Whether CA-CFAR let the cell through; false outside the map.
+    /// Returns whether the cell is a CA-CFAR detection; false outside the map.
     pub fn hit(&self, row: usize, bin: usize) -> bool {
         self.detections(row, bin) & 1 != 0
     }
 
-    /// In how many of `rows` CA-CFAR let a cell through at `bin` or beside it.
+    /// Returns in how many of `rows` there is a detection at `bin` or beside it.
     pub fn rows_hit(&self, rows: core::ops::Range<usize>, bin: usize) -> usize {
         let (first, beside) = (bin.saturating_sub(1), if bin == 0 { 0b011 } else { 0b111 });
         rows.filter(|&row| self.detections(row, first) & beside != 0)
             .count()
     }
 
-    /// The cells of row `k` that CA-CFAR let through: bin and logarithmic power.
+    /// Returns the detections of row `k`: bin and level, map units.
     #[inline(always)]
     pub fn hits(&self, k: usize) -> impl Iterator<Item = (usize, u8)> {
         let cells = self.row(k);
@@ -241,7 +241,7 @@ impl PolarMap {
         })
     }
 
-    /// The cells that CA-CFAR let through in row `a` or in row `b`: bin, power in `a` and in `b`.
+    /// Returns the cells with a detection in row `a` or in row `b`: bin, level in `a` and in `b`, map units.
     #[inline(always)]
     pub fn hits_of(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, u8, u8)> {
         let (cells_a, cells_b) = (self.row(a), self.row(b));
@@ -256,31 +256,31 @@ impl PolarMap {
         })
     }
 
-    /// The words of the mask from row `k`'s first cell on.
+    /// Returns the words of the mask from row `k`'s first cell on.
     fn words_of(&self, k: usize) -> impl Iterator<Item = u32> {
         let (at, shift) = self.bit(k, 0);
         let words = self.mask.get(at..).unwrap_or(&[]).windows(2);
         words.map(move |pair| match pair {
-            // The upper word's part: nothing where the row begins with a word.
+            // Part of the upper word: none if the row begins at a word.
             &[low, high] => low >> shift | (high << 1) << (31 - shift),
             _ => 0,
         })
     }
 
-    /// Whether row `k`'s chirp arrived.
+    /// Returns whether row `k`'s chirp was received.
     pub fn present(&self, k: usize) -> bool {
         self.present
             .get(k / 32)
             .is_some_and(|word| word & (1 << (k % 32)) != 0)
     }
 
-    /// The beam's angle of row `k` while the shaft stands on its microstep, radians.
+    /// Returns the beam angle of row `k` at its microstep, radians.
     pub fn angle_rad(&self, k: usize) -> f32 {
         self.schedule.row_angle_rad(k as u16)
     }
 }
 
-/// The set bits of a word, lowest first.
+/// Iterator over the set bits of a word, lowest first.
 struct Bits(u32);
 
 impl Iterator for Bits {
@@ -307,7 +307,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A map of so many rows and bins of the default radar.
+    /// Returns a map of this number of rows and bins, with the default radar.
     fn map(rows: u16, bins: u16) -> Box<PolarMap> {
         let mut config = Config::default();
         config.sweep.angle_count = rows;
@@ -371,7 +371,7 @@ mod tests {
             let mut map = map(rows, bins);
             for row in 0..map.rows() {
                 map.fill(row, |cells| {
-                    // What range processing leaves beyond the last bin must not reach the next row.
+                    // Bits that range processing leaves beyond the last bin must not reach the next row.
                     let last = cells.mask.len() - 1;
                     let used = u32::from(bins) % 32;
                     cells.mask[last] = if used > 0 { u32::MAX << used } else { 0 };

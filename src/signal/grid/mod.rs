@@ -1,10 +1,10 @@
-//! The polar map: what range processing fills row by row and the estimators read.
+//! Polar map: filled row by row by range processing, read by the estimators.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `window` | which range bins of a transform the map keeps |
-//! | `geometry` | where its cells lie in the sagittal plane |
-//! | `map` | the cells, the CFAR mask, the angles |
+//! | `window` | range bins of a transform that the map keeps |
+//! | `geometry` | position of its cells in the sagittal plane |
+//! | `map` | cells, CFAR mask, angles |
 
 mod geometry;
 mod map;

@@ -1,22 +1,22 @@
-//! Which range bins of a transform the map keeps.
+//! Range bins of a transform that the map keeps.
 
 use crate::config::{CfarConfig, Config, MountConfig, RadarConfig};
 use crate::math;
 
-/// Most cells of one map.
+/// Maximum number of cells of a map.
 pub const MAX_CELLS: usize = 64 * 1024;
-/// Native range bins (c/2B) in which the radar's leakage stands, its window's main lobe included.
+/// Range up to which the radar's leakage extends with the window's main lobe, native range bins (c/2B).
 const LEAKAGE_BINS: f32 = 4.0;
-/// Native range bins at the far end that the leakage, its I/Q image and the lobe of what stands
-/// at zero wrap round to.
+/// Number of native range bins at the far end that contain wrap-around: leakage, its I/Q image, and the main
+/// lobe of an echo at range zero.
 const WRAP_BINS: f32 = 5.0;
 
-/// A map reaches this far from the mirror or to the end of the range, metres: twice the least horizon of
-/// an `ok`.
+/// Minimum range of a map from the mirror, metres, unless the range axis ends before: twice the minimum horizon
+/// of an `ok`.
 const LEAST_RANGE_M: f32 = 2.0;
 
-/// The range bins that the map keeps: beyond the mirror's own echo, short of what wraps round from
-/// negative frequencies.
+/// Range bins that the map keeps: from beyond the mirror's own echo to the wrap-around from negative
+/// frequencies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BinWindow {
     /// First kept bin of the transform.
@@ -26,13 +26,13 @@ pub struct BinWindow {
 }
 
 impl BinWindow {
-    /// The window for a radar, behind a mirror or (offset 0) without one.
+    /// Returns the bins for a radar behind a mirror, or (offset 0) without one.
     pub fn new(radar: &RadarConfig, mount: &MountConfig, cfar: &CfarConfig) -> Self {
         let spacing = radar.bin_spacing_m();
         let native = radar.range_resolution_m();
         let margin = mount.mirror_offset_m() + cfar.near_margin as f32 * 1e-5;
         let near = margin.max(LEAKAGE_BINS * native);
-        // `as` saturates.
+        // The cast saturates.
         let first = math::ceil(near / spacing) as u16;
         let wrap = math::ceil(WRAP_BINS * native / spacing) as u16;
         let end = (radar.fft_len() as u16).saturating_sub(wrap);
@@ -42,12 +42,12 @@ impl BinWindow {
         }
     }
 
-    /// The window for a scan: where the map cannot hold as many bins in each row, it leaves out the
-    /// farthest, but none within 2 m of the mirror.
+    /// Returns the bins for a scan: if the map cannot hold as many bins in each row, the farthest are left out,
+    /// but none within 2 m of the mirror.
     pub fn of_scan(config: &Config) -> Self {
         let whole = Self::new(&config.radar, &config.mount, &config.cfar);
         let rows = usize::from(config.sweep.angle_count).max(1);
-        // No more than the map has cells.
+        // Limited by the cells of the map.
         let room = (MAX_CELLS / rows).min(usize::from(u16::MAX)) as u16;
         let spacing = config.radar.bin_spacing_m();
         let end_m = f32::from(whole.first.saturating_add(room)) * spacing;
@@ -62,7 +62,7 @@ impl BinWindow {
         }
     }
 
-    /// The kept part of something that has an entry for each bin of the transform.
+    /// Returns the kept part of a slice with an entry for each bin of the transform.
     pub fn of<T>(self, bins: &[T]) -> &[T] {
         let first = usize::from(self.first);
         bins.get(first..first + usize::from(self.count))
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(kept.first, whole.first);
         assert_eq!(kept.count, (65_536_u32 / 297) as u16);
         assert!(kept.count < whole.count);
-        // Less than 2 m is no map, and refused by who makes one.
+        // A range below 2 m is not accepted: the window is not reduced, and `PolarMap::begin` refuses it.
         config.sweep.angle_count = 500;
         let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
         assert_eq!(BinWindow::of_scan(&config), whole);

@@ -1,4 +1,4 @@
-//! Whichever radar module hangs on the scanner: one image holds them all.
+//! Radar module selected by a setting: one image contains all protocols.
 
 use core::task::Poll;
 
@@ -14,7 +14,7 @@ use crate::config::RadarConfig;
 use crate::port::BytePort;
 use crate::time::Micros;
 
-/// The protocol in use. They share their memory: only one module is there.
+/// Protocol in use. The protocols share their memory, because only one module is connected.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
@@ -26,8 +26,8 @@ enum Protocol {
     Bgt60(Bgt60),
 }
 
-/// Times of a row of `samples` with a module that is set up as wished: [`RadarModule::row_times`] before it has
-/// answered.
+/// Returns the times of a row of `samples` for a module with the requested settings: [`RadarModule::row_times`]
+/// before it has answered.
 pub fn row_times(wish: &Wish, samples: u16) -> Option<RowTimes> {
     match wish.kind {
         ModuleKind::Pstr => {
@@ -43,7 +43,7 @@ pub fn row_times(wish: &Wish, samples: u16) -> Option<RowTimes> {
     }
 }
 
-/// The module that the setting `module` names, on a serial port or an SPI bus.
+/// Radar module selected by the setting `module`, on a serial port or an SPI bus.
 #[derive(Debug)]
 pub struct AnyModule<P, S> {
     port: P,
@@ -52,7 +52,7 @@ pub struct AnyModule<P, S> {
 }
 
 impl<P: BytePort, S: SpiDevice<u8>> AnyModule<P, S> {
-    /// The module that nothing has been said of yet.
+    /// Creates the default module, before any setting.
     pub const fn new(port: P, spi: S) -> Self {
         Self {
             port,
@@ -61,7 +61,7 @@ impl<P: BytePort, S: SpiDevice<u8>> AnyModule<P, S> {
         }
     }
 
-    /// Takes up the protocol of `kind`, from its beginning where it was another.
+    /// Switches to the protocol of `kind`, in its initial state unless it is in use already.
     fn become_(&mut self, kind: ModuleKind) {
         match (&self.protocol, kind) {
             (Protocol::Pstr(_), ModuleKind::Pstr)

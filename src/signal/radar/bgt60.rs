@@ -1,11 +1,12 @@
 //! Infineon BGT60TR13C: 58.0 to 63.5 GHz, one transmitter, real samples, over SPI.
 //!
-//! The chip runs one frame of one chirp for each trigger and sleeps in between. It takes a millisecond to wake up, by
-//! its own clock to the microsecond, so that a mirror that turns is triggered that much earlier. Its FIFO is asked over SPI; neither its interrupt nor its reset pin is used (the
-//! latter is tied high). The crate `bgt60trxx` has the same registers, but it waits for the interrupt pin in async
-//! functions, drives the reset pin, takes its register values ready-made, and needs a heap for frames.
+//! The chip runs one frame of one chirp per trigger and sleeps in between. Wake-up takes a millisecond,
+//! accurate to the microsecond by the chip's own clock, so a turning mirror is triggered that much earlier. The
+//! FIFO is polled over SPI; neither interrupt nor reset pin is used (the reset pin is tied high). The crate
+//! `bgt60trxx` has the same registers, but it waits for the interrupt pin in async functions, drives the reset
+//! pin, needs precomputed register values, and needs a heap for frames.
 //!
-//! No function waits: each one makes a few transfers of up to 16 words, some 30 µs at 21 MHz.
+//! No function blocks: each makes a few transfers of up to 16 words, some 30 µs at 21 MHz.
 
 mod chip;
 
@@ -27,61 +28,61 @@ use chip::{
     UNDERFLOW,
 };
 
-/// [`LinkError::Module`]: the SPI port itself failed.
+/// [`LinkError::Module`]: the SPI port failed.
 pub const PORT_FAILED: u8 = 1;
-/// [`LinkError::Module`]: there is no such chip, or none at all.
+/// [`LinkError::Module`]: another chip, or none.
 pub const STRANGER: u8 = 2;
-/// [`LinkError::Module`]: a register does not hold what was written to it.
+/// [`LinkError::Module`]: a register does not read back the value written.
 pub const NOT_HELD: u8 = 3;
-/// [`LinkError::Module`]: the FIFO ran over, or was read beyond its end.
+/// [`LinkError::Module`]: overflow or underflow of the FIFO.
 pub const FIFO_FAILED: u8 = 4;
-/// [`LinkError::Module`]: the chip counted other clocks or words than it was told.
+/// [`LinkError::Module`]: the chip counted another number of clocks or words than were sent.
 pub const SPI_FAILED: u8 = 5;
 
-/// Behind a software reset nothing is sent for so long, microseconds: the data sheet asks for 100 ns (section 5.10),
-/// the vendor's driver waits for 10 ms.
+/// Pause after a software reset, microseconds: the data sheet requires 100 ns (section 5.10), the vendor's
+/// driver waits for 10 ms.
 const RESET_US: u32 = 10_000;
-/// From one look at the FIFO to the next, microseconds. The first one comes when the chirp should be over: a transfer
-/// while the converter samples would couple into it.
+/// Interval of polling the FIFO, microseconds. The first poll is at the expected end of the chirp: a transfer
+/// during sampling would couple into the converter.
 const LOOK_US: u32 = 50;
-/// Words of the FIFO that are read in one transfer: 52 bytes with the command, 20 µs at 21 MHz.
+/// Maximum number of FIFO words per transfer: 52 bytes with the command, 20 µs at 21 MHz.
 const PIECE: usize = 16;
-/// From one piece to the next, microseconds: the transfer, its command and the scanner's loop around it.
+/// Time per transfer, microseconds: the transfer, its command and the scanner's loop around it.
 const PIECE_US: u32 = 40;
-/// Bytes of a command, and of a word of the FIFO.
+/// Length of a command, bytes.
 const COMMAND: usize = 4;
 const WORD: usize = 3;
-/// The command of a burst from the FIFO, but for the number of words (section 5.7): bounded, so that the chip takes
-/// no word out of the FIFO that is not asked for.
+/// Command of a burst from the FIFO, without the number of words (section 5.7). It is bounded, so that the chip
+/// removes no word from the FIFO that is not read.
 const BURST: u32 = 0x7f << 25 | 1 << 24 | 0x60 << 17;
 
-/// What the chip is asked for.
+/// Stage of the present request.
 #[derive(Clone, Copy, Debug)]
 enum ChipStage {
-    /// Nothing.
+    /// None.
     Idle,
-    /// It comes out of its reset.
+    /// Waiting for the end of the reset.
     Resetting,
-    /// So many registers are written.
+    /// Writing registers; number of those written.
     Writing(u8),
-    /// Its chirp is on its way into the FIFO.
+    /// Waiting for the chirp in the FIFO.
     Sampling,
-    /// So many words of it have been read.
+    /// Reading the chirp; number of words read.
     Reading(u16),
-    /// The last request could not be made.
+    /// The last request failed.
     Failed(LinkError),
 }
 
-/// The chip without its port.
+/// Driver of the chip without its port.
 #[derive(Debug)]
 pub struct Bgt60 {
     stage: ChipStage,
     shape: ChirpShape,
-    /// The chip is left alone until then.
+    /// Time before which the chip is not accessed.
     look: Micros,
-    /// By when the answer must have come.
+    /// Deadline of the answer.
     until: Micros,
-    /// Bits of FSTAT that stood before the chirp.
+    /// FSTAT before the chirp.
     stale: u32,
 }
 
@@ -92,7 +93,7 @@ impl Default for Bgt60 {
 }
 
 impl Bgt60 {
-    /// With nothing asked for.
+    /// Creates a driver without a request.
     pub const fn new() -> Self {
         Self {
             stage: ChipStage::Idle,
@@ -103,7 +104,7 @@ impl Bgt60 {
         }
     }
 
-    /// Begins to set the chip up: its identity, and a software reset.
+    /// Begins to set the chip up: checks its identity and resets it by software.
     pub fn program(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -120,7 +121,8 @@ impl Bgt60 {
         };
     }
 
-    /// Goes on setting it up, a register a call: what it is set to when all of them hold.
+    /// Continues the set-up, one register per call. Returns the settings when all registers read back
+    /// correctly.
     pub fn settings(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -170,7 +172,7 @@ impl Bgt60 {
         };
     }
 
-    /// Times of a row as the chip is set up now.
+    /// Returns the times of a row with the present settings.
     pub fn row_times(&self) -> RowTimes {
         let shape = &self.shape;
         RowTimes {
@@ -182,7 +184,7 @@ impl Bgt60 {
         }
     }
 
-    /// Times of a row of a chip that is set up as wished.
+    /// Returns the times of a row with the requested settings.
     pub fn times(wish: &Wish) -> RowTimes {
         let shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
         Self {
@@ -192,13 +194,13 @@ impl Bgt60 {
         .row_times()
     }
 
-    /// Whether the chirp has been captured: the chip wakes up for a millisecond before it sweeps, so that the mirror
-    /// has to stand until its samples are seen in the FIFO.
+    /// Returns whether the chirp has been captured. The chip wakes up for a millisecond before the chirp, so
+    /// the mirror has to stand until the samples are in the FIFO.
     pub fn sent(&self) -> bool {
         !matches!(self.stage, ChipStage::Sampling)
     }
 
-    /// Looks whether the chirp is complete, and reads it piece by piece.
+    /// Checks whether the chirp is complete, and reads it in pieces.
     pub fn poll(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -223,7 +225,7 @@ impl Bgt60 {
         Poll::Ready(complete)
     }
 
-    /// Whether all samples are there decides the FIFO's threshold: its fill level is not to be looked at while it
+    /// Checks whether all samples are in the FIFO, by its threshold: the fill level must not be read while it
     /// changes (section 4.23).
     fn look_at_fifo(
         &mut self,
@@ -242,8 +244,8 @@ impl Bgt60 {
         Ok(false)
     }
 
-    /// FSTAT, if no transfer failed since the frame began. Whether a FIFO reset clears what stood before is said
-    /// either way (sections 5.8 and 5.10).
+    /// Returns FSTAT; an error if a transfer failed since the frame began. Earlier error bits are ignored: the
+    /// data sheet contradicts itself on whether a FIFO reset clears them (sections 5.8 and 5.10).
     fn state(&self, spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
         let state = read(spi, FSTAT)?;
         match state & !self.stale & (CLOCK_ERROR | BURST_ERROR) {
@@ -252,7 +254,7 @@ impl Bgt60 {
         }
     }
 
-    /// Reads the next words of the chirp: whether it was the last piece.
+    /// Reads the next words of the chirp. Returns whether it was the last piece.
     fn read_piece(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -266,7 +268,7 @@ impl Bgt60 {
         let last = pieces.next().is_none();
         let word = burst(spi, piece)?;
         self.stage = ChipStage::Reading(done + piece.len() as u16);
-        // A word that was not there comes as ones (section 5.1).
+        // A word beyond the end of the FIFO reads as ones (section 5.1).
         if last && self.state(spi)? & UNDERFLOW != 0 && word == 0xff_ffff {
             return Err(LinkError::Module(FIFO_FAILED));
         }
@@ -280,7 +282,7 @@ fn write(spi: &mut impl SpiDevice<u8>, address: u8, value: u32) -> Result<(), Li
         .map_err(|_| LinkError::Module(PORT_FAILED))
 }
 
-/// A register's 24 bits.
+/// Reads the 24 bits of a register.
 fn read(spi: &mut impl SpiDevice<u8>, address: u8) -> Result<u32, LinkError> {
     let mut bytes = (u32::from(address) << 25).to_be_bytes();
     spi.transfer_in_place(&mut bytes)
@@ -288,7 +290,7 @@ fn read(spi: &mut impl SpiDevice<u8>, address: u8) -> Result<u32, LinkError> {
     Ok(u32::from_be_bytes(bytes) & 0xff_ffff)
 }
 
-/// Writes a register and sees whether it holds.
+/// Writes a register and checks that it reads back correctly.
 fn set(spi: &mut impl SpiDevice<u8>, (address, value): (u8, u32)) -> Result<(), LinkError> {
     write(spi, address, value)?;
     match (read(spi, address)? ^ value) & chip::holds(address) {
@@ -297,8 +299,8 @@ fn set(spi: &mut impl SpiDevice<u8>, (address, value): (u8, u32)) -> Result<(), 
     }
 }
 
-/// Sees who is there and resets it. SFCTL comes first: after power-up the chip sends with the edge at which it is
-/// read.
+/// Checks the chip's identity and resets it. SFCTL is written first: after power-up the chip changes MISO with
+/// the edge at which it is sampled.
 fn greet(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
     write(spi, SFCTL, shape.fifo())?;
     if read(spi, CHIP_ID)? != IDENTITY {
@@ -307,9 +309,9 @@ fn greet(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkErr
     write(spi, MAIN, MAIN_AT_REST | SW_RESET)
 }
 
-/// Starts a frame with an empty FIFO: what FSTAT says before it.
+/// Starts a frame with an empty FIFO. Returns FSTAT before it.
 fn start(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
-    // It resets the state machine, too, without which no second frame would start (section 3.1).
+    // This also resets the state machine, without which no second frame would start (section 3.1).
     write(spi, MAIN, MAIN_AT_REST | FIFO_RESET)?;
     let state = read(spi, FSTAT)?;
     // The state machine has switched the clock off (section 3.3.1).
@@ -318,7 +320,7 @@ fn start(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
     Ok(state)
 }
 
-/// Reads as many words as `piece` has places, at most [`PIECE`]: the last one.
+/// Reads as many words as `piece` has samples, at most [`PIECE`]. Returns the last word.
 fn burst(spi: &mut impl SpiDevice<u8>, piece: &mut [Iq]) -> Result<u32, LinkError> {
     let mut bytes = [0; COMMAND + WORD * PIECE];
     let count = piece.len().min(PIECE);
@@ -342,8 +344,8 @@ fn burst(spi: &mut impl SpiDevice<u8>, piece: &mut [Iq]) -> Result<u32, LinkErro
     Ok(last)
 }
 
-/// A sample of 12 bits about 2048, left-aligned in 16. The converter's ends become full scale, by which clipping is
-/// told; the chip itself may show its lower end as 1 (section 5.1).
+/// Converts a 12-bit code about 2048 to a sample, left-aligned in 16 bits. The ends of the converter's range
+/// become full scale, by which saturation is detected; the chip may give its lower end as 1 (section 5.1).
 fn sample_of(code: u32) -> i16 {
     match code {
         0 | 1 => i16::MIN,

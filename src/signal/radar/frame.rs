@@ -1,10 +1,10 @@
-//! The radar link's binary frames.
+//! Binary frames of the radar link.
 //!
 //! Little-endian throughout, 8 data bits, no parity, 1 stop bit; 1 Mbaud until another rate has been agreed on:
 //!
-//! | offset | bytes | what |
+//! | offset | bytes | content |
 //! |---|---|---|
-//! | 0 | 2 | `0x53 0x52` ("SR"), where a frame begins |
+//! | 0 | 2 | `0x53 0x52` ("SR"), the beginning of a frame |
 //! | 2 | 1 | version of this format, 1 |
 //! | 3 | 1 | kind |
 //! | 4 | 2 | sequence number |
@@ -15,22 +15,23 @@
 //! | kind | from | payload |
 //! |---|---|---|
 //! | `0x01` configure | scanner | none |
-//! | `0x03` program | scanner | swept bandwidth u32 kHz, samples per chirp u16 (0: as they are), u8: bit 0: chirps begin at the edge of TRIG, 0 u8 |
+//! | `0x03` program | scanner | swept bandwidth u32 kHz, samples per chirp u16 (0: unchanged), u8: bit 0: chirps begin at the edge of TRIG, 0 u8 |
 //! | `0x81` settings | module | carrier u32 kHz, swept bandwidth B u32 kHz, samples per chirp Ns u16, fastest rate u8 Mbaud (0: 1), abilities u8 |
 //! | `0x04` rate | scanner | u8: 1, 2 or 3 Mbaud |
-//! | `0x84` rate set | module | the same; what follows is at that rate |
+//! | `0x84` rate set | module | the same; all following bytes are at that rate |
 //! | `0x02` trigger | scanner | i32: angle of the mirror's shaft, 0.001° from the horizontal, positive downwards |
 //! | `0x82` chirp | module | Ns samples, each I then Q as i16, full scale 32767 |
-//! | `0xE0` error | module | u8: 1 not ready, 2 hardware, 3 does not understand |
+//! | `0xE0` error | module | u8: 1 not ready, 2 hardware, 3 unknown request |
 //!
-//! Abilities: bit 0: real samples, two in the place of I and Q, Ns such pairs; bit 1: the next chirp is captured
-//! while the one before is sent; bit 2: chirps begin at the rising edge of TRIG, and the trigger that comes within
-//! 1 ms of it only says for which request. Program is answered with settings: what has come of it.
+//! Abilities: bit 0: real samples, two in place of I and Q, Ns such pairs; bit 1: the next chirp is captured
+//! while the one before is sent; bit 2: chirps begin at the rising edge of TRIG, and the trigger frame that
+//! arrives within 1 ms of it only carries the sequence number. The answer to program is settings, with the
+//! values that are now in force.
 //!
-//! The scanner asks, the module answers once, with the sequence number of what it answers; each
-//! request has a new one, retries too, so that a chirp that comes late or twice is never taken for
-//! another row's. A module speaks only when asked, and forgets a request whose bytes stop coming for 10 ms. Whatever does not parse is skipped up to the
-//! next beginning of a frame.
+//! The module answers each request of the scanner once, with the sequence number of the request. Every request
+//! has a new number, also a retry, so that a late or repeated chirp is never assigned to another row. A module
+//! sends only on request, and discards a request whose bytes stop for 10 ms. Bytes that are no valid frame are
+//! skipped up to the next beginning of a frame.
 
 use super::module::{FrameError, Wish};
 use super::wire::{HEADER, TRAILER};
@@ -40,31 +41,31 @@ use crate::crc;
 
 /// Version of the format.
 pub const VERSION: u8 = 1;
-/// Longest payload: 256 samples.
+/// Maximum length of a payload, bytes: 256 samples.
 pub const MAX_PAYLOAD: usize = 4 * MAX_SAMPLES;
-/// Longest frame.
+/// Maximum length of a frame, bytes.
 pub const MAX_FRAME: usize = HEADER + MAX_PAYLOAD + TRAILER;
 const MAGIC: [u8; 2] = *b"SR";
 
-/// What a frame is.
+/// Kind of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum FrameKind {
-    /// Scanner: what are you set to?
+    /// Scanner: requests the settings.
     Configure = 0x01,
-    /// Module: this.
+    /// Module: its settings.
     Settings = 0x81,
-    /// Scanner: be set to this.
+    /// Scanner: requests other settings.
     Program = 0x03,
-    /// Scanner: let us change the wire's rate.
+    /// Scanner: requests another rate of the wire.
     Rate = 0x04,
-    /// Module: from the next byte on.
+    /// Module: confirms the rate, which applies from the next byte on.
     RateSet = 0x84,
-    /// Scanner: fire one chirp.
+    /// Scanner: triggers one chirp.
     Trigger = 0x02,
-    /// Module: its samples.
+    /// Module: samples of the chirp.
     Chirp = 0x82,
-    /// Module: it cannot.
+    /// Module: error code.
     Error = 0xE0,
 }
 
@@ -85,19 +86,19 @@ impl FrameKind {
     }
 }
 
-/// A whole frame whose CRC is right.
+/// A complete frame with a correct CRC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// What it is.
+    /// Kind.
     pub kind: FrameKind,
-    /// Its sequence number.
+    /// Sequence number.
     pub sequence: u16,
-    /// Its payload.
+    /// Payload.
     pub payload: &'a [u8],
 }
 
-/// Puts a frame together; `out` is cleared first. Payloads that do not fit `out` are cut, which
-/// the receiver notices.
+/// Assembles a frame in `out`, which is cleared first. A payload that does not fit is truncated; the receiver
+/// then detects an error.
 pub fn encode<const N: usize>(
     kind: FrameKind,
     sequence: u16,
@@ -115,14 +116,14 @@ pub fn encode<const N: usize>(
     let _ = out.extend_from_slice(&crc.to_le_bytes());
 }
 
-/// What a module can do beside what it must.
+/// Optional abilities of a module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ability {
-    /// Fastest rate of the wire, Mbaud.
+    /// Maximum rate of the wire, Mbaud.
     pub fastest: u8,
-    /// It captures a chirp while it sends the one before.
+    /// Whether it can capture a chirp while it sends the one before.
     pub ahead: bool,
-    /// Its chirps begin at the edge of the TRIG pin.
+    /// Whether its chirps can begin at the edge of the TRIG pin.
     pub pin: bool,
 }
 
@@ -132,7 +133,7 @@ const AHEAD: u8 = 2;
 const PIN: u8 = 4;
 
 impl Ability {
-    /// None.
+    /// No optional ability.
     pub const NONE: Self = Self {
         fastest: 1,
         ahead: false,
@@ -140,7 +141,7 @@ impl Ability {
     };
 }
 
-/// Payload of a settings frame.
+/// Returns the payload of a settings frame.
 pub fn settings_payload(radar: &RadarConfig, ability: Ability) -> [u8; 12] {
     let [c0, c1, c2, c3] = radar.carrier_khz.to_le_bytes();
     let [b0, b1, b2, b3] = radar.bandwidth_khz.to_le_bytes();
@@ -151,7 +152,7 @@ pub fn settings_payload(radar: &RadarConfig, ability: Ability) -> [u8; 12] {
     [c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, fastest, abilities]
 }
 
-/// Reads a settings frame's payload; `None` when its length is wrong.
+/// Parses the payload of a settings frame; `None` if its length is wrong.
 pub fn parse_settings(payload: &[u8]) -> Option<(RadarConfig, Ability)> {
     let &[c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, fastest, abilities] = payload else {
         return None;
@@ -170,14 +171,14 @@ pub fn parse_settings(payload: &[u8]) -> Option<(RadarConfig, Ability)> {
     Some((radar, ability))
 }
 
-/// Payload of a program frame.
+/// Returns the payload of a program frame.
 pub fn wish_payload(wish: &Wish) -> [u8; 8] {
     let [b0, b1, b2, b3] = wish.bandwidth_khz.to_le_bytes();
     let [n0, n1] = wish.samples.to_le_bytes();
     [b0, b1, b2, b3, n0, n1, u8::from(wish.pin), 0]
 }
 
-/// Reads a chirp's payload into exactly as many samples; false when their number differs.
+/// Parses a chirp's payload into `samples`; false if the number of samples differs.
 pub fn parse_chirp(payload: &[u8], samples: &mut [Iq]) -> bool {
     let (chunks, rest) = payload.as_chunks::<4>();
     if !rest.is_empty() || chunks.len() != samples.len() {
@@ -189,16 +190,16 @@ pub fn parse_chirp(payload: &[u8], samples: &mut [Iq]) -> bool {
     true
 }
 
-/// What a byte has brought about.
+/// Result of one byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// More is to come.
+    /// The frame is not complete.
     Partial,
-    /// [`Decoder::frame`] holds a frame.
+    /// The frame is complete: [`Decoder::frame`] returns it.
     Complete,
 }
 
-/// Puts frames together from a stream of bytes.
+/// Decoder of frames in a stream of bytes.
 #[derive(Debug)]
 pub struct Decoder {
     bytes: heapless::Vec<u8, MAX_FRAME>,
@@ -206,7 +207,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder that waits for the beginning of a frame.
+    /// Creates a decoder that waits for the beginning of a frame.
     pub const fn new() -> Self {
         Self {
             bytes: heapless::Vec::new(),
@@ -214,19 +215,19 @@ impl Decoder {
         }
     }
 
-    /// Forgets what has come in so far.
+    /// Discards the bytes received so far.
     pub fn reset(&mut self) {
         self.bytes.clear();
         self.total = 0;
     }
 
-    /// Takes one byte. An error also means that the search for the next frame has begun.
+    /// Takes one byte. After an error the decoder waits for the next beginning of a frame.
     pub fn push(&mut self, byte: u8) -> Result<Progress, FrameError> {
         if self.total != 0 && self.bytes.len() >= self.total {
             self.reset();
         }
         match (self.bytes.len(), byte) {
-            // "SSR" still holds a beginning: a first byte may follow a first byte.
+            // "SSR" contains a beginning: the second "S" may be the first byte.
             (0 | 1, 0x53) => {
                 self.reset();
                 let _ = self.bytes.push(byte);
@@ -283,7 +284,7 @@ impl Decoder {
         }
     }
 
-    /// The frame that the last byte completed.
+    /// Returns the frame that the last byte completed.
     pub fn frame(&self) -> Option<Frame<'_>> {
         if self.total == 0 || self.bytes.len() != self.total {
             return None;
@@ -319,7 +320,7 @@ mod tests {
 
     type Found = Result<(FrameKind, u16, Vec<u8>), FrameError>;
 
-    /// All frames and errors that a stream of bytes brings.
+    /// Returns all frames and errors in a stream of bytes.
     fn decode(bytes: &[u8]) -> Vec<Found> {
         let mut decoder = Decoder::new();
         let mut found = Vec::new();
@@ -343,7 +344,7 @@ mod tests {
             bytes[..12],
             [0x53, 0x52, 1, 2, 1, 2, 4, 0, 0xE0, 0xB1, 0xFF, 0xFF]
         );
-        // The CRC's own check value pins the polynomial, its reflection and its final inversion.
+        // The check value of the CRC fixes polynomial, reflection and final inversion.
         assert_eq!(crc::of_parts(&[b"123456789"]), 0xCBF4_3926);
         assert_eq!(bytes[12..], crc::of_parts(&[&bytes[..12]]).to_le_bytes());
     }

@@ -1,4 +1,4 @@
-//! The protocol of frames over a port of its own.
+//! Module with this project's frames and its own port.
 
 use core::task::Poll;
 
@@ -10,7 +10,7 @@ use crate::signal::radar::module::{LinkError, RadarModule, Wish};
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
-/// [`Frames`] over a port of their own.
+/// [`Frames`] with their own port.
 #[derive(Debug)]
 pub struct FrameLink<P> {
     pub(in crate::signal::radar) port: P,
@@ -18,7 +18,7 @@ pub struct FrameLink<P> {
 }
 
 impl<P> FrameLink<P> {
-    /// A link over `port`.
+    /// Creates a link over `port`.
     pub const fn new(port: P) -> Self {
         Self {
             port,

@@ -1,16 +1,16 @@
-//! A module that speaks this project's frames: requests, answers, and the rate of the wire.
+//! Radar module with this project's frames: requests, answers, and the rate of the wire.
 //!
 //! # Rate
-//! Both ends begin at 1 Mbaud. When the module says that it knows a faster rate, and the port divides its clock to
-//! it exactly (84 MHz: 1, 2 and 3 Mbaud; the internal oscillator is not good enough for more than 1), the scanner
-//! asks for it, both switch behind the module's answer, and the scanner asks for the settings once more at
-//! the new rate. If that fails both go back.
+//! Both ends begin at 1 Mbaud. If the module supports a faster rate, and the port divides its clock to it
+//! exactly (84 MHz: 1, 2 and 3 Mbaud; the internal oscillator is not accurate enough for more than 1), the
+//! scanner requests it. Both switch after the module's answer, and the scanner requests the settings once more
+//! at the new rate. If that fails, both return to 1 Mbaud.
 //!
-//! Going back needs no agreement: bytes of 0 at 1 Mbaud are longer low than any byte at 2 or 3 Mbaud may be, a
-//! break, at which a module goes back to 1 Mbaud. The scanner goes back when a chirp has to be triggered
-//! again from a mirror that stands, when a question for the settings fails, and, since a sweep in passing is
-//! planned for its wire, not in the midst of one but behind it. A rate at which more than 3
-//! answers of one scan failed is not asked for again for 200 scans.
+//! To return, no answer is needed: a zero byte at 1 Mbaud is low for longer than any byte at 2 or 3 Mbaud can
+//! be. The module detects this as a break and returns to 1 Mbaud. The scanner returns when a chirp must be
+//! triggered again while the mirror stands, and when a request for the settings fails. During a scan with a
+//! turning mirror it does not return before the end, because the scan is planned for the rate of its wire. A
+//! rate at which more than 3 answers of one scan failed is not requested again for 200 scans.
 
 use core::task::Poll;
 
@@ -22,7 +22,7 @@ use crate::config::RadarConfig;
 use crate::port::{BytePort, MOST_READ};
 use crate::time::Micros;
 
-/// The request that waits for its answer.
+/// A request whose answer is pending.
 #[derive(Clone, Copy, Debug)]
 struct Request {
     kind: FrameKind,
@@ -31,68 +31,67 @@ struct Request {
     strangers: bool,
 }
 
-/// A module has so long to change its rate, microseconds: some 10^4 instructions of a small processor.
+/// Maximum time in which a module changes its rate, microseconds: some 10^4 instructions of a small processor.
 const SWITCH_US: u32 = 1_000;
-/// For the first answer at a new rate, microseconds: a hundred times what it takes, but within the time that a
-/// scanner waits for a module's settings.
+/// Timeout of the first answer at a new rate, microseconds: a hundred times its duration, but within the
+/// timeout of a module's settings.
 const CHECK_US: u32 = 20_000;
-/// More failures than this in one scan are no accident: of 281 answers at a bit error rate of 10^-7, fewer than
-/// one is damaged.
+/// Maximum number of failed answers of one scan at a usable rate. At a bit error rate of 10^-7 fewer than one
+/// of 281 answers is damaged.
 const MOST_FAILURES: u16 = 3;
-/// Bytes of 0 that take a module back to [`LINK_BAUD`]: of the first it may have heard only the end.
+/// Number of zero bytes that return a module to [`LINK_BAUD`]: it may receive only the end of the first one.
 const BREAKS: u8 = 2;
-/// After so many scans a rate that failed is tried again: some minutes.
+/// Number of scans after which a failed rate is requested again: some minutes.
 const PENANCE: u8 = 200;
 
-/// What [`Frames::settings`] waits for.
+/// Pending answer of [`Frames::settings`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SettingsStage {
-    /// The module's settings.
+    /// Settings of the module.
     Asked,
-    /// Its consent to another rate, in Mbaud.
+    /// Confirmation of another rate, Mbaud.
     Raising(u8),
-    /// Its settings at the new rate.
+    /// Settings at the new rate.
     Checking,
 }
 
-/// The protocol without its port.
+/// Protocol without its port.
 #[derive(Debug)]
 pub struct Frames {
     decoder: Decoder,
     sequence: u16,
     request: Option<Request>,
-    /// The request that was sent while the other one waited.
+    /// Second request, sent while the first one is pending.
     ahead: Option<Request>,
-    /// The decoder holds a frame that has not been looked at yet: the answer to a later request than the one
-    /// that waited.
+    /// Whether the decoder holds an unprocessed frame: the answer to a later request than the pending one.
     held: bool,
     out: heapless::Vec<u8, 32>,
     sent: usize,
-    /// Until then nothing is sent: the module changes its rate.
+    /// Time before which nothing is sent, because the module changes its rate.
     quiet: Option<Micros>,
-    /// Bytes of 0 that go before the request, at 1 Mbaud.
+    /// Number of zero bytes to be sent before the request, at 1 Mbaud.
     breaks: u8,
-    /// Whether the module may be at another rate than the scanner thinks: one of them was reset.
+    /// Whether the module may be at another rate than the scanner: one of them was reset.
     unsure: bool,
     stage: SettingsStage,
-    /// By when the settings must have come.
+    /// Deadline of the settings.
     until: Micros,
     wish: Wish,
-    /// What the module says of itself.
+    /// Settings and abilities of the module.
     radar: RadarConfig,
     ability: Ability,
-    /// The wire's present rate, Mbaud, ...
+    /// Present rate of the wire, Mbaud.
     rate: u8,
-    /// ... and the fastest that is still asked for.
+    /// Maximum rate that is requested, Mbaud.
     ceiling: u8,
-    /// Scans to go until a faster one is tried again.
+    /// Number of scans until a faster rate is requested again.
     penance: u8,
-    /// Answers that failed since the settings were asked for.
+    /// Number of failed answers since the last request for settings.
     failures: u16,
 }
 
 impl Frames {
-    /// At 1 Mbaud, with nothing known of the module.
+    /// Creates the protocol's state at 1 Mbaud, with an unknown module.
     pub const fn new() -> Self {
         Self {
             decoder: Decoder::new(),
@@ -131,7 +130,7 @@ impl Frames {
         self.request = Some(self.begin(port, now, kinds, payload, timeout_us));
     }
 
-    /// Begins to send a request with a number of its own.
+    /// Begins to send a request with a new sequence number.
     fn begin(
         &mut self,
         port: &mut impl BytePort,
@@ -152,14 +151,14 @@ impl Frames {
         }
     }
 
-    /// The request that waited does so no more; the next one waits.
+    /// Ends the pending request; the next one becomes pending.
     fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
         self.failures = self.failures.saturating_add(u16::from(result.is_err()));
         self.request = self.ahead.take();
         Poll::Ready(result)
     }
 
-    /// Hands over what the port takes of the request.
+    /// Passes as much of the request to the port as it takes.
     fn pump(&mut self, port: &mut impl BytePort, now: Micros) {
         while self.breaks > 0 {
             if port.write(&[0]) == 0 {
@@ -178,14 +177,14 @@ impl Frames {
         }
     }
 
-    /// Reads on until there is an answer, an error, nothing more to read, or [`MOST_READ`] bytes.
+    /// Reads until there is an answer, an error or no byte left, or [`MOST_READ`] bytes have been read.
     fn answer(&mut self, port: &mut impl BytePort, now: Micros) -> Poll<Result<(), LinkError>> {
         self.pump(port, now);
         let Some(request) = self.request else {
             return Poll::Ready(Err(LinkError::Timeout));
         };
-        // A request goes out whole, whatever comes in meanwhile: of two that were cut short the module would make
-        // one that waits for hundreds of bytes.
+        // A request is sent completely, whatever is received meanwhile: the module would take two truncated
+        // ones for one request with hundreds of bytes.
         if !self.handed_over() && !now.reached(request.deadline) {
             return Poll::Pending;
         }
@@ -204,7 +203,7 @@ impl Frames {
             if let Some(result) = result {
                 return self.finish(result);
             }
-            // Answers come in the order of their requests: this one's is lost.
+            // Answers arrive in the order of their requests: the answer to this one is lost.
             if let Some(ahead) = self.ahead
                 && self.judge(&ahead).is_some()
             {
@@ -226,7 +225,7 @@ impl Frames {
         }))
     }
 
-    /// What a whole frame means for `request`; `None` when it answers another one.
+    /// Returns the result of the decoded frame for `request`; `None` if it answers another request.
     fn judge(&self, request: &Request) -> Option<Result<(), LinkError>> {
         let Frame {
             kind,
@@ -243,7 +242,7 @@ impl Frames {
         })
     }
 
-    /// The fastest rate that port, module and wish have in common and that has not failed, Mbaud.
+    /// Returns the maximum rate that port, module and settings allow and that has not failed, Mbaud.
     fn best_rate(&self, port: &impl BytePort) -> u8 {
         let most = self.ability.fastest.min(self.ceiling);
         let wished = |rate: u8| u32::from(rate) * LINK_BAUD <= self.wish.baud;
@@ -258,21 +257,21 @@ impl Frames {
         self.rate = rate;
     }
 
-    /// Takes both ends back to 1 Mbaud, whatever the module's is.
+    /// Returns both ends to 1 Mbaud, whatever the module's rate is.
     #[inline(never)]
     fn fall_back(&mut self, port: &mut impl BytePort) {
         self.set_rate(port, 1);
         self.breaks = BREAKS;
     }
 
-    /// The same because this rate failed: for a while no such is asked for.
+    /// Returns both ends to 1 Mbaud after a failure at `rate`: for some time only lower rates are requested.
     fn give_up(&mut self, port: &mut impl BytePort, rate: u8) {
         self.ceiling = rate.max(2) - 1;
         self.penance = PENANCE;
         self.fall_back(port);
     }
 
-    /// Asks for the settings, and for others where something is wished.
+    /// Requests the settings, with other values if any are configured.
     fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
         let wish = frame::wish_payload(&self.wish);
         let (kind, payload) = match self.wish.is_of_module() {
@@ -282,8 +281,8 @@ impl Frames {
         self.send(port, now, (kind, FrameKind::Settings), payload, timeout_us);
     }
 
-    /// [`super::RadarModule::program`].
-    // Out of line: it would lie beneath the estimator on the stack.
+    /// Implements [`super::RadarModule::program`].
+    // Not inlined: it would lie beneath the estimator on the stack.
     #[inline(never)]
     pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
         self.wish = *wish;
@@ -301,7 +300,7 @@ impl Frames {
         self.ask(port, now, timeout_us);
     }
 
-    /// [`super::RadarModule::settings`].
+    /// Implements [`super::RadarModule::settings`].
     #[inline(never)]
     pub fn settings(
         &mut self,
@@ -328,7 +327,7 @@ impl Frames {
         frame::parse_settings(payload).ok_or(LinkError::Answer)
     }
 
-    /// The module has told its settings, or not.
+    /// Processes the answer with the module's settings.
     fn told(
         &mut self,
         port: &mut impl BytePort,
@@ -357,7 +356,7 @@ impl Frames {
         Poll::Pending
     }
 
-    /// The module has consented to another rate, or not.
+    /// Processes the module's confirmation of another rate.
     fn consented(
         &mut self,
         port: &mut impl BytePort,
@@ -366,7 +365,7 @@ impl Frames {
         result: Result<(), LinkError>,
     ) -> Poll<Result<RadarConfig, LinkError>> {
         if result.is_err() {
-            // It may have switched all the same.
+            // It may have changed the rate nevertheless.
             self.give_up(port, rate.max(self.rate));
             return Poll::Ready(Ok(self.radar));
         }
@@ -377,7 +376,7 @@ impl Frames {
         Poll::Pending
     }
 
-    /// [`super::RadarModule::trigger`]: the port's pin first, if that is what starts a chirp.
+    /// Implements [`super::RadarModule::trigger`]: pulses the port's pin first if that starts the chirp.
     pub fn trigger(
         &mut self,
         port: &mut impl BytePort,
@@ -393,7 +392,7 @@ impl Frames {
         self.send(port, now, kinds, &payload, timeout_us);
     }
 
-    /// [`super::RadarModule::retry`].
+    /// Implements [`super::RadarModule::retry`].
     pub fn retry(
         &mut self,
         port: &mut impl BytePort,
@@ -408,7 +407,7 @@ impl Frames {
         self.trigger(port, now, shaft_angle, timeout_us);
     }
 
-    /// [`super::RadarModule::poll`].
+    /// Implements [`super::RadarModule::poll`].
     pub fn poll(
         &mut self,
         port: &mut impl BytePort,
@@ -426,22 +425,22 @@ impl Frames {
         })
     }
 
-    /// Whether chirps begin at an edge of the TRIG pin.
+    /// Returns whether chirps begin at an edge of the TRIG pin.
     fn by_pin(&self) -> bool {
         self.wish.pin && self.ability.pin
     }
 
-    /// Whether the port has all of the request.
+    /// Returns whether the port has taken the whole request.
     fn handed_over(&self) -> bool {
         self.sent >= self.out.len()
     }
 
-    /// [`super::RadarModule::sent`].
+    /// Implements [`super::RadarModule::sent`].
     pub fn sent(&self) -> bool {
         self.by_pin() || self.handed_over()
     }
 
-    /// The wire as module and settings have it now.
+    /// Returns the wire's properties by the present module and settings.
     pub fn wire(&self) -> Wire {
         Wire {
             baud: u32::from(self.rate) * LINK_BAUD,
@@ -450,7 +449,7 @@ impl Frames {
         }
     }
 
-    /// [`super::RadarModule::trigger_ahead`].
+    /// Implements [`super::RadarModule::trigger_ahead`].
     pub fn trigger_ahead(
         &mut self,
         port: &mut impl BytePort,

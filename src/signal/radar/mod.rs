@@ -1,18 +1,18 @@
-//! Radar modules, and how they are spoken to.
+//! Radar modules and their protocols.
 //!
-//! The sweep sees a module as a [`RadarModule`] and knows nothing of its protocol. Which one it is, is a
-//! setting; `docs/modules.md` has the wiring and the limits of each.
+//! The sweep uses a module as a [`RadarModule`], independent of its protocol. A setting selects the module;
+//! `docs/modules.md` has wiring and limits of each.
 //!
-//! | module | what it does |
+//! | module | contains |
 //! |---|---|
-//! | [`module`] | the radar module as the sweep sees it, whatever its protocol |
-//! | [`wire`] | how long what takes on the wire |
+//! | [`module`] | interface of a radar module, independent of its protocol |
+//! | [`wire`] | transmission times on the serial wire |
 //! | [`frame`] | this project's binary frames |
-//! | [`link`] | a module that speaks frames, and the rate of its wire |
-//! | [`framed`] | the same over a port of its own |
+//! | [`link`] | a module with this protocol, and the rate of its wire |
+//! | [`framed`] | [`link`] with a port of its own |
 //! | [`sirad`] | SiRad Easy and Simple |
 //! | [`bgt60`] | Infineon's BGT60TR13C, over SPI |
-//! | [`any`] | whichever of these the setting names |
+//! | [`any`] | the one of these that the setting selects |
 
 pub mod any;
 pub mod bgt60;

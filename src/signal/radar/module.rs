@@ -1,4 +1,4 @@
-//! The radar module as the scanner sees it, whatever its protocol.
+//! Interface of a radar module, independent of its protocol.
 
 use core::task::Poll;
 
@@ -8,38 +8,38 @@ use crate::config::RadarConfig;
 use crate::setting::{settings, words};
 use crate::time::Micros;
 
-/// What is wrong with bytes that began like a frame.
+/// Error in bytes that began like a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
     /// Another version of the format.
     Version,
-    /// A kind that this version does not have.
+    /// A kind that this version does not define.
     Kind,
-    /// A payload longer than any.
+    /// A payload longer than the maximum.
     Length,
-    /// Damaged on the way.
+    /// Wrong CRC.
     Crc,
 }
 
-/// Why an answer is none.
+/// Reason why there is no valid answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkError {
-    /// No answer in time.
+    /// No answer before the deadline.
     Timeout,
-    /// The answer was damaged on the way, or not of this version of the protocol.
+    /// The answer was damaged, or is of another version of the protocol.
     Frame(FrameError),
-    /// Only answers to other requests came in time: late or repeated ones.
+    /// Only answers to other requests arrived before the deadline: late or repeated ones.
     Sequence,
-    /// The answer is of the wrong kind or length.
+    /// The answer has the wrong kind or length.
     Answer,
-    /// The module says that it cannot; its own code.
+    /// The module reports an error, with its own code.
     Module(u8),
 }
 
-/// Which module hangs on the scanner.
+/// Radar module of the scanner.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ModuleKind {
-    /// One that speaks this project's frames ([`super::frame`]).
+    /// A module with this project's frames ([`super::frame`]).
     #[default]
     Pstr,
     /// SiRad Easy or Simple, 120 GHz, over the same serial port.
@@ -49,10 +49,11 @@ pub enum ModuleKind {
 }
 
 impl ModuleKind {
-    /// Least time-outs for its settings and for a chirp, microseconds, with which it can answer at all.
+    /// Returns the minimum timeouts for settings and for a chirp, microseconds, that leave the module time to
+    /// answer.
     pub fn patience_us(self) -> (u32, u32) {
         match self {
-            // It is listened to for 160 ms, and mends its link within a chirp's time ([`super::sirad`]).
+            // It is observed for 160 ms, and resynchronises within the time of a chirp ([`super::sirad`]).
             ModuleKind::SiRad => (400_000, 100_000),
             ModuleKind::Pstr | ModuleKind::Bgt60 => (0, 0),
         }
@@ -62,7 +63,7 @@ impl ModuleKind {
 words!(ModuleKind: "pstr" ModuleKind::Pstr, "sirad" ModuleKind::SiRad, "bgt60" ModuleKind::Bgt60);
 
 settings! {
-    /// What a module is to be set to. Defaults: a module as it is, at the fastest rate.
+    /// Requested settings of a module. Defaults: a module's own settings, at the fastest rate.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub struct Wish
     parts {}
@@ -82,47 +83,47 @@ settings! {
 }
 
 impl Wish {
-    /// Whether anything is to be set in the module itself.
+    /// Returns whether any setting of the module itself is requested.
     pub fn is_of_module(&self) -> bool {
         self.bandwidth_khz != 0 || self.samples != 0 || self.pin
     }
 }
 
-/// A radar module: one request at a time, one answer each. No function waits.
+/// A radar module: one request at a time, one answer each. No function blocks.
 ///
-/// Narrow on purpose: a module with another protocol needs these functions and nothing else of the
+/// The interface is narrow: a module with another protocol implements these functions, and nothing else of the
 /// scanner changes.
 pub trait RadarModule {
-    /// Sets the module up as wished, as far as it can be, and asks what it is set to.
+    /// Sets the module up as requested, as far as possible, and requests its settings.
     fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32);
-    /// The answer to [`RadarModule::program`]: what the module is set to now.
+    /// Returns the answer to [`RadarModule::program`]: the module's present settings.
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
-    /// Fires one chirp with the mirror's shaft at `shaft_angle` (0.001°).
+    /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001°).
     fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32);
-    /// The answer to [`RadarModule::trigger`]: exactly as many samples as `samples` holds.
+    /// Receives the answer to [`RadarModule::trigger`]: exactly as many samples as `samples` holds.
     fn poll(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
-    /// [`RadarModule::trigger`] once more for a chirp that did not come, from a mirror that stands: there is
-    /// time to mend the link first.
+    /// Repeats [`RadarModule::trigger`] for a chirp that was lost, while the mirror stands: there is time to
+    /// restore the link first.
     fn retry(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
         self.trigger(now, shaft_angle, timeout_us);
     }
-    /// Whether the last trigger has been handed to the port, but for what that holds: two bytes.
+    /// Returns whether the port has taken the last trigger; it may still hold two bytes of it.
     fn sent(&self) -> bool {
         true
     }
-    /// Times of a row of `samples` whose chirp is triggered while the mirror turns; none where the mirror has to stop
-    /// for each chirp.
+    /// Returns the times of a row of `samples` whose chirp is triggered while the mirror turns; `None` if the
+    /// mirror must stop for each chirp.
     fn row_times(&self, _samples: u16) -> Option<RowTimes> {
         None
     }
-    /// [`RadarModule::trigger`] while the answer to the trigger before is on its way: answers then come one after
-    /// the other, the older first. False, and nothing done, where that cannot be.
+    /// Does [`RadarModule::trigger`] while the answer to the trigger before is still being sent; the answers
+    /// then arrive in order. Returns false without any effect if this is not possible.
     fn trigger_ahead(&mut self, _now: Micros, _shaft_angle: i32, _timeout_us: u32) -> bool {
         false
     }
 }
 
-/// So that a module too large for the stack can stay where it is.
+/// Allows a module that is too large for the stack to be used by reference.
 impl<R: RadarModule + ?Sized> RadarModule for &mut R {
     fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
         (**self).program(now, wish, timeout_us);

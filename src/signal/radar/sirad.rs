@@ -1,16 +1,17 @@
 //! SiRad Easy and Simple, 120 GHz, as a radar module: raw I/Q over a serial port of 1 Mbaud.
 //!
 //! Sources: Silicon Radar, "SiRad Easy/Simple System & Protocol Description" 2.4 (firmware 1.4), and the
-//! maker's wiki, "Output Modes 1.4"; `docs/modules.md` says what of them could be had, and what was taken
-//! from captures instead.
+//! maker's wiki, "Output Modes 1.4". `docs/modules.md` lists the parts of them that were available, and the
+//! facts taken from captures instead.
 //!
-//! Nothing in this protocol says which trigger an answer belongs to, nor how long after its trigger the module
-//! sweeps, nor whether it came through undamaged. So the mirror stops until an answer begins, and after
-//! anything but a whole answer no trigger leaves before the module has answered a question that was put after
-//! all earlier triggers: what they brought has then come and is gone.
+//! The protocol does not identify the trigger that an answer belongs to, has no checksum, and does not specify
+//! the delay from a trigger to the chirp. The mirror therefore stops until an answer begins. After any failure
+//! no trigger is sent before the module has answered a request for its info, which follows all earlier
+//! triggers: all their answers have then been received and discarded.
 //!
-//! The module does not acknowledge commands either. A first measurement shows whether they were taken:
-//! the length of its answer, the status frame beside it, and that none follows without a trigger.
+//! The module does not acknowledge commands either. A first measurement shows whether they were executed: by
+//! the length of its answer, by the status frame beside it, and by the absence of a second answer without a
+//! trigger.
 
 mod command;
 mod reader;
@@ -26,29 +27,30 @@ use crate::port::{BytePort, MOST_READ};
 use crate::time::Micros;
 pub use reader::{Reader, ReaderEvent};
 
-/// A module that triggers itself pauses at most 128 ms, and measures for some 16.
+/// Time without a frame that shows that the module does not trigger itself, microseconds: its maximum pause is
+/// 128 ms, and a measurement takes some 16 ms.
 const ALONE_US: u32 = 160_000;
-/// Middle of the band that the chip covers, kHz.
+/// Centre of the chip's band, kHz.
 const CARRIER_KHZ: u32 = 122_500_000;
-/// The ramp goes on for so many half samples beside those that are taken. Measured (`docs/modules.md`).
+/// Duration of the ramp beyond the sampled part, in half samples. Measured (`docs/modules.md`).
 const UNSAMPLED_HALVES: u32 = 75;
-/// A converter of 12 bits to full scale.
+/// Factor from 12-bit samples to full scale.
 const SCALE: i16 = 16;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum SiRadStage {
-    /// Nothing is waited for.
+    /// No answer is pending.
     #[default]
     Idle,
-    /// For the answer to [`command::INFO`]; what comes before it is of the past.
+    /// The answer to [`command::INFO`] is pending; everything before it belongs to earlier requests.
     Barrier,
-    /// For the raw frame.
+    /// The raw frame is pending.
     Raw,
-    /// The raw frame has come; for a second one that must not.
+    /// The raw frame has been received; a second one would be an error.
     Alone,
 }
 
-/// A SiRad, without its port.
+/// SiRad module without its port.
 #[derive(Debug)]
 pub struct SiRad {
     reader: Reader,
@@ -56,22 +58,22 @@ pub struct SiRad {
     sent: usize,
     stage: SiRadStage,
     deadline: Micros,
-    /// The last request has not ended well: answers to it may still come.
+    /// Whether the last request failed, so that answers to it may still arrive.
     doubtful: bool,
-    /// What the port had counted of damaged bytes when the trigger left.
+    /// The port's count of damaged bytes at the time of the trigger.
     errors: u16,
-    /// Counter of the last raw frame that was taken.
+    /// Counter of the last accepted raw frame.
     counter: Option<u16>,
-    /// Bandwidth that was asked for, or that the module told, kHz.
+    /// Bandwidth that was requested, or that the module reported, kHz.
     bandwidth_khz: u32,
-    /// Numbers of the first measurement's raw frame.
+    /// Number of values of the first measurement's raw frame.
     count: u16,
-    /// When it was whole.
+    /// Time of that frame's end.
     whole: Micros,
 }
 
 impl SiRad {
-    /// A module of which nothing is known.
+    /// Creates a module in an unknown state.
     pub const fn new() -> Self {
         Self {
             reader: Reader::new(),
@@ -88,8 +90,8 @@ impl SiRad {
         }
     }
 
-    /// Sets the module up as wished and has it measure once. Bandwidth is at most 7 GHz, the maker's band;
-    /// samples are 32, 64, 128 or 256: no more than wished but at least 32.
+    /// Sets the module up as requested, and starts one measurement. The bandwidth is at most 7 GHz, the maker's
+    /// band. The number of samples is 32, 64, 128 or 256: no more than requested, but at least 32.
     pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
         self.bandwidth_khz = match wish.bandwidth_khz {
             0 => command::USUAL_KHZ,
@@ -103,13 +105,13 @@ impl SiRad {
             command::baseband(command::code(wish.samples)),
             command::ramp(self.bandwidth_khz),
         ] {
-            // There is room for all of them.
+            // The buffer has room for all of them.
             let _ = self.out.extend_from_slice(&line);
         }
         self.send(port, command::INFO);
     }
 
-    /// The answer to [`SiRad::program`]. The bandwidth is that between the first sample and the last.
+    /// Returns the answer to [`SiRad::program`]. The bandwidth is that from the first sample to the last.
     pub fn settings(
         &mut self,
         port: &mut impl BytePort,
@@ -121,7 +123,7 @@ impl SiRad {
         Poll::Ready(answer.and_then(|()| self.found()))
     }
 
-    /// Fires one chirp. The module is not told the angle.
+    /// Triggers one chirp. The angle is not sent.
     pub fn trigger(
         &mut self,
         port: &mut impl BytePort,
@@ -139,8 +141,8 @@ impl SiRad {
         }
     }
 
-    /// The answer to [`SiRad::trigger`]: as many samples as `samples` holds. They are written as they come, so
-    /// that after an error some of them are not of this chirp.
+    /// Receives the answer to [`SiRad::trigger`]: as many samples as `samples` holds. They are written as they
+    /// arrive, so that after an error some of them may belong to another chirp.
     pub fn poll(
         &mut self,
         port: &mut impl BytePort,
@@ -150,7 +152,8 @@ impl SiRad {
         self.advance(port, now, Some(samples))
     }
 
-    /// Whether the mirror may be held for no longer than a chirp takes: the answer has begun.
+    /// Returns whether the answer has begun: from then on the mirror must stand for the duration of a chirp at
+    /// most.
     pub fn sent(&self) -> bool {
         match self.stage {
             SiRadStage::Idle | SiRadStage::Alone => true,
@@ -159,7 +162,7 @@ impl SiRad {
         }
     }
 
-    /// Forgets what came so far.
+    /// Discards everything received so far, and begins a request.
     fn begin(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
         port.drain();
         self.reader = Reader::new();
@@ -169,7 +172,7 @@ impl SiRad {
         self.doubtful = true;
     }
 
-    /// Triggers a measurement; from now on its answer counts.
+    /// Triggers a measurement and waits for its raw frame.
     fn fire(&mut self, port: &mut impl BytePort) {
         self.stage = SiRadStage::Raw;
         self.errors = port.errors();
@@ -183,7 +186,7 @@ impl SiRad {
         self.pump(port);
     }
 
-    /// Hands over what the port takes.
+    /// Passes as much of the output to the port as it takes.
     fn pump(&mut self, port: &mut impl BytePort) {
         let rest = self.out.get(self.sent..).unwrap_or(&[]);
         if !rest.is_empty() {
@@ -191,8 +194,8 @@ impl SiRad {
         }
     }
 
-    /// Reads on until there is a result, nothing more to read, or [`MOST_READ`] bytes. Without `samples` it is
-    /// the first measurement.
+    /// Reads until there is a result or no byte left, or [`MOST_READ`] bytes have been read. `samples` is
+    /// `None` for the first measurement.
     fn advance(
         &mut self,
         port: &mut impl BytePort,
@@ -234,7 +237,7 @@ impl SiRad {
         Poll::Ready(result)
     }
 
-    /// What came after the trigger.
+    /// Processes an event after the trigger.
     fn take(
         &mut self,
         port: &impl BytePort,
@@ -254,7 +257,8 @@ impl SiRad {
             ReaderEvent::Bandwidth(steps) => {
                 let told = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
                 if samples.is_none() {
-                    // Never more than was asked for: that would be another frame than this one is taken for.
+                    // A value above the requested bandwidth is invalid: the frame then has another format than
+                    // assumed.
                     self.bandwidth_khz = if told <= self.bandwidth_khz { told } else { 0 };
                 }
                 None
@@ -267,7 +271,7 @@ impl SiRad {
         }
     }
 
-    /// A whole raw frame.
+    /// Processes a complete raw frame.
     fn raw(
         &mut self,
         port: &impl BytePort,
@@ -292,7 +296,7 @@ impl SiRad {
         }
     }
 
-    /// What the first measurement showed.
+    /// Returns the settings by the first measurement.
     fn found(&self) -> Result<RadarConfig, LinkError> {
         let samples = self.count / 2;
         if !self.count.is_multiple_of(2) || !SAMPLES.contains(&samples) || self.bandwidth_khz == 0 {
@@ -301,7 +305,7 @@ impl SiRad {
         let halves = 2 * u32::from(samples);
         Ok(RadarConfig {
             carrier_khz: CARRIER_KHZ,
-            // At most 7 × 10^6 times 512: below 2^32.
+            // At most 7 × 10^6 times 512, which is below 2^32.
             bandwidth_khz: self.bandwidth_khz * halves / (halves + UNSAMPLED_HALVES),
             samples,
             real: false,
@@ -317,8 +321,8 @@ impl Default for SiRad {
     }
 }
 
-/// Puts number `at` of a raw frame into its sample. The module's echoes turn backwards: I and Q change places so
-/// that farther is a higher frequency.
+/// Writes value `at` of a raw frame into its sample. The module's beat signal has the opposite sense of
+/// rotation: I and Q are exchanged so that a greater range is a higher frequency.
 fn put(sample: &mut Iq, at: u16, value: i16) {
     let value = value.saturating_mul(SCALE);
     match at % 2 {

@@ -1,46 +1,47 @@
-//! The wire between scanner and module: how long what takes on it.
+//! Transmission times on the serial wire between scanner and module.
 
-/// Rate that every module begins with: both clocks of the board divide to it exactly.
+/// Initial rate of every module, baud: both clocks of the board divide to it exactly.
 pub const LINK_BAUD: u32 = 1_000_000;
-/// Bytes of a frame before its payload.
+/// Length of a frame's header, bytes.
 pub const HEADER: usize = 8;
-/// Bytes after it.
+/// Length of a frame's CRC after the payload, bytes.
 pub const TRAILER: usize = 4;
 
-/// Bits of a byte on the wire: start, eight, stop.
+/// Bits of a byte on the wire: start, eight data bits, stop.
 const BITS: u32 = 10;
-/// Bytes of a trigger.
+/// Length of a trigger frame, bytes.
 const TRIGGER: u32 = (HEADER + 4 + TRAILER) as u32;
-/// From a trigger's last byte, or its edge, until the module sweeps, and by how much its sweep may be longer
-/// than the scanner was told, microseconds.
+/// Maximum delay from a trigger's last byte, or its edge, to the start of the chirp, and maximum excess of the
+/// chirp's duration over the configured one, microseconds.
 pub const SLACK_US: u32 = 100;
 
 /// Times of a row whose chirp is triggered while the mirror turns, microseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowTimes {
-    /// From the trigger's call until the module sweeps.
+    /// Time from the call of trigger to the start of the chirp.
     pub trigger_us: u32,
-    /// Of that, what may begin late, when the port has taken the whole trigger.
+    /// Part of `trigger_us` that may remain when the port has taken the whole trigger.
     pub held_us: u32,
-    /// Duration of the chirp where the module knows it; else that of the settings counts.
+    /// Duration of the chirp if the module knows it; `None`: the configured duration applies.
     pub chirp_us: Option<u32>,
-    /// From the end of the chirp until its samples have come.
+    /// Time from the end of the chirp until all samples have been received.
     pub answer_us: u32,
-    /// Whether the next chirp may be triggered while the answer to the last trigger is on its way.
+    /// Whether the next chirp may be triggered while the answer to the last trigger is still being sent.
     pub ahead: bool,
 }
 
-/// Bytes of a trigger that a port may still hold when it has taken the last one: the one under way and the next.
+/// Maximum number of a trigger's bytes that a port still holds when it has taken the last one: the one being
+/// sent and the next.
 const HELD: u32 = 2;
 
-/// The serial wire between scanner and module.
+/// Serial wire between scanner and module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
-    /// Bits a second.
+    /// Rate, baud.
     pub baud: u32,
-    /// Whether the next chirp may be triggered while the answer to the last trigger is on its way.
+    /// Whether the next chirp may be triggered while the answer to the last trigger is still being sent.
     pub ahead: bool,
-    /// Whether a chirp begins at the edge of the TRIG pin, not with the trigger's last byte.
+    /// Whether a chirp begins at the edge of the TRIG pin instead of the trigger's last byte.
     pub pin: bool,
 }
 
@@ -55,29 +56,29 @@ impl Default for Wire {
 }
 
 impl Wire {
-    /// Time of so many bytes, microseconds, rounded up.
+    /// Returns the time of `bytes` bytes, microseconds, rounded up.
     pub fn time_us(&self, bytes: u32) -> u32 {
-        // At most 10^9 of 32 bits: the longest frame has 1036 bytes.
+        // No overflow in practice: the longest frame has 1036 bytes.
         let bits = bytes.saturating_mul(BITS);
         let baud = (self.baud / 1000).max(1);
         bits.saturating_mul(1000).div_ceil(baud)
     }
 
-    /// Time of one byte, microseconds, rounded up.
+    /// Returns the time of one byte, microseconds, rounded up.
     pub fn byte_us(&self) -> u32 {
         self.time_us(1)
     }
 
-    /// From a trigger's call until the module has it, microseconds.
+    /// Returns the time from the call of trigger until the module has received it, microseconds.
     pub fn trigger_us(&self) -> u32 {
         if self.pin { 0 } else { self.time_us(TRIGGER) }
     }
 
-    /// The times of a row of `samples`.
+    /// Returns the times of a row of `samples`.
     pub fn row_times(&self, samples: u16) -> RowTimes {
         RowTimes {
             trigger_us: self.trigger_us(),
-            // What a pin starts waits for no byte.
+            // A chirp triggered by the pin does not wait for any byte.
             held_us: if self.pin { 0 } else { self.time_us(HELD) },
             chirp_us: None,
             answer_us: self.chirp_us(samples),
@@ -85,7 +86,7 @@ impl Wire {
         }
     }
 
-    /// Time of the answer with a chirp of `samples`, microseconds.
+    /// Returns the time of the answer with a chirp of `samples`, microseconds.
     pub fn chirp_us(&self, samples: u16) -> u32 {
         self.time_us(4 * u32::from(samples) + (HEADER + TRAILER) as u32)
     }

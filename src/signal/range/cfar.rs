@@ -1,19 +1,19 @@
-//! Cell-averaging CFAR over one range profile (paper III-C; Richards, Fundamentals of Radar Signal
-//! Processing, ch. 6), with a cost that does not depend on the window's length.
+//! Cell-averaging CFAR over one range profile (paper III-C; Richards, Fundamentals of Radar Signal Processing,
+//! ch. 6). Its cost does not depend on the number of training cells.
 //!
-//! A cell of power p is a hit where p > α · mean of its n training cells. Noise cells are
-//! exponentially distributed and, through window and zero padding, correlated with the matrix R
-//! of [`Window::correlation`]. Their sum S then has E[exp(-sS)] = 1 / det(I + sR), so that a cell
-//! of independent noise exceeds α S / n with probability
+//! A cell of power p is a detection if p > α · mean of its n training cells. Noise cells are exponentially
+//! distributed and, because of window and zero padding, correlated with the matrix R of
+//! [`Window::correlation`]. Their sum S then has E[exp(-sS)] = 1 / det(I + sR), so that a cell of independent
+//! noise exceeds α S / n with probability
 //!
 //! ```text
 //! P = 1 / det(I + (α / n) · R)
 //! ```
 //!
-//! exactly. (With R = I it is the textbook's (1 + α / n)^-n.) The two sides are farther apart than
-//! the correlation reaches, so that the determinant is the product of both sides' Toeplitz
-//! determinants, which Levinson and Durbin's recursion gives for every length at once. Near the
-//! ends of the profile fewer cells are left, down to one side alone: each case has its own α.
+//! exactly. (With R = I this is the textbook's (1 + α / n)^-n.) The two sides are farther apart than the
+//! correlation extends, so the determinant is the product of both sides' Toeplitz determinants, which the
+//! Levinson-Durbin recursion gives for all lengths at once. Near the ends of the profile there are fewer
+//! training cells, at last on one side only: each case has its own α.
 
 use super::fft::MAX_POINTS;
 use super::packed::Arithmetic;
@@ -22,34 +22,34 @@ use crate::config::CfarConfig;
 use crate::math;
 use crate::signal::grid::BinWindow;
 
-/// Most training cells on one side.
+/// Maximum number of training cells on one side.
 const MAX_TRAINING: usize = 32;
-/// Most guard cells on one side.
+/// Maximum number of guard cells on one side.
 const MAX_GUARD: usize = 16;
-/// Zeros on both sides of the profile, so that no window needs a bounds check.
+/// Number of zeros on both sides of the profile, which make bounds checks unnecessary.
 const PAD: usize = MAX_GUARD + MAX_TRAINING + 1;
 /// Fractional bits of [`CellUnderTest::ratio`].
 const RATIO_BITS: u32 = 24;
 
-/// One cell under test.
+/// A cell under test with its training cells.
 #[derive(Clone, Copy, Debug)]
 pub struct CellUnderTest {
-    /// Its power.
+    /// Power of the cell.
     pub power: u32,
-    /// Sum of its training cells' powers.
+    /// Sum of the training cells' powers.
     pub training: u64,
     /// n / α, Q24; 0 without training cells.
     pub ratio: u32,
 }
 
 impl CellUnderTest {
-    /// Whether the power exceeds α · training / n, without a division.
+    /// Returns whether the power exceeds α · training / n, without a division.
     #[inline(always)]
     pub fn is_hit(self) -> bool {
         u64::from(self.power) * u64::from(self.ratio) > self.training << RATIO_BITS
     }
 
-    /// 256 · log2 of the threshold α · training / n; `i32::MAX` without training cells.
+    /// Returns 256 · log2 of the threshold α · training / n; `i32::MAX` without training cells.
     pub fn log_threshold(self) -> i32 {
         if self.ratio == 0 {
             return i32::MAX;
@@ -59,7 +59,7 @@ impl CellUnderTest {
     }
 }
 
-/// CA-CFAR set up for one shape of profile.
+/// CA-CFAR for a given number of cells, window and false-alarm probability.
 #[derive(Clone, Debug)]
 pub struct Cfar {
     guard: usize,
@@ -70,7 +70,7 @@ pub struct Cfar {
 }
 
 impl Cfar {
-    /// A detector for no cells, until [`Cfar::shape`] gives it some.
+    /// Creates a detector without cells; [`Cfar::shape`] sets them.
     pub const fn empty() -> Self {
         Self {
             guard: 0,
@@ -81,7 +81,7 @@ impl Cfar {
         }
     }
 
-    /// Takes the shape for the bins `kept` of a profile made with `window`.
+    /// Sets the detector up for the bins `kept` of a profile made with `window`.
     pub fn shape(&mut self, config: &CfarConfig, kept: BinWindow, window: &Window) {
         self.guard = usize::from(config.guard).min(MAX_GUARD);
         self.training = usize::from(config.training).min(MAX_TRAINING);
@@ -95,17 +95,17 @@ impl Cfar {
         let mut last = (usize::MAX, 0, 0);
         for (k, ratio) in self.ratios.iter_mut().enumerate().take(self.cells) {
             let (near, far) = (side(k), side(self.cells - 1 - k));
-            // Neighbouring cells mostly have the same windows: one α serves them all.
+            // Neighbouring cells mostly have the same numbers of training cells, and then the same α.
             if (last.0, last.1) != (near, far) {
                 let exact = count_over_alpha(&correlation, near, far, config.false_alarm);
-                // `as` saturates; the 32nd bit is never needed: n / α ≤ 64 / 0.69.
+                // The cast saturates. The 32nd bit is never needed: n / α ≤ 64 / 0.69.
                 last = (near, far, (exact * (1u32 << RATIO_BITS) as f32) as u32);
             }
             *ratio = last.2;
         }
     }
 
-    /// The cells of a profile (`power` of the kept bins), each with its training sum.
+    /// Returns the cells of a profile (`power` of the kept bins), each with its training sum.
     pub fn run(&mut self, power: &[u32]) -> impl Iterator<Item = CellUnderTest> + '_ {
         self.load(power);
         let windows = Windows::new(self.guard, self.training);
@@ -129,12 +129,12 @@ impl Cfar {
             })
     }
 
-    /// Tests the cells of a profile (`power` of the kept bins); bit k % 32 of word k / 32 of
-    /// `mask` becomes whether cell k is a hit.
+    /// Tests the cells of a profile (`power` of the kept bins); bit k % 32 of word k / 32 of `mask` is set if
+    /// cell k is a detection.
     pub fn detect<A: Arithmetic>(&mut self, power: &[u32], mask: &mut [u32]) {
         self.load(power);
         match (self.guard, self.training) {
-            // The usual windows are compiled with constant distances.
+            // The default numbers of cells are compiled as constants.
             (3, 8) => self.test(Windows::new(3, 8), mask, A::test_word::<3, 8>),
             (guard, training) => {
                 let windows = Windows::new(guard, training);
@@ -155,7 +155,7 @@ impl Cfar {
         }
     }
 
-    /// Whole words of cells at a time: behind the last cell stand zeros, which are no hits.
+    /// Tests whole words of cells. The zeros after the last cell give no detections.
     #[inline(always)]
     fn test(
         &self,
@@ -163,7 +163,7 @@ impl Cfar {
         mask: &mut [u32],
         test_word: impl Fn(&[u32], &[u32; 32], u64, i32) -> (u32, u64),
     ) {
-        // One more than the sum, for a hit exceeds it: p · ratio ≥ sum · 2^24 + 1.
+        // Plus one, because a detection must exceed the sum: p · ratio ≥ sum · 2^24 + 1.
         let mut limit = (windows.first_sum(&self.padded) << RATIO_BITS) + 1;
         let (ratios, _) = self.ratios.as_chunks::<32>();
         let from = self.padded.get(PAD - windows.reach()..).unwrap_or(&[]);
@@ -174,7 +174,7 @@ impl Cfar {
     }
 }
 
-/// Where the training cells lie around the cell under test.
+/// Position of the training cells around the cell under test.
 #[derive(Clone, Copy)]
 struct Windows {
     guard: usize,
@@ -187,13 +187,13 @@ impl Windows {
         Self { guard, training }
     }
 
-    /// From the cell under test to the farthest training cell.
+    /// Returns the distance from the cell under test to the farthest training cell.
     #[inline(always)]
     fn reach(self) -> usize {
         self.guard + self.training
     }
 
-    /// The sum for the first cell, which has no cells before it.
+    /// Returns the training sum of the first cell, which has no cells before it.
     #[inline(always)]
     fn first_sum(self, padded: &[u32]) -> u64 {
         let behind = padded.iter().skip(PAD + self.guard + 1).take(self.training);
@@ -218,14 +218,14 @@ impl Windows {
         (bits, limit)
     }
 
-    /// The cells under test of a stretch that begins with the first one's first training cell and
-    /// ends behind the last one's last.
+    /// Returns the cells under test within `cells`, which begins with the first one's first training cell and
+    /// ends after the last one's last.
     #[inline(always)]
     fn tested(self, cells: &[u32]) -> &[u32] {
         part(cells, self.reach(), self)
     }
 
-    /// What the sum gains each time the windows move on by one cell over such a stretch.
+    /// Returns the change of the training sum from each cell under test to the next, over such `cells`.
     #[inline(always)]
     fn steps(self, cells: &[u32]) -> impl Iterator<Item = i32> {
         let leaves_first = part(cells, 0, self);
@@ -234,27 +234,28 @@ impl Windows {
         let enters_last = part(cells, 2 * self.reach() + 1, self);
         let enters = enters_first.iter().zip(enters_last);
         let leaves = leaves_first.iter().zip(leaves_last);
-        // Powers stay below 2^30, so that the difference fits.
+        // Powers are below 2^30, so the difference fits.
         enters.zip(leaves).map(|((e1, e2), (l1, l2))| {
             e1.wrapping_add(*e2).wrapping_sub(*l1).wrapping_sub(*l2) as i32
         })
     }
 }
 
-/// As many cells as `cells` has cells under test, from `start`.
+/// Returns the part of `cells` from `start` whose length is the number of cells under test.
 #[inline(always)]
 fn part(cells: &[u32], start: usize, windows: Windows) -> &[u32] {
     let tested = cells.len().saturating_sub(2 * windows.reach() + 1);
     cells.get(start..start + tested).unwrap_or(&[])
 }
 
-/// n / α for `near` + `far` training cells and false-alarm probability `wanted`; 0 without any.
+/// Returns n / α for `near` + `far` training cells and false-alarm probability `wanted`; 0 without training
+/// cells.
 fn count_over_alpha(correlation: &[f32], near: usize, far: usize, wanted: f32) -> f32 {
     if near + far == 0 {
         return 0.0;
     }
     let wanted = -math::log2(wanted);
-    // Bisection over log2(α / n): log2 det grows with it from 0 without bound.
+    // Bisection over log2(α / n): log2 det increases with it from 0 without bound.
     let (mut low, mut high) = (-8.0f32, 32.0f32);
     for _ in 0..24 {
         let middle = 0.5 * (low + high);
@@ -267,10 +268,10 @@ fn count_over_alpha(correlation: &[f32], near: usize, far: usize, wanted: f32) -
     math::exp2(-0.5 * (low + high))
 }
 
-/// log2 det(I + s R) of the leading `near` cells plus that of the leading `far` cells, where R is
-/// the symmetric Toeplitz matrix of `correlation`.
+/// Returns log2 det(I + s R) of the leading `near` cells plus that of the leading `far` cells, where R is the
+/// symmetric Toeplitz matrix of `correlation`.
 ///
-/// Levinson and Durbin: the determinant is the product of the prediction errors.
+/// Levinson-Durbin recursion: the determinant is the product of the prediction errors.
 fn log2_determinants(correlation: &[f32], near: usize, far: usize, s: f32) -> f32 {
     let at = |lag: usize| s * correlation.get(lag).copied().unwrap_or(0.0);
     let mut predictor = [0.0f32; MAX_TRAINING];
@@ -340,7 +341,7 @@ mod tests {
                 prop_assert_eq!(cell.power, power[k]);
                 prop_assert_eq!(cell.training, sum);
                 prop_assert_eq!(cell.ratio == 0, window.is_empty());
-                // The logarithmic threshold says the same as the comparison.
+                // The logarithmic threshold agrees with the comparison.
                 let log = crate::signal::range::log::log2_fine(cell.power);
                 if cell.power > 0 && cell.training > 0 && (log - cell.log_threshold()).abs() > 3 {
                     prop_assert_eq!(cell.is_hit(), log > cell.log_threshold());
@@ -349,7 +350,7 @@ mod tests {
         }
     }
 
-    /// det(I + sR) by Gaussian elimination in f64.
+    /// Returns det(I + sR) by Gaussian elimination in f64.
     fn determinant(correlation: &[f32], cells: usize, s: f64) -> f64 {
         let entry = |i: usize, j: usize| {
             let r = s * f64::from(correlation[i.abs_diff(j)]);

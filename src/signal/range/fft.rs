@@ -1,8 +1,8 @@
 //! Complex transform of 16, 32, 64, 128 or 256 points in 16-bit block floating point.
 //!
-//! Decimation in time, radix 4, in Stockham's order: each stage reads one buffer and writes the
-//! other, so that input and output are both in natural order and no bit reversal is needed. After
-//! the stages with L = 1, 4, 16, … points each,
+//! Decimation in time, radix 4, in Stockham's order: each stage reads one buffer and writes the other, so that
+//! input and output are both in natural order and no bit reversal is needed. After stages of transforms of L =
+//! 1, 4, 16, … points,
 //!
 //! ```text
 //! X[k + Lm] = Σ_j (-j)^(jm) · W(4L)^(jk) · X_j[k],   j, m = 0…3,   W(n) = exp(-2πi / n)
@@ -11,24 +11,24 @@
 //! joins four transforms of L points into one of 4L (Cooley and Tukey 1965; Stockham's ordering:
 //! Cochran et al. 1967). Sizes that are no power of 4 end with one radix-2 stage.
 //!
-//! Block floating point: a stage scales by 1/2 where the block leaves a bit of headroom and by 1/4
-//! where it does not; products taken from the upper half-word and halving sums do that for
-//! nothing. Writers gather the block's magnitude as they go ([`Headroom`]). Products are rounded.
+//! Block floating point: a stage scales by 1/2 if the block has a bit of headroom, and by 1/4 if not. Products
+//! taken from the upper half-word and halving sums do the scaling without extra instructions. Each stage
+//! determines the magnitude of its output while writing ([`Headroom`]). Products are rounded.
 //!
-//! No overflow: let every |X| be at most [`MAX_MAGNITUDE`] before a stage. Scaled by 1/4 the sum
-//! of four cannot exceed that; scaled by 1/2 it is only where both parts lie within ±8192, so that
-//! 4 · √2 · 8192 / 2 = 23 170 bounds it. The rest up to 32 767 takes the roundings.
+//! No overflow: let every |X| be at most [`MAX_MAGNITUDE`] before a stage. Scaled by 1/4, the sum of four
+//! cannot exceed that. A scale of 1/2 is used only if both parts are within ±8192, so that 4 · √2 · 8192 / 2 =
+//! 23 170 is the bound. The difference to 32 767 covers the roundings.
 
 use super::packed::{Arithmetic, Bin, Packed, halves, last_by, magnitude_bits, quarters, stage_by};
 use crate::math::sin_cos;
 
-/// Most points of a transform.
+/// Maximum number of points of a transform.
 pub const MAX_POINTS: usize = 256;
 
-/// Largest magnitude that the first stage may hand on.
+/// Maximum magnitude of the first stage's output.
 pub const MAX_MAGNITUDE: i32 = 32_750;
 
-/// Twiddles of a stage that joins transforms of L points.
+/// Twiddle factors of a stage that joins transforms of L points.
 struct Twiddles<const L: usize>;
 
 impl<const L: usize> Twiddles<L> {
@@ -50,31 +50,31 @@ impl<const L: usize> Twiddles<L> {
     };
 }
 
-/// Nearest Q15 number; 1 becomes 32767 / 32768.
+/// Returns the nearest Q15 number; 1 becomes 32767 / 32768.
 pub(super) const fn to_q15(x: f32) -> i16 {
-    // `as` from float saturates.
+    // The cast from float saturates.
     (32_768.0 * x + if x < 0.0 { -0.5 } else { 0.5 }) as i16
 }
 
-/// The block's magnitude, gathered from what a stage writes: no pass of its own.
+/// Magnitude of a block, determined while a stage writes it, without a pass of its own.
 #[derive(Clone, Copy, Default)]
 pub struct Headroom(u32);
 
 impl Headroom {
-    /// Takes one more number into account.
+    /// Adds one number.
     #[inline(always)]
     pub fn see(&mut self, x: Packed) {
         self.0 |= magnitude_bits(x);
     }
 
-    /// Whether every part seen lies in -8192…8191.
+    /// Returns whether every part is within -8192…8191.
     #[inline(always)]
     fn is_ample(self) -> bool {
         self.0 & 0xc000_c000 == 0
     }
 }
 
-/// One radix-4 stage in the scaling that the headroom asks for; adds its exponent.
+/// Runs one radix-4 stage with the scale that the headroom requires, and adds its exponent.
 #[inline(always)]
 fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
     src: &[Packed; N],
@@ -91,7 +91,7 @@ fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
     }
 }
 
-/// The last radix-4 stage in the scaling that the headroom asks for; returns its exponent.
+/// Runs the last radix-4 stage with the scale that the headroom requires, and returns its exponent.
 #[inline(always)]
 fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
     src: &[Packed; N],
@@ -107,10 +107,10 @@ fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
     }
 }
 
-/// The stages after the first: `data` holds the first stage's output (four quarters, quarter m
-/// the bins m of four-point transforms) and is used up, like `spare`.
+/// Runs all stages after the first. `data` contains the first stage's output (four quarters; quarter m has the
+/// bins m of four-point transforms) and is overwritten, as is `spare`.
 ///
-/// Returns the exponent e: the true values of the bins are 2^e times the ones given.
+/// Returns the exponent e: the true values of the bins are 2^e times `bins`.
 pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     data: &mut [Packed; N],
     spare: &mut [Packed; N],
@@ -126,7 +126,7 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
 }
 
-/// [`finish`] for a number of points that is known at run time.
+/// Runs [`finish`] for a number of points that is known at run time only.
 pub(super) fn finish_any<A: Arithmetic, B: Bin>(
     data: &mut [Packed],
     spare: &mut [Packed],
@@ -143,8 +143,8 @@ pub(super) fn finish_any<A: Arithmetic, B: Bin>(
     finish_short::<A, B>(data, spare, bins, seen)
 }
 
-/// The last stage once more, into bins themselves: [`finish`] leaves its input in one buffer of the two.
-/// Returns the one that they fill.
+/// Repeats the last stage of [`finish`] with complex bins as output: its input is still in one of the two
+/// buffers. Returns the buffer with the bins.
 pub(super) fn last_again<'b, A: Arithmetic>(
     data: &'b mut [Packed],
     spare: &'b mut [Packed],
@@ -165,8 +165,8 @@ pub(super) fn last_again<'b, A: Arithmetic>(
     out
 }
 
-/// One bin of the transform of `points` points that [`finish`] has made of `data` and `spare`: its last
-/// stage once more for that bin, from what it leaves of its input. The bin's scale is not told.
+/// Returns one bin of the transform of `points` points that [`finish`] made of `data` and `spare`: repeats the
+/// last stage for that bin, whose input is still in one of the buffers. The bin is given without the exponent.
 pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32; 2] {
     let (last, table): (_, &[[Packed; 3]]) = match points {
         256 | 128 => (data, &Twiddles::<64>::TABLE),
@@ -182,7 +182,7 @@ pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32
     let twiddles: &[Packed] = if fours {
         &[Packed::new(i16::MAX, 0), w, square, cube]
     } else {
-        // W(2L)^k = W(4L)^2k; its fourth parts of a turn are halves.
+        // Radix-2 stage: W(2L)^k = W(4L)^2k, and its factor (-1)^(jm) is (-j)^(2jm).
         &[Packed::new(i16::MAX, 0), square]
     };
     let quarters = if fours { m } else { 2 * m };
@@ -202,8 +202,8 @@ pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32
     sum
 }
 
-/// [`finish`] for all transforms but the longest: one copy, whose loops are counted at run time. A
-/// shorter chirp has the time.
+/// Runs [`finish`] for all transforms but the longest. One copy serves all sizes, with loop counts known at run
+/// time only: shorter chirps leave enough time.
 fn finish_short<A: Arithmetic, B: Bin>(
     data: &mut [Packed],
     spare: &mut [Packed],
@@ -235,9 +235,9 @@ fn finish_short<A: Arithmetic, B: Bin>(
     exponent
 }
 
-/// A last radix-2 stage; its overall factor is 1/2.
+/// Runs a last radix-2 stage, scaled by 1/2.
 ///
-/// W(2L)^k = W(4L)^2k, so that the radix-4 table of the same L serves.
+/// W(2L)^k = W(4L)^2k, so the radix-4 table of the same L can be used.
 #[inline(always)]
 fn last_pairs<A: Arithmetic, B: Bin>(src: &[Packed], bins: &mut [B], table: &[[Packed; 3]]) {
     let (blocks, _) = src.as_chunks::<2>();
@@ -250,10 +250,9 @@ fn last_pairs<A: Arithmetic, B: Bin>(src: &[Packed], bins: &mut [B], table: &[[P
     }
 }
 
-/// The whole transform of N points (16, 32, 64, 128 or 256) of magnitude up to
-/// [`MAX_MAGNITUDE`].
+/// Transforms N points (16, 32, 64, 128 or 256) of magnitude up to [`MAX_MAGNITUDE`].
 ///
-/// Returns the exponent e: the true values of the bins are 2^e times the ones given.
+/// Returns the exponent e: the true values of the bins are 2^e times `bins`.
 pub fn transform<A: Arithmetic, B: Bin, const N: usize>(
     input: &[Packed; N],
     [data, spare]: &mut [[Packed; N]; 2],

@@ -3,7 +3,8 @@
 /// 256 · log2(1 + k / 64), rounded, for k = 0…64.
 static MANTISSA: [u16; 65] = mantissa_table(0.0);
 
-/// The same in the middle of each interval: the nearest value for a plain look-up.
+/// 256 · log2(1 + (k + ½) / 64), rounded, for k = 0…63: the value at the middle of each interval, for a look-up
+/// without interpolation.
 static MIDDLE: [u8; 64] = {
     let full = mantissa_table(0.5);
     let mut table = [0; 64];
@@ -26,7 +27,7 @@ const fn mantissa_table(offset: f32) -> [u16; 65] {
     table
 }
 
-/// 256 · log2(x), within ±1; -256 for 0.
+/// Returns 256 · log2(x), within ±1; -256 for 0.
 #[inline]
 pub fn log2_fine(x: u32) -> i32 {
     if x == 0 {
@@ -43,7 +44,7 @@ pub fn log2_fine(x: u32) -> i32 {
     (31 - zeros as i32) * 256 + low + (((high - low) * fraction + 0x8000) >> 16)
 }
 
-/// 256 · log2(x), within ±4: one look-up, for cells that keep 1/8 octave. 0 counts like 1.
+/// Returns 256 · log2(x), within ±4: one look-up, for cells of 1/8 octave. 0 is treated as 1.
 #[inline(always)]
 pub fn log2_coarse(x: u32) -> i32 {
     let zeros = (x | 1).leading_zeros();
@@ -51,10 +52,10 @@ pub fn log2_coarse(x: u32) -> i32 {
     (31 - zeros as i32) * 256 + MIDDLE.get(k).map_or(0, |&m| i32::from(m))
 }
 
-/// Cell of a tone at the converter's full scale.
+/// Cell value of a tone at the converter's full scale.
 pub const FULL_SCALE: u8 = 247;
 
-/// 1/256 octaves in one step of a cell.
+/// Number of 1/256 octaves in one map unit.
 pub const FINE: i32 = 32;
 
 /// Rounds 1/256 octaves to a cell.
@@ -63,10 +64,10 @@ pub fn to_cell(fine: i32) -> u8 {
     ((fine + FINE / 2) >> 5).clamp(0, 255) as u8
 }
 
-/// Logarithms of `power` as cells, `offset` 1/256 octaves higher.
+/// Writes the logarithms of `power` plus `offset`, 1/256 octave, as cells.
 ///
-/// Out of line: inlined, its loop is compiled for whatever surrounds it (2,699 instructions for 231
-/// cells become 3,566 in `bench`).
+/// Not inlined: inlined, its loop is compiled for its surroundings (2,699 instructions for 231 cells become
+/// 3,566 in `bench`).
 #[inline(never)]
 pub fn fill_cells(power: &[u32], offset: i32, cells: &mut [u8]) {
     for (cell, &p) in cells.iter_mut().zip(power) {
@@ -74,7 +75,7 @@ pub fn fill_cells(power: &[u32], offset: i32, cells: &mut [u8]) {
     }
 }
 
-/// 256 · log2(x) of a wider number, within ±1; -256 for 0.
+/// Returns 256 · log2(x) of a wider number, within ±1; -256 for 0.
 pub fn log2_wide(x: u64) -> i32 {
     let excess = 32u32.saturating_sub(x.leading_zeros());
     log2_fine((x >> excess) as u32) + 256 * excess as i32

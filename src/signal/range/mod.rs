@@ -1,4 +1,5 @@
-//! From chirp to one row of the map: DC removal, window, FFT, power, CA-CFAR (paper II-A, III-C).
+//! Range processing of a chirp to one row of the map: DC removal, window, FFT, power, CA-CFAR (paper II-A,
+//! III-C).
 //!
 //! | pass | reads | does | module |
 //! |---|---|---|---|
@@ -7,15 +8,15 @@
 //! | 3… | buffers | the other stages, the last straight into power | `fft` |
 //! | last | power | logarithm, CA-CFAR | `log`, `cfar` |
 //!
-//! Arithmetic is 16-bit block floating point: the chirp's swing decides a power of two before the
-//! window, and each stage decides from its input's magnitude how far it scales down. The exponent
-//! is carried along, so that a weak chirp keeps its bits and cells of all chirps compare.
+//! The arithmetic is 16-bit block floating point. The chirp's swing decides a power of two before the window,
+//! and each stage's input magnitude decides how far the stage scales down. The exponent is carried along, so
+//! that a weak chirp keeps its bits and cells of all chirps are comparable.
 //!
 //! # Logarithmic power
-//! A cell counts 1/8 octave of power (0.376 dB). Its reference is the converter's full scale: a
-//! tone of amplitude 32768 in a bin's middle gives [`FULL_SCALE`] = 247; √2 times that (both
-//! parts at full scale) gives 255; 0 is 93 dB below full scale, near the rounding of a 16-bit
-//! converter seen through the transform. Profiles count 1/256 octave on the same scale.
+//! A cell counts 1/8 octave of power (0.376 dB) relative to the converter's full scale. A tone of amplitude
+//! 32768 in a bin's middle gives [`FULL_SCALE`] = 247; √2 times that (both parts at full scale) gives 255; 0 is
+//! 93 dB below full scale, near the rounding of a 16-bit converter after the transform. Profiles count 1/256
+//! octave on the same scale.
 
 pub mod cfar;
 pub mod fft;
@@ -45,42 +46,41 @@ pub use log::FULL_SCALE;
 use packed::{Arithmetic, Bin, Native, Packed};
 use window::{ChirpLevels, Window};
 
-/// Half width of the window's main lobe in native range bins.
+/// Half width of the window's main lobe, native range bins.
 const LOBE_BINS: f32 = 2.0;
-/// Bins beyond those of the mirror's echo that its lobe may still reach.
+/// Number of bins beyond those of the mirror's echo that its main lobe may still reach.
 const NEAR_GAP_BINS: u16 = 1;
-/// What an I/Q imbalance leaves of an echo at its negative frequency is weaker than this power of
-/// two (30 dB): a hit must be stronger.
+/// Maximum level of the I/Q image of an echo at its negative frequency, as a power of two below the echo:
+/// 2^-10, -30 dB. A detection must be stronger.
 const IMAGE_SHIFT: u32 = 10;
 
-/// What one chirp tells beside its row: the health of radar and mirror.
+/// Statistics of one chirp for the health checks of radar and mirror.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RowStats {
-    /// Samples whose I or Q stands at full scale.
+    /// Number of samples whose I or Q is at full scale.
     pub saturated: u16,
-    /// Largest distance of any I or Q from its mean: at most 1 when the converter is silent.
+    /// Maximum distance of any I or Q from its mean; at most 1 when the converter is silent.
     pub swing: u16,
     /// Means of I and Q.
     pub mean: Iq,
-    /// Least and greatest I and Q.
+    /// Minimum and maximum of I and Q.
     pub extremes: [Iq; 2],
-    /// Logarithmic power of the mirror's own echo, map units; 0 without a mirror.
+    /// Level of the mirror's own echo, map units; 0 without a mirror.
     pub mirror_echo: u8,
-    /// Where it peaks within the bins in which it is looked for, 1/16 bin from its place by the
-    /// mirror's offset.
+    /// Offset of the mirror echo's peak from its nominal place by the mirror's offset, 1/16 bin.
     pub mirror_place: i16,
-    /// Logarithmic power at the mirror's negative frequency, where an unlike I and Q show it again.
+    /// Level at the mirror's negative frequency, where an I/Q imbalance shows an image of its echo, map units.
     pub image: u8,
-    /// Logarithmic power of the strongest of what the scanner shows of itself: leakage or mirror.
+    /// Level of the strongest self-echo of the scanner, leakage or mirror, map units.
     pub inside: u8,
-    /// Logarithmic power of what stands between the mirror's echo and the first kept bin.
+    /// Level of the strongest bin between the mirror's echo and the first kept bin, map units.
     pub near: u8,
-    /// Cells that CA-CFAR let through.
+    /// Number of CA-CFAR detections.
     pub hits: u16,
 }
 
 impl RowStats {
-    /// Before the first chirp.
+    /// Initial value before the first chirp.
     pub const EMPTY: Self = Self {
         saturated: 0,
         swing: 0,
@@ -95,12 +95,12 @@ impl RowStats {
     };
 }
 
-/// A chirp that has not the configured number of samples.
+/// A chirp whose number of samples differs from the configured one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChirpLength {
-    /// Samples of the chirp.
+    /// Number of samples of the chirp.
     pub got: usize,
-    /// Samples per chirp of the configuration.
+    /// Number of samples per chirp of the configuration.
     pub expected: usize,
 }
 
@@ -113,7 +113,7 @@ impl fmt::Display for ChirpLength {
 
 impl core::error::Error for ChirpLength {}
 
-/// Turns chirps into rows of the map, with this target's arithmetic.
+/// Range processor with this target's arithmetic.
 ///
 /// ```
 /// use stairscan::Iq;
@@ -142,22 +142,22 @@ impl core::error::Error for ChirpLength {}
 /// ```
 pub type RangeProcessor = Processor<Native>;
 
-/// Turns chirps into rows of the map. Some 6 KB: window, thresholds, transform buffers.
+/// Range processor: turns chirps into rows of the map. Some 6 KB: window, thresholds, transform buffers.
 #[derive(Clone, Debug)]
 pub struct Processor<A> {
     front_end: FrontEnd,
     kept: BinWindow,
-    /// Bins around the mirror's echo …
+    /// Bins around the mirror's echo.
     mirror: BinWindow,
-    /// … its place by the mirror's offset, 1/16 bin …
+    /// Nominal place of the mirror's echo by the mirror's offset, 1/16 bin.
     mirror_at: i32,
-    /// … those of its image at its negative frequency …
+    /// Bins of the image of the mirror's echo, at its negative frequency.
     image: BinWindow,
-    /// … all up to its end but the first, which holds no echo …
+    /// All bins up to the end of `mirror` except bin 0, which holds no echo.
     inside: BinWindow,
-    /// … and those from its end to the kept ones.
+    /// Bins between the end of `mirror` and the kept ones.
     near: BinWindow,
-    /// 1/256 octaves from log2 of a mantissa's power to the reference, but for gain and exponent.
+    /// Offset from log2 of a mantissa's power to the reference level, 1/256 octave, without gain and exponent.
     offset: i32,
     cfar: Cfar,
     power: [u32; MAX_SAMPLES],
@@ -165,8 +165,8 @@ pub struct Processor<A> {
 }
 
 impl<A: Arithmetic> Processor<A> {
-    /// A processor that refuses every chirp, until [`Processor::configure`] shapes it: for
-    /// statics, where a value as large as this must not pass over the stack.
+    /// Creates a processor that refuses every chirp until [`Processor::configure`] is called: for statics,
+    /// because a value of this size must not pass over the stack.
     pub const fn idle() -> Self {
         Self {
             front_end: FrontEnd {
@@ -187,11 +187,11 @@ impl<A: Arithmetic> Processor<A> {
         }
     }
 
-    /// A processor for this radar, mount and detection.
+    /// Creates a processor for this radar, mount and detection.
     ///
     /// # Errors
-    /// Names the first field that is out of its range, or the bandwidth when no range bin is left
-    /// beyond the near limit.
+    /// Returns the first field that is out of its range, or the bandwidth if no range bin remains beyond the
+    /// near limit.
     pub fn new(
         radar: &RadarConfig,
         mount: &MountConfig,
@@ -202,7 +202,7 @@ impl<A: Arithmetic> Processor<A> {
         Ok(processor)
     }
 
-    /// Takes another configuration; on an error the old one stays.
+    /// Sets another configuration; after an error the old one stays in force.
     ///
     /// # Errors
     /// Those of [`Processor::new`].
@@ -216,7 +216,7 @@ impl<A: Arithmetic> Processor<A> {
         self.set(radar, mount, cfar, kept)
     }
 
-    /// The same for a scan, whose map may not hold every bin.
+    /// Sets the configuration of a scan, whose map may not hold all bins.
     ///
     /// # Errors
     /// Those of [`Processor::new`].
@@ -247,7 +247,7 @@ impl<A: Arithmetic> Processor<A> {
             first,
             count: end.saturating_sub(first),
         };
-        // Bin k's negative frequency is bin N - k.
+        // The negative frequency of bin k is bin N - k.
         let mirrored = |bin: u16| (radar.fft_len() as u16).saturating_sub(bin);
         self.image = match self.mirror.count {
             // Real samples have no negative frequencies.
@@ -270,15 +270,15 @@ impl<A: Arithmetic> Processor<A> {
         Ok(())
     }
 
-    /// The bins that rows keep.
+    /// Returns the bins that rows keep.
     pub fn kept(&self) -> BinWindow {
         self.kept
     }
 
-    /// Works one chirp off into one row of the map; cells beyond the kept bins stay as they are.
+    /// Processes one chirp into one row of the map; cells beyond the kept bins are unchanged.
     ///
     /// # Errors
-    /// A chirp of the wrong length leaves the row untouched.
+    /// A chirp of the wrong length leaves the row unchanged.
     pub fn process(&mut self, chirp: &[Iq], row: &mut Row<'_>) -> Result<RowStats, ChirpLength> {
         let (levels, offset) = self.measure(chirp)?;
         let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
@@ -301,12 +301,12 @@ impl<A: Arithmetic> Processor<A> {
         })
     }
 
-    /// The complex values of stored bin `bin` and of the mirror's echo in the chirp that was processed
-    /// last, to compare their phases; their scale is that chirp's own.
+    /// Returns the complex values of stored bin `bin` and of the mirror's echo in the last processed chirp,
+    /// whose phases can be compared; they have the scale of that chirp.
     pub fn phasors(&self, bin: u8) -> [[f32; 2]; 2] {
         let [data, spare] = &self.front_end.buffers;
         let stored = usize::from(self.kept.first) + usize::from(bin);
-        // The bin that holds the mirror's place, whichever is strongest: one bin, one phase.
+        // Always the nominal bin, not the strongest one: one bin has one phase.
         let mirror = (self.mirror_at / 16) as usize;
         let points = self.front_end.points;
         [stored, mirror].map(|bin| match self.front_end.window.is_real() {
@@ -315,8 +315,8 @@ impl<A: Arithmetic> Processor<A> {
         })
     }
 
-    /// Where the mirror's echo peaks: a parabola through the logarithms of its strongest bin and the
-    /// two beside it, 1/16 bin from its place by the mirror's offset.
+    /// Returns the offset of the mirror echo's peak from its nominal place, 1/16 bin: a parabola through the
+    /// logarithmic powers of its strongest bin and the two neighbours.
     fn mirror_place(&self, offset: i32) -> i16 {
         let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
         let bins = (usize::from(self.mirror.first)..).zip(self.mirror.of(power));
@@ -326,15 +326,15 @@ impl<A: Arithmetic> Processor<A> {
         let fine = |bin: usize| log::log2_fine(power.get(bin).copied().unwrap_or(0)) + offset;
         let (a, b, c) = (fine(peak.saturating_sub(1)), fine(peak), fine(peak + 1));
         let bend = (2 * b - a - c).max(1);
-        // Between the two bins beside it: half a bin to each side where it is a maximum.
+        // At a maximum the vertex of the parabola lies within half a bin to each side.
         let part = (8 * (c - a) / bend).clamp(-8, 8);
         (16 * peak as i32 + part - self.mirror_at) as i16
     }
 
-    /// Works one chirp off into a profile of all bins of the transform, for people to look at.
+    /// Processes one chirp into a profile of all bins of the transform, for plots.
     ///
     /// # Errors
-    /// A chirp of the wrong length leaves the profile untouched.
+    /// A chirp of the wrong length leaves the profile unchanged.
     pub fn profile(&mut self, chirp: &[Iq], profile: &mut Profile) -> Result<(), ChirpLength> {
         let (_, offset) = self.measure(chirp)?;
         let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
@@ -356,8 +356,8 @@ impl<A: Arithmetic> Processor<A> {
         Ok(())
     }
 
-    /// Transforms one chirp for those who want its complex spectrum: every bin's mantissa, and what
-    /// to multiply it by so that a full-scale tone has amplitude 1.
+    /// Transforms one chirp to its complex spectrum. `bins` receives the mantissas; the returned factor scales
+    /// them so that a full-scale tone has amplitude 1.
     ///
     /// # Errors
     /// A chirp of the wrong length.
@@ -372,7 +372,7 @@ impl<A: Arithmetic> Processor<A> {
         Ok(unit / (self.front_end.window.sum() * levels.gain() as f32))
     }
 
-    /// Takes hits that are images out of the mask; returns the number that stay. Real samples have no
+    /// Removes detections that are images from the mask; returns the number of the others. Real samples have no
     /// images.
     fn keep(&self, power: &[u32], mask: &mut [u32]) -> u16 {
         match self.front_end.window.is_real() {
@@ -381,7 +381,7 @@ impl<A: Arithmetic> Processor<A> {
         }
     }
 
-    /// Chirp to power of every bin; returns what to add to 256 · log2 of it as well.
+    /// Computes the power of every bin of a chirp; returns also the offset to 256 · log2 of the power.
     fn measure(&mut self, chirp: &[Iq]) -> Result<(ChirpLevels, i32), ChirpLength> {
         let (levels, exponent) = self.front_end.run::<A, u32>(chirp, &mut self.power)?;
         let gain = log::log2_fine(levels.gain() as u32);
@@ -389,7 +389,7 @@ impl<A: Arithmetic> Processor<A> {
     }
 }
 
-/// Chirp to spectrum: window and transform with their buffers.
+/// Window and transform with their buffers: chirp to spectrum.
 #[derive(Clone, Debug)]
 struct FrontEnd {
     points: usize,
@@ -398,7 +398,7 @@ struct FrontEnd {
 }
 
 impl FrontEnd {
-    /// Returns the exponent e as well: true values of the transform are 2^e times the bins given.
+    /// Returns also the exponent e: the true values of the transform are 2^e times `bins`.
     fn run<A: Arithmetic, B: Bin>(
         &mut self,
         chirp: &[Iq],
@@ -424,7 +424,7 @@ impl FrontEnd {
         Ok((levels, exponent))
     }
 
-    /// The transform's passes for N points.
+    /// Runs the transform for N points.
     fn transform<A: Arithmetic, B: Bin, const N: usize>(
         &mut self,
         chirp: &[Iq],
@@ -445,7 +445,7 @@ impl FrontEnd {
     }
 }
 
-/// Bins in which the mirror's own echo peaks; none without a mirror.
+/// Returns the bins in which the mirror's own echo can peak; none without a mirror.
 fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
     if mount.mirror_offset <= 0 {
         return BinWindow::default();
@@ -461,8 +461,8 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
     }
 }
 
-/// Takes out the hits that are no stronger than what an I/Q imbalance makes of the echo at their
-/// negative frequency (the mirror's own echo, for one); returns the number that stay.
+/// Removes the detections that are no stronger than the possible I/Q image of the echo at their negative
+/// frequency (the mirror's own echo, for example); returns the number of the others.
 fn without_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;
@@ -483,7 +483,7 @@ fn without_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     count
 }
 
-/// Saturates 1/256 octaves to what a profile holds.
+/// Saturates 1/256 octaves to the range of a profile.
 fn to_fine(fine: i32) -> i16 {
     fine.clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }

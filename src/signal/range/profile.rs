@@ -1,10 +1,10 @@
-//! A whole range profile with its threshold, for people: `profile`, pictures, tests.
+//! Range profile of one chirp with its threshold: for the command `profile`, plots and tests.
 
 use super::log::{FINE, FULL_SCALE};
 use crate::config::MAX_SAMPLES;
 use crate::signal::grid::BinWindow;
 
-/// Power, threshold and hits of every bin of one chirp's transform.
+/// Power, threshold and detections of every bin of one chirp's transform.
 ///
 /// Logarithms count 1/256 octave of power; a tone at the converter's full scale has
 /// [`FULL_SCALE`] · 32.
@@ -12,18 +12,18 @@ use crate::signal::grid::BinWindow;
 pub struct Profile {
     pub(super) power: [i16; MAX_SAMPLES],
     pub(super) threshold: [i16; MAX_SAMPLES],
-    /// Bit k % 32 of word k / 32 for kept bin k.
+    /// Detections: bit k % 32 of word k / 32 for kept bin k.
     pub(super) hits: [u32; MAX_SAMPLES / 32],
     points: usize,
     kept: BinWindow,
 }
 
-/// One target of a profile.
+/// One detected echo of a profile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// Where it stands, in bins of the transform, interpolated.
+    /// Range, interpolated, in bins of the transform.
     pub bin: f32,
-    /// Its power relative to full scale, dB, interpolated.
+    /// Level relative to full scale, interpolated, dB.
     pub power_db: f32,
 }
 
@@ -39,14 +39,14 @@ impl Default for Profile {
     }
 }
 
-/// Decibels relative to full scale.
+/// Returns a level of 1/256 octaves in decibels relative to full scale.
 fn decibels(fine: f32) -> f32 {
     (fine - (i32::from(FULL_SCALE) * FINE) as f32) * (crate::math::DB_PER_OCTAVE / 256.0)
 }
 
 impl Profile {
-    /// Empties the profile for `points` bins of which `kept` are tested; the others' threshold is
-    /// out of reach.
+    /// Clears the profile for `points` bins, of which `kept` are tested. The threshold of the others is the
+    /// maximum.
     pub(super) fn clear(&mut self, points: usize, kept: BinWindow) {
         self.points = points.min(MAX_SAMPLES);
         self.kept = kept;
@@ -54,53 +54,53 @@ impl Profile {
         self.threshold.fill(i16::MAX);
     }
 
-    /// Bins of the transform.
+    /// Returns the number of bins of the transform.
     pub fn bins(&self) -> usize {
         self.points
     }
 
-    /// The bins that are tested; outside lie leakage, mirror and what wraps round.
+    /// Returns the bins that are tested. The others contain leakage, mirror and wrap-around.
     pub fn kept(&self) -> BinWindow {
         self.kept
     }
 
-    /// Power of every bin, 1/256 octave.
+    /// Returns the power of every bin, 1/256 octave.
     pub fn power(&self) -> &[i16] {
         self.power.get(..self.points).unwrap_or(&[])
     }
 
-    /// Threshold of every bin, 1/256 octave; the largest value where nothing is tested.
+    /// Returns the threshold of every bin, 1/256 octave; the maximum for bins that are not tested.
     pub fn threshold(&self) -> &[i16] {
         self.threshold.get(..self.points).unwrap_or(&[])
     }
 
-    /// Power of `bin` in dB relative to full scale.
+    /// Returns the power of `bin`, dB relative to full scale.
     pub fn power_db(&self, bin: usize) -> f32 {
         decibels(self.power.get(bin).map_or(0.0, |&p| f32::from(p)))
     }
 
-    /// Threshold of `bin` in dB relative to full scale; `None` where nothing is tested.
+    /// Returns the threshold of `bin`, dB relative to full scale; `None` for a bin that is not tested.
     pub fn threshold_db(&self, bin: usize) -> Option<f32> {
         let &threshold = self.threshold.get(bin)?;
         (threshold != i16::MAX).then(|| decibels(f32::from(threshold)))
     }
 
-    /// Whether `bin` exceeds its threshold.
+    /// Returns whether `bin` exceeds its threshold.
     pub fn is_hit(&self, bin: usize) -> bool {
         bin.checked_sub(self.kept.first.into())
             .and_then(|k| Some(self.hits.get(k / 32)? >> (k % 32) & 1 != 0))
             .unwrap_or(false)
     }
 
-    /// Local maxima among the hits, nearest first, each placed between the bins by the parabola
-    /// through three logarithmic powers (a Hann window's main lobe in decibels is nearly one).
+    /// Returns the local maxima among the detections, nearest first. Each is interpolated between bins by the
+    /// parabola through three logarithmic powers (a Hann window's main lobe in decibels is nearly a parabola).
     pub fn detections(&self) -> impl Iterator<Item = Detection> + '_ {
         let triples = self.power().windows(3).enumerate();
         triples.filter_map(|(before, triple)| {
             let &[left, peak, right] = triple else {
                 return None;
             };
-            // Of two equal neighbours the nearer one counts.
+            // Of two equal neighbours the nearer one is taken.
             if !self.is_hit(before + 1) || left >= peak || right > peak {
                 return None;
             }

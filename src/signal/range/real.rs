@@ -1,8 +1,8 @@
-//! The transform of real samples: 2 Ns of them in Ns complex points, and half the arithmetic.
+//! Transform of real samples: 2 Ns samples in Ns complex points, with half the arithmetic.
 //!
-//! A chirp of real values comes as pairs (x[2n], x[2n+1]) in the place of I and Q. Their transform Z of N
-//! points holds that of the even values and that of the odd ones (Brigham, The Fast Fourier Transform and
-//! its Applications, sec. 9.3). With W = exp(-πi / N),
+//! A chirp of real values is stored as pairs (x[2n], x[2n+1]) in place of I and Q. Its transform Z of N points
+//! contains those of the even and of the odd values (Brigham, The Fast Fourier Transform and its Applications,
+//! sec. 9.3). With W = exp(-πi / N),
 //!
 //! ```text
 //! S = Z[k] + Z*[N-k],   D = Z[k] - Z*[N-k],   T = j W^k D
@@ -12,10 +12,10 @@
 //! for k = 0…N/2, where Z[N] is Z[0]. X[N], at half the sampling rate, is not kept.
 //!
 //! No overflow: |S|² + |D|² = 2 (|Z[k]|² + |Z[N-k]|²), so that |X| is at most √2 times the larger |Z|, and S
-//! and D at most twice. Where every |Z| is below 16 384 that fits; elsewhere everything is halved.
+//! and D at most twice. If every |Z| is below 16 384, this fits; else all values are halved.
 //!
-//! The stages are those of complex chirps, down to power: the last one is done again for the bins
-//! themselves, of which the power tells how large they are. One copy serves all sizes.
+//! The stages are those of complex chirps, with power as output, which gives the magnitude of the bins. The
+//! last stage is then repeated with complex bins as output. One copy serves all sizes.
 
 use super::fft::{self, Headroom, to_q15};
 use super::packed::{Arithmetic, Bin, Packed, halves, quarters};
@@ -36,12 +36,13 @@ static TWIDDLES: [Packed; MAX_SAMPLES / 2 + 1] = {
     table
 };
 
-/// Power from which on bins are halved before they are joined.
+/// Minimum power of a bin, from which the bins are halved before they are combined: |Z| = 16 384.
 const LARGE: u32 = 1 << 28;
 
-/// From a chirp of pairs, and its levels, to the bins of its transform; `points` of both buffers are used.
+/// Transforms a chirp of pairs into bins; `levels` becomes that of real values. `points` of both buffers are
+/// used.
 ///
-/// Returns the exponent e: the true values of the bins are 2^e times the ones given.
+/// Returns the exponent e: the true values of the bins are 2^e times `bins`.
 #[inline(never)]
 pub fn transform<A: Arithmetic, B: Bin>(
     (chirp, levels): (&[Iq], &mut ChirpLevels),
@@ -68,7 +69,7 @@ pub fn transform<A: Arithmetic, B: Bin>(
     exponent + i32::from(half)
 }
 
-/// DC removal, normalisation and window; zeros behind the chirp.
+/// DC removal, normalisation and window; fills up with zeros.
 #[inline(always)]
 fn weigh<A: Arithmetic>(chirp: &[Iq], levels: &ChirpLevels, window: &Window, out: &mut [Packed]) {
     let weigher = Weigher::new(levels);
@@ -90,7 +91,7 @@ fn weigh<A: Arithmetic>(chirp: &[Iq], levels: &ChirpLevels, window: &Window, out
     }
 }
 
-/// The first radix-4 stage, for which the window leaves the headroom.
+/// Runs the first radix-4 stage, for which the window's scale leaves the headroom.
 #[inline(always)]
 fn first_stage<A: Arithmetic>(src: &mut [Packed], dst: &mut [Packed]) -> Headroom {
     let mut seen = Headroom::default();
@@ -105,14 +106,14 @@ fn first_stage<A: Arithmetic>(src: &mut [Packed], dst: &mut [Packed]) -> Headroo
     seen
 }
 
-/// Even and odd values' transforms into that of all, or into half of it.
+/// Combines the transforms of even and odd values into that of all values, or into half of it.
 #[inline(always)]
 fn untangle<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut [B]) {
     let step = MAX_SAMPLES / z.len().max(1);
     let (low, high) = z.split_at(z.len() / 2);
     let (low_bins, high_bins) = halves(bins);
     if let ([bin, low_bins @ ..], [x, low @ ..]) = (&mut *low_bins, low) {
-        // The first one is its own partner, and real.
+        // Bin 0 is its own partner, and real.
         let sum = i32::from(x.re()) + i32::from(x.im());
         *bin = B::of::<A>(Packed::new((sum >> i32::from(half)) as i16, 0));
         let outputs = low_bins.iter_mut().zip(high_bins.iter_mut().rev());
@@ -132,7 +133,7 @@ fn untangle<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut [B]) {
         }
     }
     if let ([bin, ..], [x, ..]) = (high_bins, high) {
-        // So is the middle one.
+        // The middle bin is its own partner, too.
         let x = if half {
             A::half_add(*x, Packed::ZERO)
         } else {
@@ -142,7 +143,7 @@ fn untangle<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut [B]) {
     }
 }
 
-/// One bin of the transform that [`transform`] has made in these buffers. The bin's scale is not told.
+/// Returns one bin of the last [`transform`] from its buffers, without the exponent.
 #[inline(never)]
 pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32; 2] {
     let z = match points {

@@ -1,4 +1,4 @@
-//! The chain against an f64 reference, its error bounds, and what no chirp may do to it.
+//! Range processing against an f64 reference: error bounds, detections, and robustness against any chirp.
 
 mod real;
 
@@ -20,7 +20,7 @@ fn radar(samples: u16) -> RadarConfig {
     }
 }
 
-/// A processor without a mirror and margin, so that the smallest sizes have bins left.
+/// A processor without mirror and near margin, so that the smallest sizes have bins left.
 fn bare(samples: u16) -> RangeProcessor {
     let mount = MountConfig {
         mirror_offset: 0,
@@ -38,7 +38,7 @@ fn usual() -> RangeProcessor {
     RangeProcessor::new(&c.radar, &c.mount, &c.cfar).unwrap()
 }
 
-/// Normally distributed numbers (Box and Muller).
+/// Source of normally distributed numbers (Box and Muller).
 struct Gauss(Xoshiro128PlusPlus);
 
 impl Gauss {
@@ -56,11 +56,11 @@ impl Gauss {
 }
 
 fn quantise(re: f64, im: f64) -> Iq {
-    // `as` saturates: the converter clips.
+    // The cast saturates: the converter clips.
     Iq::new(re.round() as i16, im.round() as i16)
 }
 
-/// Three tones of random bins and phases and noise 50 dB below, peaking at `level` dBFS.
+/// Returns three tones of random bins and phases with noise 50 dB below, peaking at `level` dBFS.
 fn tones(samples: usize, level: f64, random: &mut Gauss) -> Vec<Iq> {
     let peak = 32_767.0 * 10f64.powf(level / 20.0);
     let parts = [0.5, 0.3, 0.2].map(|a| {
@@ -79,8 +79,8 @@ fn tones(samples: usize, level: f64, random: &mut Gauss) -> Vec<Iq> {
     (0..samples).map(|n| at(n, random)).collect()
 }
 
-/// The definition in double precision: mean removed, Hann window, zero-padded transform. Returns
-/// the complex spectrum relative to a full-scale tone.
+/// Reference in double precision: mean removed, Hann window, zero-padded transform. Returns the complex
+/// spectrum relative to a full-scale tone.
 fn reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
     let ns = chirp.len() as f64;
     let mean = |part: fn(&Iq) -> i16| chirp.iter().map(|x| f64::from(part(x))).sum::<f64>() / ns;
@@ -100,7 +100,7 @@ fn reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The fixed-point spectrum relative to a full-scale tone.
+/// Returns the fixed-point spectrum relative to a full-scale tone.
 fn measured(processor: &mut RangeProcessor, chirp: &[Iq]) -> Vec<(f64, f64)> {
     let mut bins = [Packed::ZERO; 256];
     let unit = f64::from(processor.spectrum(chirp, &mut bins).unwrap());
@@ -112,7 +112,7 @@ fn total(spectrum: &[(f64, f64)]) -> f64 {
     spectrum.iter().map(|(re, im)| re * re + im * im).sum()
 }
 
-/// Power of the spectrum against that of its error, dB.
+/// Returns the ratio of the spectrum's power to that of its error, dB.
 fn signal_to_error(processor: &mut RangeProcessor, chirp: &[Iq]) -> f64 {
     let (exact, fixed) = (reference(chirp), measured(processor, chirp));
     let pairs = exact.iter().zip(&fixed);
@@ -157,7 +157,7 @@ fn phasors_are_the_bins_of_the_spectrum_at_every_size() {
             let (a, b) = (f32::from(x.re()), f32::from(x.im()));
             let size = math::sqrt(a * a + b * b);
             let other = math::sqrt(echo[0] * echo[0] + echo[1] * echo[1]);
-            // What roundings of a few units turn.
+            // Rounding of a few units may turn the phase of a smaller one.
             if size > 300.0 {
                 let cos = (a * echo[0] + b * echo[1]) / (size * other);
                 assert!(cos > 0.999, "{samples} samples, bin {bin}: {cos}");
@@ -211,7 +211,7 @@ fn full_scale_stands_at_its_reference() {
     }
 }
 
-/// One row of the usual map.
+/// Processes one row of the default map.
 fn row_of(processor: &mut RangeProcessor, chirp: &[Iq]) -> (Vec<u8>, Vec<u32>, RowStats) {
     let count = usize::from(processor.kept().count);
     let (mut cells, mut mask) = (vec![0; count], vec![0; count.div_ceil(32)]);
@@ -263,7 +263,7 @@ fn only_targets_are_detected() {
         detections.remove(target);
         false_alarms += detections.len();
     }
-    // 200 profiles of 217 tested cells at 1.7e-4.
+    // 200 profiles of 217 tested cells at 1.7e-4: 7.4 false alarms expected.
     assert!(false_alarms <= 20, "{false_alarms}");
 }
 
@@ -277,11 +277,11 @@ fn leakage_mirror_and_wrapping_never_become_targets() {
     for _ in 0..500 {
         let (_, _, stats) = row_of(&mut processor, &scene(&[], 5.0, &mut random));
         hits += u32::from(stats.hits);
-        // The echo of 1500 of 32768 stands 26.8 dB below full scale: 71 steps.
+        // The echo of 1500 of 32768 is 26.8 dB below full scale: 71 map units.
         assert!((i32::from(stats.mirror_echo) - (247 - 71)).abs() <= 4);
         assert_eq!(stats.saturated, 0);
     }
-    // 500 rows of 217 cells at 1.7e-4 make 18.
+    // 500 rows of 217 cells at 1.7e-4: 18 false alarms expected.
     assert!(hits < 45, "{hits}");
 }
 
@@ -371,7 +371,7 @@ fn false_alarm_rate_is_the_configured_one() {
         let edge_rate = edge_hits as f64 / edge_cells as f64 / f64::from(false_alarm);
         println!("{samples} samples: {rate:.2} of the configured rate, {edge_rate:.2} at the ends");
         assert!((0.5..=2.0).contains(&rate), "{samples} samples: {rate}");
-        // The ends are few cells: only where they make enough hits does their rate say something.
+        // The ends have few cells: their rate is tested only with enough expected detections.
         if edge_cells as f32 * false_alarm > 30.0 {
             assert!(
                 (0.5..=2.0).contains(&edge_rate),
@@ -422,7 +422,7 @@ fn a_chirp_of_the_wrong_length_is_refused() {
     assert!(idle.process(&[], &mut row).is_err());
 }
 
-/// Samples that try the arithmetic: rails, zeros, alternation, noise.
+/// Samples at the limits of the arithmetic: rails, zeros, alternation, noise.
 fn any_sample() -> impl Strategy<Value = Iq> {
     let rail = prop_oneof![
         Just(i16::MIN),
@@ -448,8 +448,8 @@ proptest! {
         let mut processor = bare(SIZES[size]);
         let (cells, _, stats) = row_of(&mut processor, &chirp);
         prop_assert!(usize::from(stats.hits) <= cells.len());
-        // The powers respect the transform's overflow argument, and the total agrees with the
-        // reference as far as 16 bits normalised before the window can.
+        // The powers are below the bound of the overflow argument, and the total agrees with the reference
+        // within the precision of 16 bits normalised before the window.
         prop_assert!(processor.power.iter().all(|&p| p < 1 << 30));
         let exact = total(&reference(&chirp));
         let total = total(&measured(&mut processor, &chirp));
@@ -479,8 +479,8 @@ proptest! {
     }
 }
 
-/// What the range axis is computed with: no difference from the exact functions, over more than the
-/// bins and levels that there are.
+/// Rounding functions of the range axis: equal to those of the standard library over more than the range of
+/// bins and levels.
 #[test]
 fn whole_numbers_are_those_of_the_standard_library() {
     for k in -400_000..=400_000 {

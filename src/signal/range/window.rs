@@ -1,5 +1,5 @@
-//! The first pass over a chirp (mean and extremes) and the second: DC removal, normalisation,
-//! window and the transform's first stage in one.
+//! First two passes over a chirp: mean and extremes; then DC removal, normalisation, window and the transform's
+//! first stage in one.
 
 use super::fft::{Headroom, MAX_MAGNITUDE, MAX_POINTS};
 use super::packed::{Arithmetic, Packed, quarters};
@@ -8,21 +8,21 @@ use crate::math::sin_cos;
 
 /// Hann window of Ns coefficients, scaled so that the transform's first stage cannot overflow.
 ///
-/// The periodic form 0.5 - 0.5 cos(2πn / Ns): side lobes 31 dB down, falling 18 dB an octave
-/// (Harris 1978), which keeps the radar's leakage, 50 dB above the stairs, out of their bins.
+/// The periodic form 0.5 - 0.5 cos(2πn / Ns): side lobes 31 dB down, falling 18 dB an octave (Harris 1978).
+/// They keep the radar's leakage, 50 dB above the stairs, out of the stairs' bins.
 #[derive(Clone, Debug)]
 pub struct Window {
-    /// Of every sample; of real values (see [`Window::shape_real`]) those of the first half.
+    /// Coefficients of all samples, Q15; of real values (see [`Window::shape_real`]) those of the first half.
     coefficients: [i16; MAX_POINTS],
     samples: usize,
     points: usize,
-    /// Whether samples are pairs of real values, each with a coefficient of its own.
+    /// Whether samples are pairs of real values, each with its own coefficient.
     real: bool,
     sum: f32,
 }
 
 impl Window {
-    /// A window for no samples, until [`Window::shape`] gives it some.
+    /// Creates a window without samples; [`Window::shape`] sets them.
     pub const fn empty() -> Self {
         Self {
             coefficients: [0; MAX_POINTS],
@@ -33,12 +33,12 @@ impl Window {
         }
     }
 
-    /// Takes the shape for `samples` samples (16…256) in a transform of `points` points.
+    /// Sets the window up for `samples` samples (16…256) in a transform of `points` points.
     pub fn shape(&mut self, samples: usize, points: usize) {
         self.shape_of(samples, points, false);
     }
 
-    /// The same for `samples` pairs of real values: one window over all of them.
+    /// Sets the window up for `samples` pairs of real values: one window over all values.
     pub fn shape_real(&mut self, samples: usize, points: usize) {
         self.shape_of(samples, points, true);
     }
@@ -51,45 +51,45 @@ impl Window {
             let (_, cos) = sin_cos(core::f32::consts::TAU * n as f32 / all.max(1) as f32);
             0.5 - 0.5 * cos
         };
-        // The first stage adds samples a quarter of the transform apart. With |x| ≤ √2 · 32767
-        // after normalisation, the largest sum of their coefficients decides the scale.
+        // The first stage adds samples that are a quarter of the transform apart. With |x| ≤ √2 · 32767 after
+        // normalisation, the largest sum of their coefficients decides the scale.
         let quarter = (values * points / 4).max(1);
         let largest = (0..quarter)
             .map(|n| (n..all).step_by(quarter).map(hann).sum::<f32>())
             .fold(1.0, f32::max);
-        // 8 units are more than the rounding of four coefficients and four products.
+        // 8 units exceed the rounding of four coefficients and four products.
         let unit = (MAX_MAGNITUDE - 8) as f32 / (core::f32::consts::SQRT_2 * largest);
         self.coefficients.fill(0);
         for (n, c) in self.coefficients.iter_mut().enumerate().take(samples) {
-            // The first of a symmetric window's real values has none to speak of: 0.
+            // The first real value of a symmetric window has coefficient 0 and is not stored.
             *c = (unit * hann(n + values - 1) + 0.5) as i16;
         }
         self.samples = samples;
         self.points = points;
         self.real = real;
         let sum: f32 = (0..all).map(|n| f32::from(self.at(n))).sum();
-        // Half of a real tone stands at its negative frequency.
+        // Half of a real tone is at its negative frequency.
         self.sum = sum / values as f32;
     }
 
-    /// Coefficient of value `n`.
+    /// Returns the coefficient of value `n`.
     #[inline(always)]
     fn at(&self, n: usize) -> i16 {
         let place = match self.real {
             false => n,
-            // The second half is the first one backwards, and value 0's coefficient is 0.
+            // The second half is the first one reversed; the coefficient of value 0 is 0.
             true => n.min((2 * self.samples).wrapping_sub(n)).wrapping_sub(1),
         };
         self.coefficients.get(place).copied().unwrap_or(0)
     }
 
-    /// Coefficient of the second of a chirp's real values; the first one's is 0.
+    /// Returns the coefficient of the second of a chirp's real values; the first one's is 0.
     pub(super) fn first(&self) -> i16 {
         self.coefficients[0]
     }
 
-    /// Coefficients of pairs of real values: of the pairs behind the first one up to the middle, and of
-    /// the others, these backwards and turned about.
+    /// Returns the coefficients of pairs of real values: those of the pairs after the first one up to the
+    /// middle, and those of the others in reverse order and with each pair reversed.
     #[inline(always)]
     pub(super) fn pairs(&self) -> (&[[i16; 2]], &[[i16; 2]]) {
         let part = |range: core::ops::Range<usize>| {
@@ -99,24 +99,24 @@ impl Window {
         (part(1..self.samples), part(0..self.samples & !1))
     }
 
-    /// Whether it is for real values.
+    /// Returns whether the window is for real values.
     #[inline(always)]
     pub fn is_real(&self) -> bool {
         self.real
     }
 
-    /// Samples that the window is for.
+    /// Returns the number of samples.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Sum of the coefficients: the transform's value for a tone of amplitude 1.
+    /// Returns the sum of the coefficients: the transform's value for a tone of amplitude 1.
     pub fn sum(&self) -> f32 {
         self.sum
     }
 
-    /// Correlation of a spectrum's noise in bins `distance` apart: the transform of the squared
-    /// window (real, for the window is symmetric about Ns / 2), 1 for distance 0.
+    /// Returns the correlation of a spectrum's noise in bins `distance` apart: the transform of the squared
+    /// window (real, because the window is symmetric about Ns / 2), 1 for distance 0.
     pub fn correlation(&self, distance: usize) -> f32 {
         let values = 1 + usize::from(self.real);
         let points = values * self.points;
@@ -134,16 +134,16 @@ impl Window {
     }
 }
 
-/// What the first pass over a chirp finds.
+/// Results of the first pass over a chirp.
 #[derive(Clone, Copy, Debug)]
 pub struct ChirpLevels {
     /// Mean of I and Q, Q16.16.
     mean: [i32; 2],
-    /// Largest distance of any I or Q from its mean, rounded up.
+    /// Maximum distance of any I or Q from its mean, rounded up.
     pub swing: u32,
-    /// Samples of which a part stands at full scale.
+    /// Number of samples with a part at full scale.
     pub saturated: u16,
-    /// Least and greatest I and Q.
+    /// Minimum and maximum of I and Q.
     pub extremes: [Iq; 2],
 }
 
@@ -163,7 +163,7 @@ impl ChirpLevels {
             sum_q = A::dot(x, Packed::IMAGINARY, sum_q);
             x
         };
-        // By fours: sorted pairs save a comparison, and fewer rounds save loop overhead.
+        // Four at a time: sorted pairs save a comparison, and fewer iterations save loop overhead.
         let (fours, rest) = chirp.as_chunks::<4>();
         for four in fours {
             let [x0, x1, x2, x3] = four.map(&mut add);
@@ -174,7 +174,7 @@ impl ChirpLevels {
             let x = add(x);
             see((x, x));
         }
-        // 2^31 / n, so that a mean costs a multiplication.
+        // 2^31 / n, so that a mean needs a multiplication instead of a division.
         let reciprocal = i64::from((1u32 << 31) / (chirp.len() as u32).max(1));
         let mean = [sum_i, sum_q].map(|sum| ((i64::from(sum) * reciprocal) >> 15) as i32);
         let swing_i = swing(mean[0], low.re(), high.re());
@@ -193,9 +193,9 @@ impl ChirpLevels {
         }
     }
 
-    /// The same of a chirp of real values, which have one mean and one pair of extremes.
+    /// Returns the levels of a chirp of real values, which have one mean and one pair of extremes.
     pub fn of_real(&self) -> Self {
-        // Halved first, for Q16 does not hold the sum.
+        // Halved first, because the sum does not fit Q16.16.
         let mean = self.mean.iter().map(|mean| mean >> 1).sum();
         let [low, high] = self.extremes;
         let (low, high) = (low.i.min(low.q), high.i.max(high.q));
@@ -207,43 +207,44 @@ impl ChirpLevels {
         }
     }
 
-    /// Means of I and Q, rounded.
+    /// Returns the means of I and Q, rounded.
     pub fn mean(&self) -> Iq {
         let [i, q] = self.mean.map(|mean| ((mean + (1 << 15)) >> 16) as i16);
         Iq::new(i, q)
     }
 
-    /// 2^32 times what brings the swing to full scale after a Q15 coefficient is taken out.
+    /// Returns 2^32 times the factor that scales the swing to full scale and removes the factor of a Q15
+    /// coefficient.
     pub fn gain(&self) -> i32 {
-        // Below 3 it would not fit; so quiet a chirp is none.
+        // Below a swing of 3 the gain would not fit 32 bits; such a chirp has no signal.
         ((32_767u32 << 17) / self.swing.clamp(3, 65_535)) as i32
     }
 }
 
-/// Largest distance of `low` and `high` from a mean in Q16.16, rounded up.
+/// Returns the larger distance of `low` and `high` from a mean in Q16.16, rounded up.
 #[inline(always)]
 fn swing(mean: i32, low: i16, high: i16) -> u32 {
-    // In Q15, for Q16 does not hold the largest differences.
+    // In Q15, because the largest differences do not fit Q16.
     let mean = mean >> 1;
     let above = (i32::from(high) << 15).saturating_sub(mean);
     let below = mean.saturating_sub(i32::from(low) << 15);
     (above.max(below).max(0) as u32).div_ceil(1 << 15)
 }
 
-/// Whether a part of `x` stands at the converter's full scale.
+/// Returns whether a part of `x` is at the converter's full scale.
 fn at_full_scale(x: &Iq) -> bool {
     [x.i, x.q]
         .iter()
         .any(|&part| part == i16::MAX || part <= -i16::MAX)
 }
 
-/// Samples of which a part stands at full scale; rarely called.
+/// Returns the number of samples with a part at full scale; rarely called.
 #[cold]
 fn count_saturated(chirp: &[Iq]) -> u16 {
     chirp.iter().filter(|&x| at_full_scale(x)).count() as u16
 }
 
-/// Windows samples: (x - mean) · c · gain, rounded.
+/// Windowing of samples: (x - mean) · c · gain, rounded.
 #[derive(Clone, Copy)]
 pub(super) struct Weigher {
     minus_mean: [i32; 2],
@@ -251,7 +252,7 @@ pub(super) struct Weigher {
 }
 
 impl Weigher {
-    /// For a chirp of these levels.
+    /// Creates the windowing of a chirp with these levels.
     #[inline(always)]
     pub(super) fn new(levels: &ChirpLevels) -> Self {
         Self {
@@ -260,7 +261,7 @@ impl Weigher {
         }
     }
 
-    /// The same of a pair of real values, each with its own coefficient.
+    /// Windows a pair of real values, each with its own coefficient.
     #[inline(always)]
     pub(super) fn weigh_pair<A: Arithmetic>(self, x: Iq, pair: [i16; 2]) -> Packed {
         let (x, [c, d]) = (Packed::from(x), pair.map(i32::from));
@@ -274,7 +275,7 @@ impl Weigher {
     #[inline(always)]
     fn weigh<A: Arithmetic>(self, x: Iq, c: i16) -> Packed {
         let (x, c) = (Packed::from(x), i32::from(c));
-        // The mean keeps its fraction: half a unit of it would swamp a chirp of a few units.
+        // The mean keeps its fraction: half a unit of it would be as large as a chirp of a few units.
         let [re, im] = self.minus_mean.map(|mean| A::scale_wide(mean, c));
         A::pack_low(
             A::mul_high(A::scale_re(x, c, re), self.gain),
@@ -282,7 +283,7 @@ impl Weigher {
         )
     }
 
-    /// Sample `k`, windowed; 0 beyond the end.
+    /// Returns sample `k` windowed; 0 beyond the end.
     #[inline(always)]
     fn tap<A: Arithmetic>(self, x: &[Iq], c: &[i16], k: usize) -> Packed {
         match (x.get(k), c.get(k)) {
@@ -292,8 +293,8 @@ impl Weigher {
     }
 }
 
-/// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples
-/// a quarter of the transform apart. The zero padding takes part in none of them.
+/// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples a quarter of
+/// the transform apart. Taps in the zero padding are left out.
 #[inline(never)]
 pub fn open<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
@@ -308,7 +309,7 @@ pub fn open<A: Arithmetic, const N: usize>(
     let mut write = |n: usize, y: [Packed; 4]| {
         for (out, v) in out.iter_mut().zip(y) {
             seen.see(v);
-            // A power of two: the remainder spares the check.
+            // `quarter` is a power of two; the remainder spares the bounds check.
             if let Some(place) = out.get_mut(n % quarter) {
                 *place = v;
             }
@@ -317,8 +318,8 @@ pub fn open<A: Arithmetic, const N: usize>(
     let samples = chirp.iter().zip(&window.coefficients).len();
     let (chirp, c) = (&chirp[..samples], &window.coefficients[..samples]);
     let tap = |x, c, j| weigher.tap::<A>(x, c, j * quarter);
-    // A chirp is longer than half the transform: the first two taps are always there, the third
-    // up to `three`, the fourth up to `four`. Each window of the samples holds one point's taps.
+    // A chirp is longer than half the transform: the first two taps always exist, the third up to `three`, the
+    // fourth up to `four`. Each window of the samples contains the taps of one point.
     let taps_of = |j: usize| samples.saturating_sub(j * quarter).min(quarter);
     let (three, four) = (taps_of(2), taps_of(3));
     let taps = |from: usize, count: usize| {

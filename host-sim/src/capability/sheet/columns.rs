@@ -1,4 +1,4 @@
-//! Shares with their bounds, response times and rates, as cells of tables.
+//! Table cells of shares with their bounds, response times and rates.
 
 use crate::score::Share;
 
@@ -7,7 +7,7 @@ use super::super::measure::SWEEPS;
 use super::super::results::Times;
 use super::super::tally::{Tally, lower, upper};
 
-/// A share of bodies detected, with its lower bound.
+/// Formats a share of detected bodies, with its lower bound.
 pub fn detected(share: Share) -> String {
     match share.of {
         0 => "–".into(),
@@ -20,7 +20,7 @@ pub fn detected(share: Share) -> String {
     }
 }
 
-/// A share of answers that are wrong, with its upper bound.
+/// Formats a share of wrong answers, with its upper bound.
 pub fn wrong(share: Share) -> String {
     match share.of {
         0 => "–".into(),
@@ -33,7 +33,7 @@ pub fn wrong(share: Share) -> String {
     }
 }
 
-/// A quantile of the guard's response.
+/// Formats a quantile of the guard's response time.
 fn response(tally: &Tally, q: f64, times: &Times) -> String {
     let seconds = |k: usize| k as f64 * times.sweep_s;
     match tally.sweeps(q) {
@@ -42,7 +42,7 @@ fn response(tally: &Tally, q: f64, times: &Times) -> String {
     }
 }
 
-/// The columns of shares of scan and guard.
+/// Headings of the columns of scan and guard.
 const COLUMNS: [&str; 6] = [
     "scan detects",
     "scan `ok` and free beyond",
@@ -52,7 +52,7 @@ const COLUMNS: [&str; 6] = [
     "guard, 95 %",
 ];
 
-/// Cells of [`COLUMNS`].
+/// Returns the cells of [`COLUMNS`].
 fn columns(tally: &Tally, times: &Times) -> [String; 6] {
     [
         detected(tally.scan.detected),
@@ -64,7 +64,7 @@ fn columns(tally: &Tally, times: &Times) -> [String; 6] {
     ]
 }
 
-/// A table of lines with these columns.
+/// Returns a table of lines with these columns.
 pub fn table<'a>(
     first: &[&str],
     lines: impl Iterator<Item = (Vec<String>, &'a Tally)>,
@@ -77,12 +77,12 @@ pub fn table<'a>(
     table
 }
 
-/// `3/120`.
+/// Formats a share as `3/120`.
 pub fn counted(share: Share) -> String {
     format!("{}/{}", share.hits, share.of)
 }
 
-/// Alarms an hour of answers that take `seconds` each, with the upper bound.
+/// Formats the alarms per hour of answers that take `seconds` each, with the upper bound.
 pub fn an_hour(share: Share, seconds: f64) -> String {
     let rate = |p: f64| 3600.0 * p / seconds;
     format!(

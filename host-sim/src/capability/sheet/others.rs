@@ -1,4 +1,4 @@
-//! Drives towards a body, false alarms, and the second draw.
+//! Sections on drives towards a body, on false alarms, and on the second draw.
 
 use super::super::body::Body;
 use super::super::document::{Part, Table};
@@ -9,7 +9,7 @@ use super::super::tally::Tally;
 use super::columns::{an_hour, counted, detected, wrong};
 use super::words;
 
-/// Chairs that drive towards a body.
+/// Returns the section on chairs that drive towards a body.
 pub fn driven(measured: &Measured) -> Vec<Part> {
     let mut table = Table::new(&[
         "body",
@@ -42,7 +42,7 @@ pub fn driven(measured: &Measured) -> Vec<Part> {
     ]
 }
 
-/// False alarms on level ground.
+/// Returns the section on false alarms on level ground.
 pub fn level(measured: &Measured) -> Vec<Part> {
     let mut lines: Vec<(String, Tally)> = Vec::new();
     if let Some(all) = measured.reference(Body::Level) {
@@ -92,7 +92,7 @@ pub fn level(measured: &Measured) -> Vec<Part> {
         Part::Table(table),
     ]
 }
-/// Bounds of the first draw on the second one.
+/// Returns the section that tests the first draw's bounds with the second draw.
 pub fn second(measured: &Measured) -> Vec<Part> {
     let Some(second) = &measured.second else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! The smallest rise and drop, and every size behind every window.
+//! Sections on the smallest detected rise and drop, and on every size behind every window.
 
 use crate::score::Share;
 
@@ -10,10 +10,11 @@ use super::super::tally::{Counts, Tally, lower};
 use super::columns::table;
 use super::words;
 
-/// Shares that a size must be detected in: what is asked for, and what the cells of dirty windows can show.
+/// Required shares of detection: the requirement, and a share that the cells of dirty windows can
+/// show.
 const SHARES: [f64; 2] = [0.99, 0.90];
 
-/// The smallest rise and drop that are detected in a share of the scenes.
+/// Returns the table of the smallest rise and drop that are detected in a share of the scenes.
 pub fn smallest(measured: &Measured) -> Vec<Part> {
     let mut table = Table::new(&[
         "body at 1 m",
@@ -59,18 +60,19 @@ pub fn smallest(measured: &Measured) -> Vec<Part> {
     ]
 }
 
-/// Answers that are not `ok` with free ground beyond the body.
+/// Returns the share of answers that are not `ok` with free ground beyond the body.
 fn not_beyond(counts: &Counts) -> Share {
     Share::new(counts.beyond.of - counts.beyond.hits, counts.beyond.of)
 }
 
-/// Whether so many scenes without a miss show a share, at 95 % confidence.
+/// Whether as many scenes without a miss would show this share at 95 % confidence.
 fn shows(all: &[(Body, &Tally)], share: f64) -> bool {
     let full = |tally: &Tally| Share::new(tally.guard.detected.of, tally.guard.detected.of);
     all.iter().all(|(_, tally)| lower(full(tally)) >= share)
 }
 
-/// The smallest of bodies in order that is, with all larger ones, detected in at least `share`, by its lower bound.
+/// Returns the size of the smallest body that is, like all larger ones, detected with at least
+/// `share` by its lower bound.
 fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> String {
     let enough = all
         .iter()
@@ -84,7 +86,7 @@ fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> St
     }
 }
 
-/// Every size behind every window.
+/// Returns the table of every size behind every window.
 pub fn every_size(measured: &Measured) -> Vec<Part> {
     let lines: Vec<(Vec<String>, &Tally)> = [0.0]
         .into_iter()

@@ -1,4 +1,4 @@
-//! The texts of the data sheet: what was measured, how, and what each term means.
+//! Texts of the data sheet: the measurement, the method and the terms.
 
 use super::super::body::Body;
 use super::super::document::Part;
@@ -6,29 +6,29 @@ use super::super::measure::SWEEPS;
 use super::super::plan::{Cell, ground_name};
 use super::super::results::{Heading, Times};
 
-/// Above the table of bodies under the reference condition.
+/// Text above the table of bodies under the reference condition.
 pub const GLANCE: &str = "Reference condition: the body 1 m ahead, the chair standing, square to the edge and level, the \
     window clean, ground and body of wood, ceramic, concrete, carpet and grating in equal parts. `≥` and `≤` are one-sided 95 % \
     bounds by Clopper and Pearson. A full scan answers after the scan time; the last two columns are the guard's response time.";
 
-/// Above the table of the smallest sizes.
+/// Text above the table of the smallest sizes.
 pub const SMALLEST: &str = "The smallest size that is, like every larger one measured, detected with a probability of 99 %, or 90 %, \
     at 95 % confidence; and from which on answers that are `ok` with free ground beyond the body are at most 1 %. A dash: the \
     cells hold too few scenes to show that share.";
 
-/// Above the table of sizes.
+/// Text above the table of sizes.
 pub const SIZES: &str = "Rises and drops of up to 4 cm are none by the contract of the guard, and stand here for completeness. The window's loss is taken from the level of all echoes alike, out and back together. Rain in the air \
     costs less than 0.1 dB over 2 m and back (Rec. ITU-R P.838-3, 50 mm an hour at 94 GHz). Water on the window costs: a field \
     falls to 1/e in 0.26 mm of water at 20 °C (Liebe, Hufford, Manabe 1991), so that a closed film takes 67 dB a millimetre out and \
     back. 3 dB are a film of 0.05 mm or dust, 10 dB one of 0.15 mm or mud in part, 20 dB one of 0.3 mm, or a module with 20 \
     dB less power.";
 
-/// Above the table of drives.
+/// Text above the table of drives.
 pub const APPROACH: &str = "Guard sweeps, ten a second, of a chair that drives towards the body and has it 1 m ahead at the last \
     of 14 sweeps; its odometry and pitch err as those of a driven chair do. The last two columns say how far the body still was when \
     half, and 95 %, of the drives had named it. These are few drives: the bounds say how few.";
 
-/// Name of a condition, where more than one quantity differs from the reference.
+/// Returns the name of a condition in which more than one quantity differs from the reference.
 pub fn condition(cell: &Cell) -> String {
     let c = &cell.condition;
     format!(
@@ -42,7 +42,7 @@ pub fn condition(cell: &Cell) -> String {
     )
 }
 
-/// Above the table of false alarms.
+/// Returns the text above the table of false alarms.
 pub fn level(times: &Times) -> String {
     format!(
         "Level ground as far as the range. An alarm is a step or a drop told by a scan, and a rise, a drop or an obstacle named by any \
@@ -54,7 +54,7 @@ pub fn level(times: &Times) -> String {
     )
 }
 
-/// Above the list of bounds that the second draw contradicts.
+/// Returns the text above the list of bounds that the second draw contradicts.
 pub fn second(bounds: usize, broken: usize) -> String {
     let verdict = match broken {
         0 => "None is contradicted.".to_owned(),
@@ -69,7 +69,7 @@ pub fn second(bounds: usize, broken: usize) -> String {
     )
 }
 
-/// Returns what the figures are limited by.
+/// Returns the section on what limits the figures.
 pub fn limits() -> Vec<Part> {
     let causes = [
         "A smooth upright post gives its echo back only to a level beam. The guard's rows look 8° and more below, and see where the \

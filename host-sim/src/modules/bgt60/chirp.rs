@@ -1,29 +1,29 @@
-//! A chirp of the chip, as its registers program it.
+//! A chirp of the chip as programmed by its registers.
 
-/// What one chirp is programmed to.
+/// Parameters of a programmed chirp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chirp {
     /// Frequency at the first sample, Hz.
     pub first_hz: f64,
-    /// From one sample to the next, Hz.
+    /// Frequency step from one sample to the next, Hz.
     pub step_hz: f64,
-    /// Where the ramp begins and ends.
+    /// Frequencies at the beginning and the end of the ramp, Hz.
     pub ramp_hz: [f64; 2],
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
-    /// Samples a second.
+    /// Sample rate, Hz.
     pub rate_hz: f64,
-    /// From the frame's start to the last sample, seconds.
+    /// Time from the frame's start to the last sample, seconds.
     pub duration_s: f64,
 }
 
 impl Chirp {
-    /// Middle of the sweep within the samples.
+    /// Returns the middle of the sweep within the samples, Hz.
     pub fn carrier_hz(&self) -> f64 {
         self.first_hz + self.bandwidth_hz() / 2.0
     }
 
-    /// The sweep within the samples.
+    /// Returns the bandwidth of the sweep within the samples, Hz.
     pub fn bandwidth_hz(&self) -> f64 {
         self.step_hz * self.samples as f64
     }

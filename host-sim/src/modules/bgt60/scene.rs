@@ -1,4 +1,4 @@
-//! What the chip's converter sees of a scene.
+//! Converter codes of the chip for a simulated scene.
 
 use anyhow::Result;
 
@@ -13,20 +13,21 @@ const POWER_DBM: f64 = -11.0;
 const NOISE_FIGURE_DB: f64 = 12.0;
 /// Phase noise 100 kHz off the carrier, dBc/Hz (table 54).
 const PHASE_NOISE_DBC_HZ: f64 = -80.0;
-/// Power at the antenna that fills the converter, dBm: 0.655 V peak (table 60), 14 dB in the mixer (table 55) and 38 dB
-/// in the baseband before that, at 50 Ω.
+/// Power at the antenna that fills the converter, dBm: 0.655 V peak (table 60), after 14 dB in the
+/// mixer (table 55) and 38 dB in the baseband, at 50 Ω.
 const FULL_SCALE_DBM: f64 = -45.7;
-/// Cutoff of the anti-alias filter, Hz, and its poles (table 58).
+/// Cutoff of the anti-alias filter, Hz, and its number of poles (table 58).
 const CUTOFF_HZ: f64 = 500e3;
 const POLES: u32 = 4;
 
-/// Scans `scene` with `chirp` behind a lens: the recording with the scene's truth, whose samples are those of
-/// both channels of a receiver that the chip has not, and the codes of its one converter, row by row.
+/// Scans `scene` with `chirp` behind a lens. Returns a recording with the scene's truth, and the
+/// codes of the chip's single converter, row by row. The recording's samples have I and Q, although
+/// the chip has no Q channel.
 ///
-/// The high pass is left out: 2 dB at the nearest step.
+/// The high-pass filter is left out: 2 dB at the nearest step.
 ///
 /// # Errors
-/// Says what is wrong with a scene that cannot be scanned so.
+/// Names the reason for which a scene cannot be scanned.
 pub fn chirps(scene: &SceneSpec, chirp: &Chirp, seed: u64) -> Result<(Recording, Vec<Vec<u16>>)> {
     let spec = SceneSpec {
         radar: RadarSpec {

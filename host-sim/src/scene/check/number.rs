@@ -1,11 +1,11 @@
-//! Checks of single numbers: each error names the key and the range that was expected.
+//! Checks of single numbers. An error names the key and the expected range.
 
 use anyhow::{Result, ensure};
 
-/// Farther than this from the mirror nothing is built, metres.
+/// Maximum distance of a surface from the mirror, metres.
 pub const WORLD: f64 = 50.0;
 
-/// Refuses a number outside `low..=high`, NaN included.
+/// Rejects a number outside `low..=high`, NaN included.
 pub fn number(key: &str, value: f64, (low, high): (f64, f64)) -> Result<()> {
     ensure!(
         (low..=high).contains(&value),
@@ -14,7 +14,8 @@ pub fn number(key: &str, value: f64, (low, high): (f64, f64)) -> Result<()> {
     Ok(())
 }
 
-/// Refuses the first of a list of numbers that lies outside its range; `prefix` stands before every key.
+/// Rejects the first of a list of numbers that lies outside its range; `prefix` stands before every
+/// key.
 pub fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
     for (key, value, range) in list {
         number(&format!("{prefix}{key}"), *value, *range)?;
@@ -22,7 +23,7 @@ pub fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses an interval that does not run from lower to higher.
+/// Rejects an interval that does not run from lower to higher.
 pub fn ordered(
     prefix: &str,
     (low_key, low): (&str, f64),

@@ -6,10 +6,10 @@ use super::number::{LENGTH, POSITION, number, numbers};
 use crate::scene::flight::CHANNEL_WALL;
 use crate::scene::spec::{StairsSpec, Way};
 
-/// Most steps of one flight.
+/// Maximum number of steps of one flight.
 const MAX_STEPS: usize = 64;
 
-/// Refuses a flight that cannot be built.
+/// Rejects a flight that cannot be built.
 pub fn flight(prefix: &str, s: &StairsSpec) -> Result<()> {
     ensure!(
         (1..=MAX_STEPS).contains(&s.count),
@@ -76,7 +76,8 @@ pub fn flight(prefix: &str, s: &StairsSpec) -> Result<()> {
     channel(prefix, s, (lowest, shortest))
 }
 
-/// Battered risers and nosing strips belong to closed flights going up, and leave some of riser and tread.
+/// Checks battered risers and nosing strips: only on closed flights going up, and smaller than
+/// riser and tread.
 fn front(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result<()> {
     let closed = s.direction == Way::Up && !s.open;
     ensure!(
@@ -107,7 +108,8 @@ fn front(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result
     Ok(())
 }
 
-/// A channel belongs to a floating tread going up, thinner than the rise and shorter than the tread.
+/// Checks a channel: only on floating treads going up, lower than the rise and shorter than the
+/// tread.
 fn channel(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result<()> {
     if s.channel_m == 0.0 {
         return Ok(());

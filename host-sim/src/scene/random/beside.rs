@@ -1,4 +1,4 @@
-//! Flights with something beside, under or over them.
+//! Flights with an object beside, under or over them.
 
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, PolylineSpec, PostSpec, SceneSpec, StairsSpec};
@@ -7,7 +7,7 @@ use super::draw::pick;
 use super::flight::{flight, opened, surroundings};
 use super::shaped::workmanship;
 
-/// What stands there, in equal shares.
+/// Objects, in equal shares.
 const THINGS: [&str; 6] = [
     "deep overhang",
     "stringer beside",
@@ -28,7 +28,7 @@ pub fn beside(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     workmanship(&mut s, rng);
     match what {
         "deep overhang" => {
-            // More than codes allow (32 mm, IRC R311.7.5.3), as on stone slabs and old wood.
+            // Deeper than codes allow (32 mm, IRC R311.7.5.3), as on stone slabs and old wood.
             s.open = false;
             s.nosing_m = rng.between(0.03, 0.06);
         }
@@ -52,13 +52,13 @@ fn aside(rng: &mut Random, low: f64, high: f64) -> f64 {
     if rng.chance(0.5) { side } else { -side }
 }
 
-/// The sloping beam that carries the treads: one 4 to 8 cm wide beside them, its top above the noses (a
-/// closed string), or one of 8 to 20 cm under the middle of floating treads.
+/// Adds the sloping beam that carries the treads: one 4 to 8 cm wide beside them with its top above
+/// the nosings (a closed string), or one 8 to 20 cm wide under the middle of floating treads.
 fn stringer(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random, under: bool) {
     let rise: f64 = s.rises_m.iter().fold(0.0, |sum, r| sum + r) / s.count as f64;
     let run = s.goings_m.iter().fold(0.0, |sum, g| sum + g) + s.going_m;
     let top = rise * s.count as f64;
-    // Where its upper edge runs against the line of the noses, measured upright.
+    // Height of its upper edge relative to the line of the nosings, measured vertically.
     let (above, depth, width, lateral) = if under {
         let clear = s.tread_thickness_m + rng.between(0.01, 0.04);
         (
@@ -78,7 +78,7 @@ fn stringer(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random, under: bool
     };
     let slope = top / run;
     let line = |x: f64| rise + (x - s.distance_m) * slope + above;
-    // It starts on the floor, a little before or behind the first nose.
+    // It starts on the floor, a little before or behind the first nosing.
     let start = s.distance_m + if under { 0.5 * s.going_m } else { 0.0 };
     let end = s.distance_m + run;
     let foot = start + (depth / slope).min(0.8 * (end - start));
@@ -97,7 +97,7 @@ fn stringer(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random, under: bool
     });
 }
 
-/// A newel post at the foot and balusters up the flight, on one side.
+/// Adds a newel post at the foot and balusters up the flight, on one side.
 fn posts(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     let material = pick(rng, &["metal", "painted-wood"]);
     let side = aside(rng, 0.05, 0.3);
@@ -125,11 +125,11 @@ fn posts(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     }
 }
 
-/// The edge of the floor above or the underside of the next flight, 1.0 to 1.6 m over the first steps:
-/// headroom for nobody, but in sight of a scanner that looks up by 20°.
+/// Adds the edge of the floor above or the underside of the next flight, 1.0 to 1.6 m over the
+/// first steps: too low to walk under, but in view of a scanner that looks up by 20°.
 fn ceiling(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     let from = s.distance_m + rng.between(0.2, 1.2);
-    // Above the steps below it, whatever their height.
+    // Above the steps below it, at any height.
     let highest = s.rises_m.iter().fold(0.0, |sum, r| sum + r);
     let bottom = rng.between(1.0, 1.6).max(highest + 0.2);
     scene.boxes.push(BoxSpec {

@@ -1,4 +1,4 @@
-//! Scenes without stairs: what stands about where wheelchairs go.
+//! Scenes without stairs: objects that stand where wheelchairs go.
 
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, DoorSpec, PolylineSpec, PostSpec, SceneSpec};
@@ -6,7 +6,7 @@ use super::draw::{pick, turn};
 use super::flight::floor;
 use super::none::{incline, wall_at};
 
-/// What scenes without stairs show, and how many of 28 do.
+/// Contents of scenes without stairs, with their number among 28.
 pub const CLUTTER: [(&str, usize); 13] = [
     ("floor", 2),
     ("wall", 2),
@@ -23,7 +23,7 @@ pub const CLUTTER: [(&str, usize); 13] = [
     ("threshold", 2),
 ];
 
-/// What floors are made of.
+/// Materials of floors.
 const FLOORS: [&str; 5] = [
     "concrete",
     "dark-ceramic",
@@ -32,7 +32,7 @@ const FLOORS: [&str; 5] = [
     "metal",
 ];
 
-/// The scenes without stairs, by turns: which of them `seed` is.
+/// Draws a scene without stairs; `seed` selects the content in turn.
 pub fn clutter(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str {
     let what = turn(&CLUTTER, seed);
     scene
@@ -44,8 +44,8 @@ pub fn clutter(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static s
             let at = rng.between(0.7, 2.6);
             wall(scene, at, rng);
         }
-        // Beyond the maximum range of 2.8 m from the mirror: its echo folds back to the near ranges,
-        // weakened by the anti-alias filter.
+        // Beyond the maximum range of 2.8 m from the mirror: its echo is aliased to the near
+        // ranges, attenuated by the anti-alias filter.
         "far wall" => {
             let at = rng.between(2.75, 4.6);
             wall(scene, at, rng);
@@ -71,7 +71,7 @@ pub fn clutter(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static s
         "threshold" => threshold(scene, rng),
         _ => {}
     }
-    // Something behind it, as often as not: most rooms end within the range.
+    // Half of the scenes have a wall behind, because most rooms end within the range.
     if !matches!(what, "floor" | "wall" | "far wall" | "ramp" | "ramp down") && rng.chance(0.4) {
         let at = rng.between(2.3, 3.6);
         wall(scene, at, rng);
@@ -87,13 +87,13 @@ fn wall(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     );
 }
 
-/// A ramp as steep as `degrees`, 0.6 to 2.2 m long.
+/// Adds a ramp of `degrees`, 0.6 to 2.2 m long.
 fn ramp(scene: &mut SceneSpec, degrees: f64, rng: &mut Random) {
     let (from, length) = (rng.between(0.4, 1.2), rng.between(0.6, 2.2));
     incline(scene, from, length, degrees);
 }
 
-/// Boxes, suitcases, planters, cabinets.
+/// Adds a box, suitcase, planter or cabinet.
 fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
     let from = rng.between(0.5, 1.8);
     scene.boxes.push(BoxSpec {
@@ -108,8 +108,8 @@ fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
     });
 }
 
-/// A standing person: legs of 9 to 15 cm over shoes of 24 to 32 cm, one foot up to `stride` before the
-/// other (DIN 33402-2: calf and thigh circumferences, foot lengths).
+/// Adds a standing person: legs of 9 to 15 cm over shoes of 24 to 32 cm, one foot up to `stride`
+/// before the other (DIN 33402-2: calf and thigh circumferences, foot lengths).
 pub fn person(scene: &mut SceneSpec, (at, lateral): (f64, f64), stride: f64, rng: &mut Random) {
     let (apart, diameter) = (rng.between(0.08, 0.2), rng.between(0.09, 0.15));
     let (shoe, sole) = (rng.between(0.24, 0.32), rng.between(0.05, 0.09));
@@ -125,7 +125,7 @@ pub fn person(scene: &mut SceneSpec, (at, lateral): (f64, f64), stride: f64, rng
             top_m: rng.between(0.75, 0.95),
             material: "fabric".into(),
         });
-        // The toes look at the chair or away from it.
+        // The toes point to the chair or away from it.
         let toes = if faces {
             x - 0.7 * shoe
         } else {
@@ -144,7 +144,7 @@ pub fn person(scene: &mut SceneSpec, (at, lateral): (f64, f64), stride: f64, rng
     }
 }
 
-/// A post or bollard, most of them with a foot: a base plate, or a block of concrete.
+/// Adds a post or bollard, mostly with a foot: a base plate, or a block of concrete.
 fn post(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     let diameter = rng.between(0.04, 0.16);
     let lateral = rng.between(-0.08, 0.08);
@@ -183,7 +183,8 @@ fn post(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     });
 }
 
-/// Four legs `wide` apart across the plane and `deep` along it, their tops at `height`.
+/// Adds four legs `wide` apart across the plane and `deep` along it, with tops at `height`. Returns
+/// their material.
 fn legs(
     scene: &mut SceneSpec,
     (at, lateral): (f64, f64),
@@ -226,7 +227,8 @@ fn plate(
     });
 }
 
-/// A chair: seat at 42 to 48 cm, 38 to 45 cm wide and deep (EN 1729-1), its back towards or away.
+/// Adds a chair: seat at 42 to 48 cm, 38 to 45 cm wide and deep (EN 1729-1), with its back towards
+/// the scanner or away.
 fn chair(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     let (wide, deep) = (rng.between(0.36, 0.44), rng.between(0.36, 0.44));
     let (seat, thick) = (rng.between(0.42, 0.48), rng.between(0.02, 0.08));
@@ -250,7 +252,7 @@ fn chair(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     plate(scene, (back, back + 0.03), height, across, material);
 }
 
-/// A table: its plate at 70 to 76 cm (EN 527-1), 2 to 5 cm thick, over the legs.
+/// Adds a table: plate at 70 to 76 cm (EN 527-1), 2 to 5 cm thick, over the legs.
 fn table(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     let (wide, deep) = (rng.between(0.6, 1.6), rng.between(0.5, 0.9));
     let (top, thick) = (rng.between(0.70, 0.76), rng.between(0.02, 0.05));
@@ -271,7 +273,7 @@ fn table(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     );
 }
 
-/// A closed door in its frame, 4 cm thick with 5 to 10 mm of air below.
+/// Adds a closed door in its frame, 4 cm thick with a gap of 5 to 10 mm below.
 fn door(scene: &mut SceneSpec, rng: &mut Random) {
     let at = rng.between(0.7, 2.4);
     let width = rng.between(0.8, 1.0);
@@ -305,7 +307,7 @@ fn frame(
     });
 }
 
-/// An open doorway in a wall, which goes on to both sides; one jamb may come into the beam.
+/// Adds an open doorway in a wall that continues to both sides. One jamb may be in the beam.
 fn doorway(scene: &mut SceneSpec, rng: &mut Random) {
     let (at, width) = (rng.between(0.7, 2.0), rng.between(0.8, 1.2));
     let lateral = rng.between(-0.5, 0.5) * width;
@@ -327,7 +329,7 @@ fn doorway(scene: &mut SceneSpec, rng: &mut Random) {
     }
 }
 
-/// A threshold 0.5 to 2 cm high (ISO 21542 allows 20 mm), its edges upright or bevelled.
+/// Adds a threshold 0.5 to 2 cm high (ISO 21542 allows 20 mm), its edges upright or bevelled.
 fn threshold(scene: &mut SceneSpec, rng: &mut Random) {
     sill(scene, rng.between(0.5, 1.8), rng);
 }

@@ -1,5 +1,5 @@
-//! What goes down: flights under the scanner, and edges that a scan of the depth plane must not call
-//! clear.
+//! Flights going down under the scanner, and drops ahead that a scan of the depth plane must not
+//! report as clear.
 
 use super::super::maths::Random;
 use super::super::spec::{PlaneSpec, PolylineSpec, SceneSpec, StairsSpec, WallSpec, Way};
@@ -8,8 +8,8 @@ use super::flight::flight;
 use super::odd::oddity;
 use super::shaped::workmanship;
 
-/// A flight of one to six steps going down from under a pole that holds the scanner out, its first edge
-/// 25 cm behind the mirror to 5 cm before it.
+/// Draws a flight of one to six steps going down. A pole holds the scanner out, and the first edge
+/// lies between 25 cm behind the mirror and 5 cm before it.
 pub fn downstairs(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     scene.mount.plane = PlaneSpec::Height;
     scene.mount.height_m = rng.between(0.95, 1.3);
@@ -47,7 +47,7 @@ pub fn downstairs(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
             "closed"
         }
     };
-    // Where the stairs end at a wall.
+    // Some stairs end at a wall.
     if rng.chance(0.3) {
         end(scene, &s, rng);
     }
@@ -55,7 +55,7 @@ pub fn downstairs(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     what
 }
 
-/// Height of the floor below a flight going down, and where its surface ends.
+/// Returns the height of the floor below a flight going down, and the end of its surface.
 fn bottom(s: &StairsSpec) -> (f64, f64) {
     let part = |list: &[f64], k: usize, all: f64| list.get(k).copied().unwrap_or(all);
     let fall = (0..s.count).fold(0.0, |sum, k| sum + part(&s.rises_m, k, s.rise_m));
@@ -63,7 +63,7 @@ fn bottom(s: &StairsSpec) -> (f64, f64) {
     (s.base_m - fall, s.distance_m + run + s.landing_m)
 }
 
-/// A wall at the end of the floor below.
+/// Adds a wall at the end of the floor below.
 fn end(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     let (floor, at) = bottom(s);
     scene.wall.push(WallSpec {
@@ -74,11 +74,11 @@ fn end(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     });
 }
 
-/// Stairs or a kerb going down, 0.5 to 2 m ahead, in the depth plane.
+/// Draws stairs or a kerb going down, 0.5 to 2 m ahead, in the depth plane.
 ///
-/// The truth of such a scan holds no steps and no direction: nothing goes up. The drops are listed as
-/// `uncounted`, with negative heights, so that telling them is neither right nor wrong; what is wrong is an
-/// `ok` whose horizon lies beyond the first of them.
+/// The truth of such a scan has no steps and no direction, because nothing goes up. The drops are
+/// listed as `uncounted`, with negative heights, because reporting them is neither right nor wrong.
+/// An `ok` whose horizon lies beyond the first of them is wrong.
 pub fn brink(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let kerb = rng.chance(0.25);
     let count = if kerb { 1 } else { 1 + rng.index(6) };
@@ -102,8 +102,9 @@ pub fn brink(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     if kerb { "kerb down" } else { "stairs down" }
 }
 
-/// A hole 0.25 to 1.2 m long and 0.1 to 1 m deep (a pit, an open hatch), or the end of the floor: a
-/// loading dock or a platform's edge, 0.3 to 1.2 m above what is below. The truth is that of [`brink`].
+/// Draws a hole 0.25 to 1.2 m long and 0.1 to 1 m deep (a pit, an open hatch), or the end of the
+/// floor: a loading dock or a platform's edge, 0.3 to 1.2 m above the ground below. The truth is
+/// that of [`brink`].
 pub fn hole(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let dock = rng.chance(0.4);
     let mut s = flight(rng, 1);
@@ -116,7 +117,7 @@ pub fn hole(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
         (rng.between(0.1, 1.0), rng.between(0.25, 1.2))
     };
     if !dock {
-        // The floor goes on behind it.
+        // The floor continues behind it.
         let (from, to) = (s.distance_m + s.landing_m, s.distance_m + s.landing_m + 1.5);
         scene.polyline.push(PolylineSpec {
             points: vec![[from, -s.rise_m], [from, 0.0], [to, 0.0], [to, -s.rise_m]],

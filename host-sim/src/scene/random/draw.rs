@@ -1,16 +1,16 @@
-//! Draws that several kinds of random scenes share.
+//! Draws shared by several kinds of random scenes.
 
 use super::super::maths::Random;
 
-/// What treads and floors are made of.
+/// Materials of treads and floors.
 pub(super) const SOLID: [&str; 4] = ["painted-wood", "dark-ceramic", "concrete", "metal"];
 
-/// One of `names`.
+/// Returns one of `names`, drawn at random.
 pub(super) fn pick(rng: &mut Random, names: &[&str]) -> String {
     names[rng.index(names.len())].into()
 }
 
-/// Which of a list of names with shares a seed shows, by turns.
+/// Returns the name that `seed` selects in turn from a list of names with their shares.
 pub(super) fn turn(list: &[(&'static str, usize)], seed: u64) -> &'static str {
     let total: usize = list.iter().map(|(_, n)| n).sum();
     let mut turn = (seed % total.max(1) as u64) as usize;

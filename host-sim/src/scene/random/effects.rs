@@ -1,4 +1,4 @@
-//! What a recording does not state of its scanner and of what it sees, drawn widely.
+//! Wide draws of the properties of scanner and surfaces that a recording does not state.
 
 use std::collections::BTreeSet;
 
@@ -17,14 +17,14 @@ pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
     } else {
         Polarisation::Vertical
     };
-    // Drivers head for stairs to some degrees; a scanner that looks more aslant than its beam is wide
-    // sees no flash of a riser at all.
+    // Drivers head for stairs to within some degrees. A scanner whose yaw exceeds its beam width
+    // receives no specular reflection of a riser.
     scene.mount.yaw_deg = (1.8 * rng.normal()).clamp(-5.0, 5.0);
 }
 
-/// Every material that the scene uses, as another piece of it: W-band reviews of concrete, wood and
-/// asphalt scatter over 10 dB in γ and a factor of four in roughness (Ulaby and Dobson; Li and Sarabandi
-/// 1999), permittivities over a fifth (Rec. ITU-R P.2040, table 3).
+/// Draws new properties for every material that the scene uses. W-band reviews of concrete, wood
+/// and asphalt scatter over 10 dB in γ and a factor of four in roughness (Ulaby and Dobson; Li and
+/// Sarabandi 1999), permittivities over a fifth (Rec. ITU-R P.2040, table 3).
 fn surfaces(scene: &mut SceneSpec, rng: &mut Random) {
     let used: BTreeSet<String> = used_materials(scene)
         .into_iter()
@@ -38,7 +38,7 @@ fn surfaces(scene: &mut SceneSpec, rng: &mut Random) {
         let drawn = MaterialSpec {
             permittivity: (plain.permittivity * rng.between(0.85, 1.2)).max(1.0),
             conductivity: plain.conductivity * factor(rng, 1.5),
-            // A relief of a wavelength would no longer be one of facets.
+            // The facet model does not hold for a relief of a wavelength.
             roughness_m: (plain.roughness_m * factor(rng, 2.2)).min(1.2e-3),
             correlation_m: plain.correlation_m * factor(rng, 1.8),
             diffuse_db: (plain.diffuse_db + rng.between(-5.0, 5.0)).min(-8.0),
@@ -48,22 +48,23 @@ fn surfaces(scene: &mut SceneSpec, rng: &mut Random) {
     }
 }
 
-/// A factor from 1 / `most` to `most`, evenly in its logarithm.
+/// Draws a factor from 1 / `most` to `most`, uniform in its logarithm.
 fn factor(rng: &mut Random, most: f64) -> f64 {
     libm::exp(libm::log(most) * rng.between(-1.0, 1.0))
 }
 
-/// Side lobes of feeds and lenses from uniform to well tapered (Hansen, Phased Array Antennas, sec. 3.2:
-/// 13 to 30 dB), and the pedestal that a mirror's errors of 20 to 100 µm leave (Ruze: 1 - e^{-(4πε/λ)²}
-/// of the power, spread by their correlation): 27 to 45 dB below the peak.
+/// Draws the antenna pattern: side lobes of feeds and lenses from uniform to well tapered (Hansen,
+/// Phased Array Antennas, sec. 3.2: 13 to 30 dB), and the floor from mirror errors of 20 to 100 µm
+/// (Ruze: 1 - e^{-(4πε/λ)²} of the power, spread by their correlation), 27 to 45 dB below the peak.
 fn pattern(scene: &mut SceneSpec, rng: &mut Random) {
     scene.mirror.sidelobe_db = rng.between(16.0, 28.0);
     scene.mirror.sidelobe_floor_db = rng.between(27.0, 45.0);
 }
 
-/// Sweeps from a phase-locked loop (straight to 1e-5) to a predistorted free-running oscillator (some
-/// 0.05 % of bow, 0.01 % of ripple, a slope that has drifted by 0.1 %); filters that let more or less of
-/// what lies beyond the maximum range fold back.
+/// Draws the sweep errors, from a phase-locked loop (straight to 1e-5) to a predistorted
+/// free-running oscillator (some 0.05 % of bow, 0.01 % of ripple, a slope that has drifted by 0.1
+/// %), and the anti-alias filter, which attenuates echoes from beyond the maximum range more or
+/// less.
 fn sweep(scene: &mut SceneSpec, rng: &mut Random) {
     let receiver = &mut scene.receiver;
     receiver.sweep_slope = (3e-4 * rng.normal()).clamp(-1e-3, 1e-3);

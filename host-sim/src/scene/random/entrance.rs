@@ -8,7 +8,7 @@ use super::draw::{SOLID, pick, turn};
 use super::flight::{flight, floor, surroundings, uneven};
 use super::paving::{self, solid};
 
-/// What scenes of streets and entrances show, and how many of 12 do.
+/// Contents of scenes of streets and entrances, with their number among 12.
 pub const ENTRANCE: [(&str, usize); 12] = [
     ("kerb with gutter", 1),
     ("worn kerb", 1),
@@ -24,13 +24,13 @@ pub const ENTRANCE: [(&str, usize); 12] = [
     ("nosing strips", 1),
 ];
 
-/// What roads are made of.
+/// Materials of roads.
 const ROADS: [&str; 3] = ["asphalt", "asphalt", "concrete"];
 
-/// Where the ground ends behind what a scene shows.
+/// End of the ground behind the scene's objects, metres.
 const END_M: f64 = 3.4;
 
-/// The scenes of streets and entrances, by turns: which of them `seed` is.
+/// Draws a scene of a street or an entrance; `seed` selects the content in turn.
 pub fn entrance(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str {
     let what = turn(&ENTRANCE, seed);
     match what {
@@ -50,20 +50,20 @@ pub fn entrance(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static 
     what
 }
 
-/// A kerb `rise` high at `distance`, its edge rounded by 5 to 15 mm.
+/// Returns a kerb `rise` high at `distance`, its edge rounded by 5 to 15 mm.
 fn kerb(rng: &mut Random, distance: f64, rise: f64) -> StairsSpec {
     let mut s = flight(rng, 1);
     s.distance_m = distance;
     s.rise_m = rise;
     s.nosing_m = 0.0;
     s.nosing_radius_m = rng.between(0.005, 0.015);
-    // Solid: the rounding may take what it needs of the rise.
+    // Solid, so that the rounding may take as much of the rise as it needs.
     s.tread_thickness_m = 0.5;
     s.material = pick(rng, &["concrete", "concrete", "dark-ceramic"]);
     s
 }
 
-/// Height of a kerb over the road: lowered at crossings, or 10 to 14 cm.
+/// Draws the height of a kerb over the road: lowered at crossings, or 10 to 14 cm.
 fn upstand(rng: &mut Random) -> f64 {
     if rng.chance(0.5) {
         rng.between(0.03, 0.08)
@@ -72,7 +72,8 @@ fn upstand(rng: &mut Random) -> f64 {
     }
 }
 
-/// A kerb behind a gutter 20 to 45 cm wide: dished, with 5 to 10 % of fall, or a flat channel 1 to 3 cm deep.
+/// Adds a kerb behind a gutter 20 to 45 cm wide: dished, with 5 to 10 % of fall, or a flat channel
+/// 1 to 3 cm deep.
 fn gutter(scene: &mut SceneSpec, rng: &mut Random) {
     let at = rng.between(0.6, 1.7);
     let width = rng.between(0.20, 0.45);
@@ -88,7 +89,7 @@ fn gutter(scene: &mut SceneSpec, rng: &mut Random) {
     if dished {
         scene.floor.push(floor(road, Some(from)));
     } else {
-        // A solid, for its edge over the channel diffracts.
+        // A solid, because its edge over the channel diffracts.
         scene.polyline.push(solid(
             vec![[-0.6, -0.05], [-0.6, 0.0], [from, 0.0], [from, -0.05]],
             road,
@@ -106,8 +107,8 @@ fn gutter(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// A kerb 6 to 14 cm high, rounded by 15 to 30 mm or broken off by as much; half of them battered by 1 : 10 to 1 : 4
-/// (EN 1340: bullnosed, splayed and half-batter kerbs, and years of wheels).
+/// Adds a kerb 6 to 14 cm high, rounded or chamfered by 15 to 30 mm, half of them battered by 1 :
+/// 10 to 1 : 4 (EN 1340: bullnosed, splayed and half-batter kerbs, and wear by wheels).
 fn worn(scene: &mut SceneSpec, rng: &mut Random) {
     let (at, rise) = (rng.between(0.5, 1.7), rng.between(0.06, 0.14));
     let mut s = kerb(rng, at, rise);
@@ -120,7 +121,7 @@ fn worn(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// A ramp of 3 to 8 %, and a kerb of 3 to 8 cm where it ends.
+/// Adds a ramp of 3 to 8 %, and a kerb of 3 to 8 cm at its end.
 fn ramp(scene: &mut SceneSpec, rng: &mut Random) {
     let (from, length) = (rng.between(0.3, 0.7), rng.between(0.4, 1.0));
     let top = length * rng.between(0.03, 0.08);
@@ -139,7 +140,7 @@ fn ramp(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// Blisters 40 to 80 cm deep in a level pavement.
+/// Adds blisters 40 to 80 cm deep in a level pavement.
 fn tactile(scene: &mut SceneSpec, rng: &mut Random) {
     let (from, material) = (
         rng.between(0.4, 1.4),
@@ -149,7 +150,7 @@ fn tactile(scene: &mut SceneSpec, rng: &mut Random) {
     paving::blisters(scene, (from, from + rng.between(0.4, 0.8)), &material, rng);
 }
 
-/// Blisters up to a kerb, as on the islands of crossings.
+/// Adds blisters up to a kerb, as on the islands of crossings.
 fn tactile_kerb(scene: &mut SceneSpec, rng: &mut Random) {
     let (at, rise) = (rng.between(0.9, 1.7), upstand(rng));
     let s = kerb(rng, at, rise);
@@ -160,7 +161,7 @@ fn tactile_kerb(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// Corduroy bars 80 cm deep that end 40 cm before a flight.
+/// Adds corduroy bars 80 cm deep that end 40 cm before a flight.
 fn tactile_stairs(scene: &mut SceneSpec, rng: &mut Random) {
     let count = 2 + rng.index(4);
     let mut s = flight(rng, count);
@@ -174,7 +175,7 @@ fn tactile_stairs(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// A channel's grate, 12 to 40 cm along the way, flush in the floor.
+/// Adds a channel's grate, 12 to 40 cm along the way, flush with the floor.
 fn grate(scene: &mut SceneSpec, rng: &mut Random) {
     let from = rng.between(0.5, 1.6);
     let to = from + rng.between(0.12, 0.40);
@@ -186,8 +187,8 @@ fn grate(scene: &mut SceneSpec, rng: &mut Random) {
     paving::grate(scene, (from, to), rng);
 }
 
-/// A metal threshold 1.4 to 3 cm high, bevelled on both sides, with a rubber seal that stands 6 to 9 mm out of it:
-/// 2 to 3.9 cm in all.
+/// Adds a metal threshold 1.4 to 3 cm high, bevelled on both sides, with a rubber seal that rises 6
+/// to 9 mm above it: 2 to 3.9 cm in all.
 fn threshold(scene: &mut SceneSpec, rng: &mut Random) {
     let material = pick(rng, &["concrete", "dark-ceramic", "painted-wood", "carpet"]);
     scene.floor.push(floor(material, Some(END_M)));
@@ -218,7 +219,8 @@ fn threshold(scene: &mut SceneSpec, rng: &mut Random) {
     scene.polyline.push(solid(lip.to_vec(), "rubber".into()));
 }
 
-/// Water on the floor: all over, or a puddle 0.4 to 1.2 m long. Half of them before a wall.
+/// Adds water on the floor: all over, or a puddle 0.4 to 1.2 m long. Half of the scenes have a wall
+/// behind.
 fn wet(scene: &mut SceneSpec, rng: &mut Random) {
     let material = pick(rng, &["asphalt", "concrete", "dark-ceramic"]);
     let end = rng.between(1.6, END_M);
@@ -254,7 +256,7 @@ fn wall(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     });
 }
 
-/// A floor of dark carpet, before a wall as often as not.
+/// Adds a floor of dark carpet, in half of the scenes before a wall.
 fn dark(scene: &mut SceneSpec, rng: &mut Random) {
     let end = rng.between(1.6, END_M);
     scene.floor.push(floor("dark-carpet".into(), Some(end)));
@@ -263,7 +265,8 @@ fn dark(scene: &mut SceneSpec, rng: &mut Random) {
     }
 }
 
-/// A glass door 5 to 10 mm above the floor, half of them with a metal rail 7 to 12 cm high along the foot.
+/// Adds a glass door 5 to 10 mm above the floor, half of them with a metal rail 7 to 12 cm high
+/// along the foot.
 fn glass(scene: &mut SceneSpec, rng: &mut Random) {
     let at = rng.between(0.7, 2.4);
     let material = pick(rng, &["concrete", "dark-ceramic", "painted-wood", "carpet"]);
@@ -295,8 +298,8 @@ fn glass(scene: &mut SceneSpec, rng: &mut Random) {
     }
 }
 
-/// A flight whose treads carry nosing strips of aluminium or rubber, 30 to 55 mm wide, half of them flush, half 3 to 5 mm
-/// proud.
+/// Adds a flight whose treads have nosing strips of aluminium or rubber, 30 to 55 mm wide, half of
+/// them flush, half 3 to 5 mm proud.
 fn strips(scene: &mut SceneSpec, rng: &mut Random) {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);

@@ -1,4 +1,4 @@
-//! What scenes of streets and entrances promise.
+//! Tests of the scenes of streets and entrances.
 
 use super::{ENTRANCE, Kind, random};
 use crate::recording::Truth;
@@ -51,7 +51,7 @@ fn kerbs_count_from_six_centimetres_over_their_foot() {
             assert_eq!(truth.uncounted.len(), 1 - steps, "{what}");
             let kerb = truth.steps.iter().chain(&truth.uncounted).next().unwrap();
             assert!((kerb.distance_m - s.distance_m).abs() < 1e-4);
-            // From the road and not from the gutter's bottom.
+            // From the road, not from the gutter's bottom.
             assert!((kerb.height_m - s.base_m - s.rise_m).abs() < 1e-4);
             counted += steps;
         }
@@ -114,7 +114,7 @@ fn a_grate_is_no_gap_wider_than_a_slot() {
                 "{pitch} {thick}"
             );
         }
-        // The floor goes on from bar to bar at its height.
+        // The floor continues from bar to bar at its height.
         let (before, behind) = (&spec.floor[0], &spec.floor[1]);
         assert_eq!(before.to_m, Some(fronts[0]));
         let last = fronts[fronts.len() - 1] + thick;

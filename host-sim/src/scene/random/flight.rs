@@ -1,11 +1,11 @@
-//! Flights as such: what building codes let pass, workmanship, and what stands around.
+//! Flights: dimensions within building codes, workmanship, and surroundings.
 
 use super::super::maths::Random;
 use super::super::spec::{FloorSpec, PostSpec, SceneSpec, StairsSpec, WallSpec, Way};
 use super::draw::{SOLID, pick};
 
-/// A flight that a building code could have let pass: step length 2 rise + going of 58 to 68 cm for most
-/// (Blondel's rule), and what older houses and gardens have for the rest.
+/// Draws a flight within building codes: step length 2 rise + going of 58 to 68 cm for most
+/// (Blondel's rule), and the dimensions of older houses and gardens for the rest.
 pub fn flight(rng: &mut Random, count: usize) -> StairsSpec {
     let going = rng.between(0.22, 0.39);
     let rule = 0.5 * (rng.between(0.58, 0.68) - going);
@@ -56,7 +56,7 @@ pub fn flight(rng: &mut Random, count: usize) -> StairsSpec {
     }
 }
 
-/// Workmanship: every step a few millimetres off, in half of the flights.
+/// Draws workmanship: in half of the flights every step is off by a few millimetres.
 pub fn uneven(s: &mut StairsSpec, rng: &mut Random) {
     let spread = if rng.chance(0.5) {
         rng.between(0.002, 0.008)
@@ -68,7 +68,7 @@ pub fn uneven(s: &mut StairsSpec, rng: &mut Random) {
     s.goings_m = (1..s.count).map(|_| off(s.going_m)).collect();
 }
 
-/// A floating flight: treads as deep as the going and a little more.
+/// Makes a flight floating: treads as deep as the going or slightly deeper.
 pub fn opened(s: &mut StairsSpec, rng: &mut Random) {
     s.open = true;
     s.nosing_m = 0.0;
@@ -76,7 +76,7 @@ pub fn opened(s: &mut StairsSpec, rng: &mut Random) {
     s.landing_m = s.going_m;
 }
 
-/// What stands around a flight: the floor, and often a wall behind it or a post beside it.
+/// Adds the surroundings of a flight: the floor, and often a wall behind it or a post beside it.
 pub fn surroundings(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     let end = s.open.then_some(3.2);
     scene.floor.push(floor(pick(rng, &SOLID), end));
@@ -103,7 +103,7 @@ pub fn surroundings(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     }
 }
 
-/// A floor from behind the wheels to `to_m`, or to the foot of the stairs.
+/// Returns a floor from behind the wheels to `to_m`, or to the foot of the stairs.
 pub fn floor(material: String, to_m: Option<f64>) -> FloorSpec {
     FloorSpec {
         from_m: -0.6,

@@ -3,7 +3,8 @@
 use super::super::maths::{LIGHT, Random};
 use super::super::spec::{PlaneSpec, SceneSpec};
 
-/// A scanner like others of its make: dirt and rain on the lens, a mounting that is not quite true.
+/// Draws a scanner of the paper's design with its tolerances: dirt and rain on the lens, mounting
+/// errors.
 pub fn equipment(scene: &mut SceneSpec, rng: &mut Random) {
     scene.radar.system_loss_db = rng.between(10.0, 46.0);
     scene.mirror.bias_deg = (0.15 * rng.normal()).clamp(-0.4, 0.4);
@@ -25,21 +26,21 @@ pub fn equipment(scene: &mut SceneSpec, rng: &mut Random) {
 /// Length of a chirp, s: the paper's 200 samples at the default rate.
 const CHIRP_S: f64 = 1e-3;
 
-/// Most rows beside a transform of 256 points: the scanner's map holds 65,536 cells, whatever part of
-/// the range axis the mirror's own echo takes.
+/// Maximum number of rows with a transform of 256 points: the scanner's map holds 65,536 cells,
+/// whatever part of the range axis the mirror's own echo takes.
 const ROWS_AT_256: f64 = 255.0;
 
-/// A scanner of another make: what follows replaces mount, beam, sweep and schedule.
+/// Draws a scanner of another design: replaces mount, beam, sweep and schedule.
 ///
-/// Mount heights of 25 to 80 cm are what foot rest, battery box and arm rest of a powered wheelchair
-/// offer (ISO 7176-5 dimensions); 3 to 8° are horns and lenses of 25 to 75 mm at 94 GHz (70 λ/D); 4 to
-/// 10 GHz are what W-band modules sweep; a pitch of ±5° is a ramp of 1:12, the steepest that ISO 21542
-/// allows, or a soft front tyre.
+/// Mount heights of 25 to 80 cm are available at foot rest, battery box and arm rest of a powered
+/// wheelchair (ISO 7176-5 dimensions). Beams of 3 to 8° are those of horns and lenses of 25 to 75
+/// mm at 94 GHz (70 λ/D). W-band modules sweep 4 to 10 GHz. A pitch of ±5° is a ramp of 1:12, the
+/// steepest that ISO 21542 allows, or a soft front tyre.
 pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
     let radar = &mut scene.radar;
     radar.bandwidth_hz = round_to(rng.between(4e9, 10e9), 1e7);
     let resolution = LIGHT / (2.0 * radar.bandwidth_hz);
-    // As far as a chair's scanner has to look, and as the longest transform takes.
+    // The range that a chair's scanner needs, limited by the longest transform.
     let reach = rng.between(2.8, 5.0);
     radar.samples_per_chirp = ((reach / resolution) as usize).clamp(64, 256);
     radar.sample_rate_hz = radar.samples_per_chirp as f64 / CHIRP_S;
@@ -58,14 +59,14 @@ pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
         281.0
     };
     sweep.last_deg = last.min(sweep.first_deg + (rows - 1.0) * sweep.step_deg);
-    // Half of the chairs stand level and say nothing of it.
+    // Half of the chairs stand level and report no pitch.
     if rng.chance(0.5) {
         scene.mount.pitch_deg = Some(round_to(rng.between(-5.0, 5.0), 0.01));
         scene.mount.pitch_error_deg = (0.05 * rng.normal()).clamp(-0.1, 0.1);
     }
 }
 
-/// To a multiple of `unit`: a recording's keys then say in a few digits what the scene is.
+/// Rounds to a multiple of `unit`, so that a recording's keys have few digits.
 fn round_to(x: f64, unit: f64) -> f64 {
     let per = libm::floor(1.0 / unit + 0.5);
     if per >= 1.0 {

@@ -1,9 +1,9 @@
-//! Random scenes for training, validation and the accuracy tables: what builders build, what stands about,
-//! and what weather and wear do to it.
+//! Random scenes for training, validation and the accuracy tables: buildings, objects, weather and
+//! wear.
 //!
-//! Ranges are those of building codes and of what stands about in buildings; they are not drawn to suit
-//! or to annoy a detector. One kind, variety and seed is one scene, for ever: recordings are scored by
-//! them. `scenes/README.md` says in a table what is drawn from what.
+//! Ranges are those of building codes and of objects in buildings, chosen independently of the
+//! detector. One kind, variety and seed gives one fixed scene, because recordings are scored by
+//! them. `scenes/README.md` lists in a table what each draw is based on.
 
 mod beside;
 mod clutter;
@@ -33,23 +33,23 @@ pub use clutter::CLUTTER;
 pub use entrance::ENTRANCE;
 pub use none::NONE;
 
-/// What a random scene shows.
+/// Content of a random scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Kind {
     /// A flight or kerb going up.
     Ascending = 0,
-    /// No stairs: what [`NONE`] lists, in turn.
+    /// No stairs: the contents of [`NONE`], in turn.
     None = 1,
     /// A flight going down, seen from a pole.
     Descending = 2,
     /// A flight going up, one of whose steps is 2 to 4 cm higher or lower than the others.
     Irregular = 3,
-    /// A flight going up, every rise and going of which is off a bit.
+    /// A flight going up, each of whose rises and goings is slightly off.
     Uneven = 4,
     /// A flight going up with one odd rise (2 to 5 cm), one odd going (3 to 8 cm), or both.
     Odd = 5,
-    /// Carpeted or worn steps with rounded noses, 1 to 2 cm in radius.
+    /// Carpeted or worn steps with rounded nosings, 1 to 2 cm in radius.
     Soft = 6,
     /// Low and deep steps whose treads fall towards the front, as in parks and forecourts.
     Low = 7,
@@ -65,17 +65,18 @@ pub enum Kind {
     Kerb = 12,
     /// A flight with something beside, under or over it: stringers, posts, a person, a ceiling's edge.
     Beside = 13,
-    /// No stairs: what [`CLUTTER`] lists, in turn.
+    /// No stairs: the contents of [`CLUTTER`], in turn.
     Clutter = 14,
     /// Flights going down of one to six steps, regular, uneven or odd, seen from a pole.
     Downstairs = 15,
-    /// Stairs or a kerb going down, seen in the depth plane: no step to report, and not clear either.
+    /// Stairs or a kerb going down, seen in the depth plane: no step to report, and not clear.
     Brink = 16,
     /// A hole in the floor or the end of it, seen in the depth plane: not clear.
     Hole = 17,
-    /// A flight going up before an instrument of another make: mount, beam, bandwidth, pitch.
+    /// A flight going up before an instrument of another design: mount, beam, bandwidth, pitch.
     Mounting = 18,
-    /// What lies between street and foyer, with and without steps: what [`ENTRANCE`] lists, in turn.
+    /// The way between street and foyer, with and without steps: the contents of [`ENTRANCE`], in
+    /// turn.
     Entrance = 19,
 }
 
@@ -104,7 +105,7 @@ impl Kind {
         Kind::Entrance,
     ];
 
-    /// The name that `random:KIND` uses.
+    /// Returns the name that `random:KIND` uses.
     pub const fn name(self) -> &'static str {
         match self {
             Kind::Ascending => "ascending",
@@ -130,8 +131,8 @@ impl Kind {
         }
     }
 
-    /// What varies besides the shapes when nothing else is asked for. The first four kinds stay as they
-    /// were when recordings and tables were made of them.
+    /// Returns the default variety. The first four kinds keep the variety with which recordings and
+    /// tables were made.
     pub const fn variety(self) -> Variety {
         match self {
             Kind::Ascending | Kind::None | Kind::Descending | Kind::Irregular => Variety {
@@ -178,27 +179,29 @@ pub enum Spread {
     Wide,
 }
 
-/// What a random scene draws besides its shapes. Each part has a stream of random numbers of its own, so
-/// that the same seed shows the same staircase with either.
+/// Random properties of a scene besides its shapes. Each part has its own stream of random numbers,
+/// so that the same seed gives the same staircase with either spread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variety {
-    /// What a recording states of its scanner: mount, beam, bandwidth, samples, angles, pitch.
+    /// Properties that a recording states of its scanner: mount, beam, bandwidth, samples, angles,
+    /// pitch.
     pub instrument: Spread,
-    /// What it does not: surfaces, antenna pattern, sweep errors, polarisation, yaw.
+    /// Properties that it does not state: surfaces, antenna pattern, sweep errors, polarisation,
+    /// yaw.
     pub effects: Spread,
 }
 
-/// Streams of random numbers that scenes are drawn from, apart from those that scans are drawn from.
+/// Streams of the random numbers of scenes, apart from those of scans.
 const STREAM: u64 = 0x5343_454E_4500;
 const INSTRUMENT: u64 = 0x494E_5354_5200;
 const EFFECTS: u64 = 0x4546_4645_4300;
 
-/// Scene `seed` of a kind, with the kind's own variety.
+/// Returns scene `seed` of a kind, with the kind's own variety.
 pub fn random(kind: Kind, seed: u64) -> SceneSpec {
     random_with(kind, kind.variety(), seed)
 }
 
-/// Scene `seed` of a kind: its shapes, and what varies besides.
+/// Returns scene `seed` of a kind with a given variety.
 pub fn random_with(kind: Kind, variety: Variety, seed: u64) -> SceneSpec {
     let stream = |of: u64| Random::new(seed, of + kind as u64);
     let rng = &mut stream(STREAM);

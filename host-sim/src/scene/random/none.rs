@@ -1,11 +1,11 @@
-//! Scenes without stairs, as the first accuracy tables have them.
+//! Scenes without stairs, as in the first accuracy tables.
 
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, DoorSpec, FloorSpec, PostSpec, RampSpec, SceneSpec, WallSpec};
 use super::draw::{pick, turn};
 use super::flight::floor;
 
-/// What scenes without stairs show, and how many of 40 do.
+/// Contents of scenes without stairs, with their number among 40.
 pub const NONE: [(&str, usize); 10] = [
     ("floor", 5),
     ("wall", 6),
@@ -19,7 +19,7 @@ pub const NONE: [(&str, usize); 10] = [
     ("silent", 1),
 ];
 
-/// The scenes without stairs, by turns: which of them `seed` is.
+/// Draws a scene without stairs; `seed` selects the content in turn.
 pub fn none(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str {
     let what = turn(&NONE, seed);
     let end = rng.between(2.0, 3.4);
@@ -36,7 +36,7 @@ pub fn none(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str 
         "threshold" => threshold(scene, rng),
         "noise" => silent(scene, rng.between(60.0, 80.0)),
         "silent" => silent(scene, -300.0),
-        // More leakage than the ADC can take.
+        // Leakage above the ADC's full scale.
         "saturated" => scene.receiver.leakage_dbfs = rng.between(3.0, 12.0),
         _ => {}
     }
@@ -52,7 +52,7 @@ fn wall(scene: &mut SceneSpec, rng: &mut Random) {
     );
 }
 
-/// A wall, where the floor ends.
+/// Adds a wall at the end of the floor.
 pub fn wall_at(scene: &mut SceneSpec, at: f64, material: String) {
     scene.floor[0].to_m = Some(at);
     scene.wall.push(WallSpec {
@@ -69,7 +69,7 @@ fn ramp(scene: &mut SceneSpec, rng: &mut Random) {
     incline(scene, from, length, degrees);
 }
 
-/// A ramp of `degrees` in the floor, and the level that it leads to.
+/// Adds a ramp of `degrees` to the floor, and the level surface at its top.
 pub fn incline(scene: &mut SceneSpec, from: f64, length: f64, degrees: f64) {
     let slope = libm::tan(degrees.to_radians());
     let material = scene.floor[0].material.clone();
@@ -103,7 +103,7 @@ fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
     });
 }
 
-/// Legs of a person, of a chair, or of a table.
+/// Adds the legs of a person, a chair or a table.
 fn legs(scene: &mut SceneSpec, rng: &mut Random) {
     let person = rng.chance(0.5);
     let (count, at) = (if person { 2 } else { 4 }, rng.between(0.6, 1.8));
@@ -147,7 +147,7 @@ fn door(scene: &mut SceneSpec, rng: &mut Random) {
         depth_m: rng.between(0.08, 0.2),
         width_m: width,
         height_m: 2.0,
-        // Driven at askew: one jamb may come into the beam.
+        // Approached off-centre: one jamb may be in the beam.
         lateral_m: rng.between(-0.5, 0.5) * (width + 0.05),
         frame_m: rng.between(0.05, 0.1),
         threshold_m: threshold,
@@ -169,7 +169,7 @@ fn threshold(scene: &mut SceneSpec, rng: &mut Random) {
     });
 }
 
-/// A radar whose transmitter is dead: its noise and nothing else, or, below the last bit, nothing at all.
+/// Makes the transmitter silent: only noise remains or, below the last bit, no signal at all.
 fn silent(scene: &mut SceneSpec, noise_figure_db: f64) {
     scene.radar.tx_power_dbm = -300.0;
     let receiver = &mut scene.receiver;

@@ -1,10 +1,10 @@
-//! Flights that are not regular.
+//! Irregular flights.
 
 use super::super::maths::Random;
 use super::super::spec::{SceneSpec, StairsSpec};
 use super::flight::{flight, opened, surroundings};
 
-/// One step off by 2 to 4 cm, the rest following.
+/// Draws a flight with one step off by 2 to 4 cm, the rest shifted with it.
 pub fn irregular(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 3 + rng.index(4);
     let mut s = flight(rng, count);
@@ -17,7 +17,7 @@ pub fn irregular(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let odd = rng.index(count);
     let off = rng.between(0.02, 0.04);
     let up = rng.chance(0.5);
-    // Not lower than a low kerb and not higher than anybody climbs.
+    // Between a low kerb and the highest climbable step.
     let rise = if up && s.rise_m + off < 0.235 {
         s.rise_m + off
     } else {
@@ -33,8 +33,9 @@ pub fn irregular(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// Every rise and every going off a bit. A building code lets the largest and the smallest differ by
-/// 9.5 mm (IRC R311.7.5.1); what is old, outdoors or made by hand exceeds that two or three times.
+/// Draws a flight whose rises and goings are all slightly off. A building code lets the largest and
+/// the smallest differ by 9.5 mm (IRC R311.7.5.1); old, outdoor and hand-made flights exceed that
+/// two or three times.
 pub fn uneven(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
@@ -63,10 +64,10 @@ pub fn unsettle(s: &mut StairsSpec, rng: &mut Random) {
         .collect();
 }
 
-/// Lowest and highest odd rise, metres: the lowest that counts, and more than anybody climbs.
+/// Minimum and maximum odd rise, metres: the lowest that counts, and more than a climbable step.
 const RISES: (f64, f64) = (0.06, 0.27);
 
-/// One odd rise, one odd going, or both, in a flight that is otherwise regular.
+/// Draws a flight with one odd rise, one odd going, or both, otherwise regular.
 pub fn odd(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
@@ -80,10 +81,10 @@ pub fn odd(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     what
 }
 
-/// Puts one odd rise or going (or both) into a regular flight.
+/// Makes one rise or going (or both) of a regular flight odd.
 ///
-/// A floor laid after the stairs makes the first rise low or the last one high (the rest following); a
-/// tread set wrong makes up for it in the next one (the rest staying).
+/// A floor laid after the stairs makes the first rise low or the last one high (the rest follows).
+/// A tread set at a wrong place is compensated by the next one (the rest stays).
 pub fn oddity(s: &mut StairsSpec, rng: &mut Random) -> &'static str {
     s.rises_m = vec![s.rise_m; s.count];
     s.goings_m = vec![s.going_m; s.count - 1];
@@ -116,7 +117,7 @@ pub fn oddity(s: &mut StairsSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// By how much an odd rise is off: 2 to 5 cm up or down, as long as it and the one that makes up for it
+/// Draws the deviation of an odd rise: 2 to 5 cm up or down, as long as it and the compensating one
 /// stay within [`RISES`].
 fn odd_rise(rise: f64, rng: &mut Random) -> f64 {
     let room = (RISES.1 - rise).min(rise - RISES.0);
@@ -124,7 +125,7 @@ fn odd_rise(rise: f64, rng: &mut Random) -> f64 {
     if rng.chance(0.5) { off } else { -off }
 }
 
-/// Makes value `place` odd; the next one makes up for it if the rest stays where it was.
+/// Makes value `place` odd. If `staying`, the next value compensates for it.
 fn shift(values: &mut [f64], place: usize, off: f64, staying: bool) {
     if let Some(value) = values.get_mut(place) {
         *value += off;

@@ -1,13 +1,15 @@
-//! Shapes that stand a few millimetres out of a floor or lie flush in it: tactile paving and grates.
+//! Shapes that rise a few millimetres above a floor or lie flush with it: tactile paving and
+//! grates.
 
 use super::super::maths::Random;
 use super::super::spec::{FloorSpec, PolylineSpec, SceneSpec, WallSpec};
 use super::draw::pick;
 
-/// How far the feet of solids reach below the floor, metres: it hides the edges that only the drawing has.
+/// Depth of the feet of solids below the floor, metres. It hides edges that exist only in the
+/// model.
 const SUNK: f64 = 0.002;
 
-/// A solid across the whole way.
+/// Returns a solid across the whole way.
 pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
     PolylineSpec {
         points,
@@ -18,7 +20,8 @@ pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
     }
 }
 
-/// The upper arc of a circle over a chord of `half` to both sides of `at`, `height` above the floor, closed below it.
+/// Returns a circular arc over a chord of `half` to both sides of `at`, `height` above the floor,
+/// closed below it.
 fn cap(at: f64, half: f64, height: f64, pieces: usize) -> Vec<[f64; 2]> {
     let radius = (half * half + height * height) / (2.0 * height);
     let most = libm::asin(half / radius);
@@ -32,10 +35,12 @@ fn cap(at: f64, half: f64, height: f64, pieces: usize) -> Vec<[f64; 2]> {
     points
 }
 
-/// Blisters from `from` to `to`: domes 5 mm high and 25 mm wide at a pitch of 64 to 67 mm (CEN/TS 15209; Guidance on the
-/// use of tactile paving surfaces, 2021), five rows beside each other, which is as far as the beam reaches.
+/// Adds blisters from `from` to `to`: domes 5 mm high and 25 mm wide at a pitch of 64 to 67 mm
+/// (CEN/TS 15209; Guidance on the use of tactile paving surfaces, 2021). Five rows lie beside each
+/// other, which covers the beam.
 ///
-/// A dome is a piece of cylinder here, 20 mm wide across the way, as wide on the average as the circle.
+/// A dome is modelled as a piece of cylinder, 20 mm wide across the way, the mean width of the
+/// circle.
 pub fn blisters(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, rng: &mut Random) {
     let pitch = rng.between(0.064, 0.067);
     let aside = rng.between(-0.5, 0.5) * pitch;
@@ -54,8 +59,8 @@ pub fn blisters(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, r
     }
 }
 
-/// Corduroy from `from` to `to`: rounded bars across the way, 6 mm high and 20 mm wide at a pitch of 50 mm (the same
-/// guidance).
+/// Adds corduroy from `from` to `to`: rounded bars across the way, 6 mm high and 20 mm wide at a
+/// pitch of 50 mm (by the guidance cited above).
 pub fn corduroy(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, rng: &mut Random) {
     let pitch = rng.between(0.048, 0.052);
     let bars = ((to - from) / pitch) as usize;
@@ -66,14 +71,14 @@ pub fn corduroy(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, r
     }
 }
 
-/// A grate from `from` to `to`: bars 3 to 6 mm thick and 20 to 30 mm high across the way, up to 34 mm from one
-/// to the next (EN 1433 channel grates; slots of 10 to 31 mm, which wheels do not sink into), over a channel 8 to 20 cm
-/// deep.
+/// Adds a grate from `from` to `to`: bars 3 to 6 mm thick and 20 to 30 mm high across the way, at a
+/// pitch of up to 34 mm (EN 1433 channel grates; slots of 10 to 31 mm, into which wheels do not
+/// sink), over a channel 8 to 20 cm deep.
 pub fn grate(scene: &mut SceneSpec, (from, to): (f64, f64), rng: &mut Random) {
     let (thick, high) = (rng.between(0.003, 0.006), rng.between(0.020, 0.030));
     let wanted = rng.between(0.020, 0.034);
     let depth = rng.between(0.08, 0.20);
-    // A bar at each end, and as many between as the pitch allows.
+    // One bar at each end, and as many between as the pitch requires.
     let gaps = libm::ceil((to - from - thick) / wanted).max(1.0);
     let pitch = (to - from - thick) / gaps;
     for bar in 0..=gaps as usize {

@@ -1,4 +1,4 @@
-//! Forms that people build: soft, low, steep, with a landing, platforms, open treads, kerbs.
+//! Built forms: soft, low, steep, with a landing, platforms, open treads, kerbs.
 
 use super::super::maths::Random;
 use super::super::spec::{MaterialSpec, RampSpec, SceneSpec, StairsSpec, WallSpec};
@@ -6,16 +6,17 @@ use super::draw::pick;
 use super::flight::{flight, floor, opened, surroundings, uneven};
 use super::odd::unsettle;
 
-/// Carpet over the noses, or noses worn and cast round: radii of 1 to 2 cm.
+/// Draws a flight with carpet over the nosings, or with worn or cast round nosings: radii of 1 to 2
+/// cm.
 ///
-/// Carpet scatters evenly and strongly: between asphalt's γ of -20 dB and the -8 dB of short grass at
-/// W-band (Ulaby and Dobson, Handbook of Radar Scattering Statistics for Terrain). Cut pile is 5 to 12 mm
-/// deep and looks soft: what stands up of it, a millimetre, is the relief that is drawn.
+/// Carpet has strong diffuse scatter: between asphalt's γ of -20 dB and the -8 dB of short grass at
+/// W-band (Ulaby and Dobson, Handbook of Radar Scattering Statistics for Terrain). Cut pile is 5 to
+/// 12 mm deep and soft; the relief that is drawn is the millimetre that stands up of it.
 pub fn soft(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
     s.nosing_radius_m = rng.between(0.010, 0.020);
-    // A round nose needs a tread as thick as its diameter, and a little more.
+    // A round nosing needs a tread slightly thicker than its diameter.
     s.tread_thickness_m = rng.between(0.046, 0.06);
     s.nosing_m = if rng.chance(0.4) {
         rng.between(0.01, 0.03)
@@ -46,8 +47,9 @@ pub fn soft(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     if carpet { "carpet" } else { "round noses" }
 }
 
-/// Low and deep steps of parks, forecourts and stands: rises of 6 to 12 cm, goings of 35 to 60 cm, the
-/// treads falling towards the front by 1 to 3 % (paving practice; DIN 18318 asks for 2 to 3 %).
+/// Draws low and deep steps of parks, forecourts and stands: rises of 6 to 12 cm, goings of 35 to
+/// 60 cm, the treads falling towards the front by 1 to 3 % (paving practice; DIN 18318 asks for 2
+/// to 3 %).
 pub fn low(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 1 + rng.index(5);
     let mut s = flight(rng, count);
@@ -78,8 +80,8 @@ pub fn low(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     what
 }
 
-/// Attic, cellar and ship's stairs: rises of 20 to 25 cm, goings of 18 to 24 cm, which leaves a tread
-/// deep enough only with an overhang.
+/// Draws attic, cellar or ship's stairs: rises of 20 to 25 cm, goings of 18 to 24 cm, whose treads
+/// are deep enough only with an overhang.
 pub fn steep(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
@@ -101,8 +103,8 @@ pub fn steep(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     if open { "steep, floating" } else { "steep" }
 }
 
-/// Two flights and a landing between them, as deep as codes ask (0.9 m and more) or a little less. Near
-/// enough that some of the second flight comes into the range.
+/// Draws two flights with a landing between them, as deep as codes require (0.9 m and more) or
+/// slightly less. They are so near that part of the second flight lies within the range.
 pub fn landing(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let (first, second) = (1 + rng.index(3), 1 + rng.index(3));
     let mut s = flight(rng, first + second);
@@ -110,7 +112,7 @@ pub fn landing(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     s.tread_depth_m = None;
     uneven(&mut s, rng);
     s.goings_m[first - 1] = rng.between(0.75, 1.4);
-    // The second flight is another piece of work.
+    // The second flight may be of different workmanship.
     if rng.chance(0.3) {
         let off = rng.between(-0.02, 0.02);
         for rise in &mut s.rises_m[first..] {
@@ -122,7 +124,8 @@ pub fn landing(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     "landing"
 }
 
-/// A stage, a loading step, a shower base: one step of 18 to 30 cm, higher than a chair climbs.
+/// Draws a stage, a loading step or a shower base: one step of 18 to 30 cm, higher than a chair
+/// climbs.
 pub fn platform(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let mut s = flight(rng, 1);
     s.distance_m = rng.between(0.4, 1.8);
@@ -135,7 +138,7 @@ pub fn platform(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     };
     s.landing_m = rng.between(0.6, 2.2);
     surroundings(scene, &s, rng);
-    // Half of them end at a wall.
+    // Half of the platforms end at a wall.
     if rng.chance(0.5) {
         scene.wall.push(WallSpec {
             at_m: s.distance_m + s.landing_m,
@@ -148,8 +151,8 @@ pub fn platform(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     "platform"
 }
 
-/// Floating treads: slabs of wood, concrete or stone 3 to 8 cm thick, or gratings 25 to 40 mm high
-/// (EN ISO 14122-3), bare or behind a C-channel 30 to 80 mm high that is their nosing.
+/// Draws floating treads: slabs of wood, concrete or stone 3 to 8 cm thick, or gratings 25 to 40 mm
+/// high (EN ISO 14122-3), bare or behind a C-channel 30 to 80 mm high as nosing.
 pub fn open(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
@@ -186,12 +189,12 @@ fn grating(s: &mut StairsSpec, rng: &mut Random) {
     s.material = "grating".into();
     s.tread_thickness_m = rng.between(0.025, 0.04);
     s.nosing_radius_m = rng.between(0.0005, 0.0015);
-    // The foremost bearing bar is no hole.
+    // The foremost bearing bar is solid.
     s.riser_material = Some("metal".into());
 }
 
-/// A kerb of 3 to 8 cm. The road falls towards it by up to 5 % or rises to a lowered kerb, the pavement
-/// behind the kerb stone (12 to 18 cm, EN 1340) rises on by 1 to 8 %, or all is level.
+/// Draws a kerb of 3 to 8 cm. The road falls towards it by up to 5 % or rises to a lowered kerb,
+/// the pavement behind the kerb stone (12 to 18 cm, EN 1340) rises by 1 to 8 %, or all is level.
 pub fn kerb(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let mut s = flight(rng, 1);
     s.distance_m = rng.between(0.4, 1.6);
@@ -240,7 +243,8 @@ pub fn kerb(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// Draws how regular a flight is: as codes ask (half of them to the millimetre), or uneven.
+/// Draws the regularity of a flight: as codes require (half of these exact to the millimetre), or
+/// uneven.
 pub fn workmanship(s: &mut StairsSpec, rng: &mut Random) {
     if rng.chance(0.7) {
         uneven(s, rng);

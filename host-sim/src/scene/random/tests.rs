@@ -1,4 +1,4 @@
-//! What holds of every random scene, and what each kind promises.
+//! Properties of all random scenes, and of each kind.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -10,7 +10,7 @@ use crate::scene::spec::{PlaneSpec, Way};
 use crate::setup;
 use stairscan::config::Config;
 
-/// Seeds of each kind that are built.
+/// Number of seeds of each kind that are built.
 const SEEDS: u64 = 200;
 
 const WIDE: Variety = Variety {
@@ -39,14 +39,14 @@ fn every_scene_can_be_built_and_its_seed_says_which_it_is() {
         assert_eq!(spec, random(kind, seed));
         assert_ne!(spec, random(kind, seed + 1));
         truth_is_consistent(kind, seed, &build(kind, kind.variety(), seed).truth());
-        // Other instruments and surfaces, on fewer seeds: the shapes are the same.
+        // Other instruments and surfaces on fewer seeds, because the shapes are the same.
         if seed % 4 == 0 {
             build(kind, WIDE, seed);
         }
     });
 }
 
-/// Sorted, complete, and of the direction of its plane.
+/// Checks that the truth is sorted and complete, and that its direction is that of its plane.
 fn truth_is_consistent(kind: Kind, seed: u64, truth: &Truth) {
     let spec = random(kind, seed);
     let built: usize = spec.stairs.iter().map(|s| s.count).sum();
@@ -229,7 +229,7 @@ fn a_wide_instrument_keeps_its_ranges_and_fits_the_scanner() {
             .unwrap_or_else(|e| panic!("{seed}: {e}"));
         rows.push(schedule.sweep.angle_count);
         assert_eq!(config.radar.samples as usize, radar.samples_per_chirp);
-        // The scanner's map must hold rows times range bins: it answers.
+        // The scanner's map must hold rows times range bins, so that the scanner gives an answer.
         if seed % 8 == 0 {
             replay::answer(&recording, &Options::default())
                 .unwrap_or_else(|e| panic!("{seed}: {e}"));

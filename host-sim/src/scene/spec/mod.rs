@@ -1,7 +1,7 @@
-//! What a scene file may say: the TOML of `scenes/*.toml`, with every default and its source.
+//! Keys of a scene file: the TOML of `scenes/*.toml`, with every default and its source.
 //!
-//! Lengths are metres and angles degrees unless the key says otherwise. `x` counts forward from the
-//! mirror's centre, heights from the surface that the wheelchair stands on.
+//! Lengths are metres and angles degrees unless the key says otherwise. `x` is measured forward
+//! from the mirror's centre, heights from the surface that the wheelchair stands on.
 
 mod shapes;
 
@@ -13,23 +13,23 @@ pub use shapes::{
     BoxSpec, DoorSpec, FloorSpec, PolylineSpec, PostSpec, RampSpec, StairsSpec, WallSpec, Way,
 };
 
-/// A whole scene: the radar, how it is mounted, and what stands in front of it.
+/// A whole scene: the radar, its mounting, and the objects in front of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneSpec {
-    /// Goes into the recording's `core:description`.
+    /// Text for the recording's `core:description`.
     pub description: String,
     /// The radar module.
     pub radar: RadarSpec,
-    /// How the scanner is mounted.
+    /// Mounting of the scanner.
     pub mount: MountSpec,
     /// The angles of the scan.
     pub sweep: SweepSpec,
-    /// What the mirror and its shaft do wrong.
+    /// Errors of the mirror and its shaft.
     pub mirror: MirrorSpec,
-    /// Everything between the antenna and the samples.
+    /// The receiver, from the antenna to the samples.
     pub receiver: ReceiverSpec,
-    /// Materials of this scene, or built-in ones with other values.
+    /// Materials of this scene, and built-in ones with changed values.
     #[serde(rename = "material")]
     pub materials: BTreeMap<String, MaterialSpec>,
     /// Flights of stairs and kerbs.
@@ -47,7 +47,7 @@ pub struct SceneSpec {
     pub boxes: Vec<BoxSpec>,
     /// Door frames.
     pub door: Vec<DoorSpec>,
-    /// Anything else.
+    /// Free shapes.
     pub polyline: Vec<PolylineSpec>,
 }
 
@@ -64,24 +64,25 @@ pub struct RadarSpec {
     pub samples_per_chirp: usize,
     /// Rate of the ADC, Hz: with the samples per chirp it gives the length of the sweep.
     pub sample_rate_hz: f64,
-    /// A receiver without Q: one ADC takes the real part, twice as many values at twice the rate. Beat
-    /// frequencies, anti-alias filter and ranges stay what they are; the noise of the negative
-    /// frequencies, which I and Q keep apart, falls on the echoes (3 dB).
+    /// Whether the receiver has no Q channel: one ADC takes the real part, twice as many values at
+    /// twice the rate. Beat frequencies, anti-alias filter and ranges do not change. The noise of
+    /// the negative frequencies, which I and Q separate, is added to the echoes (3 dB).
     pub real: bool,
-    /// Transmitted power, dBm. A few milliwatts are what W-band MMIC modules give.
+    /// Transmitted power, dBm. W-band MMIC modules give a few milliwatts.
     pub tx_power_dbm: f64,
-    /// Peak gain of the beam leaving the mirror, dBi; without it 10 log10(0.7 · 41253 / (w_e w_a)) of
-    /// its 3 dB widths in degrees (Balanis, Antenna Theory, eq. 2-27 with 70 % efficiency).
+    /// Peak gain of the beam leaving the mirror, dBi. The default is 10 log10(0.7 · 41253 / (w_e
+    /// w_a)) of its 3 dB widths in degrees (Balanis, Antenna Theory, eq. 2-27 with 70 %
+    /// efficiency).
     pub antenna_gain_dbi: Option<f64>,
-    /// Losses out and back together, dB: lens, radome, and above all the mirror, which takes its 5° out
-    /// of the radar's 11° (section II-B) and leaves the rest beside it, 20 log10 (11 / 5) a way.
+    /// Two-way losses, dB: lens, radome, and above all the mirror, which uses its 5° of the radar's
+    /// 11° (section II-B) and passes the rest by, 20 log10 (11 / 5) one way.
     pub system_loss_db: f64,
     /// Electric field along the steps' edges ("horizontal") or across them ("vertical").
     pub polarisation: Polarisation,
 }
 
 impl RadarSpec {
-    /// Values that the ADC takes in the time of one complex sample: 2 of a real receiver.
+    /// Returns the number of ADC values per complex sample: 2 of a real receiver.
     pub fn values_per_sample(&self) -> usize {
         1 + usize::from(self.real)
     }
@@ -113,35 +114,36 @@ pub enum Polarisation {
     Vertical,
 }
 
-/// How the scanner is mounted (paper, section II-B).
+/// Mounting of the scanner (paper, section II-B).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MountSpec {
     /// Height of the mirror's centre above the surface that the wheelchair stands on.
     pub height_m: f64,
-    /// Radar lens to mirror centre.
+    /// Distance from the radar lens to the mirror's centre.
     pub mirror_offset_m: f64,
     /// Two-sided 3 dB width of the beam leaving the mirror, in the plane that it sweeps.
     pub beamwidth_deg: f64,
-    /// The same across that plane; without it the beam is round.
+    /// Two-sided 3 dB width across that plane; the default is a round beam.
     pub lateral_beamwidth_deg: Option<f64>,
     /// Angles from the horizontal ("depth", stairs going up) or from straight down ("height").
     pub plane: PlaneSpec,
-    /// Real height less the recorded one: soft tyres, a bent bracket.
+    /// True height less the recorded one: soft tyres, a bent bracket.
     pub height_error_m: f64,
-    /// The chair's pitch as its IMU says, nose up positive: it turns the whole scan about the mirror's
-    /// centre, and the recording carries it. Without it the chair stands level and says nothing.
+    /// The chair's pitch by its IMU, nose up positive. It turns the whole scan about the mirror's
+    /// centre, and is in the recording. Without it the chair stands level and the recording has no
+    /// pitch.
     pub pitch_deg: Option<f64>,
-    /// Real pitch less the recorded one; MEMS inclinometers hold 0.1° over temperature.
+    /// True pitch less the recorded one; MEMS inclinometers hold 0.1° over temperature.
     pub pitch_error_deg: f64,
-    /// Heading of the chair against the perpendicular of the edges. All lengths of the scene are those
-    /// in the plane that the mirror sweeps, whatever the yaw.
+    /// Heading of the chair relative to the perpendicular of the edges. All lengths of the scene
+    /// are measured in the plane that the mirror sweeps, at any yaw.
     pub yaw_deg: f64,
 }
 
 impl MountSpec {
-    /// Beam angle less mirror angle, degrees, at a pitch of `pitch_deg`: nose up, the beam rises, which
-    /// is less below the horizontal, and more to the front of straight down.
+    /// Returns the beam angle less the mirror angle, degrees, at a pitch of `pitch_deg`. Nose up
+    /// raises the beam: less below the horizontal, and more to the front of straight down.
     pub fn tilt_deg(&self, pitch_deg: f64) -> f64 {
         match self.plane {
             PlaneSpec::Depth => -pitch_deg,
@@ -170,9 +172,9 @@ impl Default for MountSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PlaneSpec {
-    /// Angles count from the horizontal, positive downwards.
+    /// Angles are measured from the horizontal, positive downwards.
     Depth,
-    /// Angles count from straight down, positive towards the front.
+    /// Angles are measured from straight down, positive towards the front.
     Height,
 }
 
@@ -184,7 +186,7 @@ pub struct SweepSpec {
     pub first_deg: f64,
     /// Last angle, included.
     pub last_deg: f64,
-    /// From one angle to the next.
+    /// Step of the angles.
     pub step_deg: f64,
 }
 
@@ -202,27 +204,29 @@ impl Default for SweepSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MirrorSpec {
-    /// Real beam angle less the recorded one, the same for the whole scan: homing error and the
+    /// True beam angle less the recorded one, the same for the whole scan: homing error and the
     /// wheelchair's pitch.
     pub bias_deg: f64,
-    /// Standard deviation of the beam angle from chirp to chirp; microstepping drives repeat to some
-    /// 5 % of a full step of 1.8°, less with settling.
+    /// Standard deviation of the beam angle from chirp to chirp. Microstepping drives repeat to
+    /// some 5 % of a full step of 1.8°, less with settling.
     pub jitter_deg: f64,
-    /// Speed at which the shaft turns while a chirp is captured, degrees a second, its place in mid chirp being
-    /// the row's; 0: it stands still at each row.
+    /// Speed of the shaft while a chirp is captured, degrees per second; 0: it stands still at each
+    /// row. In the middle of the chirp it passes the row's angle.
     pub turn_deg_s: f64,
-    /// Amplitude of the vibration of a shaft that turns. It comes with the motor's full steps, whose pull
-    /// the driver's microsteps only nearly even out: slow against a chirp, so that no chirp averages it.
+    /// Amplitude of the vibration of a turning shaft. It has the period of the motor's full steps,
+    /// whose torque ripple the driver's microsteps do not even out completely. It is slow compared
+    /// with a chirp, so that no chirp averages it.
     pub vibration_deg: f64,
-    /// Where in its period that vibration is at the horizontal.
+    /// Phase of that vibration at the horizontal.
     pub vibration_phase_deg: f64,
-    /// Run-out of the mirror's surface over a turn: it turns the phase of the mirror's own echo.
+    /// Run-out of the mirror's surface over a turn, which changes the phase of the mirror's own
+    /// echo.
     pub runout_m: f64,
     /// First side lobe of the beam, one way, dB below its peak (Hansen, Phased Array Antennas, sec.
     /// 3.2: one-parameter distribution; a lens feeding a mirror lies between 18 and 25 dB).
     pub sidelobe_db: f64,
-    /// What the mirror's surface errors scatter everywhere, one way, dB below the peak (Ruze, Proc.
-    /// IEEE 54, 1966).
+    /// Level of the scatter by the mirror's surface errors in all directions, one way, dB below the
+    /// peak (Ruze, Proc. IEEE 54, 1966).
     pub sidelobe_floor_db: f64,
 }
 
@@ -241,45 +245,46 @@ impl Default for MirrorSpec {
     }
 }
 
-/// From the antenna to the samples.
+/// The receiver, from the antenna to the samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReceiverSpec {
     /// Noise figure at the beat frequencies, dB. White noise of power k T F f_s reaches the ADC
-    /// (Skolnik, ch. 1). Homodyne W-band receivers are ruled by flicker noise and by the transmitter's
-    /// amplitude noise at tens of kilohertz (Maas, Microwave Mixers, ch. 4), which is why this is not
-    /// the 8 dB of their high-frequency data sheets.
+    /// (Skolnik, ch. 1). In homodyne W-band receivers flicker noise and the transmitter's amplitude
+    /// noise dominate at tens of kilohertz (Maas, Microwave Mixers, ch. 4), so that the value is
+    /// above the 8 dB of their high-frequency data sheets.
     pub noise_figure_db: f64,
-    /// Power of the echo that just fills the ADC, dBm: the gain of the receiver.
+    /// Power of an echo that just fills the ADC, dBm, which sets the gain of the receiver.
     pub full_scale_dbm: f64,
-    /// Transmitter leaking into the receiver, dB of full scale.
+    /// Leakage of the transmitter into the receiver, dB of full scale.
     pub leakage_dbfs: f64,
     /// Apparent range of the leakage.
     pub leakage_range_m: f64,
     /// The mirror's own echo, dB of full scale; it lies at `mount.mirror_offset_m`.
     pub mirror_echo_dbfs: f64,
-    /// Offset of the I channel, share of full scale.
+    /// Offset of the I channel, fraction of full scale.
     pub dc_i: f64,
-    /// Offset of the Q channel, share of full scale.
+    /// Offset of the Q channel, fraction of full scale.
     pub dc_q: f64,
-    /// Phase noise L(f) at 100 kHz from the carrier, dBc/Hz, falling with 20 dB a decade. What
-    /// reaches the beat signal is cut by the range correlation 4 sin²(π f τ) (Budge and Burt, 1993).
+    /// Phase noise L(f) at 100 kHz from the carrier, dBc/Hz, falling with 20 dB per decade. In the
+    /// beat signal it is reduced by the range correlation 4 sin²(π f τ) (Budge and Burt, 1993).
     pub phase_noise_dbc_hz: f64,
-    /// How much steeper the sweep is than recorded, share of B: it scales all ranges. A voltage-controlled
-    /// oscillator's slope drifts by some 1e-4 a kelvin until it is calibrated again.
+    /// Relative excess of the sweep's slope over the recorded one, which scales all ranges. A
+    /// voltage-controlled oscillator's slope drifts by some 1e-4 per kelvin until it is calibrated
+    /// again.
     pub sweep_slope: f64,
-    /// Bow of the sweep: largest deviation from the straight line, share of B.
+    /// Bow of the sweep: largest deviation from the straight line, fraction of B.
     pub sweep_bow: f64,
-    /// Ripple of the sweep: amplitude of a sine, share of B (Griffiths, 1991: paired echoes).
+    /// Ripple of the sweep: amplitude of a sine, fraction of B (Griffiths, 1991: paired echoes).
     pub sweep_ripple: f64,
     /// Periods of that ripple in one sweep.
     pub sweep_ripple_cycles: f64,
     /// Gain of Q over I, dB.
     pub iq_gain_db: f64,
-    /// Departure of I and Q from 90°.
+    /// Deviation of the phase between I and Q from 90°.
     pub iq_phase_deg: f64,
-    /// 3 dB corner of the anti-alias filter, share of the sample rate; complex samples use the beat
-    /// frequencies from 0 to the sample rate (eq. 2).
+    /// 3 dB corner of the anti-alias filter, fraction of the sample rate. Complex samples use the
+    /// beat frequencies from 0 to the sample rate (eq. 2).
     pub antialias_cutoff: f64,
     /// Order of that filter (Butterworth).
     pub antialias_order: u32,
@@ -311,7 +316,7 @@ impl Default for ReceiverSpec {
     }
 }
 
-/// A surface's electrical and mechanical nature. Every key has a default, those of bare wood.
+/// Electrical and mechanical properties of a surface. All keys have defaults, those of bare wood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MaterialSpec {
@@ -321,14 +326,14 @@ pub struct MaterialSpec {
     pub conductivity: f64,
     /// Standard deviation of the surface's height.
     pub roughness_m: f64,
-    /// Length over which that height is correlated (exponential autocorrelation).
+    /// Correlation length of that height (exponential autocorrelation).
     pub correlation_m: f64,
-    /// What the volume and the fine texture scatter evenly: γ of σ° = γ cos θ, dB.
+    /// Diffuse scatter of the volume and the fine texture: γ of σ° = γ cos θ, dB.
     pub diffuse_db: f64,
-    /// What scatters evenly lies inside the material: σ° is γ cos θ (T(θ) / T(0))², with Fresnel's
-    /// transmissivity T of the surface for the radar's polarisation, once in and once out (volume scattering of
-    /// a half space: Ulaby and Long, Microwave Radar and Radiometric Remote Sensing, ch. 11). Without it γ holds
-    /// for both polarisations at every angle.
+    /// Whether the diffuse scatter comes from inside the material: σ° is γ cos θ (T(θ) / T(0))²,
+    /// with Fresnel's transmissivity T of the surface for the radar's polarisation, once in and
+    /// once out (volume scattering of a half space: Ulaby and Long, Microwave Radar and Radiometric
+    /// Remote Sensing, ch. 11). If not, γ holds for both polarisations at every angle.
     pub diffuse_inside: bool,
     /// Distance from one joint (or gap of a grating) to the next along the surface; 0 for none.
     pub joint_pitch_m: f64,
@@ -336,7 +341,7 @@ pub struct MaterialSpec {
     pub joint_width_m: f64,
     /// Depth of a joint below the surface.
     pub joint_depth_m: f64,
-    /// Reflection inside a joint as a share of the surface's: 0 for the holes of a grating.
+    /// Reflection inside a joint relative to that of the surface: 0 for the holes of a grating.
     pub joint_reflection: f64,
 }
 

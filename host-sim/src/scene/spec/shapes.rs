@@ -1,8 +1,8 @@
-//! The shapes that a scene file puts together.
+//! Shapes that a scene file can contain.
 
 use serde::{Deserialize, Serialize};
 
-/// Which way a flight leads.
+/// Direction of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Way {
@@ -20,7 +20,8 @@ pub struct StairsSpec {
     /// Upwards or downwards.
     #[serde(default)]
     pub direction: Way,
-    /// Mirror to the first step's foremost edge (up), or to the first edge (down).
+    /// Distance from the mirror to the first step's foremost edge (up), or to the first edge
+    /// (down).
     pub distance_m: f64,
     /// Height of the surface before the first step.
     #[serde(default)]
@@ -29,70 +30,71 @@ pub struct StairsSpec {
     pub count: usize,
     /// Height of every step.
     pub rise_m: f64,
-    /// From one foremost edge to the next.
+    /// Distance from one foremost edge to the next.
     pub going_m: f64,
-    /// Heights one by one instead: as many as steps.
+    /// Individual heights in place of `rise_m`: as many as steps.
     #[serde(default)]
     pub rises_m: Vec<f64>,
-    /// Goings one by one instead: one fewer than steps.
+    /// Individual goings in place of `going_m`: one fewer than steps.
     #[serde(default)]
     pub goings_m: Vec<f64>,
-    /// How far a tread stands out over the riser below it.
+    /// Overhang of a tread over the riser below it.
     #[serde(default)]
     pub nosing_m: f64,
-    /// Rounding of the foremost edge; real treads are broken or rounded by 2 to 10 mm.
+    /// Radius of the foremost edge; real treads are broken or rounded by 2 to 10 mm.
     #[serde(default = "default_radius")]
     pub nosing_radius_m: f64,
-    /// The foremost edge is broken off at 45° over `nosing_radius_m` in place of rounded: chamfered kerbs of
-    /// EN 1340, chipped edges.
+    /// Whether the foremost edge is chamfered at 45° over `nosing_radius_m` rather than rounded:
+    /// chamfered kerbs of EN 1340, chipped edges.
     #[serde(default)]
     pub chamfered: bool,
-    /// How far the risers lean back: their feet lie so much before their upper edges (battered kerbs of
-    /// EN 1340). Closed flights going up without `nosing_m` only.
+    /// Batter of the risers: distance of their feet before their upper edges (battered kerbs of EN
+    /// 1340). Only for closed flights going up without `nosing_m`.
     #[serde(default)]
     pub batter_m: f64,
-    /// Length of a nosing strip along each tread, counted from the foremost edge; 0 for none (DIN 18040-1:
-    /// 40 to 50 mm; Approved Document M: 55 mm). Closed flights going up only.
+    /// Length of a nosing strip along each tread, measured from the foremost edge; 0 for none (DIN
+    /// 18040-1: 40 to 50 mm; Approved Document M: 55 mm). Only for closed flights going up.
     #[serde(default)]
     pub strip_m: f64,
-    /// How far the strips stand up over the treads; the steps' heights in the truth include it.
+    /// Height of the strips above the treads; the steps' heights in the truth include it.
     #[serde(default)]
     pub strip_proud_m: f64,
-    /// Material of the strips; without it that of the treads.
+    /// Material of the strips; the default is that of the treads.
     #[serde(default)]
     pub strip_material: Option<String>,
-    /// Thickness of a tread: seen where it stands out and where risers are open.
+    /// Thickness of a tread, visible at its overhang and with open risers.
     #[serde(default = "default_thickness")]
     pub tread_thickness_m: f64,
-    /// No risers: treads float.
+    /// Whether the flight has no risers, so that its treads float.
     #[serde(default)]
     pub open: bool,
-    /// Depth of a floating tread; without it the going and 2 cm.
+    /// Depth of a floating tread; the default is the going plus 2 cm.
     #[serde(default)]
     pub tread_depth_m: Option<f64>,
-    /// Slope of the treads down towards their foremost edges, metres a metre, so that rain runs off
-    /// (outdoor steps: 1 to 3 %). Closed flights going up only.
+    /// Slope of the treads down towards their foremost edges, metres per metre, for rain to run off
+    /// (outdoor steps: 1 to 3 %). Only for closed flights going up.
     #[serde(default)]
     pub tread_fall: f64,
-    /// Height of the C-channel that closes the front of a floating tread, 0 for none: the web stands
-    /// upright at the foremost edge (channels of EN 10279, front plates of EN ISO 14122-3 grating treads).
+    /// Height of the C-channel that closes the front of a floating tread, 0 for none. The web
+    /// stands upright at the foremost edge (channels of EN 10279, front plates of EN ISO 14122-3
+    /// grating treads).
     #[serde(default)]
     pub channel_m: f64,
     /// Depth of that channel's flanges.
     #[serde(default = "default_flange")]
     pub channel_flange_m: f64,
-    /// Its open side looks forward, at the scanner, and the web stands behind.
+    /// Whether the channel's open side faces the scanner, with the web behind.
     #[serde(default)]
     pub channel_open: bool,
     /// Length of the surface after the last step.
     #[serde(default = "default_landing")]
     pub landing_m: f64,
-    /// Treads and, unless given below, risers.
+    /// Material of the treads and, unless given below, of the risers.
     pub material: String,
-    /// Risers; the fronts of floating treads, and the channels before them.
+    /// Material of the risers, of the fronts of floating treads, and of the channels before them.
     #[serde(default)]
     pub riser_material: Option<String>,
-    /// Width across the plane, and where its middle lies; without it wider than the beam.
+    /// Width across the plane; the default is wider than the beam.
     #[serde(default)]
     pub width_m: Option<f64>,
 }
@@ -117,13 +119,13 @@ fn default_landing() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FloorSpec {
-    /// Where it starts.
+    /// Start of the surface.
     #[serde(default = "default_floor_start")]
     pub from_m: f64,
-    /// Where it ends; without it at the foot of the first flight going up, else at 4 m.
+    /// End of the surface; the default is the foot of the first flight going up, else 4 m.
     #[serde(default)]
     pub to_m: Option<f64>,
-    /// Its height.
+    /// Height of the surface.
     #[serde(default)]
     pub height_m: f64,
     /// Its material.
@@ -138,9 +140,9 @@ fn default_floor_start() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RampSpec {
-    /// Where it starts.
+    /// Start of the ramp.
     pub from_m: f64,
-    /// Where it ends.
+    /// End of the ramp.
     pub to_m: f64,
     /// Height at its start.
     #[serde(default)]
@@ -155,7 +157,7 @@ pub struct RampSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WallSpec {
-    /// Its distance.
+    /// Distance of the wall.
     pub at_m: f64,
     /// Height of its foot.
     #[serde(default)]
@@ -177,7 +179,7 @@ fn default_wall_top() -> f64 {
 pub struct PostSpec {
     /// Distance of its axis.
     pub at_m: f64,
-    /// How far its axis lies beside the plane that the mirror sweeps.
+    /// Lateral offset of its axis from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
     /// Its diameter.
@@ -204,13 +206,14 @@ pub struct BoxSpec {
     pub bottom_m: f64,
     /// Height of its top.
     pub top_m: f64,
-    /// Width across the plane; without it wider than the beam.
+    /// Width across the plane; the default is wider than the beam.
     #[serde(default)]
     pub width_m: Option<f64>,
-    /// How far its middle lies beside the plane that the mirror sweeps.
+    /// Lateral offset of its middle from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
-    /// Whether a chair could mount it: of 6 to 30 cm it then is a step of the truth, else an uncounted one.
+    /// Whether a chair could mount it. If so, a box of 6 to 30 cm is a step of the truth, else an
+    /// uncounted one.
     #[serde(default)]
     pub mountable: bool,
     /// Its material.
@@ -223,7 +226,7 @@ pub struct BoxSpec {
 pub struct DoorSpec {
     /// Distance of its front.
     pub at_m: f64,
-    /// Thickness of the wall that it stands in.
+    /// Thickness of the surrounding wall.
     #[serde(default = "default_door_depth")]
     pub depth_m: f64,
     /// Clear width.
@@ -232,7 +235,7 @@ pub struct DoorSpec {
     /// Clear height.
     #[serde(default = "default_door_height")]
     pub height_m: f64,
-    /// How far the middle of the opening lies beside the plane that the mirror sweeps.
+    /// Lateral offset of the middle of the opening from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
     /// Width of a jamb and height of the lintel.
@@ -261,19 +264,19 @@ fn default_frame() -> f64 {
     0.08
 }
 
-/// A free shape: an open one is a thin sheet seen from both sides, a closed one a solid.
+/// A free shape. An open one is a thin sheet visible from both sides, a closed one a solid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PolylineSpec {
     /// Corners, `[x, height]` each.
     pub points: Vec<[f64; 2]>,
-    /// Joins the last corner to the first.
+    /// Whether the last corner is joined to the first.
     #[serde(default)]
     pub closed: bool,
-    /// Width across the plane; without it wider than the beam.
+    /// Width across the plane; the default is wider than the beam.
     #[serde(default)]
     pub width_m: Option<f64>,
-    /// How far its middle lies beside the plane that the mirror sweeps.
+    /// Lateral offset of its middle from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
     /// Its material.

@@ -1,4 +1,4 @@
-//! The bus against a chip that knows nothing but the levels of two wires.
+//! Tests of the bus against a simulated device that sees only the levels of two wires.
 
 use super::*;
 use crate::scanner::encoder::as5600::{ADDRESS, As5600};
@@ -7,38 +7,38 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 use proptest::prelude::*;
 
-/// What a chip on the bus is at.
+/// State of a device on the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum At {
-    /// Nobody speaks to it.
+    /// Not addressed.
     #[default]
     Idle,
-    /// Bits of a byte come in: its address, or what follows it.
+    /// Receives bits of a byte: its address, or data.
     Hears { address: bool, byte: u8, bits: u8 },
-    /// It holds the acknowledgement of a byte.
+    /// Holds the acknowledgement of a byte.
     Acknowledges { address: bool, byte: u8 },
-    /// It says a byte, so many bits of it by now.
+    /// Sends a byte; number of bits sent so far.
     Says { bits: u8 },
-    /// It hears whether more is wanted.
+    /// Receives the acknowledgement of a byte it has sent.
     Asked,
 }
 
-/// Two wires with pull-ups, a master's two pins, and a chip with 256 registers.
+/// Two wires with pull-ups, a master's two pins, and a device with 256 registers.
 #[derive(Default)]
 struct Wires {
-    /// What the master lets go of.
+    /// Whether the master releases the line.
     clock: bool,
     data: bool,
-    /// What the chip holds low.
+    /// Whether the device holds the line low.
     holds_data: bool,
     holds_clock: bool,
-    /// Looks at the clock for which the chip still holds it, at each bit.
+    /// Number of reads of the clock for which the device still stretches it, at each bit.
     stretch: u32,
     held: u32,
     at: At,
     registers: Vec<u8>,
     pointer: u8,
-    /// The chip was told its register: what is written next goes there.
+    /// Whether the register address has been received: the next byte written goes there.
     pointed: bool,
     absent: bool,
     waited_us: u32,
@@ -58,7 +58,7 @@ impl Wires {
         self.registers[usize::from(self.pointer)]
     }
 
-    /// What the chip makes of a change of levels.
+    /// Reaction of the device to a change of the levels.
     fn change(&mut self, before: (bool, bool)) {
         match (before, self.levels()) {
             ((true, true), (true, false)) => {
@@ -235,7 +235,7 @@ fn an_as5600_is_read_over_two_wires() {
     let wires = wires.borrow();
     assert_eq!((wires.starts, wires.stops), (12, 6));
     assert_eq!(wires.levels(), (true, true), "the bus is left free");
-    // What docs/hardware.md says of a reading.
+    // Duration of a reading according to docs/hardware.md.
     assert!(wires.waited_us / 3 < 600, "{} µs", wires.waited_us / 3);
 }
 
@@ -266,7 +266,7 @@ fn nobody_there_no_magnet_and_wires_held_low_are_told() {
     let mut encoder = As5600::new(bus(&wires));
     assert_eq!(encoder.angle(), Err(EncoderError::NoMagnet));
 
-    // Pins that read 0 whatever they are told, as in the emulator.
+    // Pins that always read 0, as in the emulator.
     struct Ground;
     impl embedded_hal::digital::ErrorType for Ground {
         type Error = Infallible;
@@ -294,7 +294,7 @@ fn nobody_there_no_magnet_and_wires_held_low_are_told() {
     assert!(wires.borrow().waited_us < 5_000, "every wait has an end");
 }
 
-/// A reset in the midst of a reading leaves the chip holding the data line: it is clocked out of that.
+/// After a reset within a reading the device holds the data line: it is clocked out of that.
 #[test]
 fn a_chip_that_was_interrupted_is_clocked_free() {
     let wires = chip();
@@ -312,7 +312,7 @@ fn a_chip_that_was_interrupted_is_clocked_free() {
 }
 
 proptest! {
-    /// Whatever the wires do, a reading ends.
+    /// Every reading ends, for any levels of the wires.
     #[test]
     fn random_levels_end_in_an_answer(levels in proptest::collection::vec(any::<bool>(), 1..400)) {
         struct Noise<'a>(&'a RefCell<core::iter::Cycle<std::vec::IntoIter<bool>>>);

@@ -1,4 +1,4 @@
-//! Shaft, wire and module in one time.
+//! Simulation of shaft, wire and module on one clock.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -24,19 +24,19 @@ use crate::verdict::Conditions;
 
 /// Core clocks in a microsecond.
 pub const MHZ: u64 = 168;
-/// From poll to poll, microseconds.
+/// Time between two polls, µs.
 pub const SPARE: u32 = 5;
-/// What a row's arithmetic takes, microseconds.
+/// Processing time of a row, µs.
 const WORK: u64 = 150;
-/// A step comes so much later than its timer, clocks.
+/// Latency of a step behind its timer, core clocks.
 const LATENCY: u64 = 150;
-/// The ends of the wire.
+/// Indices of the wire's ends.
 const SCANNER: usize = 0;
 const MODULE: usize = 1;
-/// A late chirp is so late, microseconds.
+/// Delay of a late chirp, µs.
 const LATE_US: u64 = 70_000;
 
-/// What becomes of a chirp.
+/// Faults of a chirp's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     Lost,
@@ -46,17 +46,17 @@ pub enum Fate {
     Repeat,
 }
 
-/// Where the shaft was while a chirp was captured, microsteps.
+/// Position of the shaft while a chirp was captured, microsteps.
 #[derive(Clone, Copy, Debug)]
 pub struct Capture {
-    /// Of the row that was triggered.
+    /// Position of the triggered row.
     pub wanted: i32,
     pub begin: f64,
     pub middle: f64,
     pub end: f64,
 }
 
-/// What came of a scan.
+/// Result of a scan.
 #[derive(Debug)]
 pub struct Outcome {
     pub fault: Option<Reason>,
@@ -69,7 +69,7 @@ pub struct Outcome {
     pub without_edge: u32,
 }
 
-/// A pin that nobody looks at.
+/// An unconnected pin.
 #[derive(Debug)]
 struct Pin;
 
@@ -87,50 +87,50 @@ impl OutputPin for Pin {
 }
 
 pub struct World {
-    /// Core clocks.
+    /// Current time, core clocks.
     pub now: u64,
     pulser: Pulser<Pin, Pin, Pin>,
     next_step: Option<u64>,
-    /// When the shaft came where.
+    /// Time and position of every step, core clocks and microsteps.
     way: Vec<(u64, i32)>,
-    /// Rates of the scanner's end and of the module's, Mbaud.
+    /// Baud rates of the scanner's end and of the module's, Mbaud.
     rates: [u8; 2],
-    /// The fastest that the module knows.
+    /// Maximum rate of the module, Mbaud.
     fastest: u8,
-    /// From this trigger on the module does not know its rate any more.
+    /// Trigger after which the module falls back to 1 Mbaud.
     reset_at: Option<u32>,
     ahead: bool,
     pin: bool,
-    /// When TRIG last rose.
+    /// Time of the last rising edge of TRIG.
     edge: Option<u64>,
-    /// Chirps whose trigger came without an edge.
+    /// Number of chirps whose trigger came without an edge.
     without_edge: u32,
     chirp_us: u64,
-    /// Until then the scanner's transmitter is busy.
+    /// Time until which the scanner's transmitter is busy.
     sending: u64,
     to_module: VecDeque<(u64, u8, u8)>,
-    /// Until then the module's.
+    /// Time until which the module's transmitter is busy.
     answering: u64,
     to_scanner: VecDeque<(u64, u8, u8)>,
     decoder: Decoder,
     fates: BTreeMap<u32, Fate>,
     triggers: u32,
-    /// Angle, begin and end of every capture.
+    /// Angle, start and end of every capture.
     pub captures: Vec<(i32, u64, u64)>,
     before: Vec<u8>,
 }
 
 impl World {
-    /// Clocks of a byte at one end's rate.
+    /// Returns the duration of a byte at one end's rate, core clocks.
     fn byte(&self, end: usize) -> u64 {
         10 * MHZ / u64::from(self.rates[end])
     }
 
-    /// What the other end makes of a byte that was sent at `rate`.
+    /// Returns the byte that end `end` receives of one that was sent at `rate`.
     fn heard(&self, byte: u8, rate: u8, end: usize) -> Option<u8> {
         match self.rates[end] {
             own if own == rate => Some(byte),
-            // Framing errors are dropped by the port, but for what happens to look like a byte.
+            // The port drops framing errors, except for bit patterns that look like a byte.
             _ => (byte & 1 == 1).then_some(byte.rotate_left(3)),
         }
     }
@@ -144,7 +144,7 @@ impl World {
         }
         while let Some((at, byte, rate)) = self.to_module.pop_front_if(|b| b.0 <= self.now) {
             if byte == 0 && rate < self.rates[MODULE] {
-                // A break.
+                // A break on the line.
                 self.rates[MODULE] = 1;
                 self.decoder.reset();
             }
@@ -155,7 +155,7 @@ impl World {
         }
     }
 
-    /// The module has read a whole request at `at`.
+    /// Handles a whole request that the module has received at `at`.
     fn request(&mut self, at: u64) {
         let Some(frame) = self.decoder.frame() else {
             return;
@@ -195,7 +195,7 @@ impl World {
         }
         let fate = self.fates.get(&self.triggers).copied();
         self.triggers += 1;
-        // The samples say for which angle they were captured.
+        // The samples contain the angle for which they were captured.
         let samples = angle.to_le_bytes().repeat(200);
         let chirp = encode(FrameKind::Chirp, sequence, &samples);
         let before = std::mem::replace(&mut self.before, chirp.clone());
@@ -225,12 +225,12 @@ impl World {
         self.answering = at;
     }
 
-    /// Where the shaft was at `time`, on the line from step to step.
+    /// Returns the position of the shaft at `time`, interpolated between steps.
     fn place(&self, time: u64) -> f64 {
         let next = self.way.partition_point(|&(at, _)| at <= time);
         let (from, a) = self.way[next.saturating_sub(1)];
         match self.way.get(next) {
-            // It stood until the first step of a move.
+            // The shaft stood until the first step of a move.
             Some(&(to, b)) if to - from < 400 * MHZ => {
                 f64::from(a) + f64::from(b - a) * (time - from) as f64 / (to - from) as f64
             }
@@ -260,7 +260,7 @@ impl BytePort for Shared {
         None
     }
 
-    /// One byte on the wire, one behind it.
+    /// Accepts one byte on the wire and one waiting behind it.
     fn write(&mut self, bytes: &[u8]) -> usize {
         let mut w = self.0.borrow_mut();
         let mut taken = 0;
@@ -322,7 +322,7 @@ impl Mirror for Shared {
     fn disable(&mut self) {}
 }
 
-/// Rows as they come.
+/// Data path that records the rows.
 struct Data {
     world: Shared,
     schedule: Schedule,
@@ -376,17 +376,17 @@ impl DataPath for Data {
     }
 }
 
-/// A bench at rest near the sector.
+/// A bench with the shaft at rest near the sector.
 pub struct Bench {
     world: Shared,
     pub ahead: bool,
-    /// Chirps begin at the edge of TRIG.
+    /// Whether chirps begin at the edge of TRIG.
     pub pin: bool,
-    /// The module forgets its rate at this trigger.
+    /// Trigger at which the module falls back to 1 Mbaud.
     pub reset_at: Option<u32>,
-    /// What becomes of which trigger; the others are answered.
+    /// Faults by trigger number; all other triggers are answered.
     pub fates: BTreeMap<u32, Fate>,
-    /// At times the scanner has something else to do for so long, microseconds.
+    /// Durations of other work of the scanner, in turn, µs.
     pub busy_us: Vec<u32>,
 }
 
@@ -430,13 +430,13 @@ impl Bench {
         self.world.0.borrow_mut().chirp_us = us.into();
     }
 
-    /// One scan, from the first move to the end.
+    /// Makes one scan, from the first move to the end.
     pub fn scan(self, settings: &Settings, backward: bool) -> Outcome {
         let link = FrameLink::new(self.world.clone());
         self.scan_with(link, settings, backward)
     }
 
-    /// The same with a chip on SPI in place of the serial module.
+    /// Makes one scan with a chip on SPI instead of the serial module.
     pub fn scan_chip(self, settings: &Settings, backward: bool) -> Outcome {
         let link = SpiChip::new(&self.world);
         self.scan_with(link, settings, backward)
@@ -452,7 +452,7 @@ impl Bench {
             w.reset_at = self.reset_at;
         }
         let schedule = Schedule::new(&settings.config).unwrap();
-        // Near where the sweep begins, as after the scan before.
+        // Near the start of the sweep, as after the previous scan.
         let nearly = match backward {
             false => schedule.position(0) - 70,
             true => schedule.position(schedule.rows() - 1) + 70,
@@ -472,7 +472,7 @@ impl Bench {
         };
         let boot = Micros(u32::MAX - 100_000);
         let time = || boot.plus((self.world.0.borrow().now / MHZ) as u32);
-        // As the self-test leaves it.
+        // State after the self-test.
         let timeout = settings.timing.configure_timeout;
         link.program(time(), &settings.module, timeout);
         while link.settings(time()).is_pending() {

@@ -1,4 +1,5 @@
-//! A chip that wakes up for a millisecond before it sweeps, as the BGT60TR13C does, and is read when it has sampled.
+//! Simulated chip that wakes up for a millisecond before it sweeps, like the BGT60TR13C, and is read after
+//! sampling.
 
 use core::task::Poll;
 
@@ -10,7 +11,7 @@ use crate::signal::radar::module::{LinkError, ModuleKind, RadarModule, Wish};
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
-/// As the driver has it.
+/// Returns the row times of the driver.
 fn times() -> RowTimes {
     let wish = Wish {
         kind: ModuleKind::Bgt60,

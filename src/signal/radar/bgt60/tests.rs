@@ -1,4 +1,5 @@
-//! The driver against a bus that answers whatever it is told to; against the chip's model: `host-sim/tests/suite/bgt60.rs`.
+//! The driver with a bus that gives arbitrary answers. For tests with a model of the chip see
+//! `host-sim/tests/suite/bgt60.rs`.
 
 use core::convert::Infallible;
 
@@ -7,11 +8,11 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Answers with `bytes`, over and over.
+/// Answers with `bytes`, repeated.
 struct Babble {
     bytes: Vec<u8>,
     at: usize,
-    /// Longest transfer so far.
+    /// Maximum length of a transfer so far.
     longest: usize,
 }
 

@@ -1,4 +1,4 @@
-//! The link against a wire that takes bytes in pieces, and against modules that misbehave.
+//! The link with a port that takes bytes in pieces, and with modules that misbehave.
 
 use super::*;
 use crate::signal::radar::FrameLink;
@@ -44,7 +44,7 @@ fn request_goes_out_in_pieces_and_settings_come_back() {
     let mut link = link();
     link.port.room = 5;
     link.program(NOW, &Wish::DEFAULT, 100_000);
-    // First the break, in case the module is at another rate, and time for it to change it.
+    // First the break, in case the module is at another rate, and a pause for the change of its rate.
     assert!(link.settings(NOW).is_pending());
     assert_eq!(link.port.outgoing, [0, 0]);
     assert!(link.settings(NOW.plus(SWITCH_US - 1)).is_pending());
@@ -125,7 +125,7 @@ fn two_chirps_under_way_come_one_after_the_other() {
     assert_eq!(late, Poll::Ready(Err(LinkError::Timeout)));
 }
 
-/// A chirp that is lost costs its own row and no time: the next one shows that it will not come.
+/// A lost chirp costs only its own row, and no time: the next answer shows that it is lost.
 #[test]
 fn a_lost_chirp_costs_its_own_row_alone() {
     let mut samples = [Iq::default()];
@@ -146,7 +146,7 @@ fn a_lost_chirp_costs_its_own_row_alone() {
     assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
     assert_eq!(samples, [Iq::new(3, 4)]);
 
-    // Each has its own deadline, and late answers are nobody's.
+    // Each request has its own deadline, and late answers are assigned to none.
     let mut link = two_under_way();
     let timeout = Poll::Ready(Err(LinkError::Timeout));
     assert_eq!(link.poll(NOW.plus(1000), &mut samples), timeout);
@@ -156,7 +156,7 @@ fn a_lost_chirp_costs_its_own_row_alone() {
     let two = link.poll(NOW.plus(1002), &mut samples);
     assert_eq!((two, samples), (Poll::Ready(Ok(())), [Iq::new(3, 4)]));
 
-    // A new scan asks for settings: what is under way is forgotten.
+    // A new scan requests the settings: pending requests are discarded.
     let mut link = two_under_way();
     answer(&mut link, FrameKind::Chirp, 2, &TWO);
     assert_eq!(link.poll(NOW, &mut samples), lost);

@@ -1,71 +1,72 @@
-//! The commands that set a SiRad up, as bits.
+//! Commands that set up a SiRad module.
 //!
-//! A command is `!`, a letter, for some letters 32 bits as eight hexadecimal digits, CR and LF. The layout of the
-//! bits is that of firmware 1.4 (System & Protocol Description 2.4, command frames); reserved bits are 0.
+//! A command is `!`, a letter, for some letters 32 bits as eight hexadecimal digits, CR and LF. The layout of
+//! the bits is that of firmware 1.4 (System & Protocol Description 2.4, command frames); reserved bits are 0.
 
-/// Most bandwidth that can be asked for, kHz: what the chip covers, about 119 to 126 GHz.
+/// Maximum bandwidth that can be requested, kHz: the band of the chip, about 119 to 126 GHz.
 pub const MOST_KHZ: u32 = 7_000_000;
-/// Bandwidth without a wish, kHz: what the kit's own captures were made with, below what its `!K` finds.
+/// Default bandwidth, kHz: that of the kit's own captures, and below the result of its `!K`.
 pub const USUAL_KHZ: u32 = 6_000_000;
-/// Step of the bandwidth, kHz.
+/// Resolution of the bandwidth, kHz.
 pub const STEP_KHZ: u32 = 2_000;
 
-/// Fewest samples of a ramp; a code counts doublings of them.
+/// Minimum number of samples of a ramp; a code counts its doublings.
 const FEWEST: u16 = 32;
-/// The code of 256 samples, as many as a chirp may have.
+/// Code of 256 samples, the maximum of a chirp.
 const MOST_CODE: u32 = 3;
 
-/// A command ready to be sent.
+/// A command with 32 bits, as it is sent.
 pub type CommandLine = [u8; 12];
 
-/// Asks for one measurement: both triggers at once.
+/// Command for one measurement: both triggers at once.
 pub const TRIGGER: &[u8] = b"!N\r\n";
-/// Asks who the module is: answered after whatever was asked before.
+/// Command for the system info; the module answers it after all earlier commands.
 pub const INFO: &[u8] = b"!I\r\n";
 
-/// The system's configuration:
+/// Bits of the system configuration:
 ///
-/// | bits | what | here |
+/// | bits | meaning | value used |
 /// |---|---|---|
 /// | 31..29 | delay of the self trigger | 0 |
 /// | 27 | linear magnitude | 1 |
 /// | 26 | target list in mm (0) or cm | 0 |
 /// | 25..24 | LEDs | off |
 /// | 19..17 | output: 0 WebGUI, 1 TSV, 2 binary | 2 |
-/// | 16 | automatic gain: rows would not compare | 0 |
+/// | 16 | automatic gain: rows would not be comparable | 0 |
 /// | 15..14 | gain: 8, 21, 43 or 56 dB | 21 dB |
 /// | 13, 12 | second, first serial port | both |
 /// | 11..4 | frames: error, status, targets, CFAR, range, phase, complex, raw | error, status, raw |
-/// | 1 | triggers itself | 0 |
+/// | 1 | self trigger | 0 |
 /// | 0 | pre-trigger | 0 |
 const SYSTEM: u32 = 1 << 27 | 2 << 17 | 1 << 14 | 3 << 12 | 1 << 11 | 1 << 10 | 1 << 4;
 
-/// [`SYSTEM`] as a command.
+/// Returns [`SYSTEM`] as a command.
 pub fn system() -> CommandLine {
     line(b'S', SYSTEM)
 }
 
-/// The baseband's configuration for `2^code` times [`FEWEST`] samples:
+/// Returns the baseband configuration for `2^code` times [`FEWEST`] samples:
 ///
-/// | bits | what | here |
+/// | bits | meaning | value used |
 /// |---|---|---|
-/// | 31, 30 | window, filter, of the module's own processing | off |
-/// | 29 | the converter's mean is taken off | on |
+/// | 31, 30 | window and filter of the module's own processing | off |
+/// | 29 | subtract the converter's mean | on |
 /// | 28..12 | CFAR, averages and points of the module's own processing | 0 |
 /// | 11..9 | downsampling | none |
-/// | 8..6 | ramps of a measurement: 1, 2, 4 … | 1 |
-/// | 5..3 | samples of a ramp: 32, 64, 128 … | `code` |
-/// | 2..0 | cycles of 36 MHz for a sample: 14, 15, 17 … | 14 |
+/// | 8..6 | ramps per measurement: 1, 2, 4 … | 1 |
+/// | 5..3 | samples per ramp: 32, 64, 128 … | `code` |
+/// | 2..0 | cycles of 36 MHz per sample: 14, 15, 17 … | 14 |
 pub fn baseband(code: u32) -> CommandLine {
     line(b'B', 1 << 29 | (code & 7) << 3)
 }
 
-/// The ramp's bandwidth, kHz: 16 bits in steps of [`STEP_KHZ`], upwards.
+/// Returns the command for the ramp's bandwidth, kHz: 16 bits in steps of [`STEP_KHZ`], upwards.
 pub fn ramp(bandwidth_khz: u32) -> CommandLine {
     line(b'P', (bandwidth_khz / STEP_KHZ) & 0x7FFF)
 }
 
-/// The code of as many samples as can be had of `samples`; of all without a wish.
+/// Returns the code of the largest possible number of samples that does not exceed `samples`, but at least 32;
+/// of the maximum for 0.
 pub fn code(samples: u16) -> u32 {
     match samples {
         0 => MOST_CODE,
@@ -94,7 +95,7 @@ mod tests {
     #[test]
     fn commands_as_documented() {
         assert_eq!(&system(), b"!S08047C10\r\n");
-        // One ramp of 32, 64, 128, 256 samples with the mean taken off.
+        // One ramp of 32, 64, 128 or 256 samples, with the mean subtracted.
         assert_eq!(&baseband(0), b"!B20000000\r\n");
         assert_eq!(&baseband(1), b"!B20000008\r\n");
         assert_eq!(&baseband(2), b"!B20000010\r\n");
@@ -102,7 +103,7 @@ mod tests {
         // 6 GHz in steps of 2 MHz.
         assert_eq!(&ramp(6_000_000), b"!P00000BB8\r\n");
         assert_eq!(&ramp(6_001_999), b"!P00000BB8\r\n");
-        // Never a ramp downwards.
+        // Never a downward ramp.
         assert_eq!(&ramp(u32::MAX)[..6], b"!P0000");
     }
 

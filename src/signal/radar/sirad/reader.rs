@@ -1,4 +1,4 @@
-//! What a SiRad sends, byte after byte: nothing is kept of a frame but the number under way.
+//! Parser of the SiRad's byte stream. It stores no frame, only the value being received.
 //!
 //! | frame | binary | text |
 //! |---|---|---|
@@ -7,32 +7,32 @@
 //! | error | | `!E`, flags in hexadecimal digits, CR LF |
 //! | system info | | `!I`, text, CR LF |
 //!
-//! n counts I and Q each: a sample is I, then Q. Everything else is skipped.
+//! n is the number of values, I and Q counted separately: a sample is I, then Q. All other bytes are skipped.
 
 use crate::config::MAX_SAMPLES;
 
 const SYNC: u32 = 0xAAAA_BBCC;
-/// Most numbers of a raw frame.
+/// Maximum number of values of a raw frame.
 const MOST: u16 = 2 * MAX_SAMPLES as u16;
-/// Longer than any text that is read, but for raw ones.
+/// Maximum length of a text frame that is parsed, except raw frames.
 const MOST_TEXT: u16 = 100;
-/// Where the bandwidth begins and ends in a status frame, characters after its letter.
+/// Position of the bandwidth in a status frame, characters after its letter.
 const BANDWIDTH: core::ops::Range<u16> = 14..18;
 
-/// What a byte brought.
+/// Result of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReaderEvent {
-    /// The raw frame's number so-and-so from 0: I, Q, I, Q …
+    /// A value of the raw frame with its index from 0: I, Q, I, Q …
     Value(u16, i16),
-    /// The raw frame is whole: its counter, and how many numbers it has.
+    /// End of a raw frame: its counter, and its number of values.
     Raw(u16, u16),
-    /// Something that began like a raw frame is none.
+    /// Invalid bytes after the beginning of a raw frame.
     Broken,
-    /// A status frame: the swept bandwidth in steps, negative for a ramp downwards.
+    /// A status frame: the bandwidth in steps, negative for a downward ramp.
     Bandwidth(i16),
     /// An error frame: its flags.
     Error(u32),
-    /// The answer to who the module is.
+    /// The module's info, in answer to a request.
     Info,
 }
 
@@ -49,27 +49,27 @@ enum ReaderState {
     Info,
 }
 
-/// Takes bytes apart into [`ReaderEvent`]s.
+/// Parser of bytes into [`ReaderEvent`]s.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reader {
     state: ReaderState,
     /// The last four bytes.
     recent: u32,
-    /// Bytes, numbers or characters of this part of the frame so far.
+    /// Number of bytes, values or characters in this part of the frame so far.
     at: u16,
-    /// The number under way …
+    /// Value being received.
     number: u32,
-    /// … whether it has any digit …
+    /// Whether the value has a digit.
     digits: bool,
-    /// … and a minus sign.
+    /// Whether the value has a minus sign.
     minus: bool,
-    /// The raw frame's own words on itself.
+    /// Counter of the raw frame, and its number of values as given in its head.
     counter: u16,
     count: u16,
 }
 
 impl Reader {
-    /// Before any frame.
+    /// Initial state, before any frame.
     pub const fn new() -> Self {
         Self {
             state: ReaderState::Hunt,
@@ -83,7 +83,7 @@ impl Reader {
         }
     }
 
-    /// Whether a raw frame has begun.
+    /// Returns whether a raw frame has begun.
     pub fn in_raw(&self) -> bool {
         matches!(
             self.state,
@@ -91,7 +91,7 @@ impl Reader {
         )
     }
 
-    /// The next byte.
+    /// Takes the next byte.
     pub fn push(&mut self, byte: u8) -> Option<ReaderEvent> {
         let before = self.recent;
         self.recent = before << 8 | u32::from(byte);
@@ -128,7 +128,7 @@ impl Reader {
         (self.number, self.digits, self.minus) = (0, false, false);
     }
 
-    /// The frame ends with `event`.
+    /// Ends the frame with `event`.
     fn leave(&mut self, event: ReaderEvent) -> Option<ReaderEvent> {
         self.state = ReaderState::Hunt;
         Some(event)
@@ -158,7 +158,7 @@ impl Reader {
         if !odd {
             return None;
         }
-        // The low byte came before it.
+        // The low byte was received first.
         let value = (self.recent as u16).swap_bytes() as i16;
         if at + 1 == self.count {
             self.enter(ReaderState::End);
@@ -193,7 +193,7 @@ impl Reader {
         None
     }
 
-    /// A number of a table is whole.
+    /// Ends a value of a text frame.
     fn cell(&mut self) -> Option<ReaderEvent> {
         let number = self.number;
         let limited = number.min(0x7FFF) as i16;

@@ -25,7 +25,7 @@ impl BytePort for Port {
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
-        // A port that never takes much at once.
+        // A port that takes few bytes at once.
         let n = bytes.len().min(5);
         self.to.extend(&bytes[..n]);
         n
@@ -53,7 +53,7 @@ fn table(counter: u16, values: &[i16]) -> Vec<u8> {
     (out + "\r\n").into_bytes()
 }
 
-/// A module and what it is connected to.
+/// A module and its port.
 #[derive(Default)]
 struct Bench {
     module: SiRad,
@@ -62,7 +62,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// A module that has been programmed for 32 samples.
+    /// Returns a module that has been programmed for 32 samples.
     fn ready() -> Self {
         let mut bench = Self::default();
         assert!(bench.program(&WISH, &binary(0, &[0; 64])).is_ok());
@@ -100,7 +100,7 @@ impl Bench {
         self.module.poll(&mut self.port, Micros(self.now), samples)
     }
 
-    /// One chirp of 32 samples for which `bytes` come.
+    /// Triggers one chirp of 32 samples, whose answer is `bytes`.
     fn chirp(&mut self, bytes: &[u8]) -> Result<[Iq; 32], LinkError> {
         let mut samples = [Iq::default(); 32];
         self.trigger();
@@ -132,7 +132,7 @@ fn programmed_as_wished_and_measured() {
         String::from_utf8(bench.port.to).unwrap(),
         "!S08047C10\r\n!B20000010\r\n!P000009C4\r\n!I\r\n!N\r\n"
     );
-    // 128 of 165.5 samples' time.
+    // The duration of 128 samples of 165.5.
     assert_eq!(radar.bandwidth_khz, 3_867_069);
     assert_eq!(radar.samples, 128);
 }
@@ -152,7 +152,7 @@ fn the_module_has_the_last_word_on_its_bandwidth() {
     for wrong in ["0000", "0BB9", "F448", "7FFF"] {
         assert_eq!(khz(wrong), Err(LinkError::Answer), "{wrong}");
     }
-    // In the other order, too.
+    // The frames in the other order.
     let mut late = binary(0, &[0; 512]);
     late.extend(b"!U0p00FF0AAA00720A280010\r\n");
     assert_eq!(answer(&late).unwrap().bandwidth_khz, whole(5_200_000));
@@ -161,17 +161,17 @@ fn the_module_has_the_last_word_on_its_bandwidth() {
 #[test]
 fn a_module_that_is_not_set_as_asked() {
     let answer = |bytes: &[u8]| Bench::default().program(&WISH, bytes);
-    // It triggers itself.
+    // The module triggers itself.
     let twice = [binary(0, &[0; 64]), binary(1, &[0; 64])].concat();
     assert_eq!(answer(&twice), Err(LinkError::Sequence));
     // 512 samples; half a sample; no samples at all.
     assert_eq!(answer(&binary(0, &[0; 1024])), Err(LinkError::Answer));
     assert_eq!(answer(&binary(0, &[0; 65])), Err(LinkError::Answer));
     assert_eq!(answer(&binary(0, &[])), Err(LinkError::Answer));
-    // Its synthesiser does not lock.
+    // The synthesiser does not lock.
     assert_eq!(answer(b"!E0004\r\n"), Err(LinkError::Module(4)));
     assert_eq!(answer(b"!E00010000\r\n"), Err(LinkError::Module(255)));
-    // It sends something else.
+    // Another frame.
     assert_eq!(answer(b"!R0200....\r\n"), Err(LinkError::Timeout));
     assert_eq!(answer(b""), Err(LinkError::Timeout));
 }
@@ -206,14 +206,14 @@ fn what_is_no_chirp_is_told_by_its_kind() {
     assert_eq!(chirp(b"!M\t1\t2\t5\t6\t7\r\n"), LinkError::Answer);
     assert_eq!(chirp(b"!M\t1\tx"), LinkError::Frame(FrameError::Crc));
     assert_eq!(chirp(b"!E0009\r\n"), LinkError::Module(9));
-    // A byte was lost: the end is not where it should be.
+    // A byte was lost: the end is not in its place.
     let mut short = whole.clone();
     short.remove(40);
     short.extend(&whole);
     assert_eq!(chirp(&short), LinkError::Frame(FrameError::Crc));
-    // The frame of the first measurement once more.
+    // The frame of the first measurement, repeated.
     assert_eq!(chirp(&binary(0, &ramp())), LinkError::Sequence);
-    // No errors, garbage before the frame, and a frame beside it.
+    // Error flags of zero, garbage before the frame, and another frame beside it.
     let mut beside = b"\xAA\xAA!E0000\r\n!U0p\r\n".to_vec();
     beside.extend(&whole);
     assert!(Bench::ready().chirp(&beside).is_ok());
@@ -240,7 +240,7 @@ fn a_late_chirp_is_never_taken_for_the_next() {
     assert_eq!(bench.chirp(&[]), Err(LinkError::Timeout));
     bench.port.to.clear();
     bench.trigger();
-    // The late one comes before the module has answered what was asked after it.
+    // The late frame arrives before the module has answered the request after it.
     assert!(bench.poll(&binary(1, &[5; 64]), &mut samples).is_pending());
     assert_eq!(bench.port.to, b"!I\r\n");
     assert_eq!(samples, [Iq::default(); 32]);
@@ -251,7 +251,7 @@ fn a_late_chirp_is_never_taken_for_the_next() {
     rest = binary(2, &ramp());
     assert_eq!(bench.poll(&rest, &mut samples), Poll::Ready(Ok(())));
     assert_eq!(samples[3], Iq::new(-23 * 16, -24 * 16));
-    // What comes between two triggers is gone; nothing is asked after a whole answer.
+    // Bytes between two triggers are discarded; nothing is requested after a complete answer.
     bench.port.to.clear();
     bench.port.from.extend(binary(3, &[5; 64]));
     assert!(bench.chirp(&binary(4, &ramp())).is_ok());

@@ -1,4 +1,4 @@
-//! Packed complex numbers, the instructions on them, and the passes of a transform made of these.
+//! Packed complex numbers, their elementary operations, and the stages of a transform in terms of these.
 
 use crate::Iq;
 
@@ -10,20 +10,20 @@ pub struct Packed(pub u32);
 impl Packed {
     /// Zero.
     pub const ZERO: Self = Self(0);
-    /// 1, or what rounds the halving of both parts, times 1 + j.
+    /// 1 + j: the rounding constant for halving both parts.
     pub const ONES: Self = Self(0x0001_0001);
-    /// The unit that picks the real part out of a [`Arithmetic::dot`].
+    /// Operand that selects the real part in a [`Arithmetic::dot`].
     pub const REAL: Self = Self(0x0000_0001);
-    /// The unit that picks the imaginary part.
+    /// Operand that selects the imaginary part in a [`Arithmetic::dot`].
     pub const IMAGINARY: Self = Self(0x0001_0000);
 
-    /// From real and imaginary part.
+    /// Creates a number from real and imaginary part.
     #[inline(always)]
     pub const fn new(re: i16, im: i16) -> Self {
         Self(re as u16 as u32 | (im as u16 as u32) << 16)
     }
 
-    /// The real part of this number with the imaginary part of the other.
+    /// Returns the real part of this number with the imaginary part of the other.
     #[inline(always)]
     pub const fn with_im_of(self, other: Self) -> Self {
         Self(self.0 & 0xffff | other.0 & 0xffff_0000)
@@ -49,8 +49,8 @@ impl From<Iq> for Packed {
     }
 }
 
-/// The instructions that range processing is made of, all on packed complex numbers or 32-bit
-/// integers, all wrapping where they overflow.
+/// Elementary operations of range processing, on packed complex numbers or 32-bit integers; all wrap on
+/// overflow.
 pub trait Arithmetic {
     /// a + b.
     fn add(a: Packed, b: Packed) -> Packed;
@@ -93,15 +93,15 @@ pub trait Arithmetic {
     /// a·b / 2³², rounded.
     fn mul_high(a: i32, b: i32) -> i32;
 
-    /// One cell against a running limit: shifts `bits` right by one, takes in at the top whether
-    /// `value` reaches `limit`, and moves the limit on by a·b.
+    /// Tests one cell against a running limit: shifts `bits` right by one, sets the top bit if `value` reaches
+    /// `limit`, and adds a·b to the limit.
     fn test(bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64);
 
-    /// 32 neighbouring cells of a profile against their running limits, with `GUARD` guard and
-    /// `TRAINING` training cells on each side; bit k says whether cell k reaches its limit.
+    /// Tests 32 neighbouring cells of a profile against their running limits, with `GUARD` guard and `TRAINING`
+    /// training cells on each side; bit k is set if cell k reaches its limit.
     ///
-    /// `cells` begins with the first cell's first training cell; limits are sums of training cells
-    /// times `unit`, to be reached by powers times their ratios.
+    /// `cells` begins with the first cell's first training cell. A limit is the sum of the training cells times
+    /// `unit`; it is compared with the power times the ratio.
     #[inline(always)]
     fn test_word<const GUARD: usize, const TRAINING: usize>(
         cells: &[u32],
@@ -113,7 +113,7 @@ pub trait Arithmetic {
         let mut bits = 0;
         for (cells, ratio) in cells.windows(2 * reach + 2).zip(ratios) {
             let value = u64::from(cells[reach]) * u64::from(*ratio);
-            // What enters and leaves when both windows move on by one cell.
+            // Cells that enter and leave the sum when both windows move by one cell.
             let step = cells[TRAINING]
                 .wrapping_add(cells[2 * reach + 1])
                 .wrapping_sub(cells[reach + GUARD + 1])
@@ -123,15 +123,15 @@ pub trait Arithmetic {
         (bits, limit)
     }
 
-    /// The upper half-words of `re` and `im` as one complex number.
+    /// Combines the upper half-words of `re` and `im` to one complex number.
     fn pack_high(re: i32, im: i32) -> Packed;
-    /// The lower half-words of `re` and `im` as one complex number.
+    /// Combines the lower half-words of `re` and `im` to one complex number.
     fn pack_low(re: i32, im: i32) -> Packed;
 
     /// a·b / 2, rounded, of Q15 numbers with |a|·|b| below √2.
     ///
-    /// The product of two Q15 numbers, taken from the upper half-word, is halved for nothing: that
-    /// is the transform's headroom.
+    /// The upper half-word of the product of two Q15 numbers is half the product: the transform's headroom
+    /// without an extra instruction.
     #[inline(always)]
     fn mul_half(a: Packed, b: Packed) -> Packed {
         const ROUND: i32 = 0x8000;
@@ -177,7 +177,7 @@ pub trait Arithmetic {
         stage_by::<Self>(src, dst, table, QUARTER)
     }
 
-    /// The last stage, N = 4L, into what is wanted of the bins.
+    /// Runs the last stage, N = 4L, with the wanted form of the bins as output.
     #[inline(always)]
     fn last<B: Bin, const N: usize, const L: usize, const QUARTER: bool>(
         src: &[Packed; N],
@@ -187,7 +187,7 @@ pub trait Arithmetic {
         last_by::<Self, B>(src, bins, table, QUARTER);
     }
 
-    /// The last stage, N = 4L, into power.
+    /// Runs the last stage, N = 4L, with power as output.
     #[inline(always)]
     fn last_power<const N: usize, const L: usize, const QUARTER: bool>(
         src: &[Packed; N],
@@ -198,18 +198,18 @@ pub trait Arithmetic {
     }
 }
 
-/// What the last stage makes of a bin.
+/// Output form of the last stage.
 pub trait Bin: Copy {
-    /// From the bin's complex value.
+    /// Returns the output for the bin's complex value.
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self;
 
-    /// From the complex conjugate of the bin's value.
+    /// Returns the output for the complex conjugate of the bin's value.
     fn of_conjugate<A: Arithmetic + ?Sized>(x: Packed) -> Self;
 
-    /// The bin's power.
+    /// Returns the bin's power.
     fn power<A: Arithmetic + ?Sized>(self) -> u32;
 
-    /// The last stage; power has one of its own.
+    /// Runs the last stage; power has a faster one.
     #[inline(always)]
     fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
         src: &[Packed; N],
@@ -220,7 +220,7 @@ pub trait Bin: Copy {
     }
 }
 
-/// The bin itself.
+/// Complex output.
 impl Bin for Packed {
     #[inline(always)]
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
@@ -236,7 +236,7 @@ impl Bin for Packed {
     }
 }
 
-/// Its power.
+/// Power output.
 impl Bin for u32 {
     #[inline(always)]
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
@@ -263,7 +263,7 @@ impl Bin for u32 {
     }
 }
 
-/// The four quarters of what divides into four.
+/// Returns the four quarters of a slice whose length is divisible by four.
 #[inline(always)]
 pub fn quarters<T>(x: &mut [T]) -> [&mut [T]; 4] {
     let (lower, upper) = halves(x);
@@ -277,7 +277,7 @@ pub(in crate::signal::range) fn halves<T>(x: &mut [T]) -> (&mut [T], &mut [T]) {
     x.split_at_mut_checked(middle).unwrap_or_default()
 }
 
-/// [`Arithmetic::stage`] as it is defined, for any length N of `src` and `dst` and L of `table`.
+/// Reference implementation of [`Arithmetic::stage`] for any length N of `src` and `dst` and L of `table`.
 #[inline(always)]
 pub(in crate::signal::range) fn stage_by<A: Arithmetic + ?Sized>(
     src: &[Packed],
@@ -306,7 +306,7 @@ pub(in crate::signal::range) fn stage_by<A: Arithmetic + ?Sized>(
     seen
 }
 
-/// [`Arithmetic::last`] likewise.
+/// Reference implementation of [`Arithmetic::last`] for any length.
 #[inline(always)]
 pub(in crate::signal::range) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
     src: &[Packed],
@@ -322,8 +322,8 @@ pub(in crate::signal::range) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
     }
 }
 
-/// Bits that differ from their lower neighbour: the highest says how many bits a part needs, for
-/// sign extension has none.
+/// Returns the bits that differ from their lower neighbour. The highest one set gives the number of significant
+/// bits of a part: the bits of a sign extension are all equal.
 #[inline(always)]
 pub fn magnitude_bits(x: Packed) -> u32 {
     x.0 ^ (x.0 << 1)
@@ -332,7 +332,7 @@ pub fn magnitude_bits(x: Packed) -> u32 {
 /// One step of a radix-4 stage: the four-point transform of x0 and of the products of x1, x2, x3
 /// with `w`, scaled by 1/2 or 1/4, products and x0 rounded.
 ///
-/// The quarter's second halving is that of the last sums: less noise than rounding the terms to
+/// With scale 1/4 the second halving is done in the last sums, which has less noise than rounding the terms to
 /// quarters.
 #[inline(always)]
 fn join<A: Arithmetic + ?Sized>(

@@ -1,16 +1,16 @@
-//! The instructions of the ARMv7E-M DSP extension (ARM DDI 0403E, A7.7).
+//! Elementary operations by instructions of the ARMv7E-M DSP extension (ARM DDI 0403E, A7.7).
 //!
-//! None touches memory or the stack. Some set the GE or Q flags, which compiled code never reads;
-//! they are left declared as clobbered.
+//! None accesses memory or the stack. Some set the GE or Q flags, which compiled code never reads; the flags
+//! remain declared as clobbered.
 
 use super::arithmetic::{Arithmetic, Packed};
 use core::arch::asm;
 
-/// Arithmetic by the chip's own packed instructions.
+/// Arithmetic by the chip's packed instructions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dsp;
 
-/// A function that is one instruction: result, operands in the instruction's order.
+/// Emits one instruction; the operands are in the order of the instruction.
 macro_rules! instruction {
     (($($operand:ident),+) = $text:literal) => {{
         let result: u32;
@@ -27,7 +27,7 @@ macro_rules! instruction {
     }};
 }
 
-/// An instruction on two packed numbers.
+/// Emits an instruction on two packed numbers.
 macro_rules! packed {
     ($a:ident, $b:ident, $text:literal) => {{
         let (a, b) = ($a.0, $b.0);
@@ -35,9 +35,9 @@ macro_rules! packed {
     }};
 }
 
-/// One butterfly on x0…x3 in r2…r5, their twiddles in r8…r10, 0x8000 in r12; r11 is used up.
+/// Butterfly on x0…x3 in r2…r5, with twiddles in r8…r10 and 0x8000 in r12; overwrites r11.
 ///
-/// Leaves y0 in r2, y1 in r3, y2 in r4, y3 in r5. The last sums are the instructions given.
+/// Output: y0 in r2, y1 in r3, y2 in r4, y3 in r5. The arguments are the instructions of the last sums.
 macro_rules! butterfly {
     ($add:literal, $sub:literal, $add_j:literal, $sub_j:literal) => {
         concat!(
@@ -62,7 +62,7 @@ macro_rules! butterfly {
     };
 }
 
-/// One step of a stage: four numbers from [r0], four to [lr], their magnitudes into r1.
+/// One step of a stage: reads four numbers from [r0], writes four to [lr], and adds their magnitude bits to r1.
 macro_rules! step {
     ($add:literal, $sub:literal, $add_j:literal, $sub_j:literal) => {
         concat!(
@@ -71,22 +71,22 @@ macro_rules! step {
             butterfly!($add, $sub, $add_j, $sub_j),
             "str r3, [lr, #{quarter}]\n str r4, [lr, #2 * {quarter}]\n",
             "str r5, [lr, #3 * {quarter}]\n str r2, [lr], #4\n",
-            // Bits that differ from their neighbour: those that the number needs.
+            // Bits that differ from their lower neighbour, see `magnitude_bits`.
             "eor r2, r2, r2, lsl #1\n orr r1, r1, r2\n eor r3, r3, r3, lsl #1\n orr r1, r1, r3\n",
             "eor r4, r4, r4, lsl #1\n orr r1, r1, r4\n eor r5, r5, r5, lsl #1\n orr r1, r1, r5\n",
         )
     };
 }
 
-/// A radix-4 stage. Its loops are written out, for the compiler runs out of registers in them (all
-/// that it may use are in use, and r6 and r7 beside them) and would unroll the outer one.
+/// A radix-4 stage. Its loops are written in assembly, because the compiler runs out of registers in them (the
+/// loops use all available ones and also r6 and r7) and would unroll the outer one.
 macro_rules! stage {
     ($n:ident, $l:ident, $src:ident, $dst:ident, $table:ident, $($op:literal),+) => {{
         let twiddles = $table.as_ptr_range();
         let seen: u32;
-        // SAFETY: for each of the L twiddles, N / 4L numbers are read from each quarter of a block
-        // of N / L of `src`, and as many written to each quarter of `dst`, one behind the other: N
-        // of both in all. r6, r7 and the stack pointer are restored.
+        // SAFETY: for each of the L twiddles, N / 4L numbers are read from each quarter of a block of N / L of
+        // `src`, and as many are written to each quarter of `dst`, consecutively: N of both in total. r6, r7
+        // and the stack pointer are restored.
         unsafe {
             asm!(
                 "push {{r6, r7}}",
@@ -127,7 +127,7 @@ macro_rules! stage {
     }};
 }
 
-/// One step of the last stage: four numbers from [r0], twiddles from [r1], powers to [lr].
+/// One step of the last stage: reads four numbers from [r0] and twiddles from [r1], writes powers to [lr].
 macro_rules! last_step {
     ($($op:literal),+) => {
         concat!(
@@ -141,11 +141,11 @@ macro_rules! last_step {
     };
 }
 
-/// The last radix-4 stage, straight into power.
+/// Last radix-4 stage with power as output.
 macro_rules! last_power {
     ($n:ident, $l:ident, $src:ident, $power:ident, $table:ident, $($op:literal),+) => {
-        // SAFETY: L times four numbers of `src` and three of `table` are read, all there are, and
-        // one number written to each quarter of `power`. r6 is restored.
+        // SAFETY: L times four numbers of `src` and three of `table` are read, which is all of them, and one
+        // number is written to each quarter of `power`. r6 is restored.
         unsafe {
             asm!(
                 "push {{r6}}",
@@ -175,29 +175,30 @@ macro_rules! last_power {
     };
 }
 
-/// Two neighbouring cells: [r0] the first training cell, [r1] the ratios, r3:r2 the limit, r4 the
-/// bits, r5 the unit. Two words a load.
+/// Tests two neighbouring cells: [r0] first training cell, [r1] ratios, r3:r2 limit, r4 bits, r5 unit. Every
+/// load reads two words.
 macro_rules! test_pair {
     () => {
         concat!(
-            // Power times ratio, of both.
+            // Power times ratio of both cells.
             "ldrd r8, r9, [r0, #{tested}]\n ldrd r10, r11, [r1], #8\n",
             "umull r8, r10, r8, r10\n umull r9, r11, r9, r11\n",
-            // The first against its limit: the carry is the answer, RRX shifts it in.
+            // Compares the first with its limit: RRX shifts the carry into the bits.
             "subs r8, r8, r2\n sbcs r10, r10, r3\n rrx r4, r4\n",
-            // What enters and leaves, of both.
+            // Cells that enter and leave the sums of both.
             "ldrd r8, r10, [r0, #{enters_first}]\n ldrd r12, lr, [r0, #{enters_last}]\n",
             "add r8, r8, r12\n add r10, r10, lr\n ldrd r12, lr, [r0, #{leaves_last}]\n",
             "sub r8, r8, r12\n sub r10, r10, lr\n ldrd r12, lr, [r0], #8\n",
             "sub r8, r8, r12\n sub r10, r10, lr\n smlal r2, r3, r8, r5\n",
-            // The second against its limit.
+            // Compares the second with its limit.
             "subs r9, r9, r2\n sbcs r11, r11, r3\n rrx r4, r4\n smlal r2, r3, r10, r5\n",
         )
     };
 }
 
 impl Arithmetic for Dsp {
-    // Both halves added, subtracted, or crosswise: the products with j cost nothing.
+    // Sums and differences of both halves, or crosswise for the products with j, which need no extra
+    // instruction.
     #[inline(always)]
     fn add(a: Packed, b: Packed) -> Packed {
         packed!(a, b, "sadd16 {r}, {a}, {b}")
@@ -218,7 +219,7 @@ impl Arithmetic for Dsp {
         packed!(a, b, "ssax {r}, {a}, {b}")
     }
 
-    // The same with the 17-bit results halved: scaling costs nothing.
+    // Sums and differences halved from 17-bit results: the scaling needs no extra instruction.
     #[inline(always)]
     fn half_add(a: Packed, b: Packed) -> Packed {
         packed!(a, b, "shadd16 {r}, {a}, {b}")
@@ -239,8 +240,8 @@ impl Arithmetic for Dsp {
         packed!(a, b, "shsax {r}, {a}, {b}")
     }
 
-    // SSUB16 leaves a half's GE flags set where its difference is not negative (of the full 17
-    // bits), SEL chooses by them.
+    // SSUB16 sets the GE flags of a half if its difference (of the full 17 bits) is not negative; SEL selects
+    // by them.
     #[inline(always)]
     fn sort(a: Packed, b: Packed) -> (Packed, Packed) {
         let (mut low, high) = (a.0, b.0);
@@ -342,8 +343,8 @@ impl Arithmetic for Dsp {
         instruction!((a, b) = "smmulr {r}, {a}, {b}") as i32
     }
 
-    // The subtraction leaves value ≥ limit in the carry flag, which RRX takes in at the top: no
-    // branch, no conditional move. SMLAL adds a product of 64 bits.
+    // The subtraction leaves value ≥ limit in the carry flag, which RRX shifts in at the top: no branch and no
+    // conditional move. SMLAL adds a 64-bit product.
     #[inline(always)]
     fn test(mut bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64) {
         let (mut low, mut high) = (limit as u32, (limit >> 32) as u32);
@@ -389,8 +390,8 @@ impl Arithmetic for Dsp {
         }
         let (mut low, mut high) = (limit as u32, (limit >> 32) as u32);
         let mut bits = 0u32;
-        // SAFETY: the last of the 32 cells reads 2 (G + T) + 32 words behind the first one's first,
-        // which were counted; r6 is restored.
+        // SAFETY: the last of the 32 cells reads 2 (G + T) + 32 words after the first one's first training
+        // cell; the length was checked. r6 is restored.
         unsafe {
             asm!(
                 "push {{r6}}",
@@ -429,7 +430,7 @@ impl Arithmetic for Dsp {
         table: &[[Packed; 3]; L],
     ) -> u32 {
         if !N.is_multiple_of(8 * L) {
-            // The loop takes two steps at a time.
+            // The loop does two steps per iteration.
             return super::Portable::stage::<N, L, QUARTER>(src, dst, table);
         }
         if QUARTER {
@@ -448,7 +449,7 @@ impl Arithmetic for Dsp {
         table: &[[Packed; 3]; L],
     ) {
         if N != 4 * L || !L.is_multiple_of(2) {
-            // The loop takes two steps at a time.
+            // The loop does two steps per iteration.
             return super::Portable::last_power::<N, L, QUARTER>(src, power, table);
         }
         if QUARTER {

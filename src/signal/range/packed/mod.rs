@@ -1,8 +1,8 @@
-//! Complex numbers packed into one word, and the arithmetic on them.
+//! Complex numbers packed into one 32-bit word, and the arithmetic on them.
 //!
-//! The Cortex-M4's DSP extension works on two 16-bit halves of a word at a time. Each function of
-//! [`Arithmetic`] stands for one of its instructions; [`Portable`] spells out what it means and
-//! runs anywhere, `Dsp` is the instruction itself. Both give the same bits.
+//! The Cortex-M4's DSP extension works on the two 16-bit halves of a word at a time. Each function of
+//! [`Arithmetic`] corresponds to one of its instructions: [`Portable`] defines it in plain Rust and runs
+//! anywhere, `Dsp` uses the instruction. Both give the same bits.
 
 mod arithmetic;
 #[cfg(target_arch = "arm")]
@@ -15,9 +15,9 @@ pub(super) use arithmetic::{halves, last_by, stage_by};
 pub use dsp::Dsp;
 pub use portable::Portable;
 
-/// What this target computes with.
+/// Arithmetic of this target.
 #[cfg(target_arch = "arm")]
 pub type Native = Dsp;
-/// What this target computes with.
+/// Arithmetic of this target.
 #[cfg(not(target_arch = "arm"))]
 pub type Native = Portable;

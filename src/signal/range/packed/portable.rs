@@ -1,12 +1,12 @@
-//! What each instruction means.
+//! Elementary operations in plain Rust.
 
 use super::arithmetic::{Arithmetic, Packed};
 
-/// Arithmetic in plain Rust: the definition that the instructions are tested against.
+/// Arithmetic in plain Rust: the reference for the tests of the instructions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Portable;
 
-/// The same operation on the parts of two numbers.
+/// Applies `op` to the parts of two numbers.
 #[inline(always)]
 fn each(a: Packed, b: Packed, op: impl Fn(i32, i32) -> i32) -> Packed {
     let (re, im) = (
@@ -16,20 +16,20 @@ fn each(a: Packed, b: Packed, op: impl Fn(i32, i32) -> i32) -> Packed {
     Packed::new(re as i16, im as i16)
 }
 
-/// j·b with 17-bit parts, for -j·32768 has no 16-bit real part.
+/// Returns j·b with 17-bit parts, because the real part of -j·32768 does not fit 16 bits.
 #[inline(always)]
 fn times_j(b: Packed) -> (i32, i32) {
     (-i32::from(b.im()), i32::from(b.re()))
 }
 
-/// The same operation on the parts of a and of j·b.
+/// Applies `op` to the parts of a and of j·b.
 #[inline(always)]
 fn each_j(a: Packed, b: Packed, op: impl Fn(i32, i32) -> i32) -> Packed {
     let (re, im) = times_j(b);
     Packed::new(op(a.re().into(), re) as i16, op(a.im().into(), im) as i16)
 }
 
-/// Product of two 16-bit parts.
+/// Returns the product of two 16-bit parts.
 #[inline(always)]
 fn product(a: i16, b: i16) -> i32 {
     i32::from(a) * i32::from(b)

@@ -1,4 +1,4 @@
-//! Real samples: the definition in double precision, levels, places, and what no chirp may do.
+//! Real samples against a reference in double precision: levels, ranges, and robustness against any chirp.
 
 use super::*;
 
@@ -35,8 +35,8 @@ fn values(chirp: &[Iq]) -> Vec<f64> {
     both.map(f64::from).collect()
 }
 
-/// The definition: one mean, one Hann window over all values, zero-padded transform; relative to a
-/// tone at full scale, half of which stands at its negative frequency.
+/// Reference: one mean, one Hann window over all values, zero-padded transform; relative to a full-scale tone,
+/// half of which is at its negative frequency.
 fn real_reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
     let x = values(chirp);
     let count = x.len() as f64;
@@ -55,7 +55,7 @@ fn real_reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Tones (periods in the chirp, amplitude, phase) and noise of deviation `sigma`.
+/// Returns tones (periods in the chirp, amplitude, phase) with noise of standard deviation `sigma`.
 fn real_tones(samples: u16, tones: &[(f64, f64, f64)], sigma: f64, random: &mut Gauss) -> Vec<Iq> {
     let count = 2 * usize::from(samples);
     let values: Vec<i16> = (0..count)
@@ -64,14 +64,14 @@ fn real_tones(samples: u16, tones: &[(f64, f64, f64)], sigma: f64, random: &mut 
                 a * (TAU * turns * n as f64 / count as f64 + phase).cos()
             };
             let sum: f64 = tones.iter().map(tone).sum();
-            // `as` saturates: the converter clips.
+            // The cast saturates: the converter clips.
             (sum + sigma * random.next()).round() as i16
         })
         .collect();
     pairs(&values)
 }
 
-/// Three tones of random places and phases and noise 50 dB below, peaking at `level` dBFS.
+/// Returns three tones of random ranges and phases with noise 50 dB below, peaking at `level` dBFS.
 fn mixed(samples: u16, level: f64, random: &mut Gauss) -> Vec<Iq> {
     let peak = 32_767.0 * 10f64.powf(level / 20.0);
     let parts = [0.5, 0.3, 0.2].map(|a| {
@@ -185,7 +185,7 @@ fn real_and_complex_chirps_of_a_scene_give_the_same_map() {
 
 #[test]
 fn a_strong_real_echo_takes_none_at_its_mirrored_bin() {
-    // Of I and Q the weaker one would pass for the image of the stronger one.
+    // With I and Q the weaker one would count as the image of the stronger one.
     let mut random = Gauss::new(15);
     let mut processor = bare_real(256);
     let tones = [(100.0, 20_000.0, 1.0), (156.0, 300.0, 2.0)];
@@ -279,7 +279,7 @@ fn square_waves_at_full_scale_overflow_nowhere() {
             let chirp = pairs(&values);
             let exact = total(&real_reference(&chirp));
             let fixed = total(&measured(&mut processor, &chirp));
-            // A square of two values stands at half the sampling rate: nothing is left of it.
+            // A square wave with a period of two values is at half the sampling rate, which is not kept.
             assert!(
                 (exact - fixed).abs() <= 2e-3 * exact + 1e-4,
                 "{samples} pairs, period {period}: {exact} {fixed}"

@@ -1,4 +1,4 @@
-//! Rates of the wire: agreed on, left again, and 10^5 chirps at each over a wire that damages what it can.
+//! Rates of the wire: agreed on, abandoned, and 10^5 chirps at each over a wire with errors of all kinds.
 
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -6,10 +6,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use super::*;
 
 const SAMPLES: usize = 16;
-/// Between two polls, microseconds.
+/// Interval of polling, microseconds.
 const POLL: u32 = 50;
 
-/// Both ends of the wire, and the module at the far one.
+/// Both ends of the wire, and the module at the far end.
 struct Far {
     incoming: VecDeque<(u8, u8)>,
     decoder: Decoder,
@@ -18,9 +18,9 @@ struct Far {
     fastest: u8,
     ability: Ability,
     rng: Xoshiro128PlusPlus,
-    /// One in so many frames goes wrong; 0: none.
+    /// Reciprocal of the share of damaged frames; 0: none.
     trouble: u32,
-    /// It says nothing at all, or never stops.
+    /// Whether it sends nothing at all, or without pause.
     mute: bool,
     babbles: bool,
     before: Vec<u8>,
@@ -60,7 +60,7 @@ impl Far {
         self.trouble > 0 && self.rng.next_u32().is_multiple_of(self.trouble)
     }
 
-    /// Bytes on their way to the scanner, some of them damaged, lost, late or twice.
+    /// Sends bytes to the scanner, some of them damaged, lost, late or repeated.
     fn say(&mut self, mut bytes: Vec<u8>, rate: u8) {
         let clean = bytes.clone();
         if self.mute {
@@ -134,7 +134,7 @@ impl BytePort for Far {
             return Some(self.rng.next_u32() as u8);
         }
         let (byte, rate) = self.incoming.pop_front()?;
-        // What was sent at another rate is no byte of what was sent.
+        // A byte that was sent at another rate is received as a different one.
         Some(if rate == self.rates[0] {
             byte
         } else {
@@ -190,7 +190,7 @@ impl Bench {
         }
     }
 
-    /// A chirp that says which angle it was asked for.
+    /// Triggers a chirp, and returns the angle in its answer.
     fn chirp(&mut self, angle: i32, again: bool) -> Result<i32, LinkError> {
         match again {
             false => self.link.trigger(self.now, angle, 5_000),
@@ -224,10 +224,10 @@ fn the_fastest_rate_of_both_is_agreed_on() {
         assert!(bench.settings().is_ok());
         assert_eq!(bench.rate(), rate * 1_000_000);
         assert_eq!(bench.chirp(-20_000, false), Ok(-20_000));
-        // The next scan finds the rate as it is.
+        // The next scan keeps the rate.
         assert!(bench.settings().is_ok());
         assert_eq!(bench.rate(), rate * 1_000_000);
-        // A slower one may be wished for.
+        // A slower rate is requested.
         bench.wish.baud = 1_000_000;
         assert!(bench.settings().is_ok());
         assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
@@ -244,12 +244,12 @@ fn a_chirp_that_is_triggered_again_is_at_one_megabaud() {
     bench.link.port.mute = false;
     assert_eq!(bench.chirp(1_000, true), Ok(1_000));
     assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
-    // One accident is not held against the rate.
+    // A single failure does not change the rate.
     bench.settings().unwrap();
     assert_eq!(bench.rate(), 3_000_000);
 }
 
-/// A trigger that waits for the module to change its rate has not been sent: the mirror must stand until it is.
+/// A trigger that waits for the module's change of rate has not been sent: the mirror must stand until it is.
 #[test]
 fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
     let mut bench = Bench::new(Far::new(3, 2));
@@ -288,14 +288,14 @@ fn a_rate_that_fails_is_left_alone_for_a_while() {
 
 #[test]
 fn whichever_end_is_reset_they_find_each_other() {
-    // The module: it starts at 1 Mbaud.
+    // Reset of the module: it starts at 1 Mbaud.
     let mut bench = Bench::new(Far::new(3, 4));
     bench.settings().unwrap();
     bench.link.port.rates[1] = 1;
     assert!(bench.settings().is_err());
     assert!(bench.settings().is_ok());
     assert_eq!((bench.rate(), bench.link.port.rates), (3_000_000, [3, 3]));
-    // The scanner: its port starts at 1 Mbaud, the module's does not.
+    // Reset of the scanner: its port starts at 1 Mbaud, the module does not.
     let mut far = Far::new(3, 5);
     far.rates = [1, 3];
     let mut bench = Bench::new(far);
@@ -305,7 +305,7 @@ fn whichever_end_is_reset_they_find_each_other() {
 
 #[test]
 fn a_rate_that_only_the_module_can_hear_is_not_kept() {
-    // It consents, and stays where it was.
+    // The module confirms the rate and does not change it.
     let mut bench = Bench::new(Far::new(2, 6));
     bench.link.program(bench.now, &bench.wish, 100_000);
     let settings = loop {
@@ -340,8 +340,9 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
     assert!(bench.link.frames.wire().pin);
 }
 
-/// 10^5 chirps at each rate with one frame in 300 gone wrong and in some scans one in ten, rates that change in the midst of scans, a module
-/// that falls silent and one that babbles: no row gets another row's chirp, and the link comes back.
+/// 10^5 chirps at each rate, with one frame in 300 damaged and in some scans one in ten, with rates that change
+/// during scans, and with a module that is silent or sends without pause: no row gets another row's chirp, and
+/// the link recovers.
 #[test]
 fn a_hundred_thousand_chirps_at_each_rate() {
     for rate in [1, 2, 3] {
@@ -355,10 +356,10 @@ fn a_hundred_thousand_chirps_at_each_rate() {
             bench.link.port.mute = scans % 97 == 50;
             bench.link.port.babbles = scans % 97 == 70;
             if scans % 31 == 7 {
-                // The module forgets its rate, between scans or in the midst of one.
+                // The module is reset to 1 Mbaud, between scans or during one.
                 bench.link.port.rates[1] = 1;
             }
-            // Every fourth scan is one in passing: nothing is triggered again.
+            // Every fourth scan is one with a turning mirror: no chirp is triggered again.
             let passing = scans.is_multiple_of(4);
             let asked: Vec<_> = (0..5).map(|_| bench.settings()).collect();
             let ill = bench.link.port.mute || bench.link.port.babbles;
@@ -386,7 +387,7 @@ fn a_hundred_thousand_chirps_at_each_rate() {
                 }
             }
         }
-        // Nearly all come; of those in passing one in ten is lost.
+        // Nearly all chirps are received; with a turning mirror one in ten is lost.
         assert!(came > chirps / 100 * 95, "{came} of {chirps} at {rate}");
         assert!(at_rate > chirps / 5, "{at_rate} of {chirps} at {rate}");
     }
