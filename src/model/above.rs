@@ -1,9 +1,7 @@
 //! Power above the ground: what stands there though the ground may go on beside it.
 
 use super::chart::Chart;
-use super::lines::{
-    CELLS, DEPTHS_M, FLANK, Gaze, LineSeen, Lines, LookedCell, Power, RangeCell, Shown,
-};
+use super::lines::{CELLS, DEPTHS_M, FLANK, Gaze, Lines, LookedCell, Power, RangeCell, Shown};
 use crate::math;
 
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
@@ -53,16 +51,15 @@ impl Above {
         let mut powers = self.powers.iter_mut();
         lines.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
             let cell = LookedCell::new(gaze, bin, range_m);
-            let level = cell.seen(0.0);
             if let Some(power) = powers.next() {
-                *power = cell.above(level);
+                *power = cell.above();
             }
             let mut lower = [Power::DARK; DEPTHS_M.len()];
             for (power, depth_m) in lower.iter_mut().zip(DEPTHS_M).take(DEPTHS) {
                 *power = cell.line(cell.seen(-depth_m));
             }
             RangeCell {
-                ground: cell.ground(level),
+                ground: cell.ground(),
                 lower,
             }
         });
@@ -102,8 +99,8 @@ impl Above {
 impl LookedCell<'_> {
     /// The strongest of the lines above the ground, over what the ground's own line shows there; dark where that is not
     /// seen.
-    fn above(&self, level: LineSeen) -> Power {
-        let Some((ground, base)) = level else {
+    fn above(&self) -> Power {
+        let Some((ground, base)) = self.level else {
             return Power::DARK;
         };
         let ground = math::max(ground - 1.0, 0.0);
@@ -111,9 +108,10 @@ impl LookedCell<'_> {
             let (t, row) = self.seen(y_m)?;
             let off = (row - base) / self.gaze.sigma_rows;
             let leaks = 1.0 + SIDE_LOBES * self.strongest + ground * math::exp(-FLANK * off * off);
-            Some(Power::new(t / leaks, leaks))
+            Some((t / leaks, leaks))
         };
         let lines = HEIGHTS_M.into_iter().filter_map(line);
-        lines.reduce(Power::brighter).unwrap_or(Power::DARK)
+        let strongest = lines.reduce(|a, b| if b.0 > a.0 { b } else { a });
+        strongest.map_or(Power::DARK, |(t, leaks)| Power::new(t, leaks))
     }
 }
