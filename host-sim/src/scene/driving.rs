@@ -1,17 +1,19 @@
 //! Scans of one scene from a chair that drives on while the mirror turns.
 //!
-//! Every row is simulated from the chair's position at its time (`passing.rs`). All rows see the
-//! same surfaces, as in [`super::sequence`].
+//! Every row is simulated from the chair's position at its time: of full scans by `passing.rs`, of
+//! guard sweeps by `way.rs`. All rows see the same surfaces, as in [`super::sequence`].
 
 use core::f64::consts::TAU;
 
 use anyhow::Result;
+use stairscan::Iq;
 
 use super::maths::Random;
 use super::passing::{GRAIN_M, Passing, Shot};
 use super::receiver::Receiver;
 use super::scatter::EVERYWHERE;
 use super::sequence::{READING_SD, ROW_S, SCALE_MOST, SCALE_SD, SCAN_STREAMS, digits};
+use super::way::Way;
 use super::{CHIRPS, Scene};
 use crate::recording::{Motion, Recording, Sequence};
 
@@ -150,19 +152,110 @@ impl Scene {
     /// # Errors
     /// Names the place at which the mirror lies inside or behind a surface.
     pub fn simulate_drive(&self, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
+        let course = Course::new(self, seed, drive);
+        let relief = self.relief(seed, &course.eyes());
+        let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
+        let place = (course.error_deg, course.length_m);
+        let mut passing = Passing::new(self, &receiver, (seed, relief), place);
+        let mut sequence = Sequence::default();
+        let mut whole = course.record(name, |shot, (scan, row)| {
+            let (here, tones) = passing.tones(shot)?;
+            let stream = CHIRPS + scan as u64 * SCAN_STREAMS + row as u64;
+            let mut random = Random::new(seed, stream);
+            Ok(here.chirp(&receiver, &tones, row, &mut random).0)
+        })?;
+        for scan in 0..drive.scans {
+            // The truth's signal-to-noise ratios are those of a chair that stands where the scan
+            // ended.
+            let end = course.end_m(scan);
+            let (here, near) = passing.from(end)?;
+            let echoes = passing.echoes(&here, &near, EVERYWHERE);
+            let tones = here.place(&receiver, &echoes);
+            let stream = CHIRPS + (drive.scans + scan) as u64 * SCAN_STREAMS;
+            let there = here.scan(&receiver, &tones, (seed, stream));
+            sequence.truth.push(there.truth);
+            sequence.truth_travel_m.push(digits(end, 1e5));
+        }
+        sequence.scans = drive.scans;
+        whole.meta.sequence = sequence;
+        Ok(whole)
+    }
+
+    /// Simulates `drive.scans` guard sweeps of the scene from a driving chair. The echoes are those
+    /// of a [`Way`], some forty times faster than [`Scene::simulate_drive`]; the truth has no
+    /// signal-to-noise ratios.
+    ///
+    /// # Errors
+    /// Names the place at which the mirror lies inside or behind a surface.
+    pub fn simulate_sweeps(&self, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
+        let course = Course::new(self, seed, drive);
+        let way = Way::new(self, seed, course.length_m);
+        let mut whole = course.record(name, |shot, (scan, row)| {
+            way.chirp(shot, row, (0, (scan * self.rows() + row) as u64))
+        })?;
+        let mut sequence = Sequence::default();
+        for scan in 0..drive.scans {
+            let end = course.end_m(scan);
+            sequence
+                .truth
+                .push(self.from(end, course.error_deg)?.truth());
+            sequence.truth_travel_m.push(digits(end, 1e5));
+        }
+        sequence.scans = drive.scans;
+        whole.meta.sequence = sequence;
+        Ok(whole)
+    }
+}
+
+/// One drive through a scene: which row is fired from where, and what the chair's sensors report.
+struct Course<'a> {
+    scene: &'a Scene,
+    drive: &'a Drive,
+    /// Error of the pitch that the recording has, degrees.
+    error_deg: f64,
+    length_m: f64,
+    /// Random numbers of the sensors, behind the one of `error_deg`.
+    rng: Random,
+}
+
+impl<'a> Course<'a> {
+    fn new(scene: &'a Scene, seed: u64, drive: &'a Drive) -> Self {
         let mut rng = Random::new(seed, DRIVES + 1);
         let drawn = (0.05 * rng.normal()).clamp(-0.1, 0.1);
-        let base = self.spec.mount.pitch_deg;
-        let error = base.map_or(drawn, |_| self.spec.mount.pitch_error_deg);
-        let rows = self.angles.len();
-        let length = drive.length_m(rows).max(0.0);
-        let grains = (length / GRAIN_M) as usize + 1;
-        let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * GRAIN_M).collect();
-        let relief = self.relief(seed, &eyes);
-        let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
-        let mut passing = Passing::new(self, &receiver, (seed, relief), (error, length));
-        let mut whole = self.empty_recording(name);
-        let (mut motion, mut sequence) = (Motion::default(), Sequence::default());
+        let mount = &scene.spec.mount;
+        Self {
+            scene,
+            drive,
+            error_deg: mount.pitch_deg.map_or(drawn, |_| mount.pitch_error_deg),
+            length_m: drive.length_m(scene.rows()).max(0.0),
+            rng,
+        }
+    }
+
+    /// Returns the places from which surfaces are seen, metres.
+    fn eyes(&self) -> Vec<f64> {
+        let grains = (self.length_m / GRAIN_M) as usize + 1;
+        (0..=grains).map(|g| g as f64 * GRAIN_M).collect()
+    }
+
+    /// Returns the true travel at the last row of a scan, metres.
+    fn end_m(&self, scan: usize) -> f64 {
+        let rows = self.scene.rows();
+        self.drive.travel(self.drive.time(scan, rows - 1, rows))
+    }
+
+    /// Returns the recording without sequence; `chirp` simulates the chirp of a scan and row.
+    ///
+    /// # Errors
+    /// Those of `chirp`.
+    fn record(
+        &self,
+        name: &str,
+        mut chirp: impl FnMut(&Shot, (usize, usize)) -> Result<Vec<Iq>>,
+    ) -> Result<Recording> {
+        let (scene, drive, mut rng) = (self.scene, self.drive, self.rng.clone());
+        let (base, rows) = (scene.spec.mount.pitch_deg, scene.rows());
+        let (mut whole, mut motion) = (scene.empty_recording(name), Motion::default());
         for scan in 0..drive.scans {
             for k in 0..rows {
                 let row = if scan % 2 == 0 { k } else { rows - 1 - k };
@@ -173,14 +266,10 @@ impl Scene {
                     travel_m: travel,
                     speed: drive.speed(time),
                     pitch_deg: pitch,
-                    angle_deg: self.angles[row],
+                    angle_deg: scene.angles[row],
                 };
-                let (here, tones) = passing.tones(&shot)?;
-                let stream = CHIRPS + scan as u64 * SCAN_STREAMS + row as u64;
-                let mut random = Random::new(seed, stream);
-                let (chirp, _) = here.chirp(&receiver, &tones, row, &mut random);
-                whole.samples.extend(chirp);
-                whole.meta.angles_deg.push(self.angles[row]);
+                whole.samples.extend(chirp(&shot, (scan, row))?);
+                whole.meta.angles_deg.push(scene.angles[row]);
                 let reading = pitch + READING_SD * rng.normal();
                 motion.pitch_deg.push(digits(reading, 1e3));
                 motion
@@ -188,21 +277,9 @@ impl Scene {
                     .push(digits(drive.odometer.said(travel), 1e4));
                 motion.time_s.push(digits(time, 1e5));
             }
-            let end = drive.travel(drive.time(scan, rows - 1, rows));
-            // The truth's signal-to-noise ratios are those of a chair that stands where the scan
-            // ended.
-            let (here, near) = passing.from(end)?;
-            let echoes = passing.echoes(&here, &near, EVERYWHERE);
-            let tones = here.place(&receiver, &echoes);
-            let stream = CHIRPS + (drive.scans + scan) as u64 * SCAN_STREAMS;
-            let there = here.scan(&receiver, &tones, (seed, stream));
-            sequence.truth.push(there.truth);
-            sequence.truth_travel_m.push(digits(end, 1e5));
         }
-        sequence.scans = drive.scans;
         whole.meta.motion = motion;
-        whole.meta.truth = Some(self.truth());
-        whole.meta.sequence = sequence;
+        whole.meta.truth = Some(scene.truth());
         Ok(whole)
     }
 }

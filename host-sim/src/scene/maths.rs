@@ -183,6 +183,7 @@ pub fn decibel(power: f64) -> f64 {
 const PAIRS: usize = 16;
 
 /// Random number generator of one stream.
+#[derive(Clone)]
 pub struct Random {
     rng: Xoshiro256PlusPlus,
     spare: Option<f64>,

@@ -131,7 +131,7 @@ impl Kind {
 
     /// Returns the number of recordings in a table. For the reporting draw at least 3,000 sweeps
     /// have a hazard within 1.5 m and 3,000 have none. For the other draws two cores simulate it in
-    /// five minutes.
+    /// one minute.
     pub fn recordings(self, draw: Draw) -> u64 {
         match (draw, self) {
             (Draw::Reporting, Self::Level) => 200,
@@ -203,7 +203,7 @@ pub fn recording(kind: Kind, seed: u64) -> Result<Recording> {
 fn simulated(spec: &SceneSpec, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
     let key = format!("sweeps {seed} {drive:?} of {spec:?}");
     cache::recording(name, &key, || {
-        Scene::new(spec.clone())?.simulate_drive(name, seed, drive)
+        Scene::new(spec.clone())?.simulate_sweeps(name, seed, drive)
     })
 }
 
