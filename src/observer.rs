@@ -2,11 +2,11 @@
 //!
 //! The scanner itself passes `()`, which ignores them.
 
-use crate::answer::Maybe;
+use crate::answer::PossibleStep;
 use crate::infer::Cloud;
 use crate::infer::trace::{Candidate, Cell, Scatterer, Stage};
 use crate::model::View;
-use crate::mount::{Calibration, Floor};
+use crate::mount::{Calibration, GroundEvidence};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
 use crate::signal::echoes::Lobes;
@@ -21,7 +21,7 @@ pub enum Event<'a> {
     /// `likelihood`: errors of angle and height, estimated on the ground.
     Calibration(Calibration),
     /// `likelihood`: evidence for a ground at its configured place, and for one elsewhere.
-    Floor(Floor),
+    Floor(GroundEvidence),
     /// `likelihood`: widths of the strong echoes' main lobes over the rows.
     Lobes(Lobes),
     /// `likelihood`: one scatterer, strongest first.
@@ -34,7 +34,7 @@ pub enum Event<'a> {
     /// maps that.
     ///
     /// [`Weights::maybe`]: crate::params::hazard::Weights::maybe
-    Maybe(&'a Maybe),
+    PossibleStep(&'a PossibleStep),
     /// `likelihood` in the depth plane: the posterior, once it is complete.
     Posterior {
         /// Particles with their probabilities, and the probability of each number of steps.

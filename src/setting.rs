@@ -43,7 +43,7 @@ pub(crate) enum Effect {
     /// Changes the answer of a scan: it enters the hash.
     Answer,
     /// Changes speed, timeouts or hardware of a scan, or states who calibrated it.
-    Pace,
+    Operation,
     /// None: the radar module reports the value at every scan, and no command sets it.
     Module,
 }

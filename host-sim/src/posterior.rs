@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::mem::discriminant;
 
 use serde_json::{Value, json};
-use stairscan::answer::Maybe;
+use stairscan::answer::PossibleStep;
 use stairscan::infer::Cloud;
 use stairscan::model::{GroundKind, Staircase, View};
 
@@ -68,7 +68,7 @@ fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
             let pairs = pairs.take(staircase.len());
             pairs.map(|(&x, &y)| point(x, y)).collect()
         }
-        GroundKind::Drop { at_m } => vec![point(at_m, Maybe::DROP_M)],
+        GroundKind::Drop { at_m } => vec![point(at_m, PossibleStep::DROP_M)],
         GroundKind::Nothing | GroundKind::Ramp { .. } => Vec::new(),
     }
 }

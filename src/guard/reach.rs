@@ -10,7 +10,7 @@ use crate::model::Surfaces;
 use crate::model::above::Above;
 use crate::model::lines::Lines;
 use crate::model::surfaces::{SLOT_M, SLOTS};
-use crate::verdict::{Ending, FreeGround};
+use crate::verdict::{FreeGround, HazardKind};
 
 /// Density of rises, and of drops, ahead of a chair, per metre: what corridors, kerbs and stairs are to a day's way is
 /// not counted anywhere; four times as many or as few change the free distance of 3 % of tuning sweeps (docs/guard.md).
@@ -41,7 +41,7 @@ pub struct FreeEnd {
 }
 
 /// Kinds of hazards by place.
-const KINDS: [Ending; 3] = [Ending::Rise, Ending::Drop, Ending::Obstacle];
+const KINDS: [HazardKind; 3] = [HazardKind::Rise, HazardKind::Drop, HazardKind::Obstacle];
 
 /// Probabilities of hazards by kind, in the order of [`KINDS`], and place.
 #[derive(Debug)]
@@ -109,10 +109,10 @@ impl Hazards {
             .max_by(|a, b| a.1.total_cmp(&b.1));
         FreeGround {
             free_m,
-            ending: match named.filter(|(_, p)| *p > NAMED) {
+            hazard: match named.filter(|(_, p)| *p > NAMED) {
                 Some((kind, _)) => kind,
-                None if end_m >= FARTHEST_M => Ending::None,
-                None => Ending::Unknown,
+                None if end_m >= FARTHEST_M => HazardKind::None,
+                None => HazardKind::Unknown,
             },
             confidence: 1.0 - reach.before,
         }

@@ -4,7 +4,7 @@ use super::*;
 use crate::config::Config;
 use crate::drive::{Drive, Input};
 use crate::signal::echoes::tests::{map, noise as drawn, scene};
-use crate::verdict::Ending;
+use crate::verdict::HazardKind;
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -63,7 +63,7 @@ fn level_ground_is_free_as_far_as_it_shows_from_the_first_sweep_on() {
     for sweeps in [1, 3] {
         let free = after(sweeps, &map);
         assert!(
-            free.free_m > 0.9 && matches!(free.ending, Ending::None | Ending::Unknown),
+            free.free_m > 0.9 && matches!(free.hazard, HazardKind::None | HazardKind::Unknown),
             "{sweeps}: {free:?}"
         );
         assert!(free.confidence >= 0.998, "{free:?}");

@@ -22,7 +22,7 @@ use heapless::Vec;
 
 /// Initial hypotheses of the posterior: refined flights and a ramp; level ground and the answer of each round, with
 /// and without walls behind.
-pub(super) type Bases = Vec<Base, { MOST_LOOKED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
+pub(super) type Bases = Vec<Base, { MAX_REFINED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
 
 /// The posterior of a scan: measurement model, initial hypotheses, particles.
 ///
@@ -54,7 +54,7 @@ const RIVAL_NATS: f32 = 3.0;
 /// earlier scans.
 const ADMITTED_NATS: f32 = 12.0;
 /// Maximum number of refined flights, set by the computing time.
-const MOST_LOOKED: usize = 6;
+const MAX_REFINED: usize = 6;
 /// Minimum distance between two walls, metres.
 const WALLS_APART_M: f32 = 0.05;
 /// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
@@ -225,7 +225,7 @@ impl Posterior {
     /// Refines a flight, starting from the flight itself or from another staircase.
     #[inline(never)]
     fn look(&mut self, flight: &Flight, from: Option<Staircase>) {
-        if self.bases.len() < MOST_LOOKED {
+        if self.bases.len() < MAX_REFINED {
             // Cannot fail: the length was checked.
             let _ = self.bases.push(self.refined(&staircase(flight), from));
         }

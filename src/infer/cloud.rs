@@ -5,7 +5,9 @@ use crate::estimate::COVERAGE_FACTOR;
 use crate::math;
 use crate::model::prior::ln;
 use crate::model::surfaces::{SLOT_M, SLOTS};
-use crate::model::{GroundKind, MAX_STEPS, RIGHT_M, Sigmas, Staircase, ToldDrop, ToldStep, View};
+use crate::model::{
+    GroundKind, MAX_STEPS, MIN_EXPANDED_M, Sigmas, Staircase, ToldDrop, ToldStep, View,
+};
 use crate::params::posterior as number;
 use heapless::Vec;
 
@@ -20,16 +22,16 @@ pub const FIRST_END_M: f32 = -0.3;
 /// Length of each further cell, metres.
 pub const CELL_M: f32 = 0.1;
 /// Lower limit of a cell's log-odds of an error, nats.
-pub const LEAST_DOUBT: f32 = -9.0;
+pub const MIN_LOG_ODDS: f32 = -9.0;
 /// Upper limit of a cell's log-odds of an error, nats.
-const MOST_DOUBT: f32 = 4.0;
+const MAX_LOG_ODDS: f32 = 4.0;
 /// Log-weight below the heaviest particle's at which a particle is left out, nats: a thousand of them together do not
-/// reach [`LEAST_DOUBT`].
+/// reach [`MIN_LOG_ODDS`].
 const NOTHING: f32 = 20.0;
 /// Half-width of the window in which the ends of the ground count as one place, slots.
 const NEAR_SLOTS: usize = 2;
 /// Minimum probability that the ground ends in one place at which a drop is reported.
-const LEAST_END: f32 = 0.5;
+const MIN_DROP_PROBABILITY: f32 = 0.5;
 /// Maximum probability that the ground ends before the reported distance less three standard deviations.
 const BEFORE_SHARE: f32 = 0.005;
 /// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
@@ -83,7 +85,7 @@ impl Default for Cloud {
 
 /// Returns the number of the cell that holds an error at `x_m`, metres; [`CELLS`] if it lies beyond the last.
 fn cell(x_m: f32) -> usize {
-    let k = math::ceil((x_m - RIGHT_M - FIRST_END_M) / CELL_M);
+    let k = math::ceil((x_m - MIN_EXPANDED_M - FIRST_END_M) / CELL_M);
     math::max(math::min(k, CELLS as f32), 0.0) as usize
 }
 
@@ -258,7 +260,7 @@ impl Cloud {
         let places = 0..self.ends.len();
         let most = places.max_by(|a, b| weight(*a).total_cmp(&weight(*b)))?;
         let (here, all) = (weight(most), self.conflicts.iter().sum::<f32>());
-        if here < LEAST_END * all || here <= 0.0 {
+        if here < MIN_DROP_PROBABILITY * all || here <= 0.0 {
             return None;
         }
         let middle = |k: usize| (k as f32 + 0.5) * SLOT_M;
@@ -293,9 +295,9 @@ impl Cloud {
         let mut out = [0.0; CELLS];
         for (out, cell) in out.iter_mut().zip(&self.conflicts) {
             left -= cell;
-            let odds = math::max(*cell, number::LEAST_PROBABILITY)
-                / math::max(left, number::LEAST_PROBABILITY);
-            *out = ln(odds).clamp(LEAST_DOUBT, MOST_DOUBT);
+            let odds = math::max(*cell, number::MIN_PROBABILITY)
+                / math::max(left, number::MIN_PROBABILITY);
+            *out = ln(odds).clamp(MIN_LOG_ODDS, MAX_LOG_ODDS);
         }
         out
     }

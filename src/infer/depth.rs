@@ -19,7 +19,7 @@ const STEP_M: f32 = 0.005;
 const DEPTHS: usize = 73;
 /// Maximum reported depth, metres: two low risers of 11 cm. A deeper surface may be the second tread of a flight
 /// whose first one is hidden.
-const MOST_M: f32 = 0.22;
+const MAX_M: f32 = 0.22;
 /// Minimum probability of a reported depth, given a drop at the reported place.
 const LEAST: f32 = 0.9;
 /// Half-width of the depths whose probabilities are added, metres.
@@ -68,7 +68,7 @@ pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
         }
     }
     let told = sum / near;
-    (near >= LEAST * all && told <= MOST_M).then_some(told)
+    (near >= LEAST * all && told <= MAX_M).then_some(told)
 }
 
 /// Returns the log-likelihood ratio of a surface at a depth against none, nats.

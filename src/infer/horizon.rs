@@ -7,7 +7,7 @@
 //! from simulated scans with known truth (a discrete-time survival model, Cox 1972). The product of the survival
 //! probabilities of the cells, mapped to the measured frequency, is the probability of being correct.
 
-use super::cloud::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
+use super::cloud::{CELL_M, CELLS, FIRST_END_M, MIN_LOG_ODDS};
 use super::past::Outlook;
 use super::propose::roles::Role;
 use super::propose::scene::Scene;
@@ -15,19 +15,19 @@ use super::support::Support;
 use super::trace::Cell;
 use crate::answer::{DropEdge, Step};
 use crate::config::Plane;
-use crate::estimate::{MOST_UNCERTAIN_M, expanded};
+use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
-use crate::model::{RIGHT_M, Surfaces};
+use crate::model::{MIN_EXPANDED_M, Surfaces};
 use crate::params::Params;
 use crate::params::counted;
 use crate::params::fitted_for;
 use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::signal::grid::Geometry;
-use crate::verdict::{LEAST_HORIZON_M, Validity};
+use crate::verdict::{MIN_HORIZON_M, Validity};
 
 /// Minimum distance between a horizon and the place from which a step counts, metres. It is the largest error of a
 /// correct distance.
-const AMBIGUOUS_M: f32 = RIGHT_M;
+const AMBIGUOUS_M: f32 = MIN_EXPANDED_M;
 /// Minimum probability of being correct at which an answer is valid beyond the first metre. It leaves half of the
 /// risk that the contract allows.
 const RIGHT_UP_TO_HORIZON: f32 = 0.995;
@@ -52,23 +52,23 @@ const _: () = assert!(
 /// Unit of levels in features, dB, so that all features are of the order of 1.
 const TEN_DB: f32 = 10.0;
 /// Upper limit of levels in features, dB: level of a corner at half a metre.
-const MOST_DB: f32 = 50.0;
+const MAX_DB: f32 = 50.0;
 /// Limit of scores in features, nats: odds of e^10 count as certain.
-const MOST_NATS: f32 = 10.0;
+const MAX_NATS: f32 = 10.0;
 /// Half of a cell, metres.
 const HALF_CELL_M: f32 = 0.5 * CELL_M;
 /// Minimum end of a cell in which a scan can show that the ground ends, metres.
 const NEAREST_END_M: f32 = 0.45;
-/// Upper limit of [`RIGHT_M`] over the standard deviation of a step's distance, as a feature.
-const MOST_SIGMAS: f32 = 4.0;
+/// Upper limit of [`MIN_EXPANDED_M`] over the standard deviation of a step's distance, as a feature.
+const MAX_SIGMAS: f32 = 4.0;
 /// Mounting height of the paper's instrument, metres.
 const PAPER_MOUNT_M: f32 = 0.4;
 /// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
 const TYPICAL_GOING_M: f32 = 0.29;
 /// Lower limit of the margin of an answer without steps, as a feature, nats.
-const LEAST_LEAD: f32 = -2.0;
+const MIN_MARGIN: f32 = -2.0;
 /// Upper limit of the next face's level as a feature, tens of dB over the noise; the lower limit is -1.
-const MOST_NEXT: f32 = 3.0;
+const MAX_NEXT_FACE: f32 = 3.0;
 
 /// Whether an echo shows the level of a tread or of the floor.
 fn shows_level(role: Role) -> bool {
@@ -153,7 +153,7 @@ impl Ground<'_> {
     fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
         let pairs = self.steps.iter().zip(self.supports).enumerate();
         let mut within = pairs.filter(|(_, (s, _))| {
-            let earliest_m = s.distance_m - RIGHT_M;
+            let earliest_m = s.distance_m - MIN_EXPANDED_M;
             earliest_m > start_m && earliest_m <= end_m
         });
         within.next().map(|(k, (step, support))| (k, step, support))
@@ -176,7 +176,7 @@ impl Ground<'_> {
         let pairs = pairs.take(end).skip(first);
         let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(**role));
         let strongest = within.map(|(m, _)| m.snr_db).fold(0.0, math::max);
-        math::min(strongest, MOST_DB) / TEN_DB
+        math::min(strongest, MAX_DB) / TEN_DB
     }
 
     /// Returns the features of the cell between two distances.
@@ -188,19 +188,19 @@ impl Ground<'_> {
             .iter()
             .take(number + 1)
             .copied()
-            .fold(LEAST_DOUBT, math::max);
+            .fold(MIN_LOG_ODDS, math::max);
         let mut out = FeatureWriter {
             features: [0.0; FEATURES],
             written: 0,
         };
-        let (from, to) = (start_m + RIGHT_M, end_m + RIGHT_M);
+        let (from, to) = (start_m + MIN_EXPANDED_M, end_m + MIN_EXPANDED_M);
         let unexplained = |role: Role| role == Role::Stray || role.contradicts();
         let level = self.strongest(from - CELL_M, to + CELL_M, &shows_level);
         let stray = self.strongest(from, to, &unexplained);
         let stray_so_far = self.strongest(f32::NEG_INFINITY, to, &unexplained);
         let stray_beyond = self.strongest(to, f32::INFINITY, &unexplained);
         let last = self.steps.last();
-        let lead = self.lead.clamp(-MOST_NATS, MOST_NATS);
+        let lead = self.lead.clamp(-MAX_NATS, MAX_NATS);
         let step = self.step_in(start_m, end_m);
         let inside = last.is_some_and(|s| s.distance_m > from);
         let kind = match (self.steps.is_empty(), step.is_some(), inside) {
@@ -219,7 +219,7 @@ impl Ground<'_> {
         ]);
         out.put_if(kind == CellKind::Clear, || {
             let floor = self.floor(to);
-            let ends = |x_m: f32| self.surfaces.drop_at(x_m).clamp(-MOST_NATS, MOST_NATS);
+            let ends = |x_m: f32| self.surfaces.drop_at(x_m).clamp(-MAX_NATS, MAX_NATS);
             let [gap, later] = [to - HALF_CELL_M, to].map(ends);
             let mut columns = self.scene.columns.iter();
             let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
@@ -229,7 +229,7 @@ impl Ground<'_> {
                 stray,
                 stray_so_far,
                 stray_beyond,
-                math::max(lead, LEAST_LEAD),
+                math::max(lead, MIN_MARGIN),
                 self.strongest(to, f32::INFINITY, &shows_level),
                 floor.since_last_m,
                 floor.largest_gap_m,
@@ -280,7 +280,7 @@ impl Ground<'_> {
 
     /// Returns the level of the strongest echo near a step that has the wanted role, tens of dB; 0 for none.
     fn strongest_near(&self, step: &Step, wanted: Role) -> f32 {
-        let reach = self.scene.params.column_m + RIGHT_M;
+        let reach = self.scene.params.column_m + MIN_EXPANDED_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
         self.strongest(near.0, near.1, &|role| role == wanted)
     }
@@ -353,8 +353,8 @@ impl Ground<'_> {
         let goings = (0.5 * (math::max(from, last.distance_m) + to) - last.distance_m)
             / math::max(self.going(), CELL_M);
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
-        let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
-        let lead = self.lead.clamp(0.0, MOST_NATS);
+        let next_db = (support.next_db / TEN_DB).clamp(-1.0, MAX_NEXT_FACE);
+        let lead = self.lead.clamp(0.0, MAX_NATS);
         [
             next,
             next_db * next,
@@ -375,17 +375,17 @@ impl Ground<'_> {
         stray_so_far: f32,
         doubt: f32,
     ) -> [f32; STEP_FEATURES] {
-        let distance_z = RIGHT_M / step.distance_sigma_m;
+        let distance_z = MIN_EXPANDED_M / step.distance_sigma_m;
         [
             1.0,
-            math::min(distance_z, MOST_SIGMAS),
-            support.snr_db.unwrap_or(0.0).clamp(0.0, MOST_DB) / TEN_DB,
-            self.lead.clamp(0.0, MOST_NATS),
+            math::min(distance_z, MAX_SIGMAS),
+            support.snr_db.unwrap_or(0.0).clamp(0.0, MAX_DB) / TEN_DB,
+            self.lead.clamp(0.0, MAX_NATS),
             f32::from(self.open),
             k as f32,
             stray_so_far,
             math::min(
-                (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / RIGHT_M,
+                (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / MIN_EXPANDED_M,
                 2.0,
             ),
             f32::from(support.overhang_seen),
@@ -437,7 +437,7 @@ pub fn validity(
         if let Some(outlook) = &mut outlook {
             let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
             let step = step.map(|(_, step, _)| step);
-            let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
+            let last_m = ground.steps.last().map(|s| s.distance_m - MIN_EXPANDED_M);
             let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
             cell.past = outlook.look(k, odds, step, behind);
         }
@@ -456,7 +456,7 @@ pub fn validity(
         cell.asked = reach.asked(cell.end_m, ok_from);
         each(&cell);
         let valid = reach.take(cell.end_m, cell.right, ok_from);
-        if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+        if valid || cell.end_m < MIN_HORIZON_M + 0.5 * CELL_M {
             valid_to.confidence = cell.right;
         }
     }
@@ -484,7 +484,7 @@ pub struct Reach<'a> {
 impl<'a> Reach<'a> {
     /// Returns the state before the first cell, for an answer with these steps and this drop.
     pub fn new(steps: &'a [Step], drop: Option<DropEdge>) -> Self {
-        let mut least_m = LEAST_HORIZON_M;
+        let mut least_m = MIN_HORIZON_M;
         for step in steps {
             if ambiguous(least_m, step) {
                 least_m = step.distance_m;
@@ -518,7 +518,7 @@ impl<'a> Reach<'a> {
     /// Takes in the next cell: its end, metres; the probability that the answer is correct up to there; the threshold
     /// of `ok`. Returns whether the answer is valid up to there.
     pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
-        let begins_m = end_m - CELL_M - RIGHT_M;
+        let begins_m = end_m - CELL_M - MIN_EXPANDED_M;
         if self.steps.first().is_some_and(|s| s.distance_m > begins_m) {
             self.first_step = right;
         }
@@ -554,16 +554,18 @@ impl<'a> Reach<'a> {
 
 /// Whether an error of millimetres decides if a step lies within a horizon, metres.
 fn ambiguous(horizon_m: f32, step: &Step) -> bool {
-    (horizon_m - (step.distance_m - RIGHT_M)).abs() < AMBIGUOUS_M
+    (horizon_m - (step.distance_m - MIN_EXPANDED_M)).abs() < AMBIGUOUS_M
 }
 
 /// Returns a horizon, metres, that ends before the first step whose expanded uncertainty is too large for a measured
 /// step.
 fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
     let vague =
-        |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MOST_UNCERTAIN_M;
+        |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MAX_EXPANDED_M;
     let first = steps.iter().find(vague);
-    first.map_or(horizon_m, |s| math::min(horizon_m, s.distance_m - RIGHT_M))
+    first.map_or(horizon_m, |s| {
+        math::min(horizon_m, s.distance_m - MIN_EXPANDED_M)
+    })
 }
 
 /// Returns a horizon, metres, moved nearer where it would end so close to a step that an error of millimetres decides
@@ -572,7 +574,7 @@ fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
     let mut clear_m = horizon_m;
     for step in steps.iter().rev() {
         if ambiguous(clear_m, step) {
-            clear_m = step.distance_m - RIGHT_M - AMBIGUOUS_M;
+            clear_m = step.distance_m - MIN_EXPANDED_M - AMBIGUOUS_M;
         }
     }
     math::max(clear_m, 0.0)

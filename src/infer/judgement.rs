@@ -8,7 +8,7 @@ use super::past::{History, Weighed};
 use super::propose::stairs::{Chain, ChainLink, Explanation, Flight};
 use super::trace::Candidate;
 use super::variants::{Base, Variants};
-use crate::answer::{DropEdge, MAX_MAYBES, Maybe};
+use crate::answer::{DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
 use crate::config::Plane;
 use crate::math;
 use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldDrop, ToldStep};
@@ -19,7 +19,7 @@ use heapless::Vec;
 /// Maximum number of distinct places where something may stand.
 const MAX_PLACES: usize = 16;
 /// Minimum probability at which a place is reported.
-const LEAST_MAYBE: f32 = 0.05;
+const MIN_PROBABILITY: f32 = 0.05;
 /// Maximum number of distinct hypotheses whose variants are added.
 const LOOKED: usize = 2;
 /// Maximum distance in log-weight from the likeliest hypothesis at which variants are added, nats.
@@ -72,7 +72,7 @@ pub struct Belief {
     /// The reported drop.
     pub drop: Option<DropEdge>,
     /// Things that may stand there and are not part of the answer.
-    pub maybes: Vec<Maybe, MAX_MAYBES>,
+    pub maybes: Vec<PossibleStep, MAX_POSSIBLE_STEPS>,
 }
 
 /// Filling the cloud and evaluating the particles. The struct and the initial hypotheses are in `bases.rs`.
@@ -278,14 +278,14 @@ fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool
 }
 
 /// Returns the edges of particles that are not part of the answer, with near ones merged.
-fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
-    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
+fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<PossibleStep, MAX_POSSIBLE_STEPS> {
+    let mut sums: Vec<PossibleStep, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
         let seen = staircase.edges(&told.view).filter(|e| e.seen);
         let drop = match staircase.kind {
             GroundKind::Drop { at_m } => Some(Edge {
                 x_m: at_m,
-                y_m: Maybe::DROP_M,
+                y_m: PossibleStep::DROP_M,
                 seen: true,
             }),
             _ => None,
@@ -307,7 +307,7 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
                     m.probability += probability;
                 }
                 // Where there is no room, there are so many places that each one is unlikely.
-                None => drop_full(sums.push(Maybe {
+                None => drop_full(sums.push(PossibleStep {
                     distance_m,
                     height_m,
                     probability,
@@ -316,18 +316,20 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
         }
     }
     let mut maybes = Vec::new();
-    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
+    let likely = |m: &&PossibleStep| m.probability >= MIN_PROBABILITY;
     for m in sums.iter().filter(likely) {
-        let told = Maybe {
+        let told = PossibleStep {
             distance_m: m.distance_m / m.probability,
             height_m: m.height_m / m.probability,
             probability: math::min(m.probability, 1.0),
         };
         drop_full(maybes.push(told));
     }
-    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
+    shell_sort(&mut maybes, |a: &PossibleStep, b| {
+        a.distance_m < b.distance_m
+    });
     maybes
 }
 
 /// Drops what does not fit.
-fn drop_full(_: Result<(), Maybe>) {}
+fn drop_full(_: Result<(), PossibleStep>) {}

@@ -55,8 +55,8 @@ use crate::model::chart::Chart;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
-use crate::motion::{Drive, Retention, Ride, Sweeps};
-use crate::mount::{Calibration, Floor, online};
+use crate::motion::{Drive, MotionCompensation, Retention, SweepComparison};
+use crate::mount::{Calibration, GroundEvidence, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::fitted_for;
@@ -64,9 +64,9 @@ use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
-use crate::verdict::{Reason, Reasons, Sight, Validity};
+use crate::verdict::{Assessment, Reason, Reasons, Validity};
 use bases::Posterior;
-pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
+pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, MIN_LOG_ODDS, PARTICLES, Told};
 use dimensions::Measured;
 use horizon::Ground;
 pub use horizon::Reach;
@@ -89,7 +89,7 @@ pub use variants::{Base, Variants, weight};
 pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
-    sweeps: Sweeps,
+    sweeps: SweepComparison,
     params: &'static Params,
     posterior: Posterior,
     /// Whether the posterior decides, rather than the search alone.
@@ -125,7 +125,7 @@ impl Likelihood {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
-            sweeps: Sweeps::new(),
+            sweeps: SweepComparison::new(),
             params,
             posterior: Posterior::new(&measured::MODEL),
             particles: true,
@@ -179,7 +179,7 @@ impl Estimator for Likelihood {
         mut past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight> {
+    ) -> Option<Assessment> {
         let Phase::Rows(collector) = &mut self.phase else {
             return None;
         };
@@ -205,7 +205,7 @@ impl Estimator for Likelihood {
         let geometry = map.geometry();
         let floor = match geometry.plane {
             Plane::Height => None,
-            Plane::Depth => Some(Floor::of(echoes, geometry.bin_m, p)),
+            Plane::Depth => Some(GroundEvidence::of(echoes, geometry.bin_m, p)),
         };
         if let Some(floor) = floor {
             observer.event(Event::Floor(floor));
@@ -227,7 +227,7 @@ impl Estimator for Likelihood {
                     noise,
                     bias_rad: found.bias_rad,
                     height_m: found.height_m,
-                    ride: Ride::of(drive, &config.radar),
+                    ride: MotionCompensation::of(drive, &config.radar),
                 };
                 let surfaces = &mut self.posterior.model.surfaces;
                 look_along(&chart, &mut self.phase, surfaces);
@@ -239,7 +239,7 @@ impl Estimator for Likelihood {
                 let off = drive.memory == Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past);
-                let firm = floor.is_some_and(|floor| floor.firm(p));
+                let firm = floor.is_some_and(|floor| floor.confirmed(p));
                 ascend(
                     echoes,
                     (geometry, found, firm),
@@ -273,14 +273,14 @@ impl Estimator for Likelihood {
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.forget();
         }
-        Some(Sight {
-            heard,
+        Some(Assessment {
+            echo_found: heard,
             valid: Some(worth.valid),
             drop_m: answer.drop.map(|drop| drop.nearest_m()),
-            astray,
-            stretched,
+            mounting_off: astray,
+            lobe_width_off: stretched,
             agreement,
-            weak,
+            weaknesses: weak,
         })
     }
 }
@@ -305,7 +305,7 @@ fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     }
 }
 
-/// Finds the best stairs going up, if they explain the echoes better than any alternative. `firm` is whether the
+/// Finds the best stairs going up, if they explain the echoes better than any alternative. `confirmed` is whether the
 /// floor confirms the configured mounting; where it does not, the stairs' first corner must.
 #[inline(never)]
 fn ascend(
@@ -578,11 +578,11 @@ impl Ended<'_> {
                 observer.event(Event::Cell(cell));
             }
         });
-        answer.maybes.clone_from(&self.belief.maybes);
+        answer.possible_steps.clone_from(&self.belief.maybes);
         let map = fitted_for(self.geometry.plane).maybe;
-        for maybe in &mut answer.maybes {
+        for maybe in &mut answer.possible_steps {
             if observer.listens() {
-                observer.event(Event::Maybe(maybe));
+                observer.event(Event::PossibleStep(maybe));
             }
             maybe.probability = map.of_share(maybe.probability);
         }

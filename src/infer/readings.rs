@@ -87,8 +87,8 @@ impl Model<'_> {
         let per_rise = 0.5 * (distances * k as f32 + (k + 1) as f32);
         let fixed_m = 0.5 * self.height_m * (1.0 - distances);
         let (low_m, top_m) = self.face_span(s, k);
-        let span_m = math::max(top_m - low_m, number::LEAST_FACE_M);
-        let across_m = e.across_m * e.range_m / math::max(e.x_m, number::LEAST_RANGE_M);
+        let span_m = math::max(top_m - low_m, number::MIN_FACE_M);
+        let across_m = e.across_m * e.range_m / math::max(e.x_m, number::MIN_RANGE_M);
         // Variance of an even distribution over the visible part, of its ends, and of the echo.
         let variance =
             span_m * span_m * number::EVEN_VARIANCE + number::HIDDEN_END_M2 + across_m * across_m;

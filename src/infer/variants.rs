@@ -217,7 +217,7 @@ impl Variants<'_> {
                     0.0
                 };
                 let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
-                if odds > number::LEAST_ODDS {
+                if odds > number::MIN_ODDS {
                     let (new, weight) = self.added(base, &more, at);
                     self.put(&new, weight + ln(odds), &base.sigmas);
                 }
@@ -320,7 +320,7 @@ impl Variants<'_> {
                     let mut new = *s;
                     let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
                     tops.iter_mut().for_each(|top| *top += off);
-                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::LEAST_RISE_M) {
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::MIN_RISE_M) {
                         continue;
                     }
                     let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;

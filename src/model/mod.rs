@@ -33,10 +33,11 @@ pub(crate) mod tests;
 pub use feature::{Class, FeaturePlace, before};
 pub use normal::{logistic, tailed};
 pub use points::{
-    BEHIND_M, EchoSums, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, level_density,
+    BEHIND_M, EchoSums, MAX_P_SEEN, MAX_SEEN, MIN_DB, MIN_P_SEEN, Model, NEAR, Seen, level_density,
 };
 pub use sight::{sight_m, tread_begins_m};
 pub use staircase::{
-    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldDrop, ToldStep, View,
+    Edge, GroundKind, MAX_STEPS, MIN_EXPANDED_M, SAME_M, Sigmas, Staircase, ToldDrop, ToldStep,
+    View,
 };
 pub use surfaces::Surfaces;

@@ -16,7 +16,7 @@ const FRESNEL_M: f32 = 0.04;
 impl Model<'_> {
     /// Whether a place lies in the scanned sector and range.
     pub fn in_scan(&self, x: f32, y: f32) -> bool {
-        let slope = (y - self.height_m) / math::max(x, number::LEAST_X_M);
+        let slope = (y - self.height_m) / math::max(x, number::MIN_X_M);
         slope < self.view.highest
             && slope > self.view.lowest
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
@@ -96,9 +96,9 @@ impl Model<'_> {
     fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
         let cross =
-            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::LEAST_RANGE_M);
+            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::MIN_RANGE_M);
         let other = math::hypot(other_x, other_y - self.height_m);
-        let angle = cross / math::max(range, number::LEAST_RANGE_M) / self.beam_rad;
+        let angle = cross / math::max(range, number::MIN_RANGE_M) / self.beam_rad;
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 

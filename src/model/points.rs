@@ -28,7 +28,7 @@ use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Detection threshold of echoes, dB.
-pub const LEAST_DB: f32 = 2.8;
+pub const MIN_DB: f32 = 2.8;
 /// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
 pub const MAX_SEEN: usize = 32;
 /// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
@@ -52,9 +52,9 @@ const FACE_REACH: f32 = 100.0;
 /// Density of echoes behind a drop's edge, relative to that in the air.
 const BELOW: f32 = 3.0;
 /// Minimum probability of detection of a feature: scenes differ, however many were counted.
-pub const LEAST_SEEN: f32 = 0.02;
+pub const MIN_P_SEEN: f32 = 0.02;
 /// Maximum probability of detection of a feature.
-pub const MOST_SEEN: f32 = 0.985;
+pub const MAX_P_SEEN: f32 = 0.985;
 /// Minimum probability that a wall whose corner is visible flashes at the mirror's height, since it is vertical. The
 /// lower 95 % bound (Clopper and Pearson 1934) of 64 of 64 walls of tuning scenes whose corner stands 18 dB above the
 /// noise.
@@ -137,7 +137,7 @@ pub struct LevelReading<'e> {
 /// Returns the density of a level, per dB: normal, cut off at the detection threshold, with a flat share.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
-    let tail = math::max(above((LEAST_DB - mean) / sigma), number::LEAST_DETECTED);
+    let tail = math::max(above((MIN_DB - mean) / sigma), number::MIN_DETECTED_SHARE);
     (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / number::LEVELS_DB
 }
 
@@ -216,9 +216,9 @@ impl<'p> Model<'p> {
         let across_m = e.range_m
             * math::hypot(
                 number::ANGLE_SIGMAS * e.angle_sigma_rad,
-                number::LEAST_ANGLE_SIGMA_RAD,
+                number::MIN_ANGLE_SIGMA_RAD,
             );
-        let per_range = across_m / math::max(e.range_m, number::LEAST_RANGE_M);
+        let per_range = across_m / math::max(e.range_m, number::MIN_RANGE_M);
         let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
         Seen {
             x_m: e.x_m,
@@ -227,7 +227,7 @@ impl<'p> Model<'p> {
             across_m,
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
-            noise: math::exp(noise.rate - (s - LEAST_DB) / noise.snr_sigma_db)
+            noise: math::exp(noise.rate - (s - MIN_DB) / noise.snr_sigma_db)
                 / (EXTENT * math::max(e.range_m, number::NOISE_RANGE_M) * noise.snr_sigma_db),
             air: level(air, 0.0, number::ANY_LEVEL) / AREA_M2,
             inside: level(inside, 0.0, number::ANY_LEVEL_INSIDE) / AREA_M2,
@@ -324,7 +324,7 @@ impl<'p> Model<'p> {
     /// Returns the density of an echo as part of a face from `b` to `t`, metres. `z2` is its squared deviation from
     /// the face, in standard deviations.
     fn face(e: &Seen, z2: f32, b: f32, t: f32) -> f32 {
-        if t <= b + number::LEAST_FACE_M {
+        if t <= b + number::MIN_FACE_M {
             return 0.0;
         }
         let soft = number::FACE_END_SIGMA_M + e.across_m;
@@ -451,11 +451,11 @@ impl<'p> Model<'p> {
             let q = self.expected_q(place.range_m);
             let least = match place.class {
                 Class::Flash if wall => WALL_FLASHES,
-                _ => LEAST_SEEN,
+                _ => MIN_P_SEEN,
             };
             let room = place.room - 1.0;
             let seen = logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * room)
-                .clamp(least, MOST_SEEN);
+                .clamp(least, MAX_P_SEEN);
             if i == 0 {
                 let [a, b, c, d] = self.g.hidden.nothing;
                 let hidden = if place.class == Class::Hidden { c } else { 0.0 };
@@ -478,7 +478,10 @@ impl<'p> Model<'p> {
             gone *= 1.0 - seen;
             found += ln(z);
             for (used, gain) in used.iter_mut().zip(&gains) {
-                *used = math::min(*used + number::MOST_USED * gain / z, number::MOST_USED);
+                *used = math::min(
+                    *used + number::MAX_USED_SHARE * gain / z,
+                    number::MAX_USED_SHARE,
+                );
             }
         }
         let nothing = if wall {
@@ -486,7 +489,7 @@ impl<'p> Model<'p> {
         } else {
             logistic(odds)
         };
-        let left = math::exp(-found.min(number::MOST_FOUND));
+        let left = math::exp(-found.min(number::MAX_FOUND_LLR));
         let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
         found + ln(math::max(share, LEAST))
     }
@@ -531,7 +534,7 @@ impl<'p> Model<'p> {
                 }
             }
             if let (odds, Some(echo)) = best {
-                let lever = math::max(echo.x_m, number::LEAST_RANGE_M) / echo.range_m;
+                let lever = math::max(echo.x_m, number::MIN_RANGE_M) / echo.range_m;
                 let off_m = p.across_m + p.across_per_width_m * echo.wide;
                 let wide = math::hypot(p.sigma_per_width_m * echo.wide, echo.across_m);
                 let sigma_m = math::hypot(p.across_sigma_m, wide) / lever;
@@ -539,7 +542,7 @@ impl<'p> Model<'p> {
                 let reading = LevelReading {
                     echo,
                     level_m: echo.y_m - off_m / lever,
-                    sigma_m: sigma_m / math::sqrt(math::max(share, number::LEAST_PROBABILITY)),
+                    sigma_m: sigma_m / math::sqrt(math::max(share, number::MIN_PROBABILITY)),
                     masked: current().rules.masks
                         && flash.is_some_and(|flash| self.masks(flash, place.class, echo)),
                 };
@@ -663,7 +666,7 @@ impl<'p> Model<'p> {
         }
         let soft = math::sqrt(number::HIDDEN_END_M2 + va);
         let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
-        let even = math::max(within, 0.0) / math::max(top - low, number::LEAST_FACE_M);
+        let even = math::max(within, 0.0) / math::max(top - low, number::MIN_FACE_M);
         total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 

@@ -26,7 +26,7 @@ pub const LANDING: f32 = 0.2;
 
 /// Returns the natural logarithm; that of 10^-30 for smaller arguments.
 pub const fn ln(x: f32) -> f32 {
-    math::ln(math::max(x, number::LEAST_PROBABILITY))
+    math::ln(math::max(x, number::MIN_PROBABILITY))
 }
 
 /// Returns the log-prior of a value with an even density within limits and Gaussian shoulders outside, nats.

@@ -4,8 +4,8 @@ use super::normal::above;
 use super::sight::tread_begins_m;
 use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
-pub use crate::estimate::RIGHT_M;
-use crate::estimate::{MOST_UNCERTAIN_M, expanded};
+pub use crate::estimate::MIN_EXPANDED_M;
+use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
 use crate::params::current;
 use crate::params::posterior as number;
@@ -174,7 +174,7 @@ pub struct ToldStep {
 impl ToldStep {
     /// Converts distance and height, metres, and their standard deviations.
     pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
-        let within = |sigma_m| math::min(expanded(sigma_m), MOST_UNCERTAIN_M);
+        let within = |sigma_m| math::min(expanded(sigma_m), MAX_EXPANDED_M);
         Self {
             x_m,
             y_m,
@@ -250,7 +250,9 @@ impl Staircase {
             && self.steps == other.steps
             && self.open == other.open
             && self.wall_m == other.wall_m
-            && places.map(|(a, b)| (a - b).abs()).all(|off| off < RIGHT_M)
+            && places
+                .map(|(a, b)| (a - b).abs())
+                .all(|off| off < MIN_EXPANDED_M)
     }
 
     /// Returns the number of risers.
@@ -364,7 +366,7 @@ impl Staircase {
                 self.shows_below(k, &view)
             } else {
                 let up_m = y_m - view.height_m;
-                let slope = up_m / math::max(x_m, RIGHT_M);
+                let slope = up_m / math::max(x_m, MIN_EXPANDED_M);
                 let in_front = slope >= hidden;
                 if !open {
                     hidden = math::max(hidden, slope);
@@ -445,6 +447,6 @@ impl Staircase {
 /// Returns the probability that a normal variable of mean `off_m` and standard deviation `sigma_m` exceeds `within_m`
 /// in magnitude.
 fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
-    let sigma_m = math::max(sigma_m, number::LEAST_SIGMA_M);
+    let sigma_m = math::max(sigma_m, number::MIN_SIGMA_M);
     above((within_m - off_m) / sigma_m) + above((within_m + off_m) / sigma_m)
 }

@@ -19,7 +19,7 @@
 mod edges;
 mod flights;
 
-use self::edges::{EdgeDensity, LEAST_NATS, PLACE_M, PLACES, place_beyond, place_m, spread_all};
+use self::edges::{EdgeDensity, MIN_NATS, PLACE_M, PLACES, place_beyond, place_m, spread_all};
 use super::normal::above;
 use super::sight::tread_begins_m;
 use super::staircase::{MAX_STEPS, View};
@@ -38,7 +38,7 @@ const HALF_PLACE_M: f32 = PLACE_M * 0.29;
 /// Maximum height difference of a tread's echo from its level, metres.
 pub const OFF_M: f32 = 0.03;
 /// Minimum likelihood ratio at which an echo counts as a tread's.
-const LEAST_RATIO: f32 = 0.05;
+const MIN_RATIO: f32 = 0.05;
 /// Share of echoes whose height has the larger standard deviation.
 const WIDE: f32 = 0.15;
 /// Factor of the larger standard deviation.
@@ -87,7 +87,7 @@ impl TreadEcho {
         }
         let density = height_density(off_m, self.y_sigma_m);
         let ratio_m = self.ratio_m2 * density;
-        if ratio_m * self.rate < LEAST_RATIO {
+        if ratio_m * self.rate < MIN_RATIO {
             0.0
         } else {
             ratio_m
@@ -201,7 +201,7 @@ impl Descending {
 
     /// Returns the depth of a level below the mirror, metres.
     pub fn depth_m(&self, y_m: f32) -> f32 {
-        math::max(self.view.height_m - y_m, number::LEAST_RANGE_M)
+        math::max(self.view.height_m - y_m, number::MIN_RANGE_M)
     }
 
     /// Returns the expected number of echoes on a level one metre below the mirror, up to a sight line of this
@@ -312,7 +312,7 @@ impl Descending {
         let top = out.iter().copied().fold(f32::NEG_INFINITY, math::max);
         for value in out.iter_mut() {
             let nats = *value - top;
-            *value = if nats < LEAST_NATS {
+            *value = if nats < MIN_NATS {
                 0.0
             } else {
                 math::exp(nats)

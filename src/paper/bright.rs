@@ -75,7 +75,7 @@ impl MapLevels {
             self.floor = self.floor.min(cell);
             self.peak = self.peak.max(cell);
         }
-        for (bin, cell) in map.hits(row) {
+        for (bin, cell) in map.detections(row) {
             self.hits += 1;
             self.hit_peak = self.hit_peak.max(cell);
             if let Some(peak) = self.column_peak.get_mut(bin) {
@@ -139,7 +139,7 @@ impl<'a> Field<'a> {
         let cell = self.map.cell(row, bin);
         if self.cfar {
             let least = self.levels.column(bin).saturating_sub(units(SIDE_LOBE_DB));
-            if cell < least || !self.map.hit(row, bin) {
+            if cell < least || !self.map.is_detected(row, bin) {
                 return 0;
             }
         }
@@ -149,7 +149,8 @@ impl<'a> Field<'a> {
     /// Whether a particle lies in a high-intensity cell.
     pub fn is_bright(&self, particle: &PointParticle) -> bool {
         particle.cell().is_some_and(|(row, bin)| {
-            self.map.cell(row, bin) >= self.bright() && (!self.cfar || self.map.hit(row, bin))
+            self.map.cell(row, bin) >= self.bright()
+                && (!self.cfar || self.map.is_detected(row, bin))
         })
     }
 
@@ -158,7 +159,7 @@ impl<'a> Field<'a> {
         let bright = self.bright();
         for row in 0..self.map.rows() {
             if self.cfar {
-                let cells = self.map.hits(row).filter(|&(_, cell)| cell >= bright);
+                let cells = self.map.detections(row).filter(|&(_, cell)| cell >= bright);
                 cells.for_each(|(bin, _)| take(row, bin));
             } else {
                 let cells = self.map.row(row).iter().enumerate();

@@ -27,7 +27,7 @@ use crate::math;
 use crate::motion::Agreement;
 use crate::observer::{CloudStage, Event, Observer};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
-use crate::verdict::Sight;
+use crate::verdict::Assessment;
 use bright::{Field, HIGH_INTENSITY_DB, MapLevels};
 use cluster::{Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
@@ -110,11 +110,11 @@ impl Estimator for Paper {
         _past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight> {
+    ) -> Option<Assessment> {
         let Self { levels, cloud } = self;
         let (map, config) = (scan.map, scan.config);
         // This estimator has no echoes to compare from sweep to sweep, and computes no confidence.
-        let sight = Sight::nothing(Agreement::untested(scan.drive.mode));
+        let sight = Assessment::nothing(Agreement::untested(scan.drive.mode));
         if levels.hits() as f32 <= FALSE_ALARM_MARGIN * expected_false_alarms(map, config) {
             return Some(sight);
         }
@@ -145,8 +145,8 @@ impl Estimator for Paper {
             (places.unit_m, &config.particles),
             answer,
         );
-        Some(Sight {
-            heard: true,
+        Some(Assessment {
+            echo_found: true,
             ..sight
         })
     }

@@ -69,11 +69,11 @@ impl Weights {
 }
 
 /// Minimum distance of a share from 0 and 1. Beyond, a few wrong cases would dominate the slope of the map.
-const LEAST_SHARE: f32 = 0.05;
+const MIN_SHARE: f32 = 0.05;
 
 /// Returns the log-odds of a share of the particles' weight.
 pub fn share_log_odds(share: f32) -> f32 {
-    let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+    let share = share.clamp(MIN_SHARE, 1.0 - MIN_SHARE);
     math::ln(share) - math::ln(1.0 - share)
 }
 

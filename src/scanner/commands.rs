@@ -16,7 +16,7 @@ use crate::time::Micros;
 
 /// Maximum number of bytes read in one call, so that a continuous sender cannot block the scanner: more than a
 /// port's queue holds.
-const MOST_READ: u32 = 1024;
+const MAX_READ: u32 = 1024;
 
 /// Reader of the report port's lines, and progress of the listing.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl Console {
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
     ) {
-        for _ in 0..MOST_READ {
+        for _ in 0..MAX_READ {
             if self.held.is_some() {
                 break;
             }

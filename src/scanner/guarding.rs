@@ -12,7 +12,7 @@ use crate::scanner::sweep::Rows;
 use crate::signal::radar::any::row_times;
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
-use crate::verdict::{Conditions, GuardWord};
+use crate::verdict::{Conditions, GuardResult};
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// `guard` and `watch`: switches guard sweeps on or off.
@@ -69,7 +69,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         };
         let drive = self.odometry.drive(self.scan.motion, self.scan.chirp_us);
         let mut word = match rows.fault {
-            Some(reason) => GuardWord::broken(reason),
+            Some(reason) => GuardResult::broken(reason),
             None => self.data.guard(&drive, conditions),
         };
         let moved_m = self.odometry.since_scan_m().unwrap_or(0.0);

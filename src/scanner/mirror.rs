@@ -216,7 +216,7 @@ const NEAR_APPROACH: i32 = BACK_OFF / 5;
 const AGREEING: u8 = 2;
 /// Maximum number of spurious edges in one homing. The moves after all of them, and the search, stay within the
 /// three turns that the self-test allows.
-const MOST_SPURIOUS: u8 = 4;
+const MAX_SPURIOUS: u8 = 4;
 
 impl<P: StepPort> Stepper<P> {
     /// Creates a motor that has not been homed, with a driver that is connected by its pins only.
@@ -386,7 +386,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.found.spurious += 1;
         self.found.edge = None;
         self.found.agreeing = 0;
-        if self.found.spurious > MOST_SPURIOUS {
+        if self.found.spurious > MAX_SPURIOUS {
             return self.fail(MirrorError::HomeNotFound);
         }
         self.enter(Homing::Search);
@@ -463,7 +463,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             // Another position than before: it is to be confirmed from now on.
             self.found.agreeing = 0;
             self.found.spurious += 1;
-            if self.found.spurious > MOST_SPURIOUS {
+            if self.found.spurious > MAX_SPURIOUS {
                 return self.fail(MirrorError::HomeNotFound);
             }
         }

@@ -21,7 +21,7 @@ use crate::scanner::sweep::{Rows, Sweep, Task, link_reason, mirror_reason};
 use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
-use crate::verdict::{Conditions, GuardWord, Outcome, Reason, Reasons, Status};
+use crate::verdict::{Conditions, GuardResult, Outcome, Reason, Reasons, Status};
 
 /// Stage of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -396,7 +396,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         match Sweep::start(now, self.settings.get(), task, backward, mirror, link) {
             Ok(sweep) => {
                 let settings = self.settings.get();
-                self.odometry.allow(settings.timing.motion_timeout);
+                self.odometry.set_max_age(settings.timing.motion_timeout);
                 let angles = match task.guard {
                     true => settings.guard.sweep(),
                     false => settings.config.sweep,
@@ -580,7 +580,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             Switch::On if self.forgets => Retention::Anew,
             Switch::On => Retention::Kept,
         };
-        self.odometry.remember(memory);
+        self.odometry.set_retention(memory);
         self.forgets &= aside;
         let drive = self.odometry.drive(motion, chirp_us);
         let outcome = self.data.conclude(&drive, conditions);
@@ -599,14 +599,14 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     #[inline(never)]
     fn report_broken(&mut self, reason: Reason, conditions: Conditions, lost: u16) {
         if self.scan.guard {
-            return self.warn(&GuardWord::broken(reason), true);
+            return self.warn(&GuardResult::broken(reason), true);
         }
         let faults = Reasons::NONE.with(reason);
         self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
     }
 
     /// Reports the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
-    pub(super) fn warn(&mut self, word: &GuardWord, broken: bool) {
+    pub(super) fn warn(&mut self, word: &GuardResult, broken: bool) {
         self.reasons = word.reasons();
         self.state = ScannerState::Warning(GuardLine::new(self.guard.sweep, word), broken);
     }

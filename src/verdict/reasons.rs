@@ -11,11 +11,11 @@ pub enum ReasonEffect {
     /// There is no answer.
     Fault,
     /// Instrument fault: `degraded`, with a horizon and a confidence of 0.
-    Doubt,
+    InstrumentFault,
     /// `degraded`; the horizon is kept.
     Degraded,
     /// None: information for people and logs.
-    Word,
+    Info,
 }
 
 impl ReasonEffect {
@@ -23,9 +23,9 @@ impl ReasonEffect {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Fault => "fault",
-            Self::Doubt => "doubt",
+            Self::InstrumentFault => "doubt",
             Self::Degraded => "degraded",
-            Self::Word => "word",
+            Self::Info => "word",
         }
     }
 }
@@ -75,46 +75,46 @@ reasons! {
     LostRows = "lost-rows" [Degraded]
         "The chirps of some rows did not come after all retries, or a mirror that turns all the time passed their angles; it stands beside a fault, too.",
     /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
-    InferredStep = "inferred-step" [Word]
+    InferredStep = "inferred-step" [Info]
         "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m`.",
     /// Another reading of the echoes is nearly as likely.
-    CloseRival = "close-rival" [Word]
+    CloseRival = "close-rival" [Info]
         "The flight, or the answer without steps, leads by less than `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
     /// The steps rest on echoes little above the noise.
-    WeakEchoes = "weak-echoes" [Word]
+    WeakEchoes = "weak-echoes" [Info]
         "A step's strongest echo, or without steps the strongest of all, is below `weak_step_db`, or the next riser's would be below `next_seen_db`.",
     /// Something stands in the line of sight.
-    BlockedView = "blocked-view" [Doubt, Word]
+    BlockedView = "blocked-view" [InstrumentFault, Info]
         "Right before the mirror something shines by `near_db` more than the mirror in more than `near_rows` rows, or one level stands at one range nearer than `blocked_m` in a share of the rows above `line_share` (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
     /// The answer is not valid over the first metre of the way, or not sure enough of stairs that begin farther away.
     ShortHorizon = "short-horizon" [Degraded]
         "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a told drop; or the first step is right with a probability below 90 %.",
     /// A step departs from the others by more than a person would expect.
-    IrregularStep = "irregular-step" [Word]
+    IrregularStep = "irregular-step" [Info]
         "A step's own echoes put its height more than `irregular_m`, and more than two standard deviations, off the straight flight, or its place along the line of sight more than `irregular_m`.",
     /// Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.
-    Unconfigured = "unconfigured" [Doubt]
+    Unconfigured = "unconfigured" [InstrumentFault]
         "No settings were saved, or others were in force before a reset, and since boot not all that say how the scanner is mounted were set.",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
     Unconfirmed = "unconfirmed" [Degraded]
         "No sweep before this one can be compared with it, or too little is seen in both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
     /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
-    Moving = "moving" [Doubt, Degraded]
+    Moving = "moving" [InstrumentFault, Degraded]
         "On the mean the phases of echoes turn by more than `phase_turned_deg` from row to row though the chair is not known to move (doubt); or two sweeps agree better on another way than on what the motion input says, or than on none where there is no input (degraded).",
     /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
-    MotionInput = "motion-input" [Degraded, Word]
+    MotionInput = "motion-input" [Degraded, Info]
         "Motion input is required, and not every row's place is known by it (degraded); or it was late, jumping, frozen, garbled or disordered during the scan (word).",
     /// What was carried on from earlier scans contradicts this one, and was forgotten.
-    SceneChanged = "scene-changed" [Word]
+    SceneChanged = "scene-changed" [Info]
         "What earlier scans said contradicts this one.",
     /// The last full scan has a nearer hazard than this guard sweep: the nearer counts.
-    ScanNearer = "scan-nearer" [Word]
+    ScanNearer = "scan-nearer" [Info]
         "Beside a guard sweep: the last full scan, at most 5 s old and moved by the motion input, has a step or a drop nearer than the sweep's free distance.",
     /// Samples at the converter's full scale.
     Saturated = "saturated" [Fault]
         "More than one sample in 1000 stands at full scale.",
     /// No signal at all.
-    Silent = "silent" [Fault, Doubt]
+    Silent = "silent" [Fault, InstrumentFault]
         "Samples do not swing in more than half of the rows (fault), or in at least one (doubt); or there was nothing to decide on (fault).",
     /// No echo from the mirror.
     MirrorMissing = "mirror-missing" [Fault]
@@ -129,43 +129,43 @@ reasons! {
     NoEcho = "no-echo" [Fault]
         "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected; in a guard sweep no cell is 15 dB above the median, and over some sweeps the ground's line is not above it either.",
     /// A bit of the converter never changes.
-    AdcBit = "adc-bit" [Doubt]
+    AdcBit = "adc-bit" [InstrumentFault]
         "In more than `lame_rows` rows a bit of the samples does not change though a lower one does.",
     /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
     IqSwapped = "iq-swapped" [Fault]
         "The image of the mirror's echo is more than `twin_db` stronger than the echo in more than half of the rows.",
     /// One of the two channels is dead, or both give the same.
-    ChannelDead = "channel-dead" [Doubt]
+    ChannelDead = "channel-dead" [InstrumentFault]
         "The image of the mirror's echo is as strong as the echo within `twin_db` in more than three quarters of the rows.",
     /// I and Q are so unlike that echoes have images.
-    IqImbalance = "iq-imbalance" [Doubt]
+    IqImbalance = "iq-imbalance" [InstrumentFault]
         "The image of the mirror's echo is less than `image_db` weaker than the echo in more than three quarters of the rows, and not `channel-dead`.",
     /// The converter's offset walks during the scan.
-    DcDrift = "dc-drift" [Doubt]
+    DcDrift = "dc-drift" [InstrumentFault]
         "The mean of the samples walks by more than `offset_walk` of full scale during the scan.",
     /// Samples are cut off below the converter's full scale.
-    Clipped = "clipped" [Doubt]
+    Clipped = "clipped" [InstrumentFault]
         "More than `clipped_share` of the samples stand at the chirp's own extreme in more than 35 % of the rows looked at.",
     /// The level of the mirror's own echo changes during the scan.
-    GainDrift = "gain-drift" [Doubt]
+    GainDrift = "gain-drift" [InstrumentFault]
         "What the scanner shows of itself is more than `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mirror's own echo on the mean that much off its calibrated level.",
     /// Rows were set aside because something else transmits, or a tone stands in all of them.
-    Interference = "interference" [Doubt]
+    Interference = "interference" [InstrumentFault]
         "The noise of a row jumps by more than `burst_db`, or one level stands at one range from `blocked_m` on in a share of the rows above `line_share`.",
     /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
-    RangeScale = "range-scale" [Doubt]
+    RangeScale = "range-scale" [InstrumentFault]
         "On the mean the mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated place.",
     /// The same chirp came more than once.
-    StaleChirp = "stale-chirp" [Doubt]
+    StaleChirp = "stale-chirp" [InstrumentFault]
         "A chirp is one of the 16 before it once more.",
     /// Echoes do not change though the mirror should have turned.
-    MirrorStuck = "mirror-stuck" [Doubt]
+    MirrorStuck = "mirror-stuck" [InstrumentFault]
         "Rows stay like those `still_lag_beams` before them for more than `still_beams` beam widths and more than `still_rows` rows.",
     /// Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.
-    AngleJump = "angle-jump" [Doubt]
+    AngleJump = "angle-jump" [InstrumentFault]
         "Neighbouring rows differ by more than `jump_db` beyond the usual, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
     /// The floor is not where mount height, angle and offset say that it must be.
-    Mount = "mount" [Doubt]
+    Mount = "mount" [InstrumentFault]
         "The floor is elsewhere than the mounting says, calibration's strain is above `calibration_strain`, or the first riser's corner is more than `corner_astray_rad` off the ground while the floor does not show that the mounting is right.",
     /// Too many chirps were lost.
     TooManyLost = "too-many-lost" [Fault]
@@ -204,7 +204,7 @@ reasons! {
     ImageDamaged = "image-damaged" [Fault]
         "The checksum of the flash is not that of the sealed image.",
     /// Nobody has sealed the image: whether it is whole cannot be told.
-    ImageUnsealed = "image-unsealed" [Doubt]
+    ImageUnsealed = "image-unsealed" [InstrumentFault]
         "The image holds no checksum of itself.",
     /// The memory does not keep what is written to it.
     MemoryDamaged = "memory-damaged" [Fault]

@@ -18,11 +18,12 @@ use stairscan::scanner::{
     Board, BytePort, DataPath, Fitness, Hardware, Identity, Micros, Mirror, MirrorError, Motion,
     Scanner, Settings,
 };
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::{RowTimes, Wire};
 use stairscan::signal::radar::{LinkError, RadarModule};
 use stairscan::verdict::{
-    Conditions, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+    Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
+    Outcome,
 };
 
 /// Everything outside the scanner, shared between its traits and the test.
@@ -50,7 +51,7 @@ pub struct World {
     // Radar.
     pub radar: Option<RadarConfig>,
     /// What the module was last told to be.
-    pub wish: Wish,
+    pub wish: RequestedSettings,
     pub errors: VecDeque<Option<LinkError>>,
     pub triggers: Vec<i32>,
     pub deadline: Micros,
@@ -127,7 +128,7 @@ impl Mirror for Shared {
 }
 
 impl RadarModule for Shared {
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
+    fn program(&mut self, now: Micros, wish: &RequestedSettings, timeout_us: u32) {
         let mut w = self.0.borrow_mut();
         w.wish = *wish;
         w.deadline = now.plus(timeout_us);
@@ -226,9 +227,9 @@ impl DataPath for Data {
         self.0.0.borrow_mut().lost.push(row);
     }
     fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
-        let sight = Sight {
-            heard: true,
-            ..Sight::nothing(Agreement::STANDING)
+        let sight = Assessment {
+            echo_found: true,
+            ..Assessment::nothing(Agreement::STANDING)
         };
         let mut outcome = Outcome::silent();
         let w = self.0.0.borrow();
@@ -241,15 +242,15 @@ impl DataPath for Data {
         });
         outcome.decide(&Evidence {
             conditions,
-            sight: Some(sight),
+            assessment: Some(sight),
             ..Evidence::default()
         });
         outcome
     }
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
-        GuardWord::new(&GuardEvidence {
-            heard: true,
-            motion: MotionDoubt::of(drive),
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
+        GuardResult::new(&GuardEvidence {
+            echo_found: true,
+            motion: MotionQuality::of(drive),
             conditions,
             ground: self.0.0.borrow().ground,
             ..GuardEvidence::default()
@@ -328,7 +329,7 @@ impl<M: Mirror> Bench<M> {
     ) -> Self {
         let mut world = World {
             radar: Some(RadarConfig::default()),
-            wish: Wish::DEFAULT,
+            wish: RequestedSettings::DEFAULT,
             ..World::default()
         };
         prepare(&mut world);

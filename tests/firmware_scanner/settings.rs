@@ -7,7 +7,7 @@ use stairscan::scanner::command::framed;
 use stairscan::scanner::record::MOUNTING;
 use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::bench::{Bench, IDENTITY, World};
@@ -251,7 +251,7 @@ fn a_calibration_that_fails_changes_nothing() {
 fn the_module_is_what_the_setting_says() {
     let mut bench = Bench::new(|_| ());
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(bench.world.0.borrow().wish, Wish::DEFAULT);
+    assert_eq!(bench.world.0.borrow().wish, RequestedSettings::DEFAULT);
     for (key, value) in [
         ("module-bandwidth", "5500000"),
         ("module-samples", "128"),
@@ -265,7 +265,7 @@ fn the_module_is_what_the_setting_says() {
     // The scan under way, and the one behind it.
     bench.scan();
     bench.scan();
-    let wish = Wish {
+    let wish = RequestedSettings {
         kind: ModuleKind::Bgt60,
         bandwidth_khz: 5_500_000,
         samples: 128,

@@ -10,7 +10,7 @@ use serde_json::json;
 use stairscan::Iq;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
 use stairscan::scanner::Micros;
-use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
+use stairscan::signal::radar::module::{LinkError, ModuleKind, RequestedSettings};
 use stairscan::signal::radar::sirad::SiRad;
 use stairscan::signal::range::{Profile, RangeProcessor};
 
@@ -73,7 +73,7 @@ impl Player<'_> {
         }
     }
 
-    fn program(&mut self, wish: &Wish) -> Result<RadarConfig> {
+    fn program(&mut self, wish: &RequestedSettings) -> Result<RadarConfig> {
         (self.module).program(&mut self.port, Micros(self.now), wish, TIMEOUT_US);
         self.wait(|module, port, now| module.settings(port, now))
     }
@@ -88,11 +88,11 @@ impl Player<'_> {
 fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     let capture = Capture::read(path)?;
     let swept_khz = capture.bandwidth_khz.unwrap_or(1_000 * bandwidth_mhz);
-    let wish = Wish {
+    let wish = RequestedSettings {
         kind: ModuleKind::SiRad,
         bandwidth_khz: swept_khz,
         samples: capture.samples() as u16,
-        ..Wish::default()
+        ..RequestedSettings::default()
     };
     // The first measurement is the one that shows how the module is set.
     let mut chirps = capture

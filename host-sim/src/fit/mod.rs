@@ -24,7 +24,7 @@ use stairscan::params::hazard::{FEATURES, Weights, share_log_odds};
 use stairscan::params::{Params, measured};
 use stairscan::report::sentence::write_scan;
 use stairscan::signal::echoes::Echo;
-use stairscan::verdict::{LEAST_FIRST_STEP, Outcome, Reason, ReasonEffect, Reasons};
+use stairscan::verdict::{MIN_FIRST_STEP, Outcome, Reason, ReasonEffect, Reasons};
 
 use crate::answer::Answer;
 use crate::inspect;
@@ -78,7 +78,7 @@ impl Observer for Listener {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Cell(cell) => self.cells.push(*cell),
-            Event::Maybe(maybe) => self.maybes.push(maybe.probability),
+            Event::PossibleStep(maybe) => self.maybes.push(maybe.probability),
             Event::Scatterer(scatterer) => self.echoes.push(scatterer.echo),
             _ => {}
         }
@@ -173,7 +173,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
 fn may_be_ok(reasons: Reasons) -> bool {
     reasons.iter().all(|reason| {
         let may = |effect| reason.effects().contains(&effect);
-        let word = may(ReasonEffect::Word) && !may(ReasonEffect::Degraded);
+        let word = may(ReasonEffect::Info) && !may(ReasonEffect::Degraded);
         word || reason == Reason::ShortHorizon
     })
 }
@@ -280,7 +280,7 @@ impl Course<'_> {
             reach.take(end_m, right, ok_from);
         }
         let horizon_m = reach.horizon_m(&Params::DEFAULT);
-        let long = horizon_m >= self.reach_m && reach.first_step() >= LEAST_FIRST_STEP;
+        let long = horizon_m >= self.reach_m && reach.first_step() >= MIN_FIRST_STEP;
         long.then_some(horizon_m)
     }
 

@@ -76,7 +76,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
-            maybes: 0,
+            possible_steps: 0,
             settings: 0,
             drops: 0,
             plane: None,

@@ -74,7 +74,7 @@ fn telling(
             reasons: set_of(reasons),
             horizon: None,
             confidence: None,
-            maybes: 0,
+            possible_steps: 0,
             settings: 0,
             drops: 0,
             plane: None,

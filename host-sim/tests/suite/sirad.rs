@@ -12,7 +12,7 @@ use host_sim::score;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::scanner::Micros;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::signal::radar::sirad::SiRad;
 use stairscan::verdict::Status;
 
@@ -37,9 +37,9 @@ fn wait<T, E: std::fmt::Debug>(
 fn programmed() -> RadarConfig {
     let mut port = SiRadPort::new(Box::new(|samples| Some(vec![[0; 2]; samples])));
     let (mut module, mut now) = (SiRad::new(), 0);
-    let wish = Wish {
+    let wish = RequestedSettings {
         kind: ModuleKind::SiRad,
-        ..Wish::default()
+        ..RequestedSettings::default()
     };
     module.program(&mut port, Micros(now), &wish, TIMEOUT_US);
     wait(&mut now, |at| module.settings(&mut port, at))
@@ -65,9 +65,9 @@ fn sent(recording: &Recording, radar: &RadarConfig) -> Recording {
     };
     let mut port = SiRadPort::new(Box::new(source));
     let (mut module, mut now) = (SiRad::new(), 0);
-    let wish = Wish {
+    let wish = RequestedSettings {
         kind: ModuleKind::SiRad,
-        ..Wish::default()
+        ..RequestedSettings::default()
     };
     module.program(&mut port, Micros(now), &wish, TIMEOUT_US);
     let set = wait(&mut now, |at| module.settings(&mut port, at));

@@ -3,20 +3,20 @@
 use crate::answer::Step;
 use crate::infer::cloud::{CELL_M, CELLS, FIRST_END_M};
 use crate::math;
-use crate::model::RIGHT_M;
+use crate::model::MIN_EXPANDED_M;
 use crate::params::carried::PastFeatures;
 use crate::params::current;
 
 /// Limit of log-odds of an error, nats, of either sign: odds of e^9 count as certain.
-const MOST_ODDS: f32 = 9.0;
+const MAX_ODDS: f32 = 9.0;
 /// Distance beyond which things behind a landing are mostly too faint to be detected, metres.
 const FAR_M: f32 = 2.0;
 /// Unit of the distance beyond [`FAR_M`] as a feature, metres.
 const FAR_CELLS_M: f32 = 0.5;
-/// Upper limit of [`RIGHT_M`] over the standard deviation of a step's height, as a feature.
-const MOST_SIGMAS: f32 = 4.0;
+/// Upper limit of [`MIN_EXPANDED_M`] over the standard deviation of a step's height, as a feature.
+const MAX_SIGMAS: f32 = 4.0;
 /// Maximum number of scans that are counted.
-const MOST_SCANS: f32 = 4.0;
+const MAX_SCANS: f32 = 4.0;
 
 /// Evidence of earlier scans about a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -80,7 +80,7 @@ impl Past {
                 mean: odds,
             };
         }
-        let scans = math::min(self.scans + 1.0, MOST_SCANS);
+        let scans = math::min(self.scans + 1.0, MAX_SCANS);
         Self {
             scans,
             least: math::min(self.least, odds),
@@ -143,12 +143,14 @@ impl Outlook {
     ) {
         let mut differs = 0;
         let mut mark = |x_m: f32| {
-            differs |= 1_u32.checked_shl(cell(x_m - RIGHT_M) as u32).unwrap_or(0);
+            differs |= 1_u32
+                .checked_shl(cell(x_m - MIN_EXPANDED_M) as u32)
+                .unwrap_or(0);
         };
         for step in steps {
             let same = |(x, y): (f32, f32)| {
                 (x - step.distance_m).abs() <= current().same_step_m
-                    && (y - step.height_m).abs() <= RIGHT_M
+                    && (y - step.height_m).abs() <= MIN_EXPANDED_M
             };
             if seen(step.distance_m, step.height_m) && !told.clone().any(same) {
                 mark(step.distance_m);
@@ -178,7 +180,7 @@ impl Outlook {
         };
         let at = |k: usize| self.past.get(k).map_or(Past::NONE, |p| Past::unpack(*p));
         if let Some(x_m) = step_m {
-            return at(cell(x_m + moved_m - RIGHT_M));
+            return at(cell(x_m + moved_m - MIN_EXPANDED_M));
         }
         let place = k as f32 + moved_m / CELL_M;
         let (near, far) = (math::floor(place), math::ceil(place));
@@ -210,8 +212,10 @@ impl Outlook {
         behind: bool,
     ) -> Option<PastFeatures> {
         let step_m = step.map(|s| s.distance_m);
-        let step_sure = step.map_or(0.0, |s| math::min(RIGHT_M / s.height_sigma_m, MOST_SIGMAS));
-        let odds = odds.clamp(-MOST_ODDS, MOST_ODDS);
+        let step_sure = step.map_or(0.0, |s| {
+            math::min(MIN_EXPANDED_M / s.height_sigma_m, MAX_SIGMAS)
+        });
+        let odds = odds.clamp(-MAX_ODDS, MAX_ODDS);
         let differs = self.differs.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
         let past = if differs {
             Past::NONE

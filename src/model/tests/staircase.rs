@@ -1,7 +1,7 @@
 //! Hypotheses: adding and removing risers, visibility of their edges, and conflicts with an answer.
 
 use super::*;
-use crate::model::staircase::{Conflict, Edge, MAX_STEPS, RIGHT_M};
+use crate::model::staircase::{Conflict, Edge, MAX_STEPS, MIN_EXPANDED_M};
 
 /// Standard deviations of levels that are exactly known, so that an error is certain or excluded.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
@@ -185,15 +185,15 @@ fn three_centimetres_are_the_difference_of_an_exact_answer() {
         assert_eq!(all.len(), 1);
         all[0]
     };
-    let near = only((1.0 + RIGHT_M - 0.001, 0.16), 0.0);
-    let far = only((1.0 - RIGHT_M - 0.001, 0.16), 0.0);
+    let near = only((1.0 + MIN_EXPANDED_M - 0.001, 0.16), 0.0);
+    let far = only((1.0 - MIN_EXPANDED_M - 0.001, 0.16), 0.0);
     assert!(near.probability < 1e-6 && far.probability == 1.0);
     assert!(
         (far.x_m - 0.969).abs() < 1e-6,
         "where the nearer of both is"
     );
-    let low = only((1.0, 0.16 + RIGHT_M - 0.002), 0.0);
-    let high = only((1.0, 0.16 - RIGHT_M - 0.002), 0.0);
+    let low = only((1.0, 0.16 + MIN_EXPANDED_M - 0.002), 0.0);
+    let high = only((1.0, 0.16 - MIN_EXPANDED_M - 0.002), 0.0);
     assert!(low.probability < 1e-3 && high.probability > 0.999);
 }
 

@@ -4,7 +4,7 @@ use crate::drive::Retention;
 use crate::motion::{Agreement, Finding};
 use crate::scanner::Settings;
 use crate::track::{RowPose, Track};
-use crate::verdict::{Evidence, Sight};
+use crate::verdict::{Assessment, Evidence};
 
 /// Returns the configuration of a scanner on a pole that sweeps both planes.
 fn both(mount_height: i32) -> Config {
@@ -28,9 +28,9 @@ fn told(distance_m: f32, finding: Finding) -> Outcome {
         input: Input::Absent,
     };
     outcome.decide(&Evidence {
-        sight: Some(Sight {
-            heard: true,
-            ..Sight::nothing(agreement)
+        assessment: Some(Assessment {
+            echo_found: true,
+            ..Assessment::nothing(agreement)
         }),
         ..Evidence::default()
     });
@@ -105,7 +105,7 @@ fn a_near_drop_before_a_standing_chair_asks_for_it() {
         ..standing
     };
     assert!(asks(1.1, Finding::Agreed, &auto));
-    assert!(!asks(1.1, Finding::Alone, &auto), "nobody knows");
+    assert!(!asks(1.1, Finding::Unconfirmed, &auto), "nobody knows");
     assert!(!asks(1.1, Finding::Moved, &auto));
     let required = Drive {
         mode: Mode::Required,

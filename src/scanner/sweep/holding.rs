@@ -34,14 +34,14 @@ mod tests {
     use super::*;
     use crate::Iq;
     use crate::config::RadarConfig;
-    use crate::signal::radar::module::{LinkError, Wish};
+    use crate::signal::radar::module::{LinkError, RequestedSettings};
     use crate::signal::radar::wire::{RowTimes, Wire};
 
     /// Link stub: whether the trigger has been sent, and the wire.
     struct Link(bool, Option<Wire>);
 
     impl RadarModule for Link {
-        fn program(&mut self, _: Micros, _: &Wish, _: u32) {}
+        fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {}
         fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
             Poll::Pending
         }

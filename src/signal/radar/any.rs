@@ -6,7 +6,7 @@ use embedded_hal::spi::SpiDevice;
 
 use super::bgt60::Bgt60;
 use super::link::Frames;
-use super::module::{LinkError, ModuleKind, RadarModule, Wish};
+use super::module::{LinkError, ModuleKind, RadarModule, RequestedSettings};
 use super::sirad::SiRad;
 use super::wire::{RowTimes, Wire};
 use crate::Iq;
@@ -28,7 +28,7 @@ enum Protocol {
 
 /// Returns the times of a row of `samples` for a module with the requested settings: [`RadarModule::row_times`]
 /// before it has answered.
-pub fn row_times(wish: &Wish, samples: u16) -> Option<RowTimes> {
+pub fn row_times(wish: &RequestedSettings, samples: u16) -> Option<RowTimes> {
     match wish.kind {
         ModuleKind::Pstr => {
             let wire = Wire {
@@ -75,7 +75,7 @@ impl<P: BytePort, S: SpiDevice<u8>> AnyModule<P, S> {
 }
 
 impl<P: BytePort, S: SpiDevice<u8>> RadarModule for AnyModule<P, S> {
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
+    fn program(&mut self, now: Micros, wish: &RequestedSettings, timeout_us: u32) {
         self.become_(wish.kind);
         let (port, spi) = (&mut self.port, &mut self.spi);
         match &mut self.protocol {

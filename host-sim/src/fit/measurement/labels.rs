@@ -9,7 +9,7 @@ use std::ops::Deref;
 use heapless::Vec;
 use stairscan::math;
 use stairscan::model::{
-    BEHIND_M, Class, FeaturePlace, LEAST_SEEN, MAX_SEEN, MAX_STEPS, MOST_SEEN, Model, NEAR, Seen,
+    BEHIND_M, Class, FeaturePlace, MAX_P_SEEN, MAX_SEEN, MAX_STEPS, MIN_P_SEEN, Model, NEAR, Seen,
     Staircase, before, logistic,
 };
 use stairscan::params::generative::EXTENDED;
@@ -180,7 +180,7 @@ impl Labeller<'_, '_> {
             };
             let q = self.expected_q(place.range_m);
             let odds = p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0);
-            let seen = logistic(odds).clamp(LEAST_SEEN, MOST_SEEN);
+            let seen = logistic(odds).clamp(MIN_P_SEEN, MAX_P_SEEN);
             let mut gains = [0f32; NEAR];
             for ((e, gain), used) in near.iter().zip(&mut gains).zip(&used) {
                 let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
@@ -189,7 +189,10 @@ impl Labeller<'_, '_> {
             }
             let z = 1.0 - seen + gains.iter().sum::<f32>();
             for (used, gain) in used.iter_mut().zip(&gains) {
-                *used = math::min(*used + number::MOST_USED * gain / z, number::MOST_USED);
+                *used = math::min(
+                    *used + number::MAX_USED_SHARE * gain / z,
+                    number::MAX_USED_SHARE,
+                );
             }
             let shares = gains.iter().enumerate();
             let most = shares.max_by(|a, b| a.1.total_cmp(b.1));
@@ -268,9 +271,9 @@ impl Labeller<'_, '_> {
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let class = largest.map_or(EXTENDED - 1, |(class, _)| class);
-        let up = e.across_m * e.x_m / math::max(e.range_m, number::LEAST_RANGE_M);
+        let up = e.across_m * e.x_m / math::max(e.range_m, number::MIN_RANGE_M);
         let along =
-            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, number::LEAST_RANGE_M);
+            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, number::MIN_RANGE_M);
         let mut level = Level {
             snr_db: e.snr_db,
             fade_db: 0.0,

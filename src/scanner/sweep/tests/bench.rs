@@ -362,8 +362,8 @@ impl DataPath for Data {
         crate::verdict::Outcome::silent()
     }
 
-    fn guard(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::GuardWord {
-        crate::verdict::GuardWord::new(&crate::verdict::GuardEvidence::default())
+    fn guard(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::GuardResult {
+        crate::verdict::GuardResult::new(&crate::verdict::GuardEvidence::default())
     }
 
     fn calibrate(&mut self, _: f32) -> Result<Mounting, ConfigError> {

@@ -156,7 +156,7 @@ const FIXED: [(Address, u32); 13] = [
 
 /// Returns a mask of the bits of a register that read back as written; the others belong to the state machine
 /// or clear themselves.
-pub fn holds(address: Address) -> u32 {
+pub fn readback_mask(address: Address) -> u32 {
     let other = match address {
         MAIN => 0xf,
         // OSCCLKEN, RFILTSEL.

@@ -7,9 +7,9 @@ use super::*;
 use crate::signal::radar::module::ModuleKind;
 
 const TIMEOUT: u32 = 500_000;
-const WISH: Wish = Wish {
+const WISH: RequestedSettings = RequestedSettings {
     kind: ModuleKind::SiRad,
-    ..Wish::DEFAULT
+    ..RequestedSettings::DEFAULT
 };
 
 #[derive(Default)]
@@ -74,7 +74,11 @@ impl Bench {
         self.module.settings(&mut self.port, Micros(self.now))
     }
 
-    fn program(&mut self, wish: &Wish, measured: &[u8]) -> Result<RadarConfig, LinkError> {
+    fn program(
+        &mut self,
+        wish: &RequestedSettings,
+        measured: &[u8],
+    ) -> Result<RadarConfig, LinkError> {
         (self.module).program(&mut self.port, Micros(self.now), wish, TIMEOUT);
         for _ in 0..20 {
             assert!(self.settings().is_pending());
@@ -122,7 +126,7 @@ fn ramp() -> [i16; 64] {
 #[test]
 fn programmed_as_wished_and_measured() {
     let mut bench = Bench::default();
-    let wish = Wish {
+    let wish = RequestedSettings {
         bandwidth_khz: 5_000_000,
         samples: 130,
         ..WISH

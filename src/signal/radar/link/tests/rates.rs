@@ -164,7 +164,7 @@ impl BytePort for Far {
 struct Bench {
     link: FrameLink<Far>,
     now: Micros,
-    wish: Wish,
+    wish: RequestedSettings,
 }
 
 impl Bench {
@@ -172,7 +172,7 @@ impl Bench {
         Self {
             link: FrameLink::new(far),
             now: Micros(u32::MAX - 70_000),
-            wish: Wish::DEFAULT,
+            wish: RequestedSettings::DEFAULT,
         }
     }
 
@@ -271,14 +271,14 @@ fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
 fn a_rate_that_fails_is_left_alone_for_a_while() {
     let mut bench = Bench::new(Far::new(3, 3));
     bench.settings().unwrap();
-    for angle in 0..=i32::from(MOST_FAILURES) {
+    for angle in 0..=i32::from(MAX_FAILURES) {
         bench.link.port.mute = true;
         assert!(bench.chirp(angle, false).is_err());
         bench.link.port.mute = false;
         assert_eq!(bench.chirp(angle, false), Ok(angle));
     }
     assert_eq!(bench.rate(), 3_000_000, "a sweep in passing keeps its rate");
-    for _ in 0..u16::from(PENANCE) {
+    for _ in 0..u16::from(RETRY_SCANS) {
         bench.settings().unwrap();
         assert_eq!(bench.rate(), 2_000_000);
     }
