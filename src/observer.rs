@@ -8,7 +8,7 @@ use crate::infer::trace::{Candidate, Cell, Scatterer, Stage};
 use crate::model::View;
 use crate::mount::{Calibration, GroundEvidence};
 #[cfg(feature = "paper")]
-use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
+use crate::paper::{bright::IntensityMap, cluster::Extent, particles::PointCloud};
 use crate::signal::echoes::Lobes;
 
 /// An intermediate result, marked with the estimators that report it.
@@ -50,7 +50,7 @@ pub enum Event<'a> {
         /// The particles.
         cloud: &'a PointCloud,
         /// The map that the particles are weighted with.
-        field: &'a Field<'a>,
+        field: &'a IntensityMap<'a>,
         /// The clusters.
         clusters: &'a [Extent],
     },

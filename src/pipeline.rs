@@ -171,7 +171,7 @@ impl Pipeline {
         let scan = (self.scan, &drive);
         let past = match drive.memory {
             Retention::Aside => {
-                self.past.pass_over(self.scan);
+                self.past.skip_scan(self.scan);
                 None
             }
             _ => Some(&mut self.past),
@@ -305,7 +305,7 @@ impl DataPath for Pipeline {
         if let Some(reason) = verdict.or(doubts.first()) {
             return Err(ConfigError {
                 field: reason.as_str(),
-                expected: "an instrument that is well",
+                expected: "an instrument without failed health checks",
             });
         }
         let (mirror, echoes) = (health.mirror_seen(config), self.finder.echoes(config));

@@ -79,7 +79,7 @@ impl SettingRow {
     pub fn read(&self, value: &mut dyn Value, text: &str) -> Result<(), ConfigError> {
         let (field, mut expected) = (self.key, self.expected);
         if self.effect == Effect::Module {
-            expected = "nothing: the radar module sets it";
+            expected = "no value: reported by the radar module";
         } else if value.read(text).is_some() {
             return Ok(());
         }

@@ -323,13 +323,13 @@ impl Inspection {
             if text.is_empty() {
                 text.push_str("\n  up to m  right so far  asked\n");
             }
-            let (right, asked) = (100.0 * cell.right, 100.0 * cell.asked);
+            let (right, asked) = (100.0 * cell.p_correct, 100.0 * cell.required);
             let asked = if asked > 100.0 {
                 "never".to_owned()
             } else {
                 format!("{asked:.1} %")
             };
-            let short = if cell.right < cell.asked {
+            let short = if cell.p_correct < cell.required {
                 "  too little"
             } else {
                 ""
@@ -432,8 +432,8 @@ impl Inspection {
         let cell = |c: &Cell| {
             json!({
                 "up_to_m": decimal(c.end_m.into()),
-                "right": decimal(c.right.into()),
-                "asked": (c.asked <= 1.0).then(|| decimal(c.asked.into())),
+                "right": decimal(c.p_correct.into()),
+                "asked": (c.required <= 1.0).then(|| decimal(c.required.into())),
             })
         };
         json!({

@@ -156,7 +156,7 @@ pub fn json(posterior: &PosteriorView) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::infer::Told;
+    use stairscan::infer::ReportedAnswer;
     use stairscan::model::MAX_STEPS;
 
     const VIEW: View = View {
@@ -169,7 +169,7 @@ mod tests {
 
     /// Particles of these weights, with no answer to be held against.
     fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
-        let told = Told {
+        let told = ReportedAnswer {
             edges: &[],
             drop: None,
             view: VIEW,

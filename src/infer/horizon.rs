@@ -8,7 +8,7 @@
 //! probabilities of the cells, mapped to the measured frequency, is the probability of being correct.
 
 use super::cloud::{CELL_M, CELLS, FIRST_END_M, MIN_LOG_ODDS};
-use super::past::Outlook;
+use super::past::CarriedOdds;
 use super::propose::roles::Role;
 use super::propose::scene::Scene;
 use super::support::Support;
@@ -76,7 +76,7 @@ fn shows_level(role: Role) -> bool {
 }
 
 /// Returns the lack of evidence for ground that goes on rather than ends, 0…1: 0 from 1 nat on.
-fn unseen(nats: f32) -> f32 {
+fn lack_of_evidence(nats: f32) -> f32 {
     1.0 - math::min(math::max(nats, 0.0), 1.0)
 }
 
@@ -105,7 +105,7 @@ enum CellKind {
 
 /// Everything from which the horizon is computed.
 #[derive(Clone, Copy, Debug)]
-pub struct Ground<'a> {
+pub struct HorizonInput<'a> {
     /// The echoes, as marks.
     pub scene: &'a Scene<'a>,
     /// Role of each mark.
@@ -116,20 +116,20 @@ pub struct Ground<'a> {
     pub supports: &'a [Support],
     /// Score of the winner less that of the runner-up, nats. Without steps: score of the best flight, where level
     /// ground has the score 0.
-    pub lead: f32,
+    pub margin: f32,
     /// Whether the treads are open (no risers).
     pub open: bool,
     /// Geometry of the instrument.
     pub geometry: &'a Geometry,
     /// Log-odds of an error in each cell, by the posterior.
-    pub doubts: [f32; CELLS],
+    pub error_log_odds: [f32; CELLS],
     /// The drop that the answer reports.
     pub drop: Option<DropEdge>,
     /// Evidence that the ground goes on, from the power along its line.
     pub surfaces: &'a Surfaces,
 }
 
-impl Ground<'_> {
+impl HorizonInput<'_> {
     /// Returns the cells of the way ahead, the nearest first.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..CELLS).map(|k| {
@@ -143,8 +143,8 @@ impl Ground<'_> {
                 end_m,
                 features: self.features(k, start_m, end_m),
                 past: None,
-                right: 0.0,
-                asked: 0.0,
+                p_correct: 0.0,
+                required: 0.0,
             }
         })
     }
@@ -182,9 +182,9 @@ impl Ground<'_> {
     /// Returns the features of the cell between two distances.
     #[inline(never)]
     fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
-        let doubt = self.doubts.get(number).copied().unwrap_or(0.0);
+        let doubt = self.error_log_odds.get(number).copied().unwrap_or(0.0);
         let so_far = self
-            .doubts
+            .error_log_odds
             .iter()
             .take(number + 1)
             .copied()
@@ -200,7 +200,7 @@ impl Ground<'_> {
         let stray_so_far = self.strongest(f32::NEG_INFINITY, to, &unexplained);
         let stray_beyond = self.strongest(to, f32::INFINITY, &unexplained);
         let last = self.steps.last();
-        let lead = self.lead.clamp(-MAX_NATS, MAX_NATS);
+        let lead = self.margin.clamp(-MAX_NATS, MAX_NATS);
         let step = self.step_in(start_m, end_m);
         let inside = last.is_some_and(|s| s.distance_m > from);
         let kind = match (self.steps.is_empty(), step.is_some(), inside) {
@@ -240,7 +240,7 @@ impl Ground<'_> {
                 gap,
                 math::max(gap, 0.0),
                 later,
-                unseen(-ends(to + CELL_M)),
+                lack_of_evidence(-ends(to + CELL_M)),
                 f32::from(end_m < NEAREST_END_M),
             ]
         });
@@ -354,7 +354,7 @@ impl Ground<'_> {
             / math::max(self.going(), CELL_M);
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
         let next_db = (support.next_db / TEN_DB).clamp(-1.0, MAX_NEXT_FACE);
-        let lead = self.lead.clamp(0.0, MAX_NATS);
+        let lead = self.margin.clamp(0.0, MAX_NATS);
         [
             next,
             next_db * next,
@@ -380,7 +380,7 @@ impl Ground<'_> {
             1.0,
             math::min(distance_z, MAX_SIGMAS),
             support.snr_db.unwrap_or(0.0).clamp(0.0, MAX_DB) / TEN_DB,
-            self.lead.clamp(0.0, MAX_NATS),
+            self.margin.clamp(0.0, MAX_NATS),
             f32::from(self.open),
             k as f32,
             stray_so_far,
@@ -421,14 +421,14 @@ impl FeatureWriter {
 /// `outlook` is the evidence of earlier scans. `each` is called with every cell.
 #[inline(never)]
 pub fn validity(
-    ground: &Ground<'_>,
-    mut outlook: Option<&mut Outlook>,
+    ground: &HorizonInput<'_>,
+    mut outlook: Option<&mut CarriedOdds>,
     each: &mut dyn FnMut(&Cell),
 ) -> Validity {
     let weights = fitted_for(ground.geometry.plane);
     let mut log_right = 0.0;
     let mut valid_to = Validity::NONE;
-    let mut reach = Reach::new(ground.steps, ground.drop);
+    let mut reach = HorizonAccumulator::new(ground.steps, ground.drop);
     for (k, mut cell) in ground.cells().enumerate() {
         if reach.ends_before(cell.end_m) {
             break;
@@ -439,7 +439,7 @@ pub fn validity(
             let step = step.map(|(_, step, _)| step);
             let last_m = ground.steps.last().map(|s| s.distance_m - MIN_EXPANDED_M);
             let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
-            cell.past = outlook.look(k, odds, step, behind);
+            cell.past = outlook.features(k, odds, step, behind);
         }
         let (odds, maps, ok_from) = match &cell.past {
             None => (odds, &weights.maps, &weights.ok_from),
@@ -450,14 +450,14 @@ pub fn validity(
         };
         log_right += log_survival(odds);
         let stairs = !ground.steps.is_empty();
-        cell.right = probability(maps, log_right, stairs);
+        cell.p_correct = probability(maps, log_right, stairs);
         let [clear_from, stairs_from] = *ok_from;
         let ok_from = if stairs { stairs_from } else { clear_from };
-        cell.asked = reach.asked(cell.end_m, ok_from);
+        cell.required = reach.required_probability(cell.end_m, ok_from);
         each(&cell);
-        let valid = reach.take(cell.end_m, cell.right, ok_from);
+        let valid = reach.add_cell(cell.end_m, cell.p_correct, ok_from);
         if valid || cell.end_m < MIN_HORIZON_M + 0.5 * CELL_M {
-            valid_to.confidence = cell.right;
+            valid_to.confidence = cell.p_correct;
         }
     }
     valid_to.horizon_m = reach.horizon_m(ground.scene.params);
@@ -469,7 +469,7 @@ pub fn validity(
 /// being correct reaches the `ok` threshold of its type. Beyond, it must also reach the higher probability that the
 /// contract requires of each answer.
 #[derive(Clone, Copy, Debug)]
-pub struct Reach<'a> {
+pub struct HorizonAccumulator<'a> {
     steps: &'a [Step],
     /// Nearest place where the ground may end, metres.
     end_m: f32,
@@ -481,7 +481,7 @@ pub struct Reach<'a> {
     first_step: f32,
 }
 
-impl<'a> Reach<'a> {
+impl<'a> HorizonAccumulator<'a> {
     /// Returns the state before the first cell, for an answer with these steps and this drop.
     pub fn new(steps: &'a [Step], drop: Option<DropEdge>) -> Self {
         let mut least_m = MIN_HORIZON_M;
@@ -507,7 +507,7 @@ impl<'a> Reach<'a> {
 
     /// Returns the minimum probability at which an answer is valid up to the end of a cell, metres. `ok_from` is the
     /// threshold of `ok` for this type of answer.
-    fn asked(&self, end_m: f32, ok_from: f32) -> f32 {
+    fn required_probability(&self, end_m: f32, ok_from: f32) -> f32 {
         if end_m < self.least_m + CELL_M - ROUNDING_M {
             ok_from
         } else {
@@ -517,12 +517,12 @@ impl<'a> Reach<'a> {
 
     /// Takes in the next cell: its end, metres; the probability that the answer is correct up to there; the threshold
     /// of `ok`. Returns whether the answer is valid up to there.
-    pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
+    pub fn add_cell(&mut self, end_m: f32, p_correct: f32, ok_from: f32) -> bool {
         let begins_m = end_m - CELL_M - MIN_EXPANDED_M;
         if self.steps.first().is_some_and(|s| s.distance_m > begins_m) {
-            self.first_step = right;
+            self.first_step = p_correct;
         }
-        let valid = right >= self.asked(end_m, ok_from);
+        let valid = p_correct >= self.required_probability(end_m, ok_from);
         if valid {
             self.valid_m = end_m;
         }
@@ -591,13 +591,13 @@ mod tests {
             distance_m: at_m,
             ..DropEdge::default()
         };
-        let mut reach = Reach::new(&[], Some(drop));
+        let mut reach = HorizonAccumulator::new(&[], Some(drop));
         for k in 0..CELLS {
             let end_m = FIRST_END_M + CELL_M * k as f32;
             if reach.ends_before(end_m) {
                 break;
             }
-            reach.take(end_m, if end_m < valid_m { 1.0 } else { 0.0 }, 0.99);
+            reach.add_cell(end_m, if end_m < valid_m { 1.0 } else { 0.0 }, 0.99);
         }
         reach.horizon_m(&Params::DEFAULT)
     }
@@ -610,9 +610,9 @@ mod tests {
                 ..Step::default()
             };
             let steps: Vec<Step> = distance_m.into_iter().map(step).collect();
-            let mut reach = Reach::new(&steps, None);
+            let mut reach = HorizonAccumulator::new(&steps, None);
             for k in 0..CELLS {
-                reach.take(FIRST_END_M + CELL_M * k as f32, 1.0 - 0.01 * k as f32, 0.99);
+                reach.add_cell(FIRST_END_M + CELL_M * k as f32, 1.0 - 0.01 * k as f32, 0.99);
             }
             reach.first_step()
         };

@@ -99,7 +99,7 @@ pub struct View {
 
 impl View {
     /// Whether an object at a range, metres, on a sight line of this tangent is visible.
-    fn shows(&self, tangent: f32, range_m: f32) -> bool {
+    fn is_visible(&self, tangent: f32, range_m: f32) -> bool {
         tangent > self.lowest && tangent < self.highest && range_m < self.farthest_m
     }
 }
@@ -160,7 +160,7 @@ pub struct Edge {
 
 /// A step of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldStep {
+pub struct ReportedStep {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Height, metres.
@@ -171,7 +171,7 @@ pub struct ToldStep {
     pub y_within_m: f32,
 }
 
-impl ToldStep {
+impl ReportedStep {
     /// Converts distance and height, metres, and their standard deviations.
     pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
         let within = |sigma_m| math::min(expanded(sigma_m), MAX_EXPANDED_M);
@@ -186,14 +186,14 @@ impl ToldStep {
 
 /// A drop of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldDrop {
+pub struct ReportedDrop {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Maximum error at which a drop still counts as the reported one, metres.
     pub within_m: f32,
 }
 
-impl ToldDrop {
+impl ReportedDrop {
     /// Converts a distance, metres, and its standard deviation.
     pub fn new(x_m: f32, sigma_m: f32) -> Self {
         let within_m = math::max(SAME_M, COVERAGE_FACTOR * sigma_m);
@@ -324,7 +324,7 @@ impl Staircase {
     }
 
     /// Returns the staircase without its last riser.
-    pub fn less_last(&self) -> Self {
+    pub fn without_last(&self) -> Self {
         let mut out = *self;
         out.steps = self.steps.saturating_sub(1);
         if out.steps == 0 {
@@ -371,7 +371,7 @@ impl Staircase {
                 if !open {
                     hidden = math::max(hidden, slope);
                 }
-                in_front && view.shows(slope, math::hypot(x_m, up_m))
+                in_front && view.is_visible(slope, math::hypot(x_m, up_m))
             };
             Edge { x_m, y_m, seen }
         })
@@ -383,7 +383,7 @@ impl Staircase {
         let above_m = view.height_m - self.level(k);
         let below_m = view.height_m - self.level(k + 1);
         let begins_m = tread_begins_m(x_m, below_m / above_m);
-        view.shows(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
+        view.is_visible(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
     }
 
     /// Returns the places at which this hypothesis, if it is true, makes an answer wrong: steps that are missing,
@@ -392,8 +392,8 @@ impl Staircase {
     #[inline(never)]
     pub fn conflicts(
         &self,
-        told: &[ToldStep],
-        drop: Option<ToldDrop>,
+        told: &[ReportedStep],
+        drop: Option<ReportedDrop>,
         view: &View,
         sigmas: &Sigmas,
     ) -> Conflicts {
@@ -404,7 +404,7 @@ impl Staircase {
             let _ = conflicts.push(Conflict { x_m, probability });
         };
         for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
-            let off = |t: &ToldStep| (t.x_m - edge.x_m).abs();
+            let off = |t: &ReportedStep| (t.x_m - edge.x_m).abs();
             let near = told.iter().zip(&mut used);
             let near = near.filter(|(t, used)| !**used && off(t) <= SAME_M);
             match near.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) {
@@ -417,7 +417,10 @@ impl Staircase {
                         push(math::min(edge.x_m, t.x_m), 1.0);
                     } else {
                         let x_m = math::min(edge.x_m, t.x_m);
-                        push(x_m, outside(t.y_m - edge.y_m, sigma_m, t.y_within_m));
+                        push(
+                            x_m,
+                            exceedance_probability(t.y_m - edge.y_m, sigma_m, t.y_within_m),
+                        );
                     }
                 }
                 None if edge.seen => push(edge.x_m, 1.0),
@@ -446,7 +449,7 @@ impl Staircase {
 
 /// Returns the probability that a normal variable of mean `off_m` and standard deviation `sigma_m` exceeds `within_m`
 /// in magnitude.
-fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
+fn exceedance_probability(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
     let sigma_m = math::max(sigma_m, number::MIN_SIGMA_M);
     above((within_m - off_m) / sigma_m) + above((within_m + off_m) / sigma_m)
 }

@@ -107,17 +107,13 @@ impl Refusal {
             Self::SeveralWalls => {
                 "several walls: expected one, and nothing else that faces the scanner"
             }
-            Self::Clutter => {
-                "something stands between scanner and wall: expected nothing but floor"
-            }
+            Self::Clutter => "an object between scanner and wall: expected only ground",
             Self::NoFloor => "no floor: expected the corner of floor and wall",
             Self::FewEchoes => "too few echoes of the floor: expected at least 5 before the wall",
             Self::Misfit => {
                 "the echoes do not fit: expected one level floor and a wall that stands on it"
             }
-            Self::TooFar => {
-                "farther off than a mounting may be: expected 6 degrees, 15 cm and 5 % at most"
-            }
+            Self::TooFar => "mounting error too large: expected at most 6 degrees, 15 cm and 5 %",
         }
     }
 }

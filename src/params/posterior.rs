@@ -204,7 +204,7 @@ pub const BOX_HEIGHTS_M: f32 = 0.55;
 /// Range of a threshold's heights, metres.
 pub const THRESHOLD_HEIGHTS_M: f32 = 0.05;
 /// Prior probability of level ground.
-pub const NOTHING: f32 = 0.31;
+pub const P_LEVEL_GROUND: f32 = 0.31;
 /// Prior probability of a ramp, shared among [`RAMPS`] slopes.
 pub const RAMP: f32 = 0.08;
 /// Number of slopes that share [`RAMP`].

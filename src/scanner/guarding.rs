@@ -33,7 +33,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
             self.guard.sweep = 0;
         }
         self.guard.mode = mode;
-        self.guard.looked = false;
+        self.guard.hazard_scanned = false;
         self.reports.done(command);
         self.wake(now);
     }
@@ -61,9 +61,9 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
     #[inline(never)]
     pub(super) fn guarded(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish_guard(now);
-        self.guard.running = true;
+        self.guard.mirror_moving = true;
         let conditions = Conditions {
-            board: self.identity.fitness.doubts(),
+            board: self.identity.health.degrading_faults(),
             configured: self.scan.configured,
             lost_rows: rows.lost > 0,
         };
@@ -76,6 +76,6 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         self.guard.compare(now, moved_m, &mut word);
         let within_m = self.settings.get().guard.watch_m();
         self.guard.watch(&word, &drive, within_m);
-        self.warn(&word, rows.fault.is_some());
+        self.enter_reporting_guard(&word, rows.fault.is_some());
     }
 }

@@ -20,7 +20,9 @@ use crate::signal::grid::BinWindow;
 use crate::signal::grid::MAX_CELLS;
 use crate::signal::radar::module::RequestedSettings;
 pub use guard::GuardConfig;
-pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
+pub use motor::{
+    Driver, DriverConfig, Encoder, EncoderConfig, MAX_MICROSTEPS, MotorConfig, WireLevel,
+};
 pub use words::{SweepMode, Sweeping, Switch};
 
 /// Maximum time that can be set, µs: differences of [`super::Micros`] stay unambiguous, with room for the
@@ -41,29 +43,28 @@ settings! {
     pub struct Timing
     parts {}
     rows {
-        /// From the end of a move to the trigger.
+        /// Settling time before the trigger.
         settle: u32 = 5_000, "settle" "us" [100 to 600_000_000] Operation;
         // 200 samples take 8.2 ms at 1 Mbaud; six times that is more than a delay of the scanner's own.
-        /// From a trigger to the whole chirp.
+        /// Timeout of a chirp.
         chirp_timeout: u32 = 50_000, "chirp-timeout" "us" [100 to 600_000_000] Operation;
-        /// From a configure frame to the radar module's answer.
+        /// Timeout of the radar module's answer to a configure frame.
         configure_timeout: u32 = 100_000, "configure-timeout" "us" [100 to 600_000_000] Operation;
-        /// For the radar module's first answer in a self-test: it may still be booting.
+        /// Timeout of the module's first answer in a self-test, which includes its boot.
         connect_timeout: u32 = 10_000_000, "connect-timeout" "us" [100 to 600_000_000] Operation;
-        /// Further triggers for a row whose chirp was lost.
+        /// Maximum number of retries of a row.
         retries: u8 = 2, "retries" "triggers" [0 to 10] Operation;
         // A tenth of the paper's 281 rows.
-        /// Most rows of a scan that may be lost: more make it a fault.
+        /// Maximum number of lost rows of a scan; more are a fault.
         max_lost: u16 = 28, "max-lost" "rows" [0 to 65_535] Operation;
-        /// From a fault to the next self-test.
+        /// Delay from a fault to the next self-test.
         fault_hold: u32 = 2_000_000, "fault-hold" "us" [100 to 600_000_000] Operation;
         // 200 samples at 200 kHz, as in the recordings.
-        /// Duration of a chirp's sweep: it decides what motion does to a range, and how long the mirror stands
-        /// still, or mid chirp waits; 0: not known.
+        /// Duration of a chirp; sets the range shift by motion and the time for which the mirror stands; 0: unknown.
         chirp_duration: u32 = 1_000, "chirp-duration" "us" [0 to 1_000_000] Answer;
         /// Age beyond which a motion sentence is stale.
         motion_timeout: u32 = motion::odometry::MAX_AGE_US, "motion-timeout" "us" [100 to 600_000_000] Answer;
-        /// Whether to scan without the crystal, from the internal oscillator: it is known to be good enough.
+        /// Whether to scan from the internal oscillator if the crystal fails.
         internal_clock: Switch = Switch::Off, "internal-clock" "" [] Operation;
     }
     also {}
@@ -111,9 +112,9 @@ settings! {
     rows {
         /// Direction of the mirror's sweeps; `both` alternates, without fly-back.
         sweeping: Sweeping = Sweeping::Both, "sweep" "" [] Answer;
-        /// Whether the mirror stops at every angle or turns through them.
+        /// Whether the mirror stops at every angle or turns continuously.
         sweep_mode: SweepMode = SweepMode::Continuous, "sweep-mode" "" [] Operation;
-        /// What holds without motion input (docs/motion.md).
+        /// Mode of the motion input (docs/motion.md).
         motion: motion::Mode = motion::Mode::Auto, "motion" "" [] Answer;
         /// Whether the evidence of earlier scans of the scene is used (docs/motion.md).
         fusion: Switch = Switch::On, "fusion" "" [] Answer;
@@ -219,14 +220,14 @@ impl Settings {
     fn check_microsteps(&self) -> Result<(), ConfigError> {
         const KEY: &str = "microsteps-per-turn";
         let microsteps = u32::from(self.motor.driver.microsteps);
-        if microsteps == u32::from(FINEST) {
+        if microsteps == u32::from(MAX_MICROSTEPS) {
             return Ok(());
         }
         let step = self.config.sweep.angle_step.unsigned_abs();
         check(
             microsteps.saturating_mul(step) >= TURN,
             KEY,
-            "microsteps that are no larger than angle-step",
+            "a microstep of at most angle-step",
         )?;
         check(
             self.sweep_mode == SweepMode::Stop || microsteps >= MIN_STEPS_IN_PASSING,

@@ -88,7 +88,7 @@ pub fn run(data: &[u8]) {
     while !input.is_empty() {
         match input.byte() % 5 {
             0 => {
-                let wish = RequestedSettings {
+                let requested = RequestedSettings {
                     kind: ModuleKind::Bgt60,
                     bandwidth_khz: input.word(),
                     samples: input.short(),
@@ -97,7 +97,7 @@ pub fn run(data: &[u8]) {
                 let timeout = 1000 * u32::from(input.short()).max(1);
                 (until, waiting) = (now.plus(timeout), Waiting::Settings);
                 wires.chip.at(now);
-                module.program(&mut wires, now, &wish, timeout);
+                module.program(&mut wires, now, &requested, timeout);
             }
             1 => {
                 let pairs = usize::from(input.byte()) + 1;

@@ -159,7 +159,7 @@ pub fn run(data: &[u8]) {
     while !input.is_empty() {
         match input.byte() % 7 {
             0 => {
-                let wish = RequestedSettings {
+                let requested = RequestedSettings {
                     kind: ModuleKind::SiRad,
                     bandwidth_khz: input.word(),
                     samples: input.short(),
@@ -167,7 +167,7 @@ pub fn run(data: &[u8]) {
                 };
                 let timeout = bench.begin(Waiting::Settings, input.short());
                 let (module, port) = (&mut bench.module, &mut bench.port);
-                module.program(port, bench.now, &wish, timeout);
+                module.program(port, bench.now, &requested, timeout);
             }
             1 => {
                 let timeout = bench.begin(Waiting::Chirp, input.short());

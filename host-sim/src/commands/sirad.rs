@@ -73,8 +73,8 @@ impl Player<'_> {
         }
     }
 
-    fn program(&mut self, wish: &RequestedSettings) -> Result<RadarConfig> {
-        (self.module).program(&mut self.port, Micros(self.now), wish, TIMEOUT_US);
+    fn program(&mut self, requested: &RequestedSettings) -> Result<RadarConfig> {
+        (self.module).program(&mut self.port, Micros(self.now), requested, TIMEOUT_US);
         self.wait(|module, port, now| module.settings(port, now))
     }
 
@@ -88,7 +88,7 @@ impl Player<'_> {
 fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     let capture = Capture::read(path)?;
     let swept_khz = capture.bandwidth_khz.unwrap_or(1_000 * bandwidth_mhz);
-    let wish = RequestedSettings {
+    let requested = RequestedSettings {
         kind: ModuleKind::SiRad,
         bandwidth_khz: swept_khz,
         samples: capture.samples() as u16,
@@ -106,7 +106,7 @@ fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
         port: SiRadPort::new(Box::new(move |_| chirps.next())),
         now: 0,
     };
-    let radar = player.program(&wish)?;
+    let radar = player.program(&requested)?;
     let mount = MountConfig {
         mirror_offset: 0,
         ..MountConfig::default()

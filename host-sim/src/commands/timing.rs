@@ -124,11 +124,11 @@ impl ScanTime {
 
     /// The mirror turns, rows with a BGT60TR13C on SPI.
     fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
-        let wish = RequestedSettings {
+        let requested = RequestedSettings {
             kind: ModuleKind::Bgt60,
             ..RequestedSettings::DEFAULT
         };
-        let times = row_times(&wish, settings.config.radar.samples)?;
+        let times = row_times(&requested, settings.config.radar.samples)?;
         Self::passing(settings, schedule, ("bgt60", times))
     }
 

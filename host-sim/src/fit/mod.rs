@@ -16,7 +16,7 @@ use anyhow::Result;
 use stairscan::answer::{DropEdge, Step};
 use stairscan::config::Plane;
 use stairscan::infer::trace::Cell;
-use stairscan::infer::{Likelihood, Reach};
+use stairscan::infer::{HorizonAccumulator, Likelihood};
 use stairscan::model::View;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
@@ -275,9 +275,9 @@ struct Course<'a> {
 impl Course<'_> {
     /// The horizon with a threshold, metres; `None` if the answer is not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
-        let mut reach = Reach::new(self.steps, self.drop);
+        let mut reach = HorizonAccumulator::new(self.steps, self.drop);
         for &(end_m, right) in &self.cells {
-            reach.take(end_m, right, ok_from);
+            reach.add_cell(end_m, right, ok_from);
         }
         let horizon_m = reach.horizon_m(&Params::DEFAULT);
         let long = horizon_m >= self.reach_m && reach.first_step() >= MIN_FIRST_STEP;

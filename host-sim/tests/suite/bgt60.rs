@@ -54,9 +54,9 @@ impl Rig {
         panic!("no answer")
     }
 
-    fn program(&mut self, wish: &RequestedSettings) -> Result<RadarConfig, LinkError> {
+    fn program(&mut self, requested: &RequestedSettings) -> Result<RadarConfig, LinkError> {
         let Self { module, chip, now } = self;
-        module.program(chip, *now, wish, CONFIGURE_US);
+        module.program(chip, *now, requested, CONFIGURE_US);
         self.wait(|module, chip, now| module.settings(chip, now))
     }
 
@@ -84,12 +84,12 @@ fn as_pairs(codes: &[u16]) -> Vec<Iq> {
 fn the_chip_sweeps_what_the_scanner_is_told() {
     for (bandwidth_khz, samples) in [(0, 0), (4_000_000, 200), (1_000_000, 64), (0, 256), (0, 16)] {
         let mut rig = Rig::new(Chip::new());
-        let wish = RequestedSettings {
+        let requested = RequestedSettings {
             bandwidth_khz,
             samples,
             ..WISH
         };
-        let radar = rig.program(&wish).unwrap();
+        let radar = rig.program(&requested).unwrap();
         let chirp = rig.chip.chirp();
         println!("{radar:?} {chirp:?}");
         assert!((chirp.bandwidth_hz() - 1e3 * f64::from(radar.bandwidth_khz)).abs() < 2e3);

@@ -122,7 +122,7 @@ fn telling(
                 vec![line(&Sentence::Fail {
                     command: "selftest",
                     field,
-                    expected: "a test that passes",
+                    expected: "a passed self-test",
                 })]
             }
             (_, Ok("selftest")) => vec![line(&Sentence::Done {

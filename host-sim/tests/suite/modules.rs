@@ -122,11 +122,11 @@ impl Bench {
         module: &mut dyn RadarModule,
         kind: ModuleKind,
     ) -> Result<RadarConfig, LinkError> {
-        let wish = RequestedSettings {
+        let requested = RequestedSettings {
             kind,
             ..RequestedSettings::DEFAULT
         };
-        module.program(self.now.get(), &wish, TIMEOUT_US);
+        module.program(self.now.get(), &requested, TIMEOUT_US);
         self.wait(|now| module.settings(now))
     }
 

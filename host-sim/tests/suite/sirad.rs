@@ -37,11 +37,11 @@ fn wait<T, E: std::fmt::Debug>(
 fn programmed() -> RadarConfig {
     let mut port = SiRadPort::new(Box::new(|samples| Some(vec![[0; 2]; samples])));
     let (mut module, mut now) = (SiRad::new(), 0);
-    let wish = RequestedSettings {
+    let requested = RequestedSettings {
         kind: ModuleKind::SiRad,
         ..RequestedSettings::default()
     };
-    module.program(&mut port, Micros(now), &wish, TIMEOUT_US);
+    module.program(&mut port, Micros(now), &requested, TIMEOUT_US);
     wait(&mut now, |at| module.settings(&mut port, at))
 }
 
@@ -65,11 +65,11 @@ fn sent(recording: &Recording, radar: &RadarConfig) -> Recording {
     };
     let mut port = SiRadPort::new(Box::new(source));
     let (mut module, mut now) = (SiRad::new(), 0);
-    let wish = RequestedSettings {
+    let requested = RequestedSettings {
         kind: ModuleKind::SiRad,
         ..RequestedSettings::default()
     };
-    module.program(&mut port, Micros(now), &wish, TIMEOUT_US);
+    module.program(&mut port, Micros(now), &requested, TIMEOUT_US);
     let set = wait(&mut now, |at| module.settings(&mut port, at));
     assert_eq!(set, *radar);
     let mut samples = Vec::new();

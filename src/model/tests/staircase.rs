@@ -62,22 +62,22 @@ fn a_full_staircase_takes_no_more_risers() {
 #[test]
 fn the_last_riser_is_taken_away() {
     let s = regular(3, 0.6, 0.3, 0.16);
-    let less = s.less_last();
+    let less = s.without_last();
     assert_eq!((less.len(), less.last_x()), (2, s.x(1)));
     assert_eq!(less.kind, GroundKind::Stairs);
-    assert_eq!(s.with(3, 1.5, 0.6).less_last().len(), 3);
+    assert_eq!(s.with(3, 1.5, 0.6).without_last().len(), 3);
     let mut walled = Staircase {
         wall_m: 1.9,
         open: true,
         ..regular(1, 0.6, 0.3, 0.16)
     };
-    walled = walled.less_last();
+    walled = walled.without_last();
     let floor = Staircase {
         wall_m: 1.9,
         ..Staircase::nothing()
     };
     assert_eq!(walled, floor, "the wall stays, the flight goes");
-    assert!(walled.less_last().is_empty());
+    assert!(walled.without_last().is_empty());
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn the_expanded_uncertainty_is_the_difference() {
     // Three standard deviations, between 3 and 8 cm.
     for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
         let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
-            let told = ToldStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
+            let told = ReportedStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
             s.conflicts(&[told], None, &VIEW, &SURE)[0].probability > 0.5
         };
         for (off_m, so) in [(within_m - 0.002, false), (within_m + 0.002, true)] {

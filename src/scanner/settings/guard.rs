@@ -21,13 +21,12 @@ settings! {
         first: i32 = 8_000, "guard-first" "0.001 deg" [-20_000 to 80_000] Operation;
         /// Last angle of a guard sweep.
         last: i32 = 38_000, "guard-last" "0.001 deg" [-20_000 to 80_000] Operation;
-        /// From one angle of a guard sweep to the next.
+        /// Angle step of a guard sweep.
         step: u16 = 1_000, "guard-step" "0.001 deg" [100 to 5_000] Operation;
         // Design contract: at least eight times a second.
-        /// Fewest sweeps a second: with settings, motor, module and link that do not reach them the guard does not
-        /// begin; 0: as many as there are.
+        /// Minimum guard sweep rate; `guard` is refused if it cannot be reached; 0: no minimum.
         rate: u8 = 8, "guard-rate" "sweeps/s" [0 to 50] Operation;
-        /// Distance from which on a rise or a drop that comes nearer makes `watch` take a full scan.
+        /// Distance below which a rise or drop triggers a full scan with `watch`.
         watch_distance: u32 = 150_000, "watch-distance" "0.01 mm" [20_000 to 240_000] Operation;
     }
     also {}
@@ -68,17 +67,17 @@ impl GuardConfig {
         check(
             config.mount.plane.first() == Plane::Depth,
             "plane",
-            "depth or both: the guard looks ahead",
+            "depth or both: the guard needs the depth plane",
         )?;
         check(
             config.estimator == EstimatorKind::Likelihood,
             "estimator",
-            "likelihood: no other has a guard",
+            "likelihood: the only estimator with a guard",
         )?;
         check(
             sweep.angle_step <= config.mount.beamwidth,
             "guard-step",
-            "beamwidth at most: else ground is not seen",
+            "beamwidth at most: otherwise the rows leave gaps",
         )?;
         let window = BinWindow::of_scan(&Config { sweep, ..*config });
         check(

@@ -109,10 +109,10 @@ impl Bgt60 {
         &mut self,
         spi: &mut impl SpiDevice<u8>,
         now: Micros,
-        wish: &RequestedSettings,
+        requested: &RequestedSettings,
         timeout_us: u32,
     ) {
-        self.shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
+        self.shape = ChirpShape::of(requested.bandwidth_khz, requested.samples);
         self.until = now.plus(timeout_us);
         self.look = now.plus(RESET_US);
         self.stage = match identify_and_reset(spi, &self.shape) {
@@ -185,8 +185,8 @@ impl Bgt60 {
     }
 
     /// Returns the times of a row with the requested settings.
-    pub fn times(wish: &RequestedSettings) -> RowTimes {
-        let shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
+    pub fn times(requested: &RequestedSettings) -> RowTimes {
+        let shape = ChirpShape::of(requested.bandwidth_khz, requested.samples);
         Self {
             shape,
             ..Self::new()

@@ -28,8 +28,9 @@ impl<P> FrameLink<P> {
 }
 
 impl<P: BytePort> RadarModule for FrameLink<P> {
-    fn program(&mut self, now: Micros, wish: &RequestedSettings, timeout_us: u32) {
-        self.frames.program(&mut self.port, now, wish, timeout_us);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
+        self.frames
+            .program(&mut self.port, now, requested, timeout_us);
     }
 
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {

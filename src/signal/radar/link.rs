@@ -273,9 +273,9 @@ impl Frames {
 
     /// Requests the settings, with other values if any are configured.
     fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
-        let wish = frame::requested_payload(&self.requested);
+        let payload = frame::requested_payload(&self.requested);
         let (kind, payload) = match self.requested.is_of_module() {
-            true => (FrameKind::Program, &wish[..]),
+            true => (FrameKind::Program, &payload[..]),
             false => (FrameKind::Configure, &[][..]),
         };
         self.send(port, now, (kind, FrameKind::Settings), payload, timeout_us);
@@ -288,10 +288,10 @@ impl Frames {
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
-        wish: &RequestedSettings,
+        requested: &RequestedSettings,
         timeout_us: u32,
     ) {
-        self.requested = *wish;
+        self.requested = *requested;
         self.retry_scans = self.retry_scans.saturating_sub(1);
         if self.retry_scans == 0 {
             self.max_rate = u8::MAX;

@@ -68,15 +68,15 @@ settings! {
     pub struct RequestedSettings
     parts {}
     rows {
-        /// Radar module that hangs on the scanner.
+        /// Connected radar module.
         kind: ModuleKind = ModuleKind::Pstr, "module" "" [] Operation;
-        /// Swept bandwidth that the module is to be set to; 0: as the module has it, or its protocol's default.
+        /// Requested swept bandwidth; 0: the module's own setting, or its protocol's default.
         bandwidth_khz: u32 = 0, "module-bandwidth" "kHz" [0 to 100_000_000] Operation;
-        /// Samples per chirp, counted as `radar-samples`, 16 to 256; 0: as the module has it.
+        /// Requested samples per chirp, counted as `radar-samples`, 16 to 256; 0: the module's own setting.
         samples: u16 = 0, "module-samples" "samples" [0 to 256] Operation;
-        /// Fastest rate that the wire may be raised to: 1000000, 2000000 or 3000000.
+        /// Maximum rate of the radar link: 1000000, 2000000 or 3000000.
         baud: u32 = 3_000_000, "link-rate" "baud" [1_000_000 to 3_000_000] Operation;
-        /// Whether chirps begin at an edge of TRIG, where the module can.
+        /// Whether chirps begin at an edge of TRIG, if the module supports it.
         pin: bool = false, "trigger-pin" "" [] Operation;
     }
     also {}
@@ -95,7 +95,7 @@ impl RequestedSettings {
 /// scanner changes.
 pub trait RadarModule {
     /// Sets the module up as requested, as far as possible, and requests its settings.
-    fn program(&mut self, now: Micros, wish: &RequestedSettings, timeout_us: u32);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32);
     /// Returns the answer to [`RadarModule::program`]: the module's present settings.
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
     /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001°).
@@ -125,8 +125,8 @@ pub trait RadarModule {
 
 /// Allows a module that is too large for the stack to be used by reference.
 impl<R: RadarModule + ?Sized> RadarModule for &mut R {
-    fn program(&mut self, now: Micros, wish: &RequestedSettings, timeout_us: u32) {
-        (**self).program(now, wish, timeout_us);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
+        (**self).program(now, requested, timeout_us);
     }
 
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {

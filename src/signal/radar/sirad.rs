@@ -96,10 +96,10 @@ impl SiRad {
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
-        wish: &RequestedSettings,
+        requested: &RequestedSettings,
         timeout_us: u32,
     ) {
-        self.bandwidth_khz = match wish.bandwidth_khz {
+        self.bandwidth_khz = match requested.bandwidth_khz {
             0 => command::USUAL_KHZ,
             khz => khz.clamp(command::STEP_KHZ, command::MAX_KHZ),
         };
@@ -108,7 +108,7 @@ impl SiRad {
         self.stage = SiRadStage::Barrier;
         for line in [
             command::system(),
-            command::baseband(command::code(wish.samples)),
+            command::baseband(command::code(requested.samples)),
             command::ramp(self.bandwidth_khz),
         ] {
             // The buffer has room for all of them.

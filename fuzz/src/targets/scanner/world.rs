@@ -318,11 +318,11 @@ impl Board for Shared {
         self.0.borrow_mut().stopped = stopped;
     }
 
-    fn settings_before(&self) -> Option<u32> {
+    fn retained_settings_hash(&self) -> Option<u32> {
         None
     }
 
-    fn note_settings(&mut self, _: u32) {}
+    fn retain_settings_hash(&mut self, _: u32) {}
 
     fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
         match self.0.borrow().broken {
@@ -331,7 +331,7 @@ impl Board for Shared {
         }
     }
 
-    fn survived(&mut self) {}
+    fn clear_crashes(&mut self) {}
 
     fn measure(&self, _: Measure) -> u32 {
         0

@@ -153,11 +153,11 @@ pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
         let link = format!("{:.1} Mbaud", f64::from(wire.baud) / 1e6);
         (("pstr", link), wire.row_times(samples))
     });
-    let wish = RequestedSettings {
+    let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
         ..RequestedSettings::DEFAULT
     };
-    let chip = row_times(&wish, samples).map(|times| (("bgt60", "SPI".into()), times));
+    let chip = row_times(&requested, samples).map(|times| (("bgt60", "SPI".into()), times));
     let mut times: Vec<GuardTime> = serial
         .chain(chip)
         .filter_map(|(names, times)| GuardTime::passing(&settings, &schedule, names, times))

@@ -482,7 +482,7 @@ impl Bench {
             number: 1,
             plane: settings.config.mount.plane.first(),
             guard: false,
-            running: false,
+            mirror_moving: false,
         };
         let (start, asked) = (time(), self.world.0.borrow().now);
         let began = Sweep::start(start, settings, task, backward, &mut mirror, &mut link);
@@ -490,7 +490,7 @@ impl Bench {
         let (mut fired, mut polls) = (Vec::new(), 0_usize);
         let fault = loop {
             let polled = sweep.poll(time(), &mut mirror, &mut link, &mut data);
-            fired.extend(sweep.fired().map(|(row, at)| (row, at.since(start))));
+            fired.extend(sweep.triggered().map(|(row, at)| (row, at.since(start))));
             if let Poll::Ready(rows) = polled {
                 assert_eq!(usize::from(rows.lost), data.lost.len());
                 break rows.fault;

@@ -13,11 +13,11 @@ use crate::time::Micros;
 
 /// Returns the row times of the driver.
 fn times() -> RowTimes {
-    let wish = RequestedSettings {
+    let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
         ..RequestedSettings::DEFAULT
     };
-    row_times(&wish, 0).unwrap()
+    row_times(&requested, 0).unwrap()
 }
 
 /// The chip on its bus.

@@ -75,11 +75,11 @@ proptest! {
         (bandwidth_khz, samples) in (any::<u32>(), any::<u16>()),
         (holds, step) in (0..600usize, 0u32..5_000),
     ) {
-        let wish = RequestedSettings { bandwidth_khz, samples, ..RequestedSettings::DEFAULT };
+        let requested = RequestedSettings { bandwidth_khz, samples, ..RequestedSettings::DEFAULT };
         let (mut chip, mut spi) = (Bgt60::new(), Babble::new(bytes));
         let mut iq = vec![Iq::default(); holds];
         let mut now = Micros(u32::MAX - 10_000);
-        chip.program(&mut spi, now, &wish, 100_000);
+        chip.program(&mut spi, now, &requested, 100_000);
         for _ in 0..100 {
             now = now.plus(step);
             let _ = chip.settings(&mut spi, now);

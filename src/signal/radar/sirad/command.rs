@@ -109,9 +109,9 @@ mod tests {
 
     #[test]
     fn no_more_samples_than_wished() {
-        let samples = |wish| 32 << code(wish);
+        let samples = |requested| 32 << code(requested);
         assert_eq!(samples(0), 256);
-        for (wish, got) in [
+        for (requested, got) in [
             (16, 32),
             (32, 32),
             (63, 32),
@@ -120,7 +120,7 @@ mod tests {
             (256, 256),
             (u16::MAX, 256),
         ] {
-            assert_eq!(samples(wish), got, "{wish}");
+            assert_eq!(samples(requested), got, "{requested}");
         }
     }
 }
