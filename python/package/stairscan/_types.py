@@ -90,15 +90,15 @@ class Config:
     angle_step_deg: float = 0.25
     """From row to row, where ``scan`` is given no angles."""
     mirror_echo_m: float = 0.0
-    """Range of the mirror's own echo at calibration; 0: not calibrated."""
+    """Range of the mirror's own echo when the scanner was calibrated; 0: never."""
     mirror_level_db: float = 0.0
     """Level of that echo, dBFS; 0: never."""
     range_scale_ppm: int = 0
     """Excess of ranges over what ``bandwidth_hz`` says, parts of a million."""
     cfar_guard_cells: int = 3
-    """Number of guard cells on each side of the cell under test."""
+    """Guard cells on each side of the cell under test."""
     cfar_training_cells: int = 8
-    """Number of training cells on each side, beyond the guard cells."""
+    """Training cells on each side, beyond the guard cells."""
     cfar_false_alarm: float = 1.7e-4
     """Probability that CA-CFAR takes a cell of noise for a target."""
     cfar_near_margin_m: float = 0.15
