@@ -52,6 +52,7 @@ use crate::config::{Config, Plane};
 use crate::estimator::{Estimator, MappedScan};
 use crate::math;
 use crate::model::chart::Chart;
+use crate::model::lines::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
@@ -308,7 +309,7 @@ fn evaluate_ground_line(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Sur
     *phase = Phase::Ground(Recursions::new());
     if let Phase::Ground(ground) = phase {
         ground.lines.look(chart);
-        ground.weigh(surfaces, true);
+        ground.weigh(surfaces, DEPTHS_M.len());
     }
 }
 

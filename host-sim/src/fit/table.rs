@@ -1,4 +1,4 @@
-//! The fitted table as the firmware compiles it.
+//! Writes the fitted table as Rust source for the firmware.
 
 use std::fmt::Write as _;
 
@@ -14,8 +14,8 @@ fn map(map: PlattMap) -> String {
     )
 }
 
-/// The source file of the verdict's weights in the depth and in the height plane, with the checksum of the tables of
-/// a small draw.
+/// Returns the source file with the verdict's weights of the depth and the height plane and the checksum of the
+/// tables of a small draw.
 pub fn write(up: &Weights, down: &Weights, checksum: u32) -> String {
     let mut out = String::from(
         "//! The horizon's hazard weights, counted from simulated scans: written by `cargo sim fit`.\n\n\
