@@ -30,10 +30,10 @@ pub enum Event<'a> {
     Candidate(&'a Candidate<'a>),
     /// `likelihood`: a cell of the way ahead with the evidence that its verdict uses, nearest first.
     Cell(&'a Cell),
-    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe`]
+    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe_map`]
     /// maps that.
     ///
-    /// [`Weights::maybe`]: crate::params::hazard::Weights::maybe
+    /// [`Weights::maybe_map`]: crate::params::hazard::Weights::maybe_map
     PossibleStep(&'a PossibleStep),
     /// `likelihood` in the depth plane: the posterior, once it is complete.
     Posterior {

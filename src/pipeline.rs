@@ -213,13 +213,13 @@ impl Pipeline {
         };
         let map = self.finder.map();
         evidence.health_faults = self.health.failed_checks(&self.config, map, expected);
-        let heard = self.health.has_echo(map);
+        let echo_found = self.health.has_echo(map);
         if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
             self.finder.reset_guard();
         }
         let ground = self.finder.guard(&self.config, drive);
         // The average over rows and sweeps shows the ground even if no single cell exceeds the noise enough.
-        evidence.echo_found = heard || ground.is_some_and(|ground| ground.free_m > 0.0);
+        evidence.echo_found = echo_found || ground.is_some_and(|ground| ground.free_m > 0.0);
         evidence.ground = ground;
         evidence
     }
@@ -300,9 +300,9 @@ impl DataPath for Pipeline {
             moving: false,
             uncalibrated: true,
         };
-        let doubts = health.failed_checks(config, self.finder.map(), expected);
+        let failed = health.failed_checks(config, self.finder.map(), expected);
         let verdict = health.fault(config.mount.mirror_offset > 0);
-        if let Some(reason) = verdict.or(doubts.first()) {
+        if let Some(reason) = verdict.or(failed.first()) {
             return Err(ConfigError {
                 field: reason.as_str(),
                 expected: "an instrument without failed health checks",

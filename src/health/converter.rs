@@ -1,6 +1,6 @@
 //! Check of the converter on single samples: stuck bits, repeated chirps, offset drift and clipping.
 
-use super::sign::{CheckResult, PER_CENT};
+use super::check::{CheckResult, PER_CENT};
 use crate::Iq;
 use crate::params::current as p;
 use crate::signal::range::RowStats;
@@ -122,24 +122,24 @@ impl Converter {
 
     /// Calls `each` with the results of the checks.
     pub fn report_checks(&self, each: &mut dyn FnMut(CheckResult)) {
-        let mut sign = |reason, value, limit| {
+        let mut check = |reason, value, limit| {
             each(CheckResult {
                 reason,
                 value,
                 limit,
             });
         };
-        sign(Reason::AdcBit, self.stuck as i32, stuck_rows());
-        sign(Reason::StaleChirp, self.stale as i32, 0);
+        check(Reason::AdcBit, self.stuck as i32, stuck_rows());
+        check(Reason::StaleChirp, self.stale as i32, 0);
         let walked = self
             .most
             .iter()
             .zip(&self.least)
             .map(|(&most, &least)| i32::from(most) - i32::from(least))
             .fold(0, i32::max);
-        sign(Reason::DcDrift, walked, max_offset_drift());
+        check(Reason::DcDrift, walked, max_offset_drift());
         let clipped = PER_CENT * self.clipped / self.clipping_rows.max(1);
-        sign(Reason::Clipped, clipped as i32, MAX_CLIPPED_ROWS);
+        check(Reason::Clipped, clipped as i32, MAX_CLIPPED_ROWS);
     }
 }
 
@@ -206,9 +206,9 @@ mod tests {
             converter.row(&chirp, &stats(&chirp));
         }
         let mut doubts = Reasons::NONE;
-        converter.report_checks(&mut |sign| {
-            if sign.value > sign.limit {
-                doubts.add(sign.reason);
+        converter.report_checks(&mut |check| {
+            if check.value > check.limit {
+                doubts.add(check.reason);
             }
         });
         doubts

@@ -14,9 +14,9 @@
 //! | `standing` | phases: chair and scene do not move |
 //! | `mirror` | range and level of the mirror's own echo over the whole scan |
 
+mod check;
 mod converter;
 mod mirror;
-mod sign;
 mod standing;
 mod turning;
 
@@ -27,10 +27,10 @@ use crate::params::current as p;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
 use crate::verdict::{Reason, Reasons};
+pub use check::CheckResult;
+use check::{PER_CENT, units};
 use converter::Converter;
 pub use mirror::MirrorEcho;
-pub use sign::CheckResult;
-use sign::{PER_CENT, units};
 use standing::Standing;
 use turning::Turning;
 
@@ -342,36 +342,36 @@ impl Health {
     ) {
         let levels = &self.levels;
         let share = |rows: u32| (PER_CENT * rows / self.rows.max(1)) as i32;
-        let mut sign = |reason, value, limit| {
+        let mut check = |reason, value, limit| {
             each(CheckResult {
                 reason,
                 value,
                 limit,
             });
         };
-        sign(Reason::Silent, self.silent as i32, 0);
-        sign(
+        check(Reason::Silent, self.silent as i32, 0);
+        check(
             Reason::GainDrift,
             levels.self_echo_drifts as i32,
             p().strayed_rows as i32,
         );
-        sign(Reason::Interference, levels.bursts as i32, 0);
+        check(Reason::Interference, levels.bursts as i32, 0);
         if config.mount.mirror_offset > 0 {
             let twins = share(levels.image_equal);
-            sign(Reason::ChannelDead, twins, MAX_IMAGE_SHARE);
+            check(Reason::ChannelDead, twins, MAX_IMAGE_SHARE);
             let images = share(levels.images);
-            sign(
+            check(
                 Reason::IqImbalance,
                 if twins > MAX_IMAGE_SHARE { 0 } else { images },
                 MAX_IMAGE_SHARE,
             );
-            sign(
+            check(
                 Reason::BlockedView,
                 levels.blocked as i32,
                 p().near_rows as i32,
             );
             if !expected.uncalibrated {
-                self.mirror_seen(config).report_checks(config, &mut sign);
+                self.mirror_seen(config).report_checks(config, &mut check);
             }
         }
         self.converter.report_checks(each);
@@ -386,13 +386,13 @@ impl Health {
     /// that of the scan that filled `map`.
     #[inline(never)]
     pub fn failed_checks(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
-        let mut doubts = Reasons::NONE;
-        self.report_checks(config, map, expected, &mut |sign| {
-            if sign.value > sign.limit && !p().rules.muted.has(sign.reason) {
-                doubts.add(sign.reason);
+        let mut failed = Reasons::NONE;
+        self.report_checks(config, map, expected, &mut |check| {
+            if check.value > check.limit && !p().rules.muted.has(check.reason) {
+                failed.add(check.reason);
             }
         });
-        doubts
+        failed
     }
 }
 
@@ -497,29 +497,29 @@ mod tests {
         let seen_m = health.mirror_echo_m(&config);
         assert!((seen_m - 0.2259).abs() < 1e-3, "{seen_m}");
         let map = Box::new(PolarMap::new());
-        let doubted = |config: &Config, uncalibrated| {
+        let fails = |config: &Config, uncalibrated| {
             let expected = Expected {
                 uncalibrated,
                 moving: false,
             };
-            let doubts = health.failed_checks(config, &map, expected);
-            doubts.has(Reason::RangeScale)
+            let failed = health.failed_checks(config, &map, expected);
+            failed.has(Reason::RangeScale)
         };
-        assert!(!doubted(&config, false));
+        assert!(!fails(&config, false));
         config.mount.mirror_echo = 22_000;
-        assert!(doubted(&config, false));
-        assert!(!doubted(&config, true), "calibration finds it");
+        assert!(fails(&config, false));
+        assert!(!fails(&config, true), "calibration finds it");
         config.mount.mirror_echo = 22_600;
-        assert!(!doubted(&config, false));
+        assert!(!fails(&config, false));
         // Calibrated, and then set to another mirror offset, from which all distances count.
-        for (place, doubted) in [(40, false), (60, true)] {
+        for (place, fails) in [(40, false), (60, true)] {
             stats.mirror_place = place;
             health.row(1, &[sample; 64], &stats, &[cell; 64]);
             let seen_m = health.mirror_echo_m(&config);
-            assert_eq!(seen_m - 0.22 > p().mirror_place_m, doubted, "{seen_m}");
+            assert_eq!(seen_m - 0.22 > p().mirror_place_m, fails, "{seen_m}");
             config.mount.mirror_echo = (seen_m * 1e5) as i32;
-            let doubts = health.failed_checks(&config, &map, Expected::default());
-            assert_eq!(doubts.has(Reason::RangeScale), doubted);
+            let failed = health.failed_checks(&config, &map, Expected::default());
+            assert_eq!(failed.has(Reason::RangeScale), fails);
         }
     }
 

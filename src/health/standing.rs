@@ -5,7 +5,7 @@
 //! beam's axis turns about a point on the mirror. At 94 GHz a millimetre of range is two thirds of a turn. The
 //! measured value is the angle of the mean phasor of the phase changes between neighbouring rows.
 
-use super::sign::{CheckResult, units};
+use super::check::{CheckResult, units};
 use crate::params::current as p;
 use crate::signal::grid::PolarMap;
 use crate::verdict::Reason;
@@ -145,7 +145,7 @@ mod tests {
     /// Returns the measured value of the check after 60 rows.
     fn seen(phase: impl Fn(u16) -> f32) -> i32 {
         let mut seen = -1;
-        followed(60, phase).report_checks(&mut |sign| seen = sign.value);
+        followed(60, phase).report_checks(&mut |check| seen = check.value);
         seen
     }
 

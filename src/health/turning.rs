@@ -8,7 +8,7 @@
 //!
 //! Rows are compared as they arrive, cell by cell where CA-CFAR has a detection in either.
 
-use super::sign::{CheckResult, units};
+use super::check::{CheckResult, units};
 use crate::config::Config;
 use crate::params::current as p;
 use crate::signal::grid::{Geometry, PolarMap};

@@ -182,7 +182,7 @@ impl HorizonInput<'_> {
     /// Returns the features of the cell between two distances.
     #[inline(never)]
     fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
-        let doubt = self.error_log_odds.get(number).copied().unwrap_or(0.0);
+        let error_odds = self.error_log_odds.get(number).copied().unwrap_or(0.0);
         let so_far = self
             .error_log_odds
             .iter()
@@ -236,7 +236,7 @@ impl HorizonInput<'_> {
                 floor.marks,
                 f32::from(begins),
                 level - self.strongest(from - TYPICAL_GOING_M, from, &shows_level),
-                doubt,
+                error_odds,
                 gap,
                 math::max(gap, 0.0),
                 later,
@@ -245,13 +245,13 @@ impl HorizonInput<'_> {
             ]
         });
         out.put_if(kind == CellKind::Between, || {
-            self.before(from, to, level, stray, doubt)
+            self.before(from, to, level, stray, error_odds)
         });
         out.put_if(kind == CellKind::Behind, || {
-            self.behind(from, to, level, stray, doubt)
+            self.behind(from, to, level, stray, error_odds)
         });
         out.put_if(kind == CellKind::Step, || match step {
-            Some((k, step, support)) => self.of_step(k, step, support, stray_so_far, doubt),
+            Some((k, step, support)) => self.of_step(k, step, support, stray_so_far, error_odds),
             None => [0.0; STEP_FEATURES],
         });
         out.features
@@ -292,7 +292,7 @@ impl HorizonInput<'_> {
         to: f32,
         level: f32,
         stray: f32,
-        doubt: f32,
+        error_odds: f32,
     ) -> [f32; BEFORE_FEATURES] {
         let next = self
             .steps
@@ -317,7 +317,7 @@ impl HorizonInput<'_> {
             f32::from(from < self.scene.params.nearest_riser_m),
             first * f32::from(self.steps.len() == 1),
             near * f32::from(known),
-            doubt,
+            error_odds,
         ]
     }
 
@@ -345,7 +345,7 @@ impl HorizonInput<'_> {
         to: f32,
         level: f32,
         stray: f32,
-        doubt: f32,
+        error_odds: f32,
     ) -> [f32; BEHIND_FEATURES] {
         let (Some(last), Some(support)) = (self.steps.last(), self.supports.last()) else {
             return [0.0; BEHIND_FEATURES];
@@ -362,7 +362,7 @@ impl HorizonInput<'_> {
             stray,
             lead,
             self.steps.len() as f32,
-            doubt,
+            error_odds,
         ]
     }
 
@@ -373,7 +373,7 @@ impl HorizonInput<'_> {
         step: &Step,
         support: &Support,
         stray_so_far: f32,
-        doubt: f32,
+        error_odds: f32,
     ) -> [f32; STEP_FEATURES] {
         let distance_z = MIN_EXPANDED_M / step.distance_sigma_m;
         [
@@ -390,7 +390,7 @@ impl HorizonInput<'_> {
             ),
             f32::from(support.overhang_seen),
             f32::from(support.overhang_known),
-            doubt,
+            error_odds,
         ]
     }
 }

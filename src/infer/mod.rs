@@ -266,29 +266,29 @@ impl Estimator for Likelihood {
             }
         };
         observer.event(Event::Done(Stage::Dimensions));
-        let astray = worth.astray || !level;
-        let stretched = lobes.is_some_and(|lobes| !lobes.fit(p));
-        let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let mut weak = worth.weak;
+        let mounting_off = worth.mounting_off || !level;
+        let lobe_width_off = lobes.is_some_and(|lobes| !lobes.fit(p));
+        let echo_found = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
+        let mut weaknesses = worth.weaknesses;
         if past.as_ref().is_some_and(|past| past.changed()) {
-            weak.add(Reason::SceneChanged);
+            weaknesses.add(Reason::SceneChanged);
         }
         let agreement =
             agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms_motion()));
-        let placed = !astray && !stretched && agreement.placed();
-        let kept = heard && placed && geometry.plane == Plane::Depth;
+        let placed = !mounting_off && !lobe_width_off && agreement.placed();
+        let kept = echo_found && placed && geometry.plane == Plane::Depth;
         let forget = !kept || drive.memory == Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.clear();
         }
         Some(Assessment {
-            echo_found: heard,
+            echo_found,
             valid: Some(worth.valid),
             drop_m: answer.drop.map(|drop| drop.nearest_m()),
-            mounting_off: astray,
-            lobe_width_off: stretched,
+            mounting_off,
+            lobe_width_off,
             agreement,
-            weaknesses: weak,
+            weaknesses,
         })
     }
 }
@@ -298,9 +298,9 @@ struct AnswerQuality {
     /// Horizon and confidence.
     valid: Validity,
     /// Whether the calibration or the first corner contradicts the configured mounting.
-    astray: bool,
+    mounting_off: bool,
     /// Reasons that prevent `ok`.
-    weak: Reasons,
+    weaknesses: Reasons,
 }
 
 /// Evaluates the power along the ground line, in the memory that the search uses next.
@@ -552,20 +552,21 @@ impl Conclusion<'_> {
     ) -> AnswerQuality {
         let scene = self.scene;
         let p = scene.params;
-        let astray = self.calibration_excessive || !self.floor_confirms_mount && self.corner_off();
+        let mounting_off =
+            self.calibration_excessive || !self.floor_confirms_mount && self.corner_off();
         let mut supports = heapless::Vec::new();
-        let mut weak = Reasons::NONE;
+        let mut weaknesses = Reasons::NONE;
         if let Some(measured) = self.measured {
             answer.clone_from(&measured.answer);
             supports.clone_from(&measured.supports);
             if measured.may_be_step {
-                weak.add(Reason::CloseRival);
+                weaknesses.add(Reason::CloseRival);
             }
         }
         let margin = self.margins.search;
         if supports.is_empty() {
             let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-            weak = weak.and(support::reasons_without_steps(
+            weaknesses = weaknesses.and(support::reasons_without_steps(
                 self.margins.posterior,
                 strongest_db,
                 p,
@@ -573,7 +574,7 @@ impl Conclusion<'_> {
         } else {
             let pairs = scene.marks.iter().zip(&self.roles);
             let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
-            weak = weak.and(support::reasons(
+            weaknesses = weaknesses.and(support::reasons(
                 &answer.steps,
                 self.margins.posterior,
                 &supports,
@@ -612,8 +613,8 @@ impl Conclusion<'_> {
         answer.drop = self.probabilities.drop;
         AnswerQuality {
             valid,
-            astray,
-            weak,
+            mounting_off,
+            weaknesses,
         }
     }
 

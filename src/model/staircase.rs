@@ -392,7 +392,7 @@ impl Staircase {
     #[inline(never)]
     pub fn conflicts(
         &self,
-        told: &[ReportedStep],
+        reported: &[ReportedStep],
         drop: Option<ReportedDrop>,
         view: &View,
         sigmas: &Sigmas,
@@ -405,7 +405,7 @@ impl Staircase {
         };
         for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
             let off = |t: &ReportedStep| (t.x_m - edge.x_m).abs();
-            let near = told.iter().zip(&mut used);
+            let near = reported.iter().zip(&mut used);
             let near = near.filter(|(t, used)| !**used && off(t) <= SAME_M);
             match near.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) {
                 Some((t, used)) => {
@@ -427,7 +427,7 @@ impl Staircase {
                 None => {}
             }
         }
-        for (t, used) in told.iter().zip(&used) {
+        for (t, used) in reported.iter().zip(&used) {
             if !used {
                 push(t.x_m, 1.0);
             }
@@ -437,9 +437,12 @@ impl Staircase {
             _ => None,
         };
         match (real, drop) {
-            (Some(at_m), Some(told)) if told.covers(at_m) => {}
-            (Some(at_m), told) => push(told.map_or(at_m, |told| math::min(told.x_m, at_m)), 1.0),
-            (None, Some(told)) => push(told.x_m, 1.0),
+            (Some(at_m), Some(reported)) if reported.covers(at_m) => {}
+            (Some(at_m), reported) => push(
+                reported.map_or(at_m, |reported| math::min(reported.x_m, at_m)),
+                1.0,
+            ),
+            (None, Some(reported)) => push(reported.x_m, 1.0),
             (None, None) => {}
         }
         crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);

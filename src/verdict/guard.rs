@@ -162,9 +162,9 @@ impl GuardResult {
     }
 
     /// Adds instrument faults: the free distance and the confidence become 0.
-    fn add_instrument_fault(&mut self, doubts: Reasons) {
-        self.reasons = self.reasons.and(doubts);
-        if !doubts.is_empty() && self.status != Status::Fault {
+    fn add_instrument_fault(&mut self, faults: Reasons) {
+        self.reasons = self.reasons.and(faults);
+        if !faults.is_empty() && self.status != Status::Fault {
             self.status = Status::Degraded;
             (self.free_m, self.hazard) = (Some(0.0), HazardKind::Unknown);
             self.confidence = 0.0;

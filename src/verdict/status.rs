@@ -45,16 +45,16 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
         unusable,
         health_faults,
         conditions,
-        assessment: sight,
+        assessment,
     } = evidence;
-    let mut verdict = match (unusable, sight) {
+    let mut verdict = match (unusable, assessment) {
         _ if !faults.is_empty() => Verdict::fault(*faults),
         (Some(reason), _) => Verdict::fault(Reasons::NONE.with(*reason)),
         (None, None) => Verdict::SILENT,
-        (None, Some(sight)) if !sight.echo_found => {
+        (None, Some(assessment)) if !assessment.echo_found => {
             Verdict::fault(Reasons::NONE.with(Reason::NoEcho))
         }
-        (None, Some(sight)) => Verdict::of(sight),
+        (None, Some(assessment)) => Verdict::of(assessment),
     };
     verdict.add_instrument_fault(*health_faults);
     verdict.add_instrument_fault(conditions.board);
@@ -92,31 +92,31 @@ impl Verdict {
     }
 
     /// Returns the verdict by the estimator's assessment alone: `ok` if the answer is valid far enough.
-    fn of(sight: &Assessment) -> Self {
+    fn of(assessment: &Assessment) -> Self {
         let mut verdict = Self {
             status: Status::Ok,
-            valid: sight.valid,
-            reasons: sight.weaknesses,
+            valid: assessment.valid,
+            reasons: assessment.weaknesses,
         };
-        if sight
+        if assessment
             .valid
-            .is_some_and(|valid| is_short(valid, sight.drop_m))
+            .is_some_and(|valid| is_short(valid, assessment.drop_m))
         {
             verdict.degrade(Reason::ShortHorizon);
         }
-        if sight.mounting_off {
+        if assessment.mounting_off {
             verdict.add_instrument_fault(Reasons::NONE.with(Reason::Mount));
         }
-        if sight.lobe_width_off {
+        if assessment.lobe_width_off {
             verdict.add_instrument_fault(Reasons::NONE.with(Reason::AngleJump));
         }
-        match sight.agreement.finding {
+        match assessment.agreement.finding {
             Finding::Agreed => {}
             Finding::Unconfirmed => verdict.degrade(Reason::Unconfirmed),
             Finding::Moved => verdict.degrade(Reason::Moving),
             Finding::Missing => verdict.degrade(Reason::MotionInput),
         }
-        if sight.agreement.input.is_bad() {
+        if assessment.agreement.input.is_bad() {
             verdict.reasons.add(Reason::MotionInput);
         }
         verdict
@@ -124,9 +124,9 @@ impl Verdict {
 
     /// Adds instrument faults. No estimator can correct its instrument's faults, so horizon and confidence
     /// become 0.
-    fn add_instrument_fault(&mut self, doubts: Reasons) {
-        self.reasons = self.reasons.and(doubts);
-        if !doubts.is_empty() && self.status != Status::Fault {
+    fn add_instrument_fault(&mut self, faults: Reasons) {
+        self.reasons = self.reasons.and(faults);
+        if !faults.is_empty() && self.status != Status::Fault {
             self.status = Status::Degraded;
             self.valid = self.valid.map(|_| Validity::NONE);
         }

@@ -167,22 +167,25 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     cloud.add(&one.with(1, 1.05, 0.3), log(0.25), &SURE, &told);
     cloud.add(&Staircase::nothing(), log(0.125), &SURE, &told);
     cloud.add(&one.with(0, 0.35, 0.08), log(0.125), &SURE, &told);
-    let doubts = cloud.error_log_odds();
+    let log_odds = cloud.error_log_odds();
     let odds = |x_m: f32| {
         // An error is assigned to a place 3 cm nearer; a cell ends where its error may still lie.
         let k = ((x_m - 0.03 - FIRST_END_M) / CELL_M).ceil() as usize;
-        (k, doubts[k].exp())
+        (k, log_odds[k].exp())
     };
     let close = |(_, odds): (usize, f32), want: f32| (odds / want - 1.0).abs() < 1e-3;
-    assert!(close(odds(0.35), 0.125 / 0.875), "{doubts:?}");
-    assert!(close(odds(0.75), 0.125 / 0.75), "{doubts:?}");
-    assert!(close(odds(1.05), 0.25 / 0.5), "{doubts:?}");
+    assert!(close(odds(0.35), 0.125 / 0.875), "{log_odds:?}");
+    assert!(close(odds(0.75), 0.125 / 0.75), "{log_odds:?}");
+    assert!(close(odds(1.05), 0.25 / 0.5), "{log_odds:?}");
     let places = [odds(0.35).0, odds(0.75).0, odds(1.05).0];
-    for (k, doubt) in doubts.iter().enumerate() {
-        assert!(places.contains(&k) || *doubt < -8.0, "cell {k}: {doubt}");
+    for (k, log_odds_of_cell) in log_odds.iter().enumerate() {
+        assert!(
+            places.contains(&k) || *log_odds_of_cell < -8.0,
+            "cell {k}: {log_odds_of_cell}"
+        );
     }
     // The product of the survival probabilities of all cells is the probability of no error.
-    let right: f32 = doubts.iter().map(|d| 1.0 / (1.0 + d.exp())).product();
+    let right: f32 = log_odds.iter().map(|d| 1.0 / (1.0 + d.exp())).product();
     assert!((right - 0.5).abs() < 0.01, "{right}");
     let sum: f32 = cloud.counts().iter().sum();
     assert!((sum - 1.0).abs() < 1e-5);
@@ -199,13 +202,13 @@ fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
     };
     let mut cloud = Cloud::new();
     cloud.add(&one.with(1, 1.05, 0.3), 0.0, &[0.03; MAX_STEPS], &told);
-    let doubts = cloud.error_log_odds();
+    let log_odds = cloud.error_log_odds();
     let k = ((0.72 - FIRST_END_M) / CELL_M).ceil() as usize;
-    let wrong = 1.0 / (1.0 + (-doubts[k]).exp());
+    let wrong = 1.0 / (1.0 + (-log_odds[k]).exp());
     assert!((wrong - 0.3173).abs() < 0.02, "{wrong}");
     // The particles without an error there have one at the missing step, with certainty.
-    assert_eq!(doubts.iter().copied().fold(f32::MIN, f32::max), 4.0);
-    assert_eq!(doubts.len(), CELLS);
+    assert_eq!(log_odds.iter().copied().fold(f32::MIN, f32::max), 4.0);
+    assert_eq!(log_odds.len(), CELLS);
 }
 
 #[test]

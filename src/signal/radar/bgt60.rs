@@ -79,7 +79,7 @@ pub struct Bgt60 {
     stage: ChipStage,
     shape: ChirpShape,
     /// Time before which the chip is not accessed.
-    look: Micros,
+    next_poll: Micros,
     /// Deadline of the answer.
     until: Micros,
     /// FSTAT before the chirp.
@@ -98,7 +98,7 @@ impl Bgt60 {
         Self {
             stage: ChipStage::Idle,
             shape: ChirpShape::DEFAULT,
-            look: Micros(0),
+            next_poll: Micros(0),
             until: Micros(0),
             stale: 0,
         }
@@ -114,7 +114,7 @@ impl Bgt60 {
     ) {
         self.shape = ChirpShape::of(requested.bandwidth_khz, requested.samples);
         self.until = now.plus(timeout_us);
-        self.look = now.plus(RESET_US);
+        self.next_poll = now.plus(RESET_US);
         self.stage = match identify_and_reset(spi, &self.shape) {
             Ok(()) => ChipStage::Resetting,
             Err(error) => ChipStage::Failed(error),
@@ -132,7 +132,7 @@ impl Bgt60 {
             ChipStage::Failed(error) => Err(error),
             _ if now.reached(self.until) => Err(LinkError::Timeout),
             ChipStage::Resetting => {
-                if now.reached(self.look) {
+                if now.reached(self.next_poll) {
                     self.stage = ChipStage::Writing(0);
                 }
                 return Poll::Pending;
@@ -162,7 +162,7 @@ impl Bgt60 {
         timeout_us: u32,
     ) {
         self.until = now.plus(timeout_us);
-        self.look = now.plus(self.shape.time_us());
+        self.next_poll = now.plus(self.shape.time_us());
         self.stage = match start(spi) {
             Ok(stale) => {
                 self.stale = stale;
@@ -211,7 +211,7 @@ impl Bgt60 {
             ChipStage::Failed(error) => Err(error),
             _ if now.reached(self.until) => Err(LinkError::Timeout),
             _ if samples.len() != usize::from(self.shape.pairs) => Err(LinkError::Answer),
-            ChipStage::Sampling if !now.reached(self.look) => Ok(false),
+            ChipStage::Sampling if !now.reached(self.next_poll) => Ok(false),
             ChipStage::Sampling => self.look_at_fifo(spi, now),
             ChipStage::Reading(done) => self.read_piece(spi, samples, done),
             _ => Err(LinkError::Answer),
@@ -239,7 +239,7 @@ impl Bgt60 {
         if state & FILLED != 0 {
             self.stage = ChipStage::Reading(0);
         } else {
-            self.look = now.plus(POLL_US);
+            self.next_poll = now.plus(POLL_US);
         }
         Ok(false)
     }

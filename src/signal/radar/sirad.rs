@@ -137,9 +137,9 @@ impl SiRad {
         _shaft_angle: i32,
         timeout_us: u32,
     ) {
-        let doubtful = self.resync_needed;
+        let resync = self.resync_needed;
         self.begin(port, now, timeout_us);
-        if doubtful {
+        if resync {
             self.stage = SiRadStage::Barrier;
             self.send(port, command::INFO);
         } else {
@@ -261,11 +261,15 @@ impl SiRad {
             ReaderEvent::Raw(counter, count) => self.raw(port, now, (counter, count), samples),
             ReaderEvent::Broken => Some(Err(LinkError::Frame(FrameError::Crc))),
             ReaderEvent::Bandwidth(steps) => {
-                let told = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
+                let reported_khz = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
                 if samples.is_none() {
                     // A value above the requested bandwidth is invalid: the frame then has another format than
                     // assumed.
-                    self.bandwidth_khz = if told <= self.bandwidth_khz { told } else { 0 };
+                    self.bandwidth_khz = if reported_khz <= self.bandwidth_khz {
+                        reported_khz
+                    } else {
+                        0
+                    };
                 }
                 None
             }
