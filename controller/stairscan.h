@@ -58,55 +58,55 @@ extern "C" {
 /* begin generated: `cargo run -p stairscan-fuzz --example controller -- --write` */
 #define STAIRSCAN_REASONS(X) \
     X(LOST_ROWS, "lost-rows", "Some rows' chirps were lost after all retries.") \
-    X(INFERRED_STEP, "inferred-step", "A step, or its height, was inferred from its neighbours: no echo of its own shows it well.") \
-    X(CLOSE_RIVAL, "close-rival", "Another reading of the echoes is nearly as likely.") \
+    X(INFERRED_STEP, "inferred-step", "A step, or its height, was inferred from its neighbours: no echo of its own shows it clearly.") \
+    X(CLOSE_RIVAL, "close-rival", "The runner-up is nearly as probable.") \
     X(WEAK_ECHOES, "weak-echoes", "The steps rest on echoes little above the noise.") \
-    X(BLOCKED_VIEW, "blocked-view", "Something stands in the line of sight.") \
-    X(SHORT_HORIZON, "short-horizon", "The answer is not valid over the first metre of the way, or not sure enough of stairs that begin farther away.") \
-    X(IRREGULAR_STEP, "irregular-step", "A step departs from the others by more than a person would expect.") \
-    X(UNCONFIGURED, "unconfigured", "Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.") \
-    X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.") \
-    X(MOVING, "moving", "The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.") \
-    X(MOTION_INPUT, "motion-input", "The motion input was lost, late, damaged or impossible: the scan was worked off without it.") \
-    X(SCENE_CHANGED, "scene-changed", "What was carried on from earlier scans contradicts this one, and was forgotten.") \
-    X(SCAN_NEARER, "scan-nearer", "The last full scan has a nearer hazard than this guard sweep: the nearer counts.") \
+    X(BLOCKED_VIEW, "blocked-view", "An object blocks the line of sight.") \
+    X(SHORT_HORIZON, "short-horizon", "The answer is not valid over the first metre of the way, or not certain enough of stairs that begin farther away.") \
+    X(IRREGULAR_STEP, "irregular-step", "A step deviates from the others by more than a person would expect.") \
+    X(UNCONFIGURED, "unconfigured", "The mounting is not configured: no settings were saved, and none were set.") \
+    X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as reported.") \
+    X(MOVING, "moving", "The chair moves: two sweeps over the scene do not agree, or the echoes' phases drift from row to row.") \
+    X(MOTION_INPUT, "motion-input", "The motion input was lost, late, damaged or impossible: the scan was processed without it.") \
+    X(SCENE_CHANGED, "scene-changed", "Evidence of earlier scans contradicts this scan and was discarded.") \
+    X(SCAN_NEARER, "scan-nearer", "The last full scan has a nearer hazard than this guard sweep: the nearer one is used.") \
     X(SATURATED, "saturated", "Samples at the converter's full scale.") \
     X(SILENT, "silent", "No signal at all.") \
     X(MIRROR_MISSING, "mirror-missing", "No echo from the mirror.") \
-    X(MIRROR_FROZEN, "mirror-frozen", "The mirror's echo never changes: the same chirp again and again.") \
-    X(NO_NOISE, "no-noise", "The map holds no noise, so that it cannot come from a radar.") \
-    X(NO_ECHO, "no-echo", "Nothing but noise: not even the floor was seen.") \
+    X(MIRROR_FROZEN, "mirror-frozen", "The mirror's echo never changes: all chirps are the same.") \
+    X(NO_NOISE, "no-noise", "The map contains no noise, so it cannot come from a radar.") \
+    X(NO_ECHO, "no-echo", "Nothing but noise: not even the ground was detected.") \
     X(ADC_BIT, "adc-bit", "A bit of the converter never changes.") \
-    X(IQ_SWAPPED, "iq-swapped", "I and Q have changed places, or one has the wrong sign: echoes beat backwards.") \
-    X(CHANNEL_DEAD, "channel-dead", "One of the two channels is dead, or both give the same.") \
-    X(IQ_IMBALANCE, "iq-imbalance", "I and Q are so unlike that echoes have images.") \
-    X(DC_DRIFT, "dc-drift", "The converter's offset walks during the scan.") \
-    X(CLIPPED, "clipped", "Samples are cut off below the converter's full scale.") \
+    X(IQ_SWAPPED, "iq-swapped", "I and Q are exchanged, or one has the wrong sign: the spectrum is mirrored.") \
+    X(CHANNEL_DEAD, "channel-dead", "One of the two channels is dead, or both give the same signal.") \
+    X(IQ_IMBALANCE, "iq-imbalance", "The imbalance of I and Q is so large that echoes have images.") \
+    X(DC_DRIFT, "dc-drift", "The converter's offset drifts during the scan.") \
+    X(CLIPPED, "clipped", "Samples are clipped below the converter's full scale.") \
     X(GAIN_DRIFT, "gain-drift", "The level of the mirror's own echo changes during the scan.") \
-    X(INTERFERENCE, "interference", "Rows were set aside because something else transmits, or a tone stands in all of them.") \
-    X(RANGE_SCALE, "range-scale", "The mirror's own echo is not where the mirror's offset says: the range scale is not true.") \
-    X(STALE_CHIRP, "stale-chirp", "The same chirp came more than once.") \
+    X(INTERFERENCE, "interference", "Rows were discarded because of interference, or a tone is present in all of them.") \
+    X(RANGE_SCALE, "range-scale", "The mirror's own echo does not match the mirror's offset: the range scale is wrong.") \
+    X(STALE_CHIRP, "stale-chirp", "The same chirp was received more than once.") \
     X(MIRROR_STUCK, "mirror-stuck", "Echoes do not change though the mirror should have turned.") \
-    X(ANGLE_JUMP, "angle-jump", "Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.") \
-    X(MOUNT, "mount", "The floor is not where mount height, angle and offset say that it must be.") \
+    X(ANGLE_JUMP, "angle-jump", "Echoes change faster or slower over the rows than the beam width allows: rows are not at their angles.") \
+    X(MOUNT, "mount", "The ground is not where mount height, angle and offset put it.") \
     X(TOO_MANY_LOST, "too-many-lost", "Too many chirps were lost.") \
     X(LINK_SILENT, "link-silent", "The radar module does not answer.") \
     X(MODULE_ERROR, "module-error", "The radar module reports an error.") \
-    X(MODULE_CONFIG, "module-config", "The radar module is set to something that the scanner cannot work with.") \
+    X(MODULE_CONFIG, "module-config", "The radar module has settings with which the scanner cannot work.") \
     X(MOTOR_STALL, "motor-stall", "The motor's driver reports a stall.") \
     X(HOME_NOT_FOUND, "home-not-found", "The home switch was not found.") \
     X(SELF_TEST, "self-test", "The known-answer test of the arithmetic failed.") \
-    X(SETTINGS_DAMAGED, "settings-damaged", "The settings in memory are no longer those that were set: only a reset helps.") \
-    X(WATCHDOG, "watchdog", "The watchdog had to reset the chip.") \
+    X(SETTINGS_DAMAGED, "settings-damaged", "The settings in memory are corrupted: only a reset helps.") \
+    X(WATCHDOG, "watchdog", "The watchdog reset the chip.") \
     X(CRASH, "crash", "The firmware panicked or took a hardware fault.") \
-    X(CRASH_LOOP, "crash-loop", "Crashes followed one another: the scanner stands still until it is told to start.") \
-    X(IMAGE_DAMAGED, "image-damaged", "The image in flash is not what was built.") \
-    X(IMAGE_UNSEALED, "image-unsealed", "Nobody has sealed the image: whether it is whole cannot be told.") \
-    X(MEMORY_DAMAGED, "memory-damaged", "The memory does not keep what is written to it.") \
+    X(CRASH_LOOP, "crash-loop", "Repeated crashes: the scanner stays idle until a command starts it.") \
+    X(IMAGE_DAMAGED, "image-damaged", "The image in flash is corrupted.") \
+    X(IMAGE_UNSEALED, "image-unsealed", "The image has no checksum; its integrity is unknown.") \
+    X(MEMORY_DAMAGED, "memory-damaged", "The memory does not store what is written to it.") \
     X(SUPPLY, "supply", "The supply is too low, or was before the reset.") \
-    X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and nobody has said that the internal oscillator will do.") \
+    X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and the setting `internal-clock` is off.") \
     X(MOTOR_DRIVER, "motor-driver", "The motor's driver does not answer, was reset, or reports an error.") \
-    X(MIRROR_SLIPPED, "mirror-slipped", "The home switch or the encoder finds the mirror elsewhere: its angle was not what its steps said.") \
+    X(MIRROR_SLIPPED, "mirror-slipped", "The home switch or the encoder finds the mirror elsewhere: its angle does not match its steps.") \
     X(ENCODER_SILENT, "encoder-silent", "The encoder on the mirror's shaft does not answer, or finds no magnet.")
 
 /* Keys of settings: for `get` and `set`. */

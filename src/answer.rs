@@ -6,7 +6,7 @@ use crate::estimate::COVERAGE_FACTOR;
 pub const MAX_STEPS: usize = 16;
 
 /// Maximum number of possible steps or drops besides the answer.
-pub const MAX_MAYBES: usize = 6;
+pub const MAX_POSSIBLE_STEPS: usize = 6;
 
 /// Direction of the stairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,7 +63,7 @@ pub struct Answer {
     /// Edge where the ground ends or falls; `None` without one, or where a staircase going down is reported.
     pub drop: Option<DropEdge>,
     /// Possible steps and drops that the answer does not contain, nearest first.
-    pub maybes: heapless::Vec<Maybe, MAX_MAYBES>,
+    pub possible_steps: heapless::Vec<PossibleStep, MAX_POSSIBLE_STEPS>,
 }
 
 /// Edge where the ground ends, or falls by more than 4 cm, and no staircase going down is reported.
@@ -90,16 +90,16 @@ impl DropEdge {
 
 /// A possible step or drop that the answer does not contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Maybe {
+pub struct PossibleStep {
     /// Horizontal distance from the mirror's centre, metres.
     pub distance_m: f32,
-    /// Height above the ground, metres; [`Maybe::DROP_M`] for a possible drop, whose depth is unknown.
+    /// Height above the ground, metres; [`PossibleStep::DROP_M`] for a possible drop, whose depth is unknown.
     pub height_m: f32,
     /// Probability, 0…1.
     pub probability: f32,
 }
 
-impl Maybe {
+impl PossibleStep {
     /// Height of a possible drop, metres: the minimum depth that is a drop to a wheelchair.
     pub const DROP_M: f32 = -0.1;
 }
@@ -110,7 +110,7 @@ impl Answer {
         direction: Direction::None,
         steps: heapless::Vec::new(),
         drop: None,
-        maybes: heapless::Vec::new(),
+        possible_steps: heapless::Vec::new(),
     };
 
     /// Resets to [`Answer::NONE`].
@@ -118,7 +118,7 @@ impl Answer {
         self.direction = Direction::None;
         self.steps.clear();
         self.drop = None;
-        self.maybes.clear();
+        self.possible_steps.clear();
     }
 
     /// Computes tread depths and riser heights of the steps, which are sorted by distance: a tread extends to

@@ -144,17 +144,17 @@ settings! {
     pub struct MountConfig
     parts {}
     rows {
-        /// Plane that the mirror sweeps; `both`: the depth plane, and the height plane where a chair stands before a drop.
+        /// Plane of the scans; `both`: the depth plane, and the height plane where the chair stands before a drop.
         plane: Planes = Planes::Depth, "plane" "" [] Answer;
-        /// Radar lens to mirror centre.
+        /// Distance from the radar lens to the mirror centre.
         mirror_offset: i32 = 22_000, "mirror-offset" "0.01 mm" [0 to 200_000] Answer;
-        /// Range of the mirror's own echo when the scanner was calibrated; 0: never.
+        /// Range of the mirror's own echo at calibration; 0: not calibrated.
         mirror_echo: i32 = 0, "mirror-echo" "0.01 mm" [0 to 200_000] Answer;
-        /// Level of that echo, relative to full scale, when the scanner was calibrated; 0: never.
+        /// Level of that echo at calibration, relative to full scale; 0: not calibrated.
         mirror_level: i32 = 0, "mirror-level" "0.001 dB" [-150_000 to 0] Answer;
-        /// Excess of ranges over what the module's bandwidth says: its sweep is narrower.
+        /// Relative error of the range scale: the module's bandwidth is smaller than its nominal value.
         range_scale: i32 = 0, "range-scale" "1e-6" [-100_000 to 100_000] Answer;
-        /// Mirror centre above the surface that the wheelchair stands on.
+        /// Height of the mirror centre above the ground.
         mount_height: i32 = 40_000, "mount-height" "0.01 mm" [1_000 to 500_000] Answer;
         /// Full two-sided 3 dB width of the beam leaving the mirror.
         beamwidth: i32 = 5_000, "beamwidth" "0.001 deg" [500 to 30_000] Answer;
@@ -190,7 +190,7 @@ settings! {
     rows {
         /// First angle of a scan.
         first_angle: i32 = -20_000, "first-angle" "0.001 deg" [-170_000 to 170_000] Answer;
-        /// From one angle to the next.
+        /// Angle step of a scan.
         angle_step: i32 = 250, "angle-step" "0.001 deg" [10 to 10_000] Answer;
         /// Number of angles.
         angle_count: u16 = 281, "angle-count" "angles" [3 to 8_192] Answer;
@@ -224,13 +224,13 @@ settings! {
     pub struct CfarConfig
     parts {}
     rows {
-        /// Guard cells on each side of the cell under test.
+        /// Number of guard cells on each side of the cell under test.
         guard: u8 = 3, "cfar-guard" "cells" [0 to 16] Answer;
-        /// Training cells on each side, beyond the guard cells.
+        /// Number of training cells on each side, beyond the guard cells.
         training: u8 = 8, "cfar-training" "cells" [1 to 32] Answer;
-        /// Probability that a cell holding nothing but noise is taken for a target.
+        /// Probability of false alarm per cell.
         false_alarm: f32 = 1.7e-4, "cfar-false-alarm" "1e-9" [1 to 500_000_000] Answer;
-        /// Ranges up to this much beyond the mirror are its own echo.
+        /// Width of the excluded range beyond the mirror, which contains its own echo.
         near_margin: i32 = 15_000, "cfar-near-margin" "0.01 mm" [0 to 200_000] Answer;
     }
     also {}
@@ -272,13 +272,13 @@ settings! {
     pub struct ParticleConfig
     parts {}
     rows {
-        /// Particles N.
+        /// Number of particles N.
         particles: u16 = 1_000, "particles" "particles" [10 to 1_000] Answer;
-        /// Gaussian modes M.
+        /// Number of Gaussian modes M.
         modes: u8 = 10, "modes" "modes" [1 to 32] Answer;
-        /// How particles start.
+        /// Initial distribution of the particles.
         spread: Spread = Spread::GmmCfar, "spread" "" [] Answer;
-        /// Resampling rounds.
+        /// Number of resampling rounds.
         rounds: u8 = 2, "rounds" "rounds" [1 to 50] Answer;
         /// Standard deviation of a mode.
         mode_sigma: i32 = 8_000, "mode-sigma" "0.01 mm" [100 to 100_000] Answer;

@@ -3,16 +3,16 @@
 use crate::math;
 
 /// Minimum expanded uncertainty of a reported length, metres: design contract of `ok`.
-pub const RIGHT_M: f32 = 0.03;
+pub const MIN_EXPANDED_M: f32 = 0.03;
 /// Maximum expanded uncertainty of a length that counts as measured, metres: design contract of `ok`.
-pub const MOST_UNCERTAIN_M: f32 = 0.08;
+pub const MAX_EXPANDED_M: f32 = 0.08;
 /// Coverage factor: standard deviations of an expanded uncertainty.
 pub const COVERAGE_FACTOR: f32 = 3.0;
 
 /// Returns the expanded uncertainty U of a reported length of standard deviation `sigma_m`, metres: U = max(3
 /// cm, 3σ).
 pub fn expanded(sigma_m: f32) -> f32 {
-    math::max(RIGHT_M, COVERAGE_FACTOR * sigma_m)
+    math::max(MIN_EXPANDED_M, COVERAGE_FACTOR * sigma_m)
 }
 
 /// A value with its variance, in the value's unit and its square.

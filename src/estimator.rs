@@ -7,7 +7,7 @@ use crate::drive::Drive;
 use crate::infer::past::History;
 use crate::observer::Observer;
 use crate::signal::grid::PolarMap;
-use crate::verdict::{Evidence, Outcome, Sight};
+use crate::verdict::{Assessment, Evidence, Outcome};
 
 /// A scan whose rows are all final: received or lost.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +41,7 @@ pub trait Estimator {
         past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight>;
+    ) -> Option<Assessment>;
 
     /// Calls [`Estimator::conclude`] and decides the status as if no health check had failed.
     fn outcome(
@@ -53,7 +53,7 @@ pub trait Estimator {
         let mut outcome = Outcome::silent();
         let sight = self.conclude(scan, past, observer, &mut outcome.answer);
         outcome.decide(&Evidence {
-            sight,
+            assessment: sight,
             ..Evidence::default()
         });
         outcome

@@ -13,7 +13,7 @@ use crate::paper::Paper;
 use crate::params::current;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
-use crate::verdict::{FreeGround, Sight};
+use crate::verdict::{Assessment, FreeGround};
 
 /// Working memory of one estimator beside the map, during the scan and after it. Only one is in use at a time,
 /// so they share their memory.
@@ -133,7 +133,7 @@ impl StairFinder {
         past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight> {
+    ) -> Option<Assessment> {
         let scan = MappedScan {
             map: &self.map,
             config,
@@ -159,7 +159,7 @@ impl StairFinder {
     }
 
     /// Discards the evidence of earlier guard sweeps.
-    pub fn forget_guard(&mut self) {
+    pub fn reset_guard(&mut self) {
         if let Scratch::Guard(guard) = &mut self.scratch {
             guard.forget();
         }

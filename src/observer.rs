@@ -2,13 +2,13 @@
 //!
 //! The scanner itself passes `()`, which ignores them.
 
-use crate::answer::Maybe;
+use crate::answer::PossibleStep;
 use crate::infer::Cloud;
 use crate::infer::trace::{Candidate, Cell, Scatterer, Stage};
 use crate::model::View;
-use crate::mount::{Calibration, Floor};
+use crate::mount::{Calibration, GroundEvidence};
 #[cfg(feature = "paper")]
-use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
+use crate::paper::{bright::IntensityMap, cluster::Extent, particles::PointCloud};
 use crate::signal::echoes::Lobes;
 
 /// An intermediate result, marked with the estimators that report it.
@@ -21,7 +21,7 @@ pub enum Event<'a> {
     /// `likelihood`: errors of angle and height, estimated on the ground.
     Calibration(Calibration),
     /// `likelihood`: evidence for a ground at its configured place, and for one elsewhere.
-    Floor(Floor),
+    Floor(GroundEvidence),
     /// `likelihood`: widths of the strong echoes' main lobes over the rows.
     Lobes(Lobes),
     /// `likelihood`: one scatterer, strongest first.
@@ -30,11 +30,11 @@ pub enum Event<'a> {
     Candidate(&'a Candidate<'a>),
     /// `likelihood`: a cell of the way ahead with the evidence that its verdict uses, nearest first.
     Cell(&'a Cell),
-    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe`]
+    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe_map`]
     /// maps that.
     ///
-    /// [`Weights::maybe`]: crate::params::hazard::Weights::maybe
-    Maybe(&'a Maybe),
+    /// [`Weights::maybe_map`]: crate::params::hazard::Weights::maybe_map
+    PossibleStep(&'a PossibleStep),
     /// `likelihood` in the depth plane: the posterior, once it is complete.
     Posterior {
         /// Particles with their probabilities, and the probability of each number of steps.
@@ -50,7 +50,7 @@ pub enum Event<'a> {
         /// The particles.
         cloud: &'a PointCloud,
         /// The map that the particles are weighted with.
-        field: &'a Field<'a>,
+        field: &'a IntensityMap<'a>,
         /// The clusters.
         clusters: &'a [Extent],
     },

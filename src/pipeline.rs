@@ -15,7 +15,9 @@ use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
-use crate::verdict::{Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight};
+use crate::verdict::{
+    Assessment, Conditions, Evidence, GuardEvidence, GuardResult, MotionQuality, Outcome,
+};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -83,7 +85,7 @@ impl Pipeline {
 
     /// First part of [`DataPath::row`]: computes row `row` of the map from the chirp, and runs the health
     /// checks on it. The second part is [`Pipeline::complete`].
-    pub fn watch(&mut self, row: u16) {
+    pub fn process_row(&mut self, row: u16) {
         let Self {
             samples,
             config,
@@ -103,10 +105,10 @@ impl Pipeline {
                 cells.mask.fill(0);
             }
         });
-        health.stands(row, finder.map(), |bin| range.phasors(bin));
+        health.check_map_row(row, finder.map(), |bin| range.phasors(bin));
     }
 
-    /// Marks row `row` as final, received and processed by [`Pipeline::watch`] or lost, and lets the estimator
+    /// Marks row `row` as final, received and processed by [`Pipeline::process_row`] or lost, and lets the estimator
     /// process it.
     pub fn complete(&mut self, row: u16) {
         self.finder.complete(row.into());
@@ -128,7 +130,7 @@ impl Pipeline {
     ) -> Outcome {
         let mut outcome = Outcome::silent();
         let mut evidence = Evidence {
-            unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
+            unusable: self.health.fault(self.config.mount.mirror_offset > 0),
             conditions,
             ..Evidence::default()
         };
@@ -137,11 +139,11 @@ impl Pipeline {
                 moving: drive.known().is_some_and(moves),
                 uncalibrated: false,
             };
-            evidence.signs = self
-                .health
-                .doubts(&self.config, self.finder.map(), expected);
-            let well = evidence.signs.is_empty();
-            evidence.sight = self.look(drive, well, observer, &mut outcome.answer);
+            evidence.health_faults =
+                self.health
+                    .failed_checks(&self.config, self.finder.map(), expected);
+            let well = evidence.health_faults.is_empty();
+            evidence.assessment = self.estimate(drive, well, observer, &mut outcome.answer);
         }
         outcome.decide(&evidence);
         outcome
@@ -149,13 +151,13 @@ impl Pipeline {
 
     /// Lets the estimator fill `answer`, and returns the evidence for its status. `well`: whether all health
     /// checks passed.
-    fn look(
+    fn estimate(
         &mut self,
         drive: &Drive<'_>,
         well: bool,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight> {
+    ) -> Option<Assessment> {
         let drive = Drive {
             // Evidence of a scan with failed health checks is not kept.
             memory: match drive.memory {
@@ -169,7 +171,7 @@ impl Pipeline {
         let scan = (self.scan, &drive);
         let past = match drive.memory {
             Retention::Aside => {
-                self.past.pass_over(self.scan);
+                self.past.skip_scan(self.scan);
                 None
             }
             _ => Some(&mut self.past),
@@ -196,8 +198,8 @@ impl Pipeline {
     #[inline(never)]
     fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
         let mut evidence = GuardEvidence {
-            unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
-            motion: MotionDoubt::of(drive),
+            unusable: self.health.fault(self.config.mount.mirror_offset > 0),
+            motion: MotionQuality::of(drive),
             conditions,
             ..GuardEvidence::default()
         };
@@ -210,14 +212,14 @@ impl Pipeline {
             uncalibrated: false,
         };
         let map = self.finder.map();
-        evidence.signs = self.health.doubts(&self.config, map, expected);
-        let heard = self.health.heard(map);
+        evidence.health_faults = self.health.failed_checks(&self.config, map, expected);
+        let echo_found = self.health.has_echo(map);
         if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
-            self.finder.forget_guard();
+            self.finder.reset_guard();
         }
         let ground = self.finder.guard(&self.config, drive);
         // The average over rows and sweeps shows the ground even if no single cell exceeds the noise enough.
-        evidence.heard = heard || ground.is_some_and(|ground| ground.free_m > 0.0);
+        evidence.echo_found = echo_found || ground.is_some_and(|ground| ground.free_m > 0.0);
         evidence.ground = ground;
         evidence
     }
@@ -268,7 +270,7 @@ impl DataPath for Pipeline {
     }
 
     fn row(&mut self, row: u16) {
-        self.watch(row);
+        self.process_row(row);
         self.complete(row);
     }
 
@@ -281,12 +283,12 @@ impl DataPath for Pipeline {
     }
 
     #[inline(never)]
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
         let evidence = self.guard_evidence(drive, conditions);
-        let word = GuardWord::new(&evidence);
+        let word = GuardResult::new(&evidence);
         // Evidence of a sweep with failed health checks is not kept.
-        if evidence.unusable.is_some() || !evidence.signs.is_empty() {
-            self.finder.forget_guard();
+        if evidence.unusable.is_some() || !evidence.health_faults.is_empty() {
+            self.finder.reset_guard();
         }
         word
     }
@@ -298,12 +300,12 @@ impl DataPath for Pipeline {
             moving: false,
             uncalibrated: true,
         };
-        let doubts = health.doubts(config, self.finder.map(), expected);
-        let verdict = health.verdict(config.mount.mirror_offset > 0);
-        if let Some(reason) = verdict.or(doubts.first()) {
+        let failed = health.failed_checks(config, self.finder.map(), expected);
+        let verdict = health.fault(config.mount.mirror_offset > 0);
+        if let Some(reason) = verdict.or(failed.first()) {
             return Err(ConfigError {
                 field: reason.as_str(),
-                expected: "an instrument that is well",
+                expected: "an instrument without failed health checks",
             });
         }
         let (mirror, echoes) = (health.mirror_seen(config), self.finder.echoes(config));

@@ -2,16 +2,16 @@
 
 /// Maximum number of bytes that are read from a port in one call, so that a module that sends without pause
 /// cannot hold the scanner up beyond a deadline. It exceeds the size of a port's queue.
-pub const MOST_READ: u32 = 4096;
+pub const MAX_READ: u32 = 4096;
 
 /// A serial port that never blocks.
 pub trait BytePort {
     /// Returns the next received byte, if any.
     fn read(&mut self) -> Option<u8>;
-    /// Discards received bytes before a request, which would answer an earlier one. At most [`MOST_READ`]
+    /// Discards received bytes before a request, which would answer an earlier one. At most [`MAX_READ`]
     /// bytes, in case the module sends all the time.
     fn drain(&mut self) {
-        for _ in 0..MOST_READ {
+        for _ in 0..MAX_READ {
             if self.read().is_none() {
                 break;
             }

@@ -43,7 +43,7 @@ pub(crate) enum Effect {
     /// Changes the answer of a scan: it enters the hash.
     Answer,
     /// Changes speed, timeouts or hardware of a scan, or states who calibrated it.
-    Pace,
+    Operation,
     /// None: the radar module reports the value at every scan, and no command sets it.
     Module,
 }
@@ -79,7 +79,7 @@ impl SettingRow {
     pub fn read(&self, value: &mut dyn Value, text: &str) -> Result<(), ConfigError> {
         let (field, mut expected) = (self.key, self.expected);
         if self.effect == Effect::Module {
-            expected = "nothing: the radar module sets it";
+            expected = "no value: reported by the radar module";
         } else if value.read(text).is_some() {
             return Ok(());
         }

@@ -89,7 +89,7 @@ fn the_readme_s_report_is_parsed() {
     let answer = text(&output.stdout);
     assert_eq!(output.status.code(), Some(1), "{answer}");
     assert!(
-        answer.contains("line 3 is damaged: CRC-32 does not fit"),
+        answer.contains("line 3 is damaged: CRC-32 is wrong"),
         "{answer}"
     );
     assert!(

@@ -3,12 +3,12 @@
 //! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them. This is necessary when a
 //! target changes its input format.
 
-use stairscan::answer::{Direction, DropEdge, Maybe, Step};
+use stairscan::answer::{Direction, DropEdge, PossibleStep, Step};
 use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
 use stairscan::scanner::Settings;
-use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Validity};
+use stairscan::verdict::{Assessment, Conditions, Evidence, Outcome, Reason, Reasons, Validity};
 
 /// An input: target, name, bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
@@ -205,17 +205,17 @@ fn commands() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn sentences() -> Vec<(&'static str, Vec<u8>)> {
-    let sight = Sight {
-        heard: true,
+    let sight = Assessment {
+        echo_found: true,
         valid: Some(Validity {
             horizon_m: 1.2,
             confidence: 0.993,
             first_step: 0.99,
         }),
-        ..Sight::nothing(Agreement::STANDING)
+        ..Assessment::nothing(Agreement::STANDING)
     };
     let evidence = Evidence {
-        sight: Some(sight),
+        assessment: Some(sight),
         ..Evidence::default()
     };
     let mut outcome = Outcome::silent();
@@ -236,16 +236,16 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
     outcome.answer.link();
     let mut degraded = outcome.clone();
     degraded.decide(&Evidence {
-        signs: Reasons::NONE.with(Reason::Moving).with(Reason::Mount),
+        health_faults: Reasons::NONE.with(Reason::Moving).with(Reason::Mount),
         ..evidence
     });
     let fault = Outcome::broken(Reasons::NONE.with(Reason::NoEcho), Conditions::GOOD);
-    let maybe = Maybe {
+    let maybe = PossibleStep {
         distance_m: 1.5,
         height_m: -0.1,
         probability: 0.2,
     };
-    let _ = degraded.answer.maybes.push(maybe);
+    let _ = degraded.answer.possible_steps.push(maybe);
     degraded.answer.drop = Some(DropEdge {
         distance_m: 1.45,
         distance_sigma_m: 0.015,

@@ -101,10 +101,10 @@ impl Answer {
             scan.drops
         );
         ensure!(
-            maybes.len() == usize::from(scan.maybes),
+            maybes.len() == usize::from(scan.possible_steps),
             "{recording}: {} MAYBE sentences, {} announced",
             maybes.len(),
-            scan.maybes
+            scan.possible_steps
         );
         Ok(Self {
             recording: recording.to_owned(),
@@ -280,10 +280,10 @@ impl Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::answer::{DropEdge, Maybe};
+    use stairscan::answer::{DropEdge, PossibleStep};
     use stairscan::motion::Agreement;
     use stairscan::report::sentence::write_scan;
-    use stairscan::verdict::{Evidence, Outcome, Sight, Validity};
+    use stairscan::verdict::{Assessment, Evidence, Outcome, Validity};
 
     /// Returns the sentences of an `ok` answer with a drop and a `MAYBE`.
     fn sentences() -> Vec<String> {
@@ -295,19 +295,19 @@ mod tests {
             probability: 0.9738,
         };
         outcome.answer.drop = Some(drop);
-        let _ = outcome.answer.maybes.push(Maybe::default());
-        let sight = Sight {
-            heard: true,
+        let _ = outcome.answer.possible_steps.push(PossibleStep::default());
+        let sight = Assessment {
+            echo_found: true,
             valid: Some(Validity {
                 horizon_m: 0.9,
                 confidence: 0.995,
                 first_step: 1.0,
             }),
             drop_m: Some(drop.nearest_m()),
-            ..Sight::nothing(Agreement::STANDING)
+            ..Assessment::nothing(Agreement::STANDING)
         };
         outcome.decide(&Evidence {
-            sight: Some(sight),
+            assessment: Some(sight),
             ..Evidence::default()
         });
         let mut lines = Vec::new();

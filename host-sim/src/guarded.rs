@@ -55,7 +55,7 @@ impl Guarded {
         let GuardLine {
             status,
             free,
-            ending,
+            hazard,
             confidence,
             reasons,
             ..
@@ -65,7 +65,7 @@ impl Guarded {
             "guard": self.sweep,
             "status": status.as_str(),
             "free_m": free.map(metres),
-            "what": ending.as_str(),
+            "what": hazard.as_str(),
             "confidence": f64::from(confidence) / 1000.0,
             "reasons": reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
         })
@@ -91,7 +91,7 @@ pub fn text(words: &[Guarded]) -> String {
             "  {:>5}  {:<8}  {free:>13}  {:<8}  {:>8.1} %  {}",
             word.sweep,
             line.status.as_str(),
-            line.ending.as_str(),
+            line.hazard.as_str(),
             f64::from(line.confidence) / 10.0,
             line.reasons
         );

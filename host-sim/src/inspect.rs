@@ -4,13 +4,13 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::{Direction, DropEdge, Maybe};
+use stairscan::answer::{Direction, DropEdge, PossibleStep};
 use stairscan::config::Config;
 use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::infer::Likelihood;
 use stairscan::infer::trace::{Candidate, Cell, Explanation, Role, Scatterer};
 use stairscan::motion::Drive;
-use stairscan::mount::Floor;
+use stairscan::mount::GroundEvidence;
 use stairscan::observer::{Event, Observer};
 use stairscan::signal::echoes::Lobes;
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
@@ -41,7 +41,7 @@ pub struct Inspection {
     /// Angle bias, degrees, and mount-height error, metres, if the ground is visible.
     calibration: Option<(f64, f64)>,
     /// Support of the echoes for the ground at its nominal and at other heights, if the plane shows it.
-    floor: Option<Floor>,
+    floor: Option<GroundEvidence>,
     /// Width of the lobes of strong echoes over the rows, if there are any.
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
@@ -57,7 +57,7 @@ struct Witness {
     mount_height_m: f64,
     noise_db: f64,
     calibration: Option<(f64, f64)>,
-    floor: Option<Floor>,
+    floor: Option<GroundEvidence>,
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
     way: Vec<Cell>,
@@ -142,7 +142,7 @@ impl Observer for Witness {
             }
             Event::Cell(cell) => self.way.push(*cell),
             // `MAYBE`s are also part of the answer.
-            Event::Done(_) | Event::Maybe(_) | Event::Particles { .. } => {}
+            Event::Done(_) | Event::PossibleStep(_) | Event::Particles { .. } => {}
         }
     }
 }
@@ -240,10 +240,10 @@ impl Inspection {
                 1e3 * height
             );
         }
-        if let Some(Floor { here, elsewhere }) = self.floor {
+        if let Some(GroundEvidence { configured, other }) = self.floor {
             let _ = write!(
                 text,
-                "; support by echoes for a floor in its place {here:.1}, elsewhere {elsewhere:.1}"
+                "; support by echoes for a floor in its place {configured:.1}, elsewhere {other:.1}"
             );
         }
         if let Some(Lobes { least, median, .. }) = self.lobes {
@@ -323,13 +323,13 @@ impl Inspection {
             if text.is_empty() {
                 text.push_str("\n  up to m  right so far  asked\n");
             }
-            let (right, asked) = (100.0 * cell.right, 100.0 * cell.asked);
+            let (right, asked) = (100.0 * cell.p_correct, 100.0 * cell.required);
             let asked = if asked > 100.0 {
                 "never".to_owned()
             } else {
                 format!("{asked:.1} %")
             };
-            let short = if cell.right < cell.asked {
+            let short = if cell.p_correct < cell.required {
                 "  too little"
             } else {
                 ""
@@ -372,7 +372,7 @@ impl Inspection {
     /// Formats the `MAYBE`s as a text table.
     fn maybes(&self) -> String {
         let mut text = String::new();
-        for maybe in &self.outcome.answer.maybes {
+        for maybe in &self.outcome.answer.possible_steps {
             if text.is_empty() {
                 text.push_str("\n  probability  maybe\n");
             }
@@ -422,7 +422,7 @@ impl Inspection {
                 "probability": decimal(d.probability.into()),
             })
         };
-        let maybe = |m: &Maybe| {
+        let maybe = |m: &PossibleStep| {
             json!({
                 "distance_m": decimal(m.distance_m.into()),
                 "height_m": decimal(m.height_m.into()),
@@ -432,8 +432,8 @@ impl Inspection {
         let cell = |c: &Cell| {
             json!({
                 "up_to_m": decimal(c.end_m.into()),
-                "right": decimal(c.right.into()),
-                "asked": (c.asked <= 1.0).then(|| decimal(c.asked.into())),
+                "right": decimal(c.p_correct.into()),
+                "asked": (c.required <= 1.0).then(|| decimal(c.required.into())),
             })
         };
         json!({
@@ -442,13 +442,13 @@ impl Inspection {
             "noise_dbfs": decimal(self.noise_db),
             "angle_bias_deg": self.calibration.map(|c| decimal(c.0)),
             "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
-            "floor_in_place": self.floor.map(|f| decimal(f.here.into())),
-            "floor_elsewhere": self.floor.map(|f| decimal(f.elsewhere.into())),
+            "floor_in_place": self.floor.map(|f| decimal(f.configured.into())),
+            "floor_elsewhere": self.floor.map(|f| decimal(f.other.into())),
             "narrowest_lobe": self.lobes.map(|l| decimal(l.least.into())),
             "median_lobe": self.lobes.map(|l| decimal(l.median.into())),
             "posterior": self.posterior().map(posterior::json),
             "drop": self.outcome.answer.drop.as_ref().map(drop),
-            "maybe": self.outcome.answer.maybes.iter().map(maybe).collect::<Vec<_>>(),
+            "maybe": self.outcome.answer.possible_steps.iter().map(maybe).collect::<Vec<_>>(),
             "way": self.way.iter().map(cell).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
             "scatterers": self.echoes(),

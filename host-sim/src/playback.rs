@@ -13,7 +13,7 @@ use stairscan::scanner::settings::{
     GuardConfig, MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing,
 };
 use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
 use crate::motion::Timetable;
@@ -275,7 +275,7 @@ impl<'a> PlaybackLink<'a> {
 }
 
 impl RadarModule for PlaybackLink<'_> {
-    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
+    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {
         self.radar = self.player.configure();
     }
 

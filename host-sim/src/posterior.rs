@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::mem::discriminant;
 
 use serde_json::{Value, json};
-use stairscan::answer::Maybe;
+use stairscan::answer::PossibleStep;
 use stairscan::infer::Cloud;
 use stairscan::model::{GroundKind, Staircase, View};
 
@@ -67,7 +67,7 @@ fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
             let pairs = pairs.take(staircase.len());
             pairs.map(|(&x, &y)| point(x, y)).collect()
         }
-        GroundKind::Drop { at_m } => vec![point(at_m, Maybe::DROP_M)],
+        GroundKind::Drop { at_m } => vec![point(at_m, PossibleStep::DROP_M)],
         GroundKind::Nothing | GroundKind::Ramp { .. } => Vec::new(),
     }
 }
@@ -155,7 +155,7 @@ pub fn json(posterior: &PosteriorView) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::infer::Told;
+    use stairscan::infer::ReportedAnswer;
     use stairscan::model::MAX_STEPS;
 
     const VIEW: View = View {
@@ -168,7 +168,7 @@ mod tests {
 
     /// Particles of these weights, with no answer to be held against.
     fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
-        let told = Told {
+        let told = ReportedAnswer {
             edges: &[],
             drop: None,
             view: VIEW,

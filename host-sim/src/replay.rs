@@ -12,7 +12,7 @@ use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::scanner::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
-use stairscan::verdict::{Conditions, GuardWord, Outcome};
+use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
 use crate::answer::Answer;
 use crate::guarded::Guarded;
@@ -196,7 +196,7 @@ impl DataPath for Noting {
         self.pipeline.conclude(drive, conditions)
     }
 
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
         self.pipeline.guard(drive, conditions)
     }
 

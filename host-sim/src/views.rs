@@ -95,7 +95,7 @@ const MEANINGS: [(&str, &str); 10] = [
     ("inside", "within the solid: against the winner"),
     ("above", "above a riser's top: against the winner"),
     ("clutter", "standing on a tread: against the winner"),
-    ("stray", "not explained by the winner"),
+    ("unexplained", "not explained by the best hypothesis"),
 ];
 
 /// Meaning of a role in words; empty for an unknown one.

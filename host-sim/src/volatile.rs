@@ -2,7 +2,7 @@
 
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::store::StoreError;
-use stairscan::scanner::{Board, Fitness, Identity, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, Settings};
 
 /// A board that keeps nothing over a reset and has no flash.
 #[derive(Clone, Copy, Debug)]
@@ -18,8 +18,8 @@ impl Volatile {
 }
 
 /// Identity of a scanner on the host, built for `what`.
-pub const fn identity(what: &'static str) -> Identity {
-    Identity {
+pub const fn identity(what: &'static str) -> BootInfo {
+    BootInfo {
         version: env!("CARGO_PKG_VERSION"),
         revision: what,
         reset: "none",
@@ -28,7 +28,7 @@ pub const fn identity(what: &'static str) -> Identity {
         serial: [0; 3],
         cause: None,
         crash_loop: false,
-        fitness: Fitness::GOOD,
+        health: BoardHealth::GOOD,
     }
 }
 
@@ -41,17 +41,17 @@ impl Board for Volatile {
         self.stopped = stopped;
     }
 
-    fn settings_before(&self) -> Option<u32> {
+    fn retained_settings_hash(&self) -> Option<u32> {
         None
     }
 
-    fn note_settings(&mut self, _: u32) {}
+    fn retain_settings_hash(&mut self, _: u32) {}
 
     fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
         Err(StoreError::Controller)
     }
 
-    fn survived(&mut self) {}
+    fn clear_crashes(&mut self) {}
 
     fn measure(&self, _: Measure) -> u32 {
         0

@@ -37,7 +37,7 @@ macro_rules! last_resort {
 }
 
 last_resort!(HardFault, Crash::HardFault);
-last_resort!(DefaultHandler, Crash::Stray);
+last_resort!(DefaultHandler, Crash::UnhandledInterrupt);
 // Interrupt of the supply's voltage detector.
 last_resort!(PVD, Crash::Supply);
 // Interrupt of a crystal that has stopped.

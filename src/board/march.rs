@@ -38,7 +38,7 @@ pub fn march(memory: &mut impl WordMemory) -> bool {
 #[inline(never)]
 fn march_over(memory: &mut impl WordMemory, word: u32) -> bool {
     // The result of this first pass is ignored: the content is unknown.
-    turn(memory, !word, false);
+    read_and_invert(memory, !word, false);
     [
         (word, false),
         (!word, false),
@@ -47,12 +47,12 @@ fn march_over(memory: &mut impl WordMemory, word: u32) -> bool {
         (word, false),
     ]
     .iter()
-    .all(|&(from, down)| turn(memory, from, down))
+    .all(|&(from, down)| read_and_invert(memory, from, down))
 }
 
 /// Reads each word, which must be `from`, and inverts it; returns whether all were right.
 #[inline(never)]
-fn turn(memory: &mut impl WordMemory, from: u32, down: bool) -> bool {
+fn read_and_invert(memory: &mut impl WordMemory, from: u32, down: bool) -> bool {
     let count = memory.count();
     let (mut k, step) = if down {
         (count, u32::MAX)

@@ -13,7 +13,7 @@ pub enum Crash {
     /// A hard fault, such as one by a stack overflow.
     HardFault = 2,
     /// An interrupt without a handler.
-    Stray = 3,
+    UnhandledInterrupt = 3,
     /// A memory protection fault: the stack's end was reached, or code was executed in RAM.
     Memory = 4,
     /// The supply fell.
@@ -27,7 +27,7 @@ impl Crash {
         Self::None,
         Self::Panic,
         Self::HardFault,
-        Self::Stray,
+        Self::UnhandledInterrupt,
         Self::Memory,
         Self::Supply,
         Self::Clock,
@@ -37,7 +37,7 @@ impl Crash {
     #[cfg_attr(not(target_os = "none"), allow(dead_code))]
     pub fn from_number(number: u32) -> Self {
         let found = Self::ALL.iter().find(|crash| **crash as u32 == number);
-        found.copied().unwrap_or(Self::Stray)
+        found.copied().unwrap_or(Self::UnhandledInterrupt)
     }
 }
 
@@ -69,11 +69,11 @@ impl BootRecord {
         settings: None,
     };
     /// Value XORed into the checksum, so that neither all zeros nor all ones are a valid record.
-    const SALT: u32 = 0x5ca7_13e5;
+    const CHECKSUM_XOR: u32 = 0x5ca7_13e5;
 
     fn check(words: &Words) -> u32 {
         let [flags, boots, crashes, hash, _] = *words;
-        crc::of_words(&[flags, boots, crashes, hash]) ^ Self::SALT
+        crc::of_words(&[flags, boots, crashes, hash]) ^ Self::CHECKSUM_XOR
     }
 
     fn words(self) -> Words {

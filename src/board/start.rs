@@ -8,7 +8,7 @@ use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
-use stairscan::scanner::{Board, Fitness, Identity, Micros, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
 use stairscan::verdict::Reason;
@@ -50,8 +50,8 @@ pub struct Parts {
     pub encoder: As5600<EncoderBus>,
     /// Retained state, flash, and the stack's measurements.
     pub board: ChipBoard,
-    /// Identity and boot data, for the boot sentence.
-    pub identity: Identity,
+    /// BootInfo and boot data, for the boot sentence.
+    pub identity: BootInfo,
     /// Free-running clock, µs.
     pub time: Time,
     /// The running watchdog.
@@ -146,11 +146,11 @@ impl Board for ChipBoard {
         self.retain(|record| record.stopped = stopped);
     }
 
-    fn settings_before(&self) -> Option<u32> {
+    fn retained_settings_hash(&self) -> Option<u32> {
         self.record.settings
     }
 
-    fn note_settings(&mut self, hash: u32) {
+    fn retain_settings_hash(&mut self, hash: u32) {
         self.retain(|record| record.settings = Some(hash));
     }
 
@@ -161,7 +161,7 @@ impl Board for ChipBoard {
         self.store.save(settings)
     }
 
-    fn survived(&mut self) {
+    fn clear_crashes(&mut self) {
         self.retain(|record| record.crashes = 0);
     }
 
@@ -210,7 +210,7 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     match crash {
         Crash::Panic => return ("panic", crashed),
         Crash::HardFault => return ("hard-fault", crashed),
-        Crash::Stray => return ("stray-interrupt", crashed),
+        Crash::UnhandledInterrupt => return ("stray-interrupt", crashed),
         Crash::Memory => return ("memory-fault", crashed),
         Crash::Supply => return ("supply", Some(Reason::Supply)),
         Crash::Clock => return ("clock", crashed),
@@ -231,8 +231,8 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
 
 /// Returns the state of processor, memory, clock and supply for this boot.
 #[inline(never)]
-fn fitness(internal_clock: bool, supplied: bool) -> Fitness {
-    Fitness {
+fn board_health(internal_clock: bool, supplied: bool) -> BoardHealth {
+    BoardHealth {
         image: seal::verdict(),
         memory_damaged: !march::passed(),
         supply_low: !supplied,
@@ -316,7 +316,7 @@ pub fn start(
     let mut syscfg = p.SYSCFG.constrain(&mut rcc);
     let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
     let supplied = supply::start(&p.PWR, &pins.exti, &mut rcc);
-    let fitness = fitness(clocks == clock::HSI, supplied);
+    let health = board_health(clocks == clock::HSI, supplied);
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
         a.pa10.into_alternate::<7>().internal_pull_up(true),
@@ -371,7 +371,7 @@ pub fn start(
         driver: Tmc2209::new(driver),
         encoder: As5600::new(encoder),
         board: ChipBoard { record, store },
-        identity: Identity {
+        identity: BootInfo {
             version: env!("CARGO_PKG_VERSION"),
             revision: stairscan::REVISION,
             reset,
@@ -381,7 +381,7 @@ pub fn start(
             serial: [0; 3],
             cause,
             crash_loop: record.crashes >= CRASH_LOOP,
-            fitness,
+            health,
         },
         watchdog: Watchdog {
             iwdg,

@@ -19,7 +19,7 @@ use crate::model::above::{Above, DEPTHS};
 use crate::model::chart::Chart;
 use crate::model::mean::MeanLines;
 use crate::model::surfaces::Recursions;
-use crate::motion::Ride;
+use crate::motion::MotionCompensation;
 use crate::signal::grid::PolarMap;
 use crate::verdict::FreeGround;
 use reach::Hazards;
@@ -73,7 +73,7 @@ impl Guard {
             noise: noise::level(map),
             bias_rad: 0.0,
             height_m: 0.0,
-            ride: Ride::of(drive, &config.radar),
+            ride: MotionCompensation::of(drive, &config.radar),
         };
         let lines = &mut self.ground.lines;
         self.above.look(&chart, lines);

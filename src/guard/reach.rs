@@ -10,7 +10,7 @@ use crate::model::Surfaces;
 use crate::model::above::Above;
 use crate::model::lines::Lines;
 use crate::model::surfaces::{SLOT_M, SLOTS};
-use crate::verdict::{Ending, FreeGround};
+use crate::verdict::{FreeGround, HazardKind};
 
 /// Density of rises, and of drops, ahead of a chair, per metre. No survey counts them; a factor of four either way
 /// changes the free distance of 3 % of the tuning sweeps (docs/guard.md).
@@ -42,7 +42,7 @@ pub struct FreeEnd {
 }
 
 /// Kinds of hazards.
-const KINDS: [Ending; 3] = [Ending::Rise, Ending::Drop, Ending::Obstacle];
+const KINDS: [HazardKind; 3] = [HazardKind::Rise, HazardKind::Drop, HazardKind::Obstacle];
 
 /// Probabilities of hazards by kind, in the order of [`KINDS`], and slot.
 #[derive(Debug)]
@@ -111,10 +111,10 @@ impl Hazards {
             .max_by(|a, b| a.1.total_cmp(&b.1));
         FreeGround {
             free_m,
-            ending: match named.filter(|(_, p)| *p > NAMED) {
+            hazard: match named.filter(|(_, p)| *p > NAMED) {
                 Some((kind, _)) => kind,
-                None if end_m >= FARTHEST_M => Ending::None,
-                None => Ending::Unknown,
+                None if end_m >= FARTHEST_M => HazardKind::None,
+                None => HazardKind::Unknown,
             },
             confidence: 1.0 - reach.before,
         }

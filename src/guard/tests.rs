@@ -4,7 +4,7 @@ use super::*;
 use crate::config::Config;
 use crate::drive::{Drive, Input};
 use crate::signal::echoes::tests::{map, noise as drawn, scene};
-use crate::verdict::Ending;
+use crate::verdict::HazardKind;
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -63,7 +63,7 @@ fn level_ground_is_free_as_far_as_it_shows_from_the_first_sweep_on() {
     for sweeps in [1, 3] {
         let free = after(sweeps, &map);
         assert!(
-            free.free_m > 0.9 && matches!(free.ending, Ending::None | Ending::Unknown),
+            free.free_m > 0.9 && matches!(free.hazard, HazardKind::None | HazardKind::Unknown),
             "{sweeps}: {free:?}"
         );
         assert!(free.confidence >= 0.998, "{free:?}");
@@ -93,7 +93,7 @@ fn ground_that_goes_on_a_kerb_lower_ends_what_is_free() {
         points.extend(lower.map(|(x, _, db)| (x, -0.06, db)));
         let free = after(3, &seen(&points));
         assert!(free.free_m < end_m + 0.05, "{end_m}: {free:?}");
-        assert!(free.ending == Ending::Drop, "{end_m}: {free:?}");
+        assert!(free.hazard == HazardKind::Drop, "{end_m}: {free:?}");
     }
 }
 

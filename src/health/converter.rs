@@ -1,13 +1,13 @@
 //! Check of the converter on single samples: stuck bits, repeated chirps, offset drift and clipping.
 
-use super::sign::{PER_CENT, Sign};
+use super::check::{CheckResult, PER_CENT};
 use crate::Iq;
 use crate::params::current as p;
 use crate::signal::range::RowStats;
 use crate::verdict::Reason;
 
 /// Number of earlier chirps that a chirp is compared with.
-const REMEMBERED: usize = 16;
+const HASHES: usize = 16;
 /// Row interval of the clipping check, which needs a pass of its own over the samples.
 const CLIP_ROWS: u32 = 8;
 /// Sample interval of the checks for stuck bits and repeated chirps: a working bit changes in any eighth of a
@@ -29,21 +29,21 @@ const LOW_HALF: u32 = 0xFFFF;
 pub struct Converter {
     rows: u32,
     /// Number of rows in which a bit did not change though a lower one did.
-    lame: u32,
-    /// Number of rows whose chirp equals one of the last [`REMEMBERED`], by its hash.
+    stuck: u32,
+    /// Number of rows whose chirp equals one of the last [`HASHES`], by its hash.
     stale: u32,
-    hashes: [u32; REMEMBERED],
+    hashes: [u32; HASHES],
     /// Minimum and maximum of the means of I and Q, units of a sample.
     least: [i16; 2],
     most: [i16; 2],
     /// Number of rows checked for clipping, and number of those that are clipped.
-    looked: u32,
+    clipping_rows: u32,
     clipped: u32,
 }
 
 /// Returns the bits of I (low half) and Q (high half) that did not change though a lower one did. A converter
 /// of fewer bits leaves the lowest ones at rest.
-fn lame_bits(changed: u32) -> u32 {
+fn stuck_bits(changed: u32) -> u32 {
     let half = |bits: u32| {
         let lowest = bits & bits.wrapping_neg();
         // All bits from the lowest changing one upwards; none if no bit changes.
@@ -70,12 +70,12 @@ impl Converter {
     pub const fn new() -> Self {
         Self {
             rows: 0,
-            lame: 0,
+            stuck: 0,
             stale: 0,
-            hashes: [0; REMEMBERED],
+            hashes: [0; HASHES],
             least: [0; 2],
             most: [0; 2],
-            looked: 0,
+            clipping_rows: 0,
             clipped: 0,
         }
     }
@@ -89,12 +89,10 @@ impl Converter {
             clear &= bits;
             hash = hash.wrapping_mul(HASH_FACTOR) ^ bits;
         }
-        self.lame += u32::from(lame_bits(set & !clear) != 0);
-        let known = usize::try_from(self.rows)
-            .unwrap_or(REMEMBERED)
-            .min(REMEMBERED);
+        self.stuck += u32::from(stuck_bits(set & !clear) != 0);
+        let known = usize::try_from(self.rows).unwrap_or(HASHES).min(HASHES);
         self.stale += u32::from(self.hashes.iter().take(known).any(|&h| h == hash));
-        if let Some(place) = self.hashes.get_mut(self.rows as usize % REMEMBERED) {
+        if let Some(place) = self.hashes.get_mut(self.rows as usize % HASHES) {
             *place = hash;
         }
         let mean = [stats.mean.i, stats.mean.q];
@@ -109,9 +107,9 @@ impl Converter {
         }
         // Offset against the rows of the noise histogram, so that no row has the cost of both.
         if self.rows % CLIP_ROWS == CLIP_ROWS / 2 {
-            self.looked += 1;
+            self.clipping_rows += 1;
             // I and Q alternate.
-            let count = if self.looked.is_multiple_of(2) {
+            let count = if self.clipping_rows.is_multiple_of(2) {
                 at_extremes(chirp, stats.extremes, |x| x.q)
             } else {
                 at_extremes(chirp, stats.extremes, |x| x.i)
@@ -123,30 +121,30 @@ impl Converter {
     }
 
     /// Calls `each` with the results of the checks.
-    pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
-        let mut sign = |reason, seen, limit| {
-            each(Sign {
+    pub fn report_checks(&self, each: &mut dyn FnMut(CheckResult)) {
+        let mut check = |reason, value, limit| {
+            each(CheckResult {
                 reason,
-                seen,
+                value,
                 limit,
             });
         };
-        sign(Reason::AdcBit, self.lame as i32, lame_rows());
-        sign(Reason::StaleChirp, self.stale as i32, 0);
+        check(Reason::AdcBit, self.stuck as i32, stuck_rows());
+        check(Reason::StaleChirp, self.stale as i32, 0);
         let walked = self
             .most
             .iter()
             .zip(&self.least)
             .map(|(&most, &least)| i32::from(most) - i32::from(least))
             .fold(0, i32::max);
-        sign(Reason::DcDrift, walked, offset_walk());
-        let clipped = PER_CENT * self.clipped / self.looked.max(1);
-        sign(Reason::Clipped, clipped as i32, SOME);
+        check(Reason::DcDrift, walked, max_offset_drift());
+        let clipped = PER_CENT * self.clipped / self.clipping_rows.max(1);
+        check(Reason::Clipped, clipped as i32, MAX_CLIPPED_ROWS);
     }
 }
 
 /// Maximum share of the checked rows, per cent, that may be clipped. Clipping of I alone shows in half of them.
-const SOME: i32 = 35;
+const MAX_CLIPPED_ROWS: i32 = 35;
 /// Fractions of one in which shares of samples are counted.
 const SHARE: u32 = 1000;
 /// Returns the share of a chirp's samples at its own extreme above which it counts as clipped, in 1/[`SHARE`].
@@ -154,11 +152,11 @@ fn clipped() -> u32 {
     (p().clipped_share * SHARE as f32) as u32
 }
 /// Returns the maximum number of rows that may have an unchanged bit by chance.
-fn lame_rows() -> i32 {
+fn stuck_rows() -> i32 {
     p().lame_rows as i32
 }
 /// Returns the maximum drift of the offset, units of a sample.
-fn offset_walk() -> i32 {
+fn max_offset_drift() -> i32 {
     (p().offset_walk * FULL_SCALE) as i32
 }
 
@@ -200,7 +198,7 @@ mod tests {
         }
     }
 
-    fn doubts(change: impl Fn(u32, &mut Vec<Iq>)) -> Reasons {
+    fn failed_checks(change: impl Fn(u32, &mut Vec<Iq>)) -> Reasons {
         let mut converter = Converter::new();
         for row in 0..64 {
             let mut chirp = chirp(row);
@@ -208,9 +206,9 @@ mod tests {
             converter.row(&chirp, &stats(&chirp));
         }
         let mut doubts = Reasons::NONE;
-        converter.signs(&mut |sign| {
-            if sign.seen > sign.limit {
-                doubts.add(sign.reason);
+        converter.report_checks(&mut |check| {
+            if check.value > check.limit {
+                doubts.add(check.reason);
             }
         });
         doubts
@@ -218,10 +216,10 @@ mod tests {
 
     #[test]
     fn a_good_converter_raises_no_doubt() {
-        assert_eq!(doubts(|_, _| ()), Reasons::NONE);
+        assert_eq!(failed_checks(|_, _| ()), Reasons::NONE);
         // A 12-bit converter.
         let coarse = |_, chirp: &mut Vec<Iq>| chirp.iter_mut().for_each(|x| x.i &= !15);
-        assert_eq!(doubts(coarse), Reasons::NONE);
+        assert_eq!(failed_checks(coarse), Reasons::NONE);
     }
 
     #[test]
@@ -237,7 +235,7 @@ mod tests {
                         };
                     }
                 };
-                assert!(doubts(stuck).has(Reason::AdcBit), "bit {bit} {high}");
+                assert!(failed_checks(stuck).has(Reason::AdcBit), "bit {bit} {high}");
             }
         }
     }
@@ -249,15 +247,15 @@ mod tests {
                 *chirp = super::tests::chirp(33);
             }
         };
-        assert_eq!(doubts(again), Reasons::NONE.with(Reason::StaleChirp));
+        assert_eq!(failed_checks(again), Reasons::NONE.with(Reason::StaleChirp));
         let cut = |_, chirp: &mut Vec<Iq>| {
             chirp.iter_mut().for_each(|x| x.i = x.i.clamp(-7000, 7000));
         };
-        assert_eq!(doubts(cut), Reasons::NONE.with(Reason::Clipped));
+        assert_eq!(failed_checks(cut), Reasons::NONE.with(Reason::Clipped));
         let walks = |row, chirp: &mut Vec<Iq>| {
             chirp.iter_mut().for_each(|x| x.q += 250 * row as i16);
         };
         // An offset beyond the swing also leaves the sign bit unchanged.
-        assert!(doubts(walks).has(Reason::DcDrift));
+        assert!(failed_checks(walks).has(Reason::DcDrift));
     }
 }

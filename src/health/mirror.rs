@@ -23,17 +23,17 @@ pub struct MirrorEcho {
 }
 
 impl MirrorEcho {
-    /// Calls `sign` with the deviations of range and level from the configured and the calibrated values, and
+    /// Calls `report` with the deviations of range and level from the configured and the calibrated values, and
     /// their limits.
     #[inline(never)]
-    pub(super) fn signs(self, config: &Config, sign: &mut dyn FnMut(Reason, i32, i32)) {
+    pub(super) fn report_checks(self, config: &Config, report: &mut dyn FnMut(Reason, i32, i32)) {
         let p = current();
         // Wide limit against the mirror's offset, from which distances count; narrow limit against the
         // calibrated range.
         let mut place = |right_m: f32, within_m: f32| {
             let off = (self.range_m - right_m).abs();
             let (off, within) = ((off * PER_METRE) as i32, (within_m * PER_METRE) as i32);
-            sign(Reason::RangeScale, off, within);
+            report(Reason::RangeScale, off, within);
         };
         place(config.mount.mirror_offset_m(), p.mirror_place_m);
         if config.mount.mirror_echo > 0 {
@@ -45,7 +45,7 @@ impl MirrorEcho {
                 (off_db * PER_DB) as i32,
                 (p.inside_drift_db * PER_DB) as i32,
             );
-            sign(Reason::GainDrift, off, within);
+            report(Reason::GainDrift, off, within);
         }
     }
 }

@@ -3,8 +3,8 @@
 //! A fault must end in no answer, not in a clear way, and rows that are not at their assumed angles must not
 //! give `ok`. All checks concern the instrument and none the stairs, so they hold for every estimator.
 //!
-//! In: each row's chirp, statistics and cells. Out: [`Health::verdict`], the reason for no answer, and
-//! [`Health::doubts`], the reasons that prevent `ok`.
+//! In: each row's chirp, statistics and cells. Out: [`Health::fault`], the reason for no answer, and
+//! [`Health::failed_checks`], the reasons that prevent `ok`.
 //!
 //! | module | checks |
 //! |---|---|
@@ -14,9 +14,9 @@
 //! | `standing` | phases: chair and scene do not move |
 //! | `mirror` | range and level of the mirror's own echo over the whole scan |
 
+mod check;
 mod converter;
 mod mirror;
-mod sign;
 mod standing;
 mod turning;
 
@@ -27,10 +27,10 @@ use crate::params::current as p;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
 use crate::verdict::{Reason, Reasons};
+pub use check::CheckResult;
+use check::{PER_CENT, units};
 use converter::Converter;
 pub use mirror::MirrorEcho;
-pub use sign::Sign;
-use sign::{PER_CENT, units};
 use standing::Standing;
 use turning::Turning;
 
@@ -47,11 +47,11 @@ const SILENT_SWING: u16 = 1;
 const MIRROR_ABOVE_NOISE: u32 = 24;
 /// Minimum level of an echo above the median cell, map units (15 dB). Noise exceeds it in fewer than one in
 /// 50,000 of the largest maps (65,536 cells).
-const HEARD_ABOVE_NOISE: u8 = 40;
+const ECHO_ABOVE_NOISE: u8 = 40;
 /// Number of samples of a chirp that are compared with those of the chirp before.
 const PROBES: usize = 4;
 /// Maximum number of rows of a burst. After it the current noise becomes the new reference.
-const YARDSTICK_ROWS: u32 = 8;
+const MAX_BURST_ROWS: u32 = 8;
 /// Cell interval of a row's noise histogram.
 const CELL_STRIDE: usize = 6;
 /// Cell values per class of a row's noise histogram, as a power of two: 4 map units, 1.5 dB.
@@ -66,7 +66,7 @@ const RUNNING_MEAN: i32 = 4;
 const QUARTER: usize = 4;
 
 /// Maximum share of the rows, per cent, that may show an image of the mirror's echo.
-const MOST: i32 = 75;
+const MAX_IMAGE_SHARE: i32 = 75;
 
 /// Conditions of a scan under which some checks do not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,72 +99,73 @@ pub struct Health {
 #[derive(Clone, Debug)]
 struct Levels {
     /// Level of the strongest self-echo (leakage or mirror) in the first row.
-    inside: i32,
+    self_echo: i32,
     /// Number of rows whose self-echo differs from it by more than `inside_drift_db`.
-    strayed: u32,
+    self_echo_drifts: u32,
     /// Running mean of the rows' noise, 1/16 map unit, and number of rows of the current burst.
     noise: i32,
-    since: u32,
+    burst_rows: u32,
     /// Number of rows set aside because of a burst.
     bursts: u32,
     /// Numbers of rows in which the image of the mirror's echo is as strong as the echo, stronger, or less than
     /// `image_db` weaker.
-    twins: u32,
-    backwards: u32,
+    image_equal: u32,
+    image_stronger: u32,
     images: u32,
     /// Sum of the offsets of the mirror's echo from its nominal bin, 1/16 bin.
     place: i32,
     /// Number of rows with an echo right before the mirror.
-    near: u32,
+    blocked: u32,
 }
 
 impl Levels {
     const fn new() -> Self {
         Self {
-            inside: 0,
-            strayed: 0,
+            self_echo: 0,
+            self_echo_drifts: 0,
             noise: 0,
-            since: 0,
+            burst_rows: 0,
             bursts: 0,
-            twins: 0,
-            backwards: 0,
+            image_equal: 0,
+            image_stronger: 0,
             images: 0,
             place: 0,
-            near: 0,
+            blocked: 0,
         }
     }
 
     /// Takes one row. Returns whether its noise shows a burst of interference.
     fn row(&mut self, first: bool, stats: &RowStats, cells: &[u8]) -> bool {
-        let (inside, noise) = (i32::from(stats.inside), row_noise(cells));
+        let (inside, noise) = (i32::from(stats.self_echo), row_noise(cells));
         if first {
-            self.inside = inside;
+            self.self_echo = inside;
             self.noise = SIXTEENTHS * noise;
         }
-        self.strayed += u32::from((inside - self.inside).abs() > units(p().inside_drift_db));
+        self.self_echo_drifts +=
+            u32::from((inside - self.self_echo).abs() > units(p().inside_drift_db));
         self.place = self.place.saturating_add(stats.mirror_place.into());
         let mirror = i32::from(stats.mirror_echo);
         let image = i32::from(stats.image);
         let clear = image.max(mirror) > noise + units(p().image_clear_db);
         let apart = image - mirror;
-        self.backwards += u32::from(clear && apart > units(p().twin_db));
-        self.twins += u32::from(clear && apart.abs() <= units(p().twin_db));
+        self.image_stronger += u32::from(clear && apart > units(p().twin_db));
+        self.image_equal += u32::from(clear && apart.abs() <= units(p().twin_db));
         self.images +=
             u32::from(apart > -units(p().image_db) && image > noise + units(p().image_clear_db));
-        self.near += u32::from(i32::from(stats.near) > mirror + units(p().near_db));
+        self.blocked += u32::from(i32::from(stats.before_window) > mirror + units(p().near_db));
         let above = SIXTEENTHS * noise - self.noise;
-        let burst = above > SIXTEENTHS * units(p().burst_db) && self.since < YARDSTICK_ROWS;
+        let burst = above > SIXTEENTHS * units(p().burst_db) && self.burst_rows < MAX_BURST_ROWS;
         if burst {
-            self.since += 1;
+            self.burst_rows += 1;
             self.bursts += 1;
         } else {
             // After a burst of the maximum length the current noise is the new reference, else a running mean.
-            self.noise += if self.since < YARDSTICK_ROWS {
+            self.noise += if self.burst_rows < MAX_BURST_ROWS {
                 above / RUNNING_MEAN
             } else {
                 above
             };
-            self.since = 0;
+            self.burst_rows = 0;
         }
         burst
     }
@@ -253,7 +254,12 @@ impl Health {
 
     /// Adds row `row` of `map`, which [`Health::row`] has already taken, to the checks of motion and phase.
     /// `phasors` returns the complex values of a stored bin and of the mirror's echo in the row's chirp.
-    pub fn stands(&mut self, row: u16, map: &PolarMap, phasors: impl Fn(u8) -> [[f32; 2]; 2]) {
+    pub fn check_map_row(
+        &mut self,
+        row: u16,
+        map: &PolarMap,
+        phasors: impl Fn(u8) -> [[f32; 2]; 2],
+    ) {
         let noise = self.levels.noise / SIXTEENTHS;
         let strongest = self.turning.row(map, row, noise);
         self.standing.row(map, row, phasors, strongest, noise);
@@ -275,15 +281,15 @@ impl Health {
         median.unwrap_or(0) as u8
     }
 
-    /// Returns whether any detection of `map` exceeds the noise by `HEARD_ABOVE_NOISE`.
-    pub fn heard(&self, map: &PolarMap) -> bool {
-        let least = self.noise().saturating_add(HEARD_ABOVE_NOISE);
-        (0..map.rows()).any(|k| map.hits(k).any(|(_, cell)| cell >= least))
+    /// Returns whether any detection of `map` exceeds the noise by `ECHO_ABOVE_NOISE`.
+    pub fn has_echo(&self, map: &PolarMap) -> bool {
+        let least = self.noise().saturating_add(ECHO_ABOVE_NOISE);
+        (0..map.rows()).any(|k| map.detections(k).any(|(_, cell)| cell >= least))
     }
 
     /// Returns the reason of a fault, if there is one. `mirror`: whether the radar looks at a mirror.
     #[inline(never)]
-    pub fn verdict(&self, mirror: bool) -> Option<Reason> {
+    pub fn fault(&self, mirror: bool) -> Option<Reason> {
         let most = |rows: u32| 2 * rows > self.rows;
         if self.rows == 0 || most(self.silent) {
             return Some(Reason::Silent);
@@ -298,7 +304,7 @@ impl Health {
         if noise == 0 {
             return Some(Reason::NoNoise);
         }
-        if mirror && most(self.levels.backwards) {
+        if mirror && most(self.levels.image_stronger) {
             return Some(Reason::IqSwapped);
         }
         let missing = mirror && self.mirror < (noise + MIRROR_ABOVE_NOISE) * self.rows;
@@ -327,51 +333,51 @@ impl Health {
 
     /// Calls `each` with every check of the whole scan, except those that `expected` excludes. A check fails
     /// where its measured value exceeds its limit. `config` is that of the scan that filled `map`.
-    pub fn signs(
+    pub fn report_checks(
         &self,
         config: &Config,
         map: &PolarMap,
         expected: Expected,
-        each: &mut dyn FnMut(Sign),
+        each: &mut dyn FnMut(CheckResult),
     ) {
         let levels = &self.levels;
         let share = |rows: u32| (PER_CENT * rows / self.rows.max(1)) as i32;
-        let mut sign = |reason, seen, limit| {
-            each(Sign {
+        let mut check = |reason, value, limit| {
+            each(CheckResult {
                 reason,
-                seen,
+                value,
                 limit,
             });
         };
-        sign(Reason::Silent, self.silent as i32, 0);
-        sign(
+        check(Reason::Silent, self.silent as i32, 0);
+        check(
             Reason::GainDrift,
-            levels.strayed as i32,
+            levels.self_echo_drifts as i32,
             p().strayed_rows as i32,
         );
-        sign(Reason::Interference, levels.bursts as i32, 0);
+        check(Reason::Interference, levels.bursts as i32, 0);
         if config.mount.mirror_offset > 0 {
-            let twins = share(levels.twins);
-            sign(Reason::ChannelDead, twins, MOST);
+            let twins = share(levels.image_equal);
+            check(Reason::ChannelDead, twins, MAX_IMAGE_SHARE);
             let images = share(levels.images);
-            sign(
+            check(
                 Reason::IqImbalance,
-                if twins > MOST { 0 } else { images },
-                MOST,
+                if twins > MAX_IMAGE_SHARE { 0 } else { images },
+                MAX_IMAGE_SHARE,
             );
-            sign(
+            check(
                 Reason::BlockedView,
-                levels.near as i32,
+                levels.blocked as i32,
                 p().near_rows as i32,
             );
             if !expected.uncalibrated {
-                self.mirror_seen(config).signs(config, &mut sign);
+                self.mirror_seen(config).report_checks(config, &mut check);
             }
         }
-        self.converter.signs(each);
-        self.turning.signs(map, each);
+        self.converter.report_checks(each);
+        self.turning.report_checks(map, each);
         if config.mount.mirror_offset > 0 && !expected.moving {
-            self.standing.signs(each);
+            self.standing.report_checks(each);
         }
         turning::lines(map, config, self.noise(), each);
     }
@@ -379,14 +385,14 @@ impl Health {
     /// Returns the reasons of the failed checks, which prevent `ok`; empty if the instrument works. `config` is
     /// that of the scan that filled `map`.
     #[inline(never)]
-    pub fn doubts(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
-        let mut doubts = Reasons::NONE;
-        self.signs(config, map, expected, &mut |sign| {
-            if sign.seen > sign.limit && !p().rules.muted.has(sign.reason) {
-                doubts.add(sign.reason);
+    pub fn failed_checks(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
+        let mut failed = Reasons::NONE;
+        self.report_checks(config, map, expected, &mut |check| {
+            if check.value > check.limit && !p().rules.muted.has(check.reason) {
+                failed.add(check.reason);
             }
         });
-        doubts
+        failed
     }
 }
 
@@ -415,15 +421,15 @@ mod tests {
             swing: 900,
             mirror_echo: 170,
             image: 85,
-            inside: 200,
-            near: 100,
+            self_echo: 200,
+            before_window: 100,
             ..RowStats::EMPTY
         };
         (Iq::new(k as i16, 5), stats, 80)
     }
 
     /// Reasons that 64 rows raise by their levels alone, and the number of rows set aside; the map stays empty.
-    fn doubts(change: impl Fn(u16, &mut RowStats, &mut u8)) -> (Reasons, u32) {
+    fn failed_checks(change: impl Fn(u16, &mut RowStats, &mut u8)) -> (Reasons, u32) {
         let mut health = Health::new();
         let mut aside = 0;
         for k in 0..64 {
@@ -446,31 +452,38 @@ mod tests {
         let config = Config::default();
         let mut map = Box::new(PolarMap::new());
         map.begin(&config).unwrap();
-        (health.doubts(&config, &map, Expected::default()), aside)
+        (
+            health.failed_checks(&config, &map, Expected::default()),
+            aside,
+        )
     }
 
     #[test]
     fn what_a_good_scan_shows_raises_no_doubt() {
-        assert_eq!(doubts(|_, _, _| ()), (Reasons::NONE, 0));
+        assert_eq!(failed_checks(|_, _, _| ()), (Reasons::NONE, 0));
     }
 
     #[test]
     fn each_doubt_has_its_reason() {
         let only = |reason| (Reasons::NONE.with(reason), 0);
-        let falls = |k: u16, s: &mut RowStats, _: &mut u8| s.inside -= if k > 40 { 12 } else { 0 };
-        assert_eq!(doubts(falls), only(Reason::GainDrift));
+        let falls =
+            |k: u16, s: &mut RowStats, _: &mut u8| s.self_echo -= if k > 40 { 12 } else { 0 };
+        assert_eq!(failed_checks(falls), only(Reason::GainDrift));
         let twin = |_, s: &mut RowStats, _: &mut u8| s.image = s.mirror_echo - 3;
-        assert_eq!(doubts(twin), only(Reason::ChannelDead));
+        assert_eq!(failed_checks(twin), only(Reason::ChannelDead));
         let image = |_, s: &mut RowStats, _: &mut u8| s.image = s.mirror_echo - 40;
-        assert_eq!(doubts(image), only(Reason::IqImbalance));
+        assert_eq!(failed_checks(image), only(Reason::IqImbalance));
         let moved = |_, s: &mut RowStats, _: &mut u8| s.mirror_place = 40;
-        assert_eq!(doubts(moved), only(Reason::RangeScale));
-        let near = |_, s: &mut RowStats, _: &mut u8| s.near = s.mirror_echo + 20;
-        assert_eq!(doubts(near), only(Reason::BlockedView));
+        assert_eq!(failed_checks(moved), only(Reason::RangeScale));
+        let near = |_, s: &mut RowStats, _: &mut u8| s.before_window = s.mirror_echo + 20;
+        assert_eq!(failed_checks(near), only(Reason::BlockedView));
         let dead = |k: u16, s: &mut RowStats, _: &mut u8| s.swing *= u16::from(k != 20);
-        assert_eq!(doubts(dead), only(Reason::Silent));
+        assert_eq!(failed_checks(dead), only(Reason::Silent));
         let burst = |k: u16, _: &mut RowStats, c: &mut u8| *c += if k % 16 == 9 { 30 } else { 0 };
-        assert_eq!(doubts(burst), (Reasons::NONE.with(Reason::Interference), 4));
+        assert_eq!(
+            failed_checks(burst),
+            (Reasons::NONE.with(Reason::Interference), 4)
+        );
     }
 
     #[test]
@@ -484,29 +497,29 @@ mod tests {
         let seen_m = health.mirror_echo_m(&config);
         assert!((seen_m - 0.2259).abs() < 1e-3, "{seen_m}");
         let map = Box::new(PolarMap::new());
-        let doubted = |config: &Config, uncalibrated| {
+        let fails = |config: &Config, uncalibrated| {
             let expected = Expected {
                 uncalibrated,
                 moving: false,
             };
-            let doubts = health.doubts(config, &map, expected);
-            doubts.has(Reason::RangeScale)
+            let failed = health.failed_checks(config, &map, expected);
+            failed.has(Reason::RangeScale)
         };
-        assert!(!doubted(&config, false));
+        assert!(!fails(&config, false));
         config.mount.mirror_echo = 22_000;
-        assert!(doubted(&config, false));
-        assert!(!doubted(&config, true), "calibration finds it");
+        assert!(fails(&config, false));
+        assert!(!fails(&config, true), "calibration finds it");
         config.mount.mirror_echo = 22_600;
-        assert!(!doubted(&config, false));
+        assert!(!fails(&config, false));
         // Calibrated, and then set to another mirror offset, from which all distances count.
-        for (place, doubted) in [(40, false), (60, true)] {
+        for (place, fails) in [(40, false), (60, true)] {
             stats.mirror_place = place;
             health.row(1, &[sample; 64], &stats, &[cell; 64]);
             let seen_m = health.mirror_echo_m(&config);
-            assert_eq!(seen_m - 0.22 > p().mirror_place_m, doubted, "{seen_m}");
+            assert_eq!(seen_m - 0.22 > p().mirror_place_m, fails, "{seen_m}");
             config.mount.mirror_echo = (seen_m * 1e5) as i32;
-            let doubts = health.doubts(&config, &map, Expected::default());
-            assert_eq!(doubts.has(Reason::RangeScale), doubted);
+            let failed = health.failed_checks(&config, &map, Expected::default());
+            assert_eq!(failed.has(Reason::RangeScale), fails);
         }
     }
 
@@ -517,13 +530,13 @@ mod tests {
             (stats.mirror_echo, stats.image) = (80, 170);
             (sample, stats, cell)
         });
-        assert_eq!(swapped.verdict(true), Some(Reason::IqSwapped));
+        assert_eq!(swapped.fault(true), Some(Reason::IqSwapped));
     }
 
     #[test]
     fn a_good_scan_is_healthy() {
         let health = scan(good);
-        assert_eq!(health.verdict(true), None);
+        assert_eq!(health.fault(true), None);
         assert_eq!(health.noise(), 80);
     }
 
@@ -535,7 +548,7 @@ mod tests {
                 change(&mut row, k);
                 row
             })
-            .verdict(true)
+            .fault(true)
         };
         assert_eq!(with(|r, _| r.1.swing = 1), Some(Reason::Silent));
         assert_eq!(
@@ -554,6 +567,6 @@ mod tests {
 
     #[test]
     fn without_rows_there_is_no_answer() {
-        assert_eq!(Health::new().verdict(false), Some(Reason::Silent));
+        assert_eq!(Health::new().fault(false), Some(Reason::Silent));
     }
 }

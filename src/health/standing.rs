@@ -5,7 +5,7 @@
 //! beam's axis turns about a point on the mirror. At 94 GHz a millimetre of range is two thirds of a turn. The
 //! measured value is the angle of the mean phasor of the phase changes between neighbouring rows.
 
-use super::sign::{Sign, units};
+use super::check::{CheckResult, units};
 use crate::params::current as p;
 use crate::signal::grid::PolarMap;
 use crate::verdict::Reason;
@@ -13,38 +13,38 @@ use crate::verdict::Reason;
 /// Number of rows for which one echo is followed: fewer than those of a main lobe.
 const FOLLOWED: u8 = 8;
 /// Fractions of a degree in which phase changes are reported.
-const PARTS: f32 = 100.0;
+const PER_DEGREE: f32 = 100.0;
 /// Returns the maximum mean phase change of a standing chair, 1/100 degree.
 fn limit() -> i32 {
-    (PARTS * p().phase_turned_deg) as i32
+    (PER_DEGREE * p().phase_turned_deg) as i32
 }
 /// Minimum length of the mean phasor of a standing chair: the phase changes have a standard deviation of at
 /// most 26 degrees.
-const TOGETHER: f32 = 0.9;
+const MIN_COHERENCE: f32 = 0.9;
 
 /// Phase changes of echoes from row to row of one scan.
 #[derive(Clone, Debug)]
 pub struct Standing {
     /// Stored bin that is followed, and the number of rows left.
     bin: u8,
-    left: u8,
+    remaining: u8,
     /// Row before, and the phasor of its echo relative to the mirror's; zero where there was none.
     row: u16,
     before: [f32; 2],
     /// Sums of the cosines and sines of the phase changes, and their number.
     sum: [f32; 2],
-    turns: u16,
+    phase_changes: u16,
 }
 
 impl Standing {
     pub const fn new() -> Self {
         Self {
             bin: 0,
-            left: 0,
+            remaining: 0,
             row: 0,
             before: [0.0; 2],
             sum: [0.0; 2],
-            turns: 0,
+            phase_changes: 0,
         }
     }
 
@@ -74,37 +74,37 @@ impl Standing {
                 self.sum[0] + turned[0] / size,
                 self.sum[1] + turned[1] / size,
             ];
-            self.turns += 1;
+            self.phase_changes += 1;
         }
         (self.row, self.before) = (k, now);
-        self.left = self.left.saturating_sub(1);
-        if (self.left == 0 || !seen) && strongest != self.bin {
-            (self.bin, self.left, self.before) = (strongest, FOLLOWED, [0.0; 2]);
+        self.remaining = self.remaining.saturating_sub(1);
+        if (self.remaining == 0 || !seen) && strongest != self.bin {
+            (self.bin, self.remaining, self.before) = (strongest, FOLLOWED, [0.0; 2]);
         }
     }
 
     /// Returns the angle of the mean phase change from row to row, 1/100 degree; `None` with fewer than
     /// `phase_turns` changes.
-    fn turned(&self) -> Option<i32> {
+    fn phase_change(&self) -> Option<i32> {
         let [cos, sin] = self.sum;
         let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
-        let enough = self.turns >= p().phase_turns as u16;
-        enough.then_some((PARTS * degrees) as i32)
+        let enough = self.phase_changes >= p().phase_turns as u16;
+        enough.then_some((PER_DEGREE * degrees) as i32)
     }
 
     /// Returns whether enough echoes show that nothing moved: their mean phase change is small, and the single
     /// changes are alike. On a chair that drives fast the single changes spread, though their mean may be
     /// small.
     pub fn stood(&self) -> bool {
-        let together = self.sum[0] >= TOGETHER * f32::from(self.turns);
-        together && self.turned().is_some_and(|turned| turned < limit())
+        let together = self.sum[0] >= MIN_COHERENCE * f32::from(self.phase_changes);
+        together && self.phase_change().is_some_and(|turned| turned < limit())
     }
 
     /// Calls `each` with the check's result.
-    pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
-        each(Sign {
+    pub fn report_checks(&self, each: &mut dyn FnMut(CheckResult)) {
+        each(CheckResult {
             reason: Reason::Moving,
-            seen: self.turned().unwrap_or(0),
+            value: self.phase_change().unwrap_or(0),
             limit: limit(),
         });
     }
@@ -145,7 +145,7 @@ mod tests {
     /// Returns the measured value of the check after 60 rows.
     fn seen(phase: impl Fn(u16) -> f32) -> i32 {
         let mut seen = -1;
-        followed(60, phase).signs(&mut |sign| seen = sign.seen);
+        followed(60, phase).report_checks(&mut |check| seen = check.value);
         seen
     }
 

@@ -8,7 +8,7 @@
 //!
 //! Rows are compared as they arrive, cell by cell where CA-CFAR has a detection in either.
 
-use super::sign::{Sign, units};
+use super::check::{CheckResult, units};
 use crate::config::Config;
 use crate::params::current as p;
 use crate::signal::grid::{Geometry, PolarMap};
@@ -17,11 +17,11 @@ use crate::verdict::Reason;
 /// Distance of the surrounding rows from a compared pair: a null of the pattern is narrower.
 const AROUND: usize = 4;
 /// Beamwidth that `jump_db` holds for, rows.
-const USUAL_BEAM: f32 = 20.0;
+const REFERENCE_BEAM: f32 = 20.0;
 /// Row interval of the standstill check. Its rows are not those of the noise histogram.
 const STILL_ROWS: u16 = 2;
 /// Fractions of a beamwidth in which a standstill is reported.
-const PARTS: f32 = 100.0;
+const PER_BEAM: f32 = 100.0;
 /// Row interval of the search for lines.
 const LINE_ROWS: usize = 8;
 /// Row interval of the pre-check of a bin for a line.
@@ -36,11 +36,11 @@ pub struct Turning {
     rows: u16,
     before: u16,
     /// Number of consecutive rows that equal those one lag before them, and its maximum.
-    still: u16,
-    longest: u16,
+    still_rows: u16,
+    max_still_rows: u16,
     /// Maximum difference of neighbouring rows beyond the usual one, summed over cells, map units at
-    /// [`USUAL_BEAM`].
-    steepest: u16,
+    /// [`REFERENCE_BEAM`].
+    max_difference: u16,
     /// Strongest bin of the two neighbouring rows that were compared last.
     strongest: u8,
 }
@@ -55,11 +55,11 @@ struct Pair {
 }
 
 /// Maximum number of compared cells of two rows: a row shows a dozen echoes of four cells.
-const MOST_PAIRS: usize = 32;
+const MAX_PAIRS: usize = 32;
 
 /// Compared cells of two rows.
 struct Pairs {
-    list: heapless::Vec<Pair, MOST_PAIRS>,
+    list: heapless::Vec<Pair, MAX_PAIRS>,
     /// Sum of the differences, map units.
     sum: u32,
     strongest: Pair,
@@ -100,7 +100,7 @@ impl Pairs {
 }
 
 /// Returns whether row `k` arrived and was not set aside.
-fn seen(map: &PolarMap, k: usize) -> bool {
+fn has_cells(map: &PolarMap, k: usize) -> bool {
     map.present(k) && map.row(k).iter().any(|&cell| cell > 0)
 }
 
@@ -114,9 +114,9 @@ impl Turning {
         Self {
             rows: 0,
             before: 0,
-            still: 0,
-            longest: 0,
-            steepest: 0,
+            still_rows: 0,
+            max_still_rows: 0,
+            max_difference: 0,
             strongest: 0,
         }
     }
@@ -134,7 +134,7 @@ impl Turning {
             } else {
                 k.checked_add(rows)
             };
-            at.filter(|&at| seen(map, at))
+            at.filter(|&at| has_cells(map, at))
         };
         let Some(here) = back(0) else {
             return self.strongest;
@@ -148,26 +148,30 @@ impl Turning {
         if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
             let before = map.row(old);
             // Every other cell suffices, too.
-            let hits = map.hits(here).step_by(2);
+            let hits = map.detections(here).step_by(2);
             let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
             let Pairs { list, sum, .. } = Pairs::of(both, floor);
             let unmoved = list.len() >= p().still_cells as usize
                 && sum < units(p().still_db) as u32 * list.len() as u32;
-            self.still = if unmoved { self.still + STILL_ROWS } else { 0 };
-            self.longest = self.longest.max(self.still);
+            self.still_rows = if unmoved {
+                self.still_rows + STILL_ROWS
+            } else {
+                0
+            };
+            self.max_still_rows = self.max_still_rows.max(self.still_rows);
         }
         if let (Some(a), Some(b)) = (back(AROUND + 1), back(AROUND)) {
-            self.beside(map, [a, b], floor, beam);
+            self.compare_neighbours(map, [a, b], floor, beam);
         }
         self.strongest
     }
 
     /// Compares two neighbouring rows whose surrounding rows have arrived as well.
-    fn beside(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
+    fn compare_neighbours(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
         // The flanks of a narrow beam are steeper.
-        let scale = (USUAL_BEAM / beam.max(1.0)).max(1.0);
-        let steepest = (f32::from(self.steepest) * scale) as u32;
-        let found = Pairs::of(map.hits_of(a, b), floor);
+        let scale = (REFERENCE_BEAM / beam.max(1.0)).max(1.0);
+        let steepest = (f32::from(self.max_difference) * scale) as u32;
+        let found = Pairs::of(map.detections_of(a, b), floor);
         if found.sum > 0 {
             self.strongest = found.strongest.bin;
         }
@@ -193,22 +197,22 @@ impl Turning {
         if cells >= p().jump_cells as u32 {
             let usual = units(p().jump_usual_db) as u32 * cells;
             let beyond = (differ as f32 / scale) as u32;
-            self.steepest = self.steepest.max(beyond.saturating_sub(usual) as u16);
+            self.max_difference = self.max_difference.max(beyond.saturating_sub(usual) as u16);
         }
     }
 
     /// Calls `each` with the results of the checks for a standstill and for jumps of the angle.
-    pub fn signs(&self, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
+    pub fn report_checks(&self, map: &PolarMap, each: &mut dyn FnMut(CheckResult)) {
         let beam = beam(map.geometry());
-        let patience = ((p().still_beams * beam) as i32).max(p().still_rows as i32);
-        each(Sign {
+        let max_still = ((p().still_beams * beam) as i32).max(p().still_rows as i32);
+        each(CheckResult {
             reason: Reason::MirrorStuck,
-            seen: (f32::from(self.longest) * PARTS / beam.max(1.0)) as i32,
-            limit: (patience as f32 * PARTS / beam.max(1.0)) as i32,
+            value: (f32::from(self.max_still_rows) * PER_BEAM / beam.max(1.0)) as i32,
+            limit: (max_still as f32 * PER_BEAM / beam.max(1.0)) as i32,
         });
-        each(Sign {
+        each(CheckResult {
             reason: Reason::AngleJump,
-            seen: self.steepest.into(),
+            value: self.max_difference.into(),
             limit: units(p().jump_db),
         });
     }
@@ -217,7 +221,7 @@ impl Turning {
 /// Calls `each` with the largest share of the rows, per cent, that has the same level at one range: one check
 /// for ranges below `blocked_m`, one for those beyond. `noise` is the map's median cell, map units.
 #[inline(never)]
-pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Sign)) {
+pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(CheckResult)) {
     let (geometry, radar) = (map.geometry(), &config.radar);
     // From this range on lie the I/Q images of mirror and leakage.
     let axis_m = radar.fft_len() as f32 * geometry.bin_m;
@@ -256,9 +260,9 @@ pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Si
         .into_iter()
         .zip(most)
     {
-        each(Sign {
+        each(CheckResult {
             reason,
-            seen: share as i32,
+            value: share as i32,
             limit,
         });
     }

@@ -9,7 +9,7 @@ use super::propose::search::Search;
 use super::propose::stairs::{Flight, FlightShape};
 use super::readings::Readings;
 use super::refine::refine;
-use super::variants::Base;
+use super::variants::Hypothesis;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::treads::Descending;
@@ -22,17 +22,17 @@ use heapless::Vec;
 
 /// Initial hypotheses of the posterior: refined flights and a ramp; level ground and the answer of each round, with
 /// and without walls behind.
-pub(super) type Bases = Vec<Base, { MOST_LOOKED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
+pub(super) type Hypotheses = Vec<Hypothesis, { MAX_REFINED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
 
 /// The posterior of a scan: measurement model, initial hypotheses, particles.
 ///
-/// Its methods are in two files. Those that take in echoes and hypotheses ([`Posterior::take`],
+/// Its methods are in two files. Those that take in echoes and hypotheses ([`Posterior::set_echoes`],
 /// [`Posterior::propose`]) are here. Those that fill the cloud and evaluate the particles ([`Posterior::judge`],
 /// [`Posterior::likeliest`], [`Posterior::outlines`]) are in `judgement.rs`. The type is too large for a small stack:
 /// the caller provides its memory.
 pub struct Posterior {
     pub(super) model: Model<'static>,
-    pub(super) bases: Bases,
+    pub(super) hypotheses: Hypotheses,
     pub(super) cloud: Cloud,
 }
 
@@ -48,13 +48,13 @@ const STRETCHES: [f32; 2] = [0.95, 1.05];
 const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
 /// Maximum score margin behind the search's best flight at which a flight is proposed, nats. With 5 nats, 8 of 2,014
 /// validation scenes fewer are exact; with 20 nats, 14 fewer.
-const RIVAL_NATS: f32 = 3.0;
+const PROPOSAL_MARGIN_NATS: f32 = 3.0;
 /// Maximum score margin behind the search's best flight, nats, for that flight in the other build (closed or open)
 /// and for hypotheses of earlier scans. It is wide, since the search does not model walls behind open treads or
 /// earlier scans.
-const ADMITTED_NATS: f32 = 12.0;
+const OTHER_MARGIN_NATS: f32 = 12.0;
 /// Maximum number of refined flights, set by the computing time.
-const MOST_LOOKED: usize = 6;
+const MAX_REFINED: usize = 6;
 /// Minimum distance between two walls, metres.
 const WALLS_APART_M: f32 = 0.05;
 /// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
@@ -108,7 +108,7 @@ impl Posterior {
     pub const fn new(g: &'static Generative) -> Self {
         Self {
             model: Model::empty(g),
-            bases: Bases::new(),
+            hypotheses: Hypotheses::new(),
             cloud: Cloud::new(),
         }
     }
@@ -119,9 +119,9 @@ impl Posterior {
     }
 
     /// Takes in a scan's echoes.
-    pub fn take(&mut self, echoes: &[Echo], map: &PolarMap) {
-        self.model.take(echoes, View::of(map), map.geometry());
-        self.bases.clear();
+    pub fn set_echoes(&mut self, echoes: &[Echo], map: &PolarMap) {
+        self.model.set_echoes(echoes, View::of(map), map.geometry());
+        self.hypotheses.clear();
     }
 
     /// Takes in the refined leaders of the search, closed and open, and the refined likely staircases of earlier
@@ -132,12 +132,12 @@ impl Posterior {
         let top = scores.fold(f32::NEG_INFINITY, math::max);
         let rules = &search.stairs.scene().params.rules;
         for leader in &search.leaders {
-            if leader.score >= top - RIVAL_NATS {
-                self.look(leader, None);
+            if leader.score >= top - PROPOSAL_MARGIN_NATS {
+                self.refine_flight(leader, None);
             }
         }
         if let Some(past) = past {
-            self.look_back(top, search, past);
+            self.refine_past(top, search, past);
         }
         if let Some(leader) = search.leaders.iter().find(|l| l.score >= top)
             && rules.other_build
@@ -145,8 +145,8 @@ impl Posterior {
             let mut other = leader.clone();
             other.shape.open = !leader.shape.open;
             other.score = search.stairs.whole(&other.chain, other.shape);
-            if other.score >= top - ADMITTED_NATS {
-                self.look(&other, None);
+            if other.score >= top - OTHER_MARGIN_NATS {
+                self.refine_flight(&other, None);
             }
         }
         self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_M);
@@ -154,7 +154,7 @@ impl Posterior {
             && let Some(ramp) = self.ramp()
         {
             // Cannot fail: one place is reserved for the ramp.
-            let _ = self.bases.push(ramp);
+            let _ = self.hypotheses.push(ramp);
         }
     }
 
@@ -162,9 +162,9 @@ impl Posterior {
     #[inline(never)]
     pub fn descend(&mut self, model: &mut Descending, view: View, echoes: &[Echo]) {
         self.model.view = view;
-        self.bases.clear();
-        model.take(echoes, view);
-        let bases = &mut self.bases;
+        self.hypotheses.clear();
+        model.set_echoes(echoes, view);
+        let bases = &mut self.hypotheses;
         descending::propose(model, echoes, &mut |base| {
             if let Err(base) = bases.push(base) {
                 // Level ground is kept: it is the reference of all others.
@@ -181,9 +181,9 @@ impl Posterior {
 
     /// Returns the likeliest ramp: the best one of a grid, moved by coordinate search.
     #[inline(never)]
-    fn ramp(&self) -> Option<Base> {
+    fn ramp(&self) -> Option<Hypothesis> {
         let ramp = |(from_m, slope)| {
-            Base::new(
+            Hypothesis::new(
                 &self.model,
                 Staircase::ramp(from_m, slope),
                 [0.0; MAX_STEPS],
@@ -191,7 +191,7 @@ impl Posterior {
         };
         let grid = RAMPS_FROM_M.into_iter();
         let grid = grid.flat_map(|from_m| SLOPES.map(|slope| (from_m, slope)));
-        let mut best = grid.map(ramp).reduce(Base::likelier)?;
+        let mut best = grid.map(ramp).reduce(Hypothesis::likelier)?;
         for (by_m, by) in RAMP_MOVES {
             let GroundKind::Ramp { from_m, slope } = best.staircase.kind else {
                 break;
@@ -203,7 +203,7 @@ impl Posterior {
                 (from_m, slope + by),
             ];
             for place in beside {
-                best = Base::likelier(best, ramp(place));
+                best = Hypothesis::likelier(best, ramp(place));
             }
         }
         Some(best)
@@ -218,47 +218,48 @@ impl Posterior {
                 ..*staircase
             };
             // Cannot fail: places are reserved for level ground and for each round's answer.
-            let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
+            let _ = self
+                .hypotheses
+                .push(Hypothesis::new(&self.model, s, *sigmas));
         }
     }
 
     /// Refines a flight, starting from the flight itself or from another staircase.
     #[inline(never)]
-    fn look(&mut self, flight: &Flight, from: Option<Staircase>) {
-        if self.bases.len() < MOST_LOOKED {
+    fn refine_flight(&mut self, flight: &Flight, from: Option<Staircase>) {
+        if self.hypotheses.len() < MAX_REFINED {
             // Cannot fail: the length was checked.
-            let _ = self.bases.push(self.refined(&staircase(flight), from));
+            let _ = self.hypotheses.push(self.refined(&staircase(flight), from));
         }
     }
 
     /// Refines the likely staircases of earlier scans that the search of this scan did not find.
     #[inline(never)]
-    fn look_back(&mut self, top: f32, search: &Search<'_, '_>, past: &History) {
+    fn refine_past(&mut self, top: f32, search: &Search<'_, '_>, past: &History) {
         for k in 0..past.hypotheses.len() {
             let Some(s) = past.hypotheses.staircase(k) else {
                 continue;
             };
-            let known = self
-                .bases
-                .iter()
-                .any(|b| past.hypotheses.alike(&b.staircase, &s) && b.staircase.steps == s.steps);
+            let known = self.hypotheses.iter().any(|b| {
+                past.hypotheses.same_visible_steps(&b.staircase, &s) && b.staircase.steps == s.steps
+            });
             if known {
                 continue;
             }
             let flight = flight(search, &s);
-            if flight.score >= top - ADMITTED_NATS {
-                self.look(&flight, Some(s));
+            if flight.score >= top - OTHER_MARGIN_NATS {
+                self.refine_flight(&flight, Some(s));
             }
         }
     }
 
     /// Returns a hypothesis with all levels multiplied by `stretch`, refined and weighted.
     #[inline(never)]
-    fn moved(&self, start: &Staircase, stretch: f32) -> Base {
+    fn moved(&self, start: &Staircase, stretch: f32) -> Hypothesis {
         let (mut s, mut sigmas) = (*start, [0.0; MAX_STEPS]);
         s.top_m.iter_mut().for_each(|top| *top *= stretch);
         self.refine(&mut s, &mut sigmas);
-        Base::new(&self.model, s, sigmas)
+        Hypothesis::new(&self.model, s, sigmas)
     }
 
     /// Refines a hypothesis. A function of its own, so that its working memory is free while the hypothesis is
@@ -282,15 +283,15 @@ impl Posterior {
     /// Returns the likeliest of a flight's refinements from several riser heights, overhangs and walls. `carried` is
     /// the same staircase as refined by an earlier scan.
     #[inline(never)]
-    fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Base {
-        let base = |s, sigmas| Base::new(&self.model, s, sigmas);
+    fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Hypothesis {
+        let base = |s, sigmas| Hypothesis::new(&self.model, s, sigmas);
         let [low, high] = STRETCHES;
         let top = match carried {
-            None => Base::likelier(self.moved(start, low), self.moved(start, high)),
+            None => Hypothesis::likelier(self.moved(start, low), self.moved(start, high)),
             // The riser height of `carried` is a measurement, so one other start is enough.
             Some(s) => {
-                let top = Base::likelier(self.moved(start, high), self.moved(&s, 1.0));
-                Base::likelier(top, base(s, top.sigmas))
+                let top = Hypothesis::likelier(self.moved(start, high), self.moved(&s, 1.0));
+                Hypothesis::likelier(top, base(s, top.sigmas))
             }
         };
         let mut best = top;
@@ -302,7 +303,7 @@ impl Posterior {
                 overhang_m,
                 ..top.staircase
             };
-            best = Base::likelier(best, base(s, top.sigmas));
+            best = Hypothesis::likelier(best, base(s, top.sigmas));
         }
         let open_air = best;
         let behind_m = best.staircase.last_x() + LANDING_M;
@@ -311,7 +312,7 @@ impl Posterior {
             .skip(1)
             .filter(|_| current().rules.walls_behind)
         {
-            best = Base::likelier(best, open_air.walled(&self.model, wall_m));
+            best = Hypothesis::likelier(best, open_air.walled(&self.model, wall_m));
         }
         best
     }

@@ -5,14 +5,16 @@ use crate::estimate::COVERAGE_FACTOR;
 use crate::math;
 use crate::model::prior::ln;
 use crate::model::surfaces::{SLOT_M, SLOTS};
-use crate::model::{GroundKind, MAX_STEPS, RIGHT_M, Sigmas, Staircase, ToldDrop, ToldStep, View};
+use crate::model::{
+    GroundKind, MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, Sigmas, Staircase, View,
+};
 use crate::params::posterior as number;
 use heapless::Vec;
 
 /// Maximum number of particles after resampling.
 pub const PARTICLES: usize = 32;
 /// Maximum number of particles before resampling.
-pub const ROOM: usize = PARTICLES + PARTICLES / 4;
+pub const CAPACITY: usize = PARTICLES + PARTICLES / 4;
 /// Number of cells of the way ahead, for which conflicts with the answer are summed.
 pub const CELLS: usize = 29;
 /// End of the first cell, metres from the mirror.
@@ -20,18 +22,18 @@ pub const FIRST_END_M: f32 = -0.3;
 /// Length of each further cell, metres.
 pub const CELL_M: f32 = 0.1;
 /// Lower limit of a cell's log-odds of an error, nats.
-pub const LEAST_DOUBT: f32 = -9.0;
+pub const MIN_LOG_ODDS: f32 = -9.0;
 /// Upper limit of a cell's log-odds of an error, nats.
-const MOST_DOUBT: f32 = 4.0;
+const MAX_LOG_ODDS: f32 = 4.0;
 /// Log-weight below the heaviest particle's at which a particle is left out, nats: a thousand of them together do not
-/// reach [`LEAST_DOUBT`].
-const NOTHING: f32 = 20.0;
+/// reach [`MIN_LOG_ODDS`].
+const NEGLIGIBLE_NATS: f32 = 20.0;
 /// Half-width of the window in which the ends of the ground count as one place, slots.
 const NEAR_SLOTS: usize = 2;
 /// Minimum probability that the ground ends in one place at which a drop is reported.
-const LEAST_END: f32 = 0.5;
+const MIN_DROP_PROBABILITY: f32 = 0.5;
 /// Maximum probability that the ground ends before the reported distance less three standard deviations.
-const BEFORE_SHARE: f32 = 0.005;
+const MAX_NEARER_PROBABILITY: f32 = 0.005;
 /// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 
@@ -46,11 +48,11 @@ pub struct Particle {
 
 /// The answer with which particles are compared.
 #[derive(Clone, Debug)]
-pub struct Told<'a> {
+pub struct ReportedAnswer<'a> {
     /// Steps of the answer.
-    pub edges: &'a [ToldStep],
+    pub edges: &'a [ReportedStep],
     /// Reported drop.
-    pub drop: Option<ToldDrop>,
+    pub drop: Option<ReportedDrop>,
     /// Field of view of the scan.
     pub view: View,
 }
@@ -58,7 +60,7 @@ pub struct Told<'a> {
 /// Particles, and sums of their weights. Weights are relative to the heaviest so far.
 #[derive(Clone, Debug)]
 pub struct Cloud {
-    particles: Vec<Particle, ROOM>,
+    particles: Vec<Particle, CAPACITY>,
     /// Weight by the cell of the first conflict with the answer; the last entry is the weight without conflict.
     conflicts: [f32; CELLS + 1],
     /// Weight by number of visible steps.
@@ -67,13 +69,13 @@ pub struct Cloud {
     ends: [f32; SLOTS],
     heaviest: f32,
     /// Start of the next systematic resampling, as a share of its threshold.
-    begin: f32,
+    resampling_offset: f32,
 }
 
 /// Start of the first resampling: the middle, so that the first particle has no advantage.
 const HALF: f32 = 0.5;
 /// Increment of the start from one resampling to the next. Multiples of the golden ratio modulo 1 are evenly spread.
-const GOLDEN: f32 = 0.618_034;
+const GOLDEN_RATIO_STEP: f32 = 0.618_034;
 
 impl Default for Cloud {
     fn default() -> Self {
@@ -83,12 +85,12 @@ impl Default for Cloud {
 
 /// Returns the number of the cell that holds an error at `x_m`, metres; [`CELLS`] if it lies beyond the last.
 fn cell(x_m: f32) -> usize {
-    let k = math::ceil((x_m - RIGHT_M - FIRST_END_M) / CELL_M);
+    let k = math::ceil((x_m - MIN_EXPANDED_M - FIRST_END_M) / CELL_M);
     math::max(math::min(k, CELLS as f32), 0.0) as usize
 }
 
 /// Returns the weight above which particles keep their weight, so that at most [`PARTICLES`] remain.
-fn threshold(weights: &[f32; ROOM]) -> f32 {
+fn threshold(weights: &[f32; CAPACITY]) -> f32 {
     let kept = |threshold: f32| -> f32 {
         let per = 1.0 / threshold;
         weights.iter().map(|w| math::min(w * per, 1.0)).sum()
@@ -117,7 +119,7 @@ impl Cloud {
             counts: [0.0; MAX_STEPS + 1],
             ends: [0.0; SLOTS],
             heaviest: f32::NEG_INFINITY,
-            begin: HALF,
+            resampling_offset: HALF,
         }
     }
 
@@ -128,7 +130,7 @@ impl Cloud {
         self.counts = [0.0; MAX_STEPS + 1];
         self.ends = [0.0; SLOTS];
         self.heaviest = f32::NEG_INFINITY;
-        self.begin = HALF;
+        self.resampling_offset = HALF;
     }
 
     /// Adds a particle. Its conflicts with the answer are summed here, before resampling, which would only add
@@ -139,13 +141,13 @@ impl Cloud {
         staircase: &Staircase,
         log_weight: f32,
         sigmas: &Sigmas,
-        told: &Told<'_>,
+        reported: &ReportedAnswer<'_>,
     ) {
         if !log_weight.is_finite() {
             return;
         }
         if log_weight > self.heaviest {
-            let shrink = math::exp(math::max(self.heaviest - log_weight, -NOTHING));
+            let shrink = math::exp(math::max(self.heaviest - log_weight, -NEGLIGIBLE_NATS));
             let sums = self
                 .conflicts
                 .iter_mut()
@@ -154,12 +156,13 @@ impl Cloud {
             sums.for_each(|sum| *sum *= shrink);
             self.heaviest = log_weight;
         }
-        if log_weight < self.heaviest - NOTHING {
+        if log_weight < self.heaviest - NEGLIGIBLE_NATS {
             return;
         }
         let weight = math::exp(log_weight - self.heaviest);
         let mut left = weight;
-        for conflict in &staircase.conflicts(told.edges, told.drop, &told.view, sigmas) {
+        for conflict in &staircase.conflicts(reported.edges, reported.drop, &reported.view, sigmas)
+        {
             if let Some(sum) = self.conflicts.get_mut(cell(conflict.x_m)) {
                 *sum += left * conflict.probability;
             }
@@ -173,7 +176,7 @@ impl Cloud {
         {
             *sum += weight;
         }
-        let seen = staircase.edges(&told.view).filter(|e| e.seen).count();
+        let seen = staircase.edges(&reported.view).filter(|e| e.seen).count();
         if let Some(sum) = self.counts.get_mut(seen) {
             *sum += weight;
         }
@@ -198,13 +201,13 @@ impl Cloud {
         if self.particles.len() <= PARTICLES {
             return;
         }
-        let mut weights = [0f32; ROOM];
+        let mut weights = [0f32; CAPACITY];
         for (weight, p) in weights.iter_mut().zip(&self.particles) {
-            *weight = math::exp(math::max(p.log_weight - self.heaviest, -NOTHING));
+            *weight = math::exp(math::max(p.log_weight - self.heaviest, -NEGLIGIBLE_NATS));
         }
         let threshold = threshold(&weights);
         let log_threshold = self.heaviest + ln(threshold);
-        let mut sum = self.begin * threshold;
+        let mut sum = self.resampling_offset * threshold;
         let mut weights = weights.into_iter();
         self.particles.retain_mut(|p| {
             // There is one weight for each particle.
@@ -221,16 +224,17 @@ impl Cloud {
             drawn
         });
         // Both are below 1. `%` would link a general floating-point remainder.
-        self.begin += GOLDEN;
-        if self.begin >= 1.0 {
-            self.begin -= 1.0;
+        self.resampling_offset += GOLDEN_RATIO_STEP;
+        if self.resampling_offset >= 1.0 {
+            self.resampling_offset -= 1.0;
         }
         self.particles.truncate(PARTICLES);
     }
 
     /// Returns the particles with their probabilities.
     pub fn particles(&self) -> impl Iterator<Item = (&Staircase, f32)> {
-        let of = |p: &Particle| math::exp(math::max(p.log_weight - self.heaviest, -NOTHING));
+        let of =
+            |p: &Particle| math::exp(math::max(p.log_weight - self.heaviest, -NEGLIGIBLE_NATS));
         let total: f32 = self.particles.iter().map(of).sum();
         let scale = 1.0 / math::max(total, f32::MIN_POSITIVE);
         self.particles
@@ -258,7 +262,7 @@ impl Cloud {
         let places = 0..self.ends.len();
         let most = places.max_by(|a, b| weight(*a).total_cmp(&weight(*b)))?;
         let (here, all) = (weight(most), self.conflicts.iter().sum::<f32>());
-        if here < LEAST_END * all || here <= 0.0 {
+        if here < MIN_DROP_PROBABILITY * all || here <= 0.0 {
             return None;
         }
         let middle = |k: usize| (k as f32 + 0.5) * SLOT_M;
@@ -272,7 +276,7 @@ impl Cloud {
         let mut before = 0.0;
         let nearest = self.ends.iter().position(|w| {
             before += w;
-            before > BEFORE_SHARE * all
+            before > MAX_NEARER_PROBABILITY * all
         });
         let nearest_m = nearest.map_or(distance_m, |k| k as f32 * SLOT_M);
         let distance_sigma_m = math::max(
@@ -288,14 +292,14 @@ impl Cloud {
     }
 
     /// Returns the log-odds of an error in each cell, given none before.
-    pub fn doubts(&self) -> [f32; CELLS] {
+    pub fn error_log_odds(&self) -> [f32; CELLS] {
         let mut left: f32 = self.conflicts.iter().sum();
         let mut out = [0.0; CELLS];
         for (out, cell) in out.iter_mut().zip(&self.conflicts) {
             left -= cell;
-            let odds = math::max(*cell, number::LEAST_PROBABILITY)
-                / math::max(left, number::LEAST_PROBABILITY);
-            *out = ln(odds).clamp(LEAST_DOUBT, MOST_DOUBT);
+            let odds = math::max(*cell, number::MIN_PROBABILITY)
+                / math::max(left, number::MIN_PROBABILITY);
+            *out = ln(odds).clamp(MIN_LOG_ODDS, MAX_LOG_ODDS);
         }
         out
     }

@@ -8,7 +8,7 @@
 //! shadow on, which depends on its depth.
 
 use crate::math;
-use crate::model::Seen;
+use crate::model::ModelEcho;
 use crate::params::posterior as number;
 
 /// Minimum depth of the grid, metres; a drop is deeper.
@@ -19,7 +19,7 @@ const STEP_M: f32 = 0.005;
 const DEPTHS: usize = 73;
 /// Maximum reported depth, metres: two low risers of 11 cm. A deeper surface may be the second tread of a flight
 /// whose first one is hidden.
-const MOST_M: f32 = 0.22;
+const MAX_M: f32 = 0.22;
 /// Minimum probability of a reported depth, given a drop at the reported place.
 const LEAST: f32 = 0.9;
 /// Half-width of the depths whose probabilities are added, metres.
@@ -45,7 +45,7 @@ const NOT_ITS_OWN: f32 = math::ln(1.0 - SHARE);
 /// of neighbouring depths has a probability of at least 90 %. `echoes` are sorted by distance; `height_m` is the
 /// mirror's height above the ground, metres.
 #[inline(never)]
-pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
+pub fn behind(echoes: &[ModelEcho], height_m: f32, edge_m: f32) -> Option<f32> {
     let depth = |k: usize| FIRST_M + STEP_M * k as f32;
     let mut nats = [0.0; DEPTHS];
     for (k, nats) in nats.iter_mut().enumerate() {
@@ -67,12 +67,12 @@ pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
             sum += weight * depth(k);
         }
     }
-    let told = sum / near;
-    (near >= LEAST * all && told <= MOST_M).then_some(told)
+    let depth = sum / near;
+    (near >= LEAST * all && depth <= MAX_M).then_some(depth)
 }
 
 /// Returns the log-likelihood ratio of a surface at a depth against none, nats.
-fn log_likelihood(echoes: &[Seen], height_m: f32, edge_m: f32, depth_m: f32) -> f32 {
+fn log_likelihood(echoes: &[ModelEcho], height_m: f32, edge_m: f32, depth_m: f32) -> f32 {
     let shadow_m = edge_m * (1.0 + depth_m / height_m) - SLACK_M;
     let from_m = math::max(edge_m, shadow_m);
     let (mut sum, mut last_m) = (0.0, f32::NEG_INFINITY);
@@ -102,16 +102,16 @@ mod tests {
     const HEIGHT_M: f32 = 0.4;
 
     /// Returns echoes at these distances and heights, metres, each with a standard deviation of 5 mm.
-    fn seen(places: &[(f32, f32)]) -> Vec<Seen> {
+    fn seen(places: &[(f32, f32)]) -> Vec<ModelEcho> {
         let echo = |&(x_m, y_m): &(f32, f32)| {
-            let mut echo = Seen::default();
+            let mut echo = ModelEcho::default();
             (echo.x_m, echo.y_m, echo.across_m) = (x_m, y_m, 0.005);
             echo
         };
         places.iter().map(echo).collect()
     }
 
-    fn told(places: &[(f32, f32)]) -> Option<f32> {
+    fn depth_of(places: &[(f32, f32)]) -> Option<f32> {
         behind(&seen(places), HEIGHT_M, 0.8)
     }
 
@@ -121,35 +121,35 @@ mod tests {
             let from_m = 0.8 * (1.0 + depth_m / HEIGHT_M);
             let places = [(0.0, 0.004), (0.06, -0.003), (0.12, 0.005), (0.18, -0.004)];
             let places = places.map(|(more_m, off_m)| (from_m + more_m, off_m - depth_m));
-            let told_m = told(&places).unwrap();
+            let told_m = depth_of(&places).unwrap();
             assert!((told_m - depth_m).abs() < 0.005, "{depth_m}: {told_m}");
         }
     }
 
     #[test]
     fn the_ground_itself_and_one_echo_tell_no_depth() {
-        assert_eq!(told(&[]), None);
-        assert_eq!(told(&[(0.5, 0.0), (0.6, 0.01), (1.3, -0.02)]), None);
-        assert_eq!(told(&[(1.2, -0.12)]), None);
+        assert_eq!(depth_of(&[]), None);
+        assert_eq!(depth_of(&[(0.5, 0.0), (0.6, 0.01), (1.3, -0.02)]), None);
+        assert_eq!(depth_of(&[(1.2, -0.12)]), None);
     }
 
     #[test]
     fn echoes_in_the_shadow_tell_no_depth() {
         // At 17 cm the shadow of an edge 0.8 m ahead ends at 1.14 m.
         let places = [0.0, 0.06, 0.12, 0.18].map(|more| (0.85 + more, -0.17));
-        assert_eq!(told(&places), None);
+        assert_eq!(depth_of(&places), None);
     }
 
     #[test]
     fn the_far_wall_of_a_hole_tells_no_depth() {
         let wall = [-0.34, -0.27, -0.2, -0.13, -0.06].map(|y_m| (1.4, y_m));
-        assert_eq!(told(&wall), None);
+        assert_eq!(depth_of(&wall), None);
     }
 
     #[test]
     fn what_lies_deeper_than_two_low_risers_is_not_told() {
         let places = [0.0, 0.06, 0.12, 0.18].map(|more| (1.6 + more, -0.34));
-        assert_eq!(told(&places), None);
+        assert_eq!(depth_of(&places), None);
     }
 
     #[test]
@@ -162,7 +162,7 @@ mod tests {
             (1.42, -0.1),
             (1.48, -0.2),
         ];
-        assert_eq!(told(&places), None);
+        assert_eq!(depth_of(&places), None);
     }
 
     #[test]

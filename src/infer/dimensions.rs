@@ -24,7 +24,7 @@ pub struct Measured {
     /// The steps; none if the flight turns out not to be stairs.
     pub answer: Answer,
     /// Whether what turned out not to be stairs may be a step all the same.
-    pub may_be: bool,
+    pub may_be_step: bool,
     /// One for each step.
     pub supports: Vec<Support, MAX_FLIGHT>,
     /// Role of each mark, in the order of the scene's marks.
@@ -40,7 +40,7 @@ impl Measured {
                 direction,
                 ..Answer::NONE
             },
-            may_be: false,
+            may_be_step: false,
             supports: Vec::new(),
             roles,
         }
@@ -81,9 +81,9 @@ pub fn ascending(
         (&mut levels, &mut readings),
     );
     let mut measured = Measured::new(Direction::Up, roles);
-    if let Some(may_be) = no_stair(&readings, rise, &levels, p) {
+    if let Some(may_be) = is_obstacle_or_threshold(&readings, rise, &levels, p) {
         measured.answer.direction = Direction::None;
-        measured.may_be = may_be;
+        measured.may_be_step = may_be;
         return measured;
     }
     let overhang_known = readings.faces.iter().any(|f| f.overhang_seen());
@@ -149,7 +149,12 @@ fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
 
 /// Returns `None` for a flight or a single step. For a single riser too high or too low for a step (an obstacle or a
 /// threshold), returns whether it may be a step within its uncertainty.
-fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Params) -> Option<bool> {
+fn is_obstacle_or_threshold(
+    readings: &Readings,
+    rise: Estimate,
+    levels: &TreadLevels,
+    p: &Params,
+) -> Option<bool> {
     let ([_], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
     };
@@ -252,7 +257,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
         // Cannot fail: stairs going down have no more treads.
         let _ = treads.push(below.tread);
     }
-    model.look(&treads);
+    model.evaluate(&treads);
     let mut measured = Measured::new(Direction::Down, lower_roles(scene, &seen));
     let mut levels = TreadLevels::default();
     let rise = Estimate::new(s.rise(), p.flight_rise_sigma_m);

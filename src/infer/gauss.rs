@@ -8,7 +8,7 @@ use crate::params::Params;
 
 /// Maximum exponent of a likelihood ratio. e⁴⁰ = 10¹⁷ outweighs every prior, and sums of such ratios stay within an
 /// f32.
-const CERTAIN: f32 = 40.0;
+const MAX_EXPONENT: f32 = 40.0;
 
 /// Inverse-variance weighted mean of estimates of one level.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,21 +79,21 @@ impl StepSums {
 struct LevelMoments {
     mean: f32,
     square: f32,
-    odd: f32,
-    odd_variance: f32,
+    irregular: f32,
+    irregular_variance: f32,
 }
 
-/// A straight flight with one deviation `odd`: riser height, deviation, and their covariance matrix.
+/// A straight flight with one deviation `irregular`: riser height, deviation, and their covariance matrix.
 #[derive(Clone, Copy, Debug)]
-struct Straight {
+struct FlightFitResult {
     rise: f32,
-    odd: f32,
+    irregular: f32,
     rise_variance: f32,
-    odd_variance: f32,
+    irregular_variance: f32,
     covariance: f32,
 }
 
-impl Straight {
+impl FlightFitResult {
     /// Returns the level of step `number`; with `departs` the deviation is added.
     fn at(&self, number: f32, departs: bool) -> Estimate {
         let line = Estimate {
@@ -104,16 +104,17 @@ impl Straight {
             return line;
         }
         Estimate {
-            value: line.value + self.odd,
-            variance: line.variance + 2.0 * number * self.covariance + self.odd_variance,
+            value: line.value + self.irregular,
+            variance: line.variance + 2.0 * number * self.covariance + self.irregular_variance,
         }
     }
 
     /// Returns the likelihood ratio of the readings with the deviation to those without, with the deviation
     /// integrated out.
-    fn likelihood(&self, odd_sigma_m: f32) -> f32 {
-        let exponent = 0.5 * self.odd * self.odd / self.odd_variance;
-        math::sqrt(self.odd_variance) / odd_sigma_m * math::exp(math::min(exponent, CERTAIN))
+    fn likelihood(&self, irregular_sigma_m: f32) -> f32 {
+        let exponent = 0.5 * self.irregular * self.irregular / self.irregular_variance;
+        math::sqrt(self.irregular_variance) / irregular_sigma_m
+            * math::exp(math::min(exponent, MAX_EXPONENT))
     }
 }
 
@@ -151,14 +152,14 @@ impl<'p> FlightFit<'p> {
     }
 
     /// Returns the fit where all levels in `sums` deviate from the straight flight by one common amount.
-    fn solve(&self, sums: &StepSums) -> Straight {
+    fn solve(&self, sums: &StepSums) -> FlightFitResult {
         let own = sums.one + 1.0 / (self.p.odd_rise_sigma_m * self.p.odd_rise_sigma_m);
         let det = self.squares * own - sums.number * sums.number;
-        Straight {
+        FlightFitResult {
             rise: (self.whole.level * own - sums.number * sums.level) / det,
-            odd: (self.squares * sums.level - sums.number * self.whole.level) / det,
+            irregular: (self.squares * sums.level - sums.number * self.whole.level) / det,
             rise_variance: own / det,
-            odd_variance: self.squares / det,
+            irregular_variance: self.squares / det,
             covariance: -sums.number / det,
         }
     }
@@ -190,23 +191,24 @@ fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
     let mut moments = [LevelMoments::default(); MAX_STEPS];
     let mut total = 0.0;
     let builder = p.rise_sigma_m * p.rise_sigma_m;
-    let mut weigh = |flight: &Straight, departs: core::ops::Range<usize>, likelihood: f32| {
-        total += likelihood;
-        for ((k, &(level, weight)), moments) in steps.iter().enumerate().zip(&mut moments) {
-            let number = (k + 1) as f32;
-            let line = flight.at(number, departs.contains(&k));
-            let gain = builder * weight;
-            let left = 1.0 - gain;
-            let off = left * line.value + gain * level - number * regular.rise;
-            let variance = left * builder + left * left * line.variance;
-            moments.mean += likelihood * off;
-            moments.square += likelihood * (off * off + variance);
-            if departs.start == k {
-                moments.odd += likelihood * flight.odd;
-                moments.odd_variance = flight.odd_variance;
+    let mut weigh =
+        |flight: &FlightFitResult, departs: core::ops::Range<usize>, likelihood: f32| {
+            total += likelihood;
+            for ((k, &(level, weight)), moments) in steps.iter().enumerate().zip(&mut moments) {
+                let number = (k + 1) as f32;
+                let line = flight.at(number, departs.contains(&k));
+                let gain = builder * weight;
+                let left = 1.0 - gain;
+                let off = left * line.value + gain * level - number * regular.rise;
+                let variance = left * builder + left * left * line.variance;
+                moments.mean += likelihood * off;
+                moments.square += likelihood * (off * off + variance);
+                if departs.start == k {
+                    moments.irregular += likelihood * flight.irregular;
+                    moments.irregular_variance = flight.irregular_variance;
+                }
             }
-        }
-    };
+        };
     // The regular flight is as likely as all irregular ones together.
     let odds = (2 * steps.len().max(1) - 1) as f32;
     weigh(&regular, MAX_STEPS..MAX_STEPS, odds);
@@ -234,8 +236,8 @@ fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
                 variance: math::max(moments.square / total - mean * mean, 0.0),
             },
             off: Estimate {
-                value: moments.odd / total,
-                variance: moments.odd_variance,
+                value: moments.irregular / total,
+                variance: moments.irregular_variance,
             },
         };
     }

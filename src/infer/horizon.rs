@@ -7,27 +7,27 @@
 //! from simulated scans with known truth (a discrete-time survival model, Cox 1972). The product of the survival
 //! probabilities of the cells, mapped to the measured frequency, is the probability of being correct.
 
-use super::cloud::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
-use super::past::Outlook;
+use super::cloud::{CELL_M, CELLS, FIRST_END_M, MIN_LOG_ODDS};
+use super::past::CarriedOdds;
 use super::propose::roles::Role;
 use super::propose::scene::Scene;
 use super::support::Support;
 use super::trace::Cell;
 use crate::answer::{DropEdge, Step};
 use crate::config::Plane;
-use crate::estimate::{MOST_UNCERTAIN_M, expanded};
+use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
-use crate::model::{RIGHT_M, Surfaces};
+use crate::model::{MIN_EXPANDED_M, Surfaces};
 use crate::params::Params;
 use crate::params::counted;
 use crate::params::fitted_for;
 use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::signal::grid::Geometry;
-use crate::verdict::{LEAST_HORIZON_M, Validity};
+use crate::verdict::{MIN_HORIZON_M, Validity};
 
 /// Minimum distance between a horizon and the place from which a step counts, metres. It is the largest error of a
 /// correct distance.
-const AMBIGUOUS_M: f32 = RIGHT_M;
+const AMBIGUOUS_M: f32 = MIN_EXPANDED_M;
 /// Minimum probability of being correct at which an answer is valid beyond the first metre. It leaves half of the
 /// risk that the contract allows.
 const RIGHT_UP_TO_HORIZON: f32 = 0.995;
@@ -52,23 +52,23 @@ const _: () = assert!(
 /// Unit of levels in features, dB, so that all features are of the order of 1.
 const TEN_DB: f32 = 10.0;
 /// Upper limit of levels in features, dB: level of a corner at half a metre.
-const MOST_DB: f32 = 50.0;
+const MAX_DB: f32 = 50.0;
 /// Limit of scores in features, nats: odds of e^10 count as certain.
-const MOST_NATS: f32 = 10.0;
+const MAX_NATS: f32 = 10.0;
 /// Half of a cell, metres.
 const HALF_CELL_M: f32 = 0.5 * CELL_M;
 /// Minimum end of a cell in which a scan can show that the ground ends, metres.
 const NEAREST_END_M: f32 = 0.45;
-/// Upper limit of [`RIGHT_M`] over the standard deviation of a step's distance, as a feature.
-const MOST_SIGMAS: f32 = 4.0;
+/// Upper limit of [`MIN_EXPANDED_M`] over the standard deviation of a step's distance, as a feature.
+const MAX_SIGMAS: f32 = 4.0;
 /// Mounting height of the paper's instrument, metres.
 const PAPER_MOUNT_M: f32 = 0.4;
 /// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
 const TYPICAL_GOING_M: f32 = 0.29;
 /// Lower limit of the margin of an answer without steps, as a feature, nats.
-const LEAST_LEAD: f32 = -2.0;
+const MIN_MARGIN: f32 = -2.0;
 /// Upper limit of the next face's level as a feature, tens of dB over the noise; the lower limit is -1.
-const MOST_NEXT: f32 = 3.0;
+const MAX_NEXT_FACE: f32 = 3.0;
 
 /// Whether an echo shows the level of a tread or of the floor.
 fn shows_level(role: Role) -> bool {
@@ -76,7 +76,7 @@ fn shows_level(role: Role) -> bool {
 }
 
 /// Returns the lack of evidence for ground that goes on rather than ends, 0…1: 0 from 1 nat on.
-fn unseen(nats: f32) -> f32 {
+fn lack_of_evidence(nats: f32) -> f32 {
     1.0 - math::min(math::max(nats, 0.0), 1.0)
 }
 
@@ -105,7 +105,7 @@ enum CellKind {
 
 /// Everything from which the horizon is computed.
 #[derive(Clone, Copy, Debug)]
-pub struct Ground<'a> {
+pub struct HorizonInput<'a> {
     /// The echoes, as marks.
     pub scene: &'a Scene<'a>,
     /// Role of each mark.
@@ -116,20 +116,20 @@ pub struct Ground<'a> {
     pub supports: &'a [Support],
     /// Score of the winner less that of the runner-up, nats. Without steps: score of the best flight, where level
     /// ground has the score 0.
-    pub lead: f32,
+    pub margin: f32,
     /// Whether the treads are open (no risers).
     pub open: bool,
     /// Geometry of the instrument.
     pub geometry: &'a Geometry,
     /// Log-odds of an error in each cell, by the posterior.
-    pub doubts: [f32; CELLS],
+    pub error_log_odds: [f32; CELLS],
     /// The drop that the answer reports.
     pub drop: Option<DropEdge>,
     /// Evidence that the ground goes on, from the power along its line.
     pub surfaces: &'a Surfaces,
 }
 
-impl Ground<'_> {
+impl HorizonInput<'_> {
     /// Returns the cells of the way ahead, the nearest first.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..CELLS).map(|k| {
@@ -143,8 +143,8 @@ impl Ground<'_> {
                 end_m,
                 features: self.features(k, start_m, end_m),
                 past: None,
-                right: 0.0,
-                asked: 0.0,
+                p_correct: 0.0,
+                required: 0.0,
             }
         })
     }
@@ -153,7 +153,7 @@ impl Ground<'_> {
     fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
         let pairs = self.steps.iter().zip(self.supports).enumerate();
         let mut within = pairs.filter(|(_, (s, _))| {
-            let earliest_m = s.distance_m - RIGHT_M;
+            let earliest_m = s.distance_m - MIN_EXPANDED_M;
             earliest_m > start_m && earliest_m <= end_m
         });
         within.next().map(|(k, (step, support))| (k, step, support))
@@ -176,31 +176,31 @@ impl Ground<'_> {
         let pairs = pairs.take(end).skip(first);
         let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(**role));
         let strongest = within.map(|(m, _)| m.snr_db).fold(0.0, math::max);
-        math::min(strongest, MOST_DB) / TEN_DB
+        math::min(strongest, MAX_DB) / TEN_DB
     }
 
     /// Returns the features of the cell between two distances.
     #[inline(never)]
     fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
-        let doubt = self.doubts.get(number).copied().unwrap_or(0.0);
+        let error_odds = self.error_log_odds.get(number).copied().unwrap_or(0.0);
         let so_far = self
-            .doubts
+            .error_log_odds
             .iter()
             .take(number + 1)
             .copied()
-            .fold(LEAST_DOUBT, math::max);
+            .fold(MIN_LOG_ODDS, math::max);
         let mut out = FeatureWriter {
             features: [0.0; FEATURES],
             written: 0,
         };
-        let (from, to) = (start_m + RIGHT_M, end_m + RIGHT_M);
+        let (from, to) = (start_m + MIN_EXPANDED_M, end_m + MIN_EXPANDED_M);
         let unexplained = |role: Role| role == Role::Stray || role.contradicts();
         let level = self.strongest(from - CELL_M, to + CELL_M, &shows_level);
         let stray = self.strongest(from, to, &unexplained);
         let stray_so_far = self.strongest(f32::NEG_INFINITY, to, &unexplained);
         let stray_beyond = self.strongest(to, f32::INFINITY, &unexplained);
         let last = self.steps.last();
-        let lead = self.lead.clamp(-MOST_NATS, MOST_NATS);
+        let lead = self.margin.clamp(-MAX_NATS, MAX_NATS);
         let step = self.step_in(start_m, end_m);
         let inside = last.is_some_and(|s| s.distance_m > from);
         let kind = match (self.steps.is_empty(), step.is_some(), inside) {
@@ -219,7 +219,7 @@ impl Ground<'_> {
         ]);
         out.put_if(kind == CellKind::Clear, || {
             let floor = self.floor(to);
-            let ends = |x_m: f32| self.surfaces.drop_at(x_m).clamp(-MOST_NATS, MOST_NATS);
+            let ends = |x_m: f32| self.surfaces.drop_at(x_m).clamp(-MAX_NATS, MAX_NATS);
             let [gap, later] = [to - HALF_CELL_M, to].map(ends);
             let mut columns = self.scene.columns.iter();
             let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
@@ -229,29 +229,29 @@ impl Ground<'_> {
                 stray,
                 stray_so_far,
                 stray_beyond,
-                math::max(lead, LEAST_LEAD),
+                math::max(lead, MIN_MARGIN),
                 self.strongest(to, f32::INFINITY, &shows_level),
                 floor.since_last_m,
                 floor.largest_gap_m,
                 floor.marks,
                 f32::from(begins),
                 level - self.strongest(from - TYPICAL_GOING_M, from, &shows_level),
-                doubt,
+                error_odds,
                 gap,
                 math::max(gap, 0.0),
                 later,
-                unseen(-ends(to + CELL_M)),
+                lack_of_evidence(-ends(to + CELL_M)),
                 f32::from(end_m < NEAREST_END_M),
             ]
         });
         out.put_if(kind == CellKind::Between, || {
-            self.before(from, to, level, stray, doubt)
+            self.before(from, to, level, stray, error_odds)
         });
         out.put_if(kind == CellKind::Behind, || {
-            self.behind(from, to, level, stray, doubt)
+            self.behind(from, to, level, stray, error_odds)
         });
         out.put_if(kind == CellKind::Step, || match step {
-            Some((k, step, support)) => self.of_step(k, step, support, stray_so_far, doubt),
+            Some((k, step, support)) => self.of_step(k, step, support, stray_so_far, error_odds),
             None => [0.0; STEP_FEATURES],
         });
         out.features
@@ -280,7 +280,7 @@ impl Ground<'_> {
 
     /// Returns the level of the strongest echo near a step that has the wanted role, tens of dB; 0 for none.
     fn strongest_near(&self, step: &Step, wanted: Role) -> f32 {
-        let reach = self.scene.params.column_m + RIGHT_M;
+        let reach = self.scene.params.column_m + MIN_EXPANDED_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
         self.strongest(near.0, near.1, &|role| role == wanted)
     }
@@ -292,7 +292,7 @@ impl Ground<'_> {
         to: f32,
         level: f32,
         stray: f32,
-        doubt: f32,
+        error_odds: f32,
     ) -> [f32; BEFORE_FEATURES] {
         let next = self
             .steps
@@ -317,7 +317,7 @@ impl Ground<'_> {
             f32::from(from < self.scene.params.nearest_riser_m),
             first * f32::from(self.steps.len() == 1),
             near * f32::from(known),
-            doubt,
+            error_odds,
         ]
     }
 
@@ -345,7 +345,7 @@ impl Ground<'_> {
         to: f32,
         level: f32,
         stray: f32,
-        doubt: f32,
+        error_odds: f32,
     ) -> [f32; BEHIND_FEATURES] {
         let (Some(last), Some(support)) = (self.steps.last(), self.supports.last()) else {
             return [0.0; BEHIND_FEATURES];
@@ -353,8 +353,8 @@ impl Ground<'_> {
         let goings = (0.5 * (math::max(from, last.distance_m) + to) - last.distance_m)
             / math::max(self.going(), CELL_M);
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
-        let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
-        let lead = self.lead.clamp(0.0, MOST_NATS);
+        let next_db = (support.next_db / TEN_DB).clamp(-1.0, MAX_NEXT_FACE);
+        let lead = self.margin.clamp(0.0, MAX_NATS);
         [
             next,
             next_db * next,
@@ -362,7 +362,7 @@ impl Ground<'_> {
             stray,
             lead,
             self.steps.len() as f32,
-            doubt,
+            error_odds,
         ]
     }
 
@@ -373,24 +373,24 @@ impl Ground<'_> {
         step: &Step,
         support: &Support,
         stray_so_far: f32,
-        doubt: f32,
+        error_odds: f32,
     ) -> [f32; STEP_FEATURES] {
-        let distance_z = RIGHT_M / step.distance_sigma_m;
+        let distance_z = MIN_EXPANDED_M / step.distance_sigma_m;
         [
             1.0,
-            math::min(distance_z, MOST_SIGMAS),
-            support.snr_db.unwrap_or(0.0).clamp(0.0, MOST_DB) / TEN_DB,
-            self.lead.clamp(0.0, MOST_NATS),
+            math::min(distance_z, MAX_SIGMAS),
+            support.snr_db.unwrap_or(0.0).clamp(0.0, MAX_DB) / TEN_DB,
+            self.margin.clamp(0.0, MAX_NATS),
             f32::from(self.open),
             k as f32,
             stray_so_far,
             math::min(
-                (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / RIGHT_M,
+                (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / MIN_EXPANDED_M,
                 2.0,
             ),
             f32::from(support.overhang_seen),
             f32::from(support.overhang_known),
-            doubt,
+            error_odds,
         ]
     }
 }
@@ -421,14 +421,14 @@ impl FeatureWriter {
 /// `outlook` is the evidence of earlier scans. `each` is called with every cell.
 #[inline(never)]
 pub fn validity(
-    ground: &Ground<'_>,
-    mut outlook: Option<&mut Outlook>,
+    ground: &HorizonInput<'_>,
+    mut outlook: Option<&mut CarriedOdds>,
     each: &mut dyn FnMut(&Cell),
 ) -> Validity {
     let weights = fitted_for(ground.geometry.plane);
     let mut log_right = 0.0;
     let mut valid_to = Validity::NONE;
-    let mut reach = Reach::new(ground.steps, ground.drop);
+    let mut reach = HorizonAccumulator::new(ground.steps, ground.drop);
     for (k, mut cell) in ground.cells().enumerate() {
         if reach.ends_before(cell.end_m) {
             break;
@@ -437,9 +437,9 @@ pub fn validity(
         if let Some(outlook) = &mut outlook {
             let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
             let step = step.map(|(_, step, _)| step);
-            let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
+            let last_m = ground.steps.last().map(|s| s.distance_m - MIN_EXPANDED_M);
             let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
-            cell.past = outlook.look(k, odds, step, behind);
+            cell.past = outlook.features(k, odds, step, behind);
         }
         let (odds, maps, ok_from) = match &cell.past {
             None => (odds, &weights.maps, &weights.ok_from),
@@ -450,14 +450,14 @@ pub fn validity(
         };
         log_right += log_survival(odds);
         let stairs = !ground.steps.is_empty();
-        cell.right = probability(maps, log_right, stairs);
+        cell.p_correct = probability(maps, log_right, stairs);
         let [clear_from, stairs_from] = *ok_from;
         let ok_from = if stairs { stairs_from } else { clear_from };
-        cell.asked = reach.asked(cell.end_m, ok_from);
+        cell.required = reach.required_probability(cell.end_m, ok_from);
         each(&cell);
-        let valid = reach.take(cell.end_m, cell.right, ok_from);
-        if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
-            valid_to.confidence = cell.right;
+        let valid = reach.add_cell(cell.end_m, cell.p_correct, ok_from);
+        if valid || cell.end_m < MIN_HORIZON_M + 0.5 * CELL_M {
+            valid_to.confidence = cell.p_correct;
         }
     }
     valid_to.horizon_m = reach.horizon_m(ground.scene.params);
@@ -469,7 +469,7 @@ pub fn validity(
 /// being correct reaches the `ok` threshold of its type. Beyond, it must also reach the higher probability that the
 /// contract requires of each answer.
 #[derive(Clone, Copy, Debug)]
-pub struct Reach<'a> {
+pub struct HorizonAccumulator<'a> {
     steps: &'a [Step],
     /// Nearest place where the ground may end, metres.
     end_m: f32,
@@ -481,10 +481,10 @@ pub struct Reach<'a> {
     first_step: f32,
 }
 
-impl<'a> Reach<'a> {
+impl<'a> HorizonAccumulator<'a> {
     /// Returns the state before the first cell, for an answer with these steps and this drop.
     pub fn new(steps: &'a [Step], drop: Option<DropEdge>) -> Self {
-        let mut least_m = LEAST_HORIZON_M;
+        let mut least_m = MIN_HORIZON_M;
         for step in steps {
             if ambiguous(least_m, step) {
                 least_m = step.distance_m;
@@ -507,7 +507,7 @@ impl<'a> Reach<'a> {
 
     /// Returns the minimum probability at which an answer is valid up to the end of a cell, metres. `ok_from` is the
     /// threshold of `ok` for this type of answer.
-    fn asked(&self, end_m: f32, ok_from: f32) -> f32 {
+    fn required_probability(&self, end_m: f32, ok_from: f32) -> f32 {
         if end_m < self.least_m + CELL_M - ROUNDING_M {
             ok_from
         } else {
@@ -517,12 +517,12 @@ impl<'a> Reach<'a> {
 
     /// Takes in the next cell: its end, metres; the probability that the answer is correct up to there; the threshold
     /// of `ok`. Returns whether the answer is valid up to there.
-    pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
-        let begins_m = end_m - CELL_M - RIGHT_M;
+    pub fn add_cell(&mut self, end_m: f32, p_correct: f32, ok_from: f32) -> bool {
+        let begins_m = end_m - CELL_M - MIN_EXPANDED_M;
         if self.steps.first().is_some_and(|s| s.distance_m > begins_m) {
-            self.first_step = right;
+            self.first_step = p_correct;
         }
-        let valid = right >= self.asked(end_m, ok_from);
+        let valid = p_correct >= self.required_probability(end_m, ok_from);
         if valid {
             self.valid_m = end_m;
         }
@@ -554,16 +554,18 @@ impl<'a> Reach<'a> {
 
 /// Whether an error of millimetres decides if a step lies within a horizon, metres.
 fn ambiguous(horizon_m: f32, step: &Step) -> bool {
-    (horizon_m - (step.distance_m - RIGHT_M)).abs() < AMBIGUOUS_M
+    (horizon_m - (step.distance_m - MIN_EXPANDED_M)).abs() < AMBIGUOUS_M
 }
 
 /// Returns a horizon, metres, that ends before the first step whose expanded uncertainty is too large for a measured
 /// step.
 fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
     let vague =
-        |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MOST_UNCERTAIN_M;
+        |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MAX_EXPANDED_M;
     let first = steps.iter().find(vague);
-    first.map_or(horizon_m, |s| math::min(horizon_m, s.distance_m - RIGHT_M))
+    first.map_or(horizon_m, |s| {
+        math::min(horizon_m, s.distance_m - MIN_EXPANDED_M)
+    })
 }
 
 /// Returns a horizon, metres, moved nearer where it would end so close to a step that an error of millimetres decides
@@ -572,7 +574,7 @@ fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
     let mut clear_m = horizon_m;
     for step in steps.iter().rev() {
         if ambiguous(clear_m, step) {
-            clear_m = step.distance_m - RIGHT_M - AMBIGUOUS_M;
+            clear_m = step.distance_m - MIN_EXPANDED_M - AMBIGUOUS_M;
         }
     }
     math::max(clear_m, 0.0)
@@ -589,13 +591,13 @@ mod tests {
             distance_m: at_m,
             ..DropEdge::default()
         };
-        let mut reach = Reach::new(&[], Some(drop));
+        let mut reach = HorizonAccumulator::new(&[], Some(drop));
         for k in 0..CELLS {
             let end_m = FIRST_END_M + CELL_M * k as f32;
             if reach.ends_before(end_m) {
                 break;
             }
-            reach.take(end_m, if end_m < valid_m { 1.0 } else { 0.0 }, 0.99);
+            reach.add_cell(end_m, if end_m < valid_m { 1.0 } else { 0.0 }, 0.99);
         }
         reach.horizon_m(&Params::DEFAULT)
     }
@@ -608,9 +610,9 @@ mod tests {
                 ..Step::default()
             };
             let steps: Vec<Step> = distance_m.into_iter().map(step).collect();
-            let mut reach = Reach::new(&steps, None);
+            let mut reach = HorizonAccumulator::new(&steps, None);
             for k in 0..CELLS {
-                reach.take(FIRST_END_M + CELL_M * k as f32, 1.0 - 0.01 * k as f32, 0.99);
+                reach.add_cell(FIRST_END_M + CELL_M * k as f32, 1.0 - 0.01 * k as f32, 0.99);
             }
             reach.first_step()
         };

@@ -3,7 +3,7 @@
 use super::bases::{Posterior, ROUNDS, flight};
 use super::depth;
 use super::dimensions::{self, Measured};
-use super::judgement::{Belief, Likeliest};
+use super::judgement::{AnswerProbabilities, Likeliest};
 use super::past::History;
 use super::propose::search::Search;
 use super::propose::stairs::Flight;
@@ -11,7 +11,7 @@ use crate::estimate::Estimate;
 use crate::model::Staircase;
 
 /// A flight, and its riser height averaged over the likelihood of all echoes.
-type Risen = (Flight, Estimate);
+type FlightWithRise = (Flight, Estimate);
 
 /// The answer and its evidence.
 #[derive(Debug, Default)]
@@ -21,17 +21,17 @@ pub struct Inferred {
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
     /// Margin of the likeliest outline over the runner-up, nats.
-    pub lead: f32,
+    pub margin: f32,
     /// Its measured steps.
     pub measured: Option<Measured>,
     /// Log-odds of errors of the answer, and other things that may stand there.
-    pub belief: Belief,
+    pub belief: AnswerProbabilities,
 }
 
 impl Inferred {
     /// Infers the answer by the posterior. `best` is the search's best flight.
     #[inline(never)]
-    pub fn settle(
+    pub fn infer(
         &mut self,
         search: &Search<'_, '_>,
         best: Option<Flight>,
@@ -39,28 +39,28 @@ impl Inferred {
         bias_sigma_rad: f32,
     ) {
         posterior.propose(search, past.as_deref());
-        posterior.judge(None, None, &mut self.belief);
-        let mut told: Option<Staircase> = None;
+        posterior.evaluate(None, None, &mut self.belief);
+        let mut reported: Option<Staircase> = None;
         for _ in 0..ROUNDS {
             let likeliest = posterior.likeliest(past.as_deref());
-            (self.odds, self.lead) = (likeliest.odds, likeliest.lead);
-            if likeliest.is_like(told.as_ref()) {
+            (self.odds, self.margin) = (likeliest.odds, likeliest.margin);
+            if likeliest.is_like(reported.as_ref()) {
                 break;
             }
-            told = likeliest.staircase;
+            reported = likeliest.staircase;
             (self.measured, self.flight) = (None, None);
-            if let Some(staircase) = &told {
+            if let Some(staircase) = &reported {
                 self.measure(search, posterior, staircase, bias_sigma_rad);
             }
-            let told = self.measured.as_ref().zip(told.as_ref());
-            posterior.judge(told, None, &mut self.belief);
+            let reported = self.measured.as_ref().zip(reported.as_ref());
+            posterior.evaluate(reported, None, &mut self.belief);
         }
-        if told.is_none()
+        if reported.is_none()
             && let Some(mut drop) = posterior.cloud.end()
         {
             let model = &posterior.model;
             drop.depth_m = depth::behind(&model.echoes, model.height_m, drop.distance_m);
-            posterior.judge(None, Some(drop), &mut self.belief);
+            posterior.evaluate(None, Some(drop), &mut self.belief);
         }
         if self.flight.is_none() {
             self.flight = best.map(|flight| with_rise(search, flight).0);
@@ -80,7 +80,7 @@ impl Inferred {
         bias_sigma_rad: f32,
     ) {
         let likeliest = Likeliest::of(best.as_ref());
-        (self.odds, self.lead) = (likeliest.odds, likeliest.lead);
+        (self.odds, self.margin) = (likeliest.odds, likeliest.margin);
         self.flight = best.map(|flight| with_rise(search, flight).0);
         if let Some(staircase) = &likeliest.staircase {
             self.measure(search, posterior, staircase, bias_sigma_rad);
@@ -105,7 +105,7 @@ impl Inferred {
 }
 
 /// Returns a flight with its score, and its riser height averaged over the likelihood of all echoes.
-fn with_rise(search: &Search<'_, '_>, mut flight: Flight) -> Risen {
+fn with_rise(search: &Search<'_, '_>, mut flight: Flight) -> FlightWithRise {
     let (rise, score) = search.stairs.rise(&flight);
     flight.score = score;
     (flight, rise)

@@ -2,16 +2,16 @@
 //! an answer, and other things that may stand there.
 
 use super::bases::{LANDING_M, Posterior, staircase};
-use super::cloud::{CELLS, Cloud, Told};
+use super::cloud::{CELLS, Cloud, ReportedAnswer};
 use super::dimensions::Measured;
 use super::past::{History, Weighed};
 use super::propose::stairs::{Chain, ChainLink, Explanation, Flight};
 use super::trace::Candidate;
-use super::variants::{Base, Variants};
-use crate::answer::{DropEdge, MAX_MAYBES, Maybe};
+use super::variants::{Hypothesis, Variants};
+use crate::answer::{DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
 use crate::config::Plane;
 use crate::math;
-use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldDrop, ToldStep};
+use crate::model::{Edge, GroundKind, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
 use crate::observer::{Event, Observer};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -19,9 +19,9 @@ use heapless::Vec;
 /// Maximum number of distinct places where something may stand.
 const MAX_PLACES: usize = 16;
 /// Minimum probability at which a place is reported.
-const LEAST_MAYBE: f32 = 0.05;
+const MIN_PROBABILITY: f32 = 0.05;
 /// Maximum number of distinct hypotheses whose variants are added.
-const LOOKED: usize = 2;
+const MAX_VARIED: usize = 2;
 /// Maximum distance in log-weight from the likeliest hypothesis at which variants are added, nats.
 const NEAR_NATS: f32 = 4.0;
 /// Maximum number of distinct outlines, the likeliest ones.
@@ -40,7 +40,7 @@ pub struct Likeliest {
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
     /// Margin over any other staircase or ground without one, nats.
-    pub lead: f32,
+    pub margin: f32,
 }
 
 impl Likeliest {
@@ -50,7 +50,7 @@ impl Likeliest {
         Self {
             staircase: best.filter(|_| odds >= 0.0).map(staircase),
             odds,
-            lead: odds,
+            margin: odds,
         }
     }
 
@@ -60,73 +60,74 @@ impl Likeliest {
             let s = s.copied().unwrap_or_default();
             s.x_m.into_iter().take(s.len())
         };
-        alike(places(self.staircase.as_ref()), places(other))
+        same_places(places(self.staircase.as_ref()), places(other))
     }
 }
 
 /// Posterior probabilities for an answer.
 #[derive(Clone, Debug, Default)]
-pub struct Belief {
+pub struct AnswerProbabilities {
     /// Log-odds of an error in each cell of the way ahead.
-    pub doubts: [f32; CELLS],
+    pub error_log_odds: [f32; CELLS],
     /// The reported drop.
     pub drop: Option<DropEdge>,
     /// Things that may stand there and are not part of the answer.
-    pub maybes: Vec<Maybe, MAX_MAYBES>,
+    pub possible_steps: Vec<PossibleStep, MAX_POSSIBLE_STEPS>,
 }
 
 /// Filling the cloud and evaluating the particles. The struct and the initial hypotheses are in `bases.rs`.
 impl Posterior {
-    /// Compares the particles with an answer, after [`Posterior::propose`]. The result is written into `belief`, so
+    /// Compares the particles with an answer, after [`Posterior::propose`]. The result is written into `probabilities`, so
     /// that there is no second one on the stack.
     #[inline(never)]
-    pub fn judge(
+    pub fn evaluate(
         &mut self,
-        told: Option<(&Measured, &Staircase)>,
+        reported: Option<(&Measured, &Staircase)>,
         drop: Option<DropEdge>,
-        belief: &mut Belief,
+        probabilities: &mut AnswerProbabilities,
     ) {
-        let mut edges: Vec<ToldStep, MAX_STEPS> = Vec::new();
+        let mut edges: Vec<ReportedStep, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
-        let steps = told.map_or(&[][..], |(m, _)| &m.answer.steps);
-        if let Some((_, told)) = told.filter(|_| !steps.is_empty()) {
+        let steps = reported.map_or(&[][..], |(m, _)| &m.answer.steps);
+        if let Some((_, told)) = reported.filter(|_| !steps.is_empty()) {
             answer = *told;
         }
         let levels = answer.top_m.iter_mut().zip(&mut sigmas);
         for (step, (top, sigma)) in steps.iter().zip(levels) {
             // Cannot fail: an answer has no more steps than a staircase.
-            let _ = edges.push(ToldStep::new(
+            let _ = edges.push(ReportedStep::new(
                 (step.distance_m, step.height_m),
                 (step.distance_sigma_m, step.height_sigma_m),
             ));
             (*top, *sigma) = (step.height_m, step.height_sigma_m);
         }
-        let told = Told {
+        let reported = ReportedAnswer {
             edges: &edges,
-            drop: drop.map(|d| ToldDrop::new(d.distance_m, d.distance_sigma_m)),
+            drop: drop.map(|d| ReportedDrop::new(d.distance_m, d.distance_sigma_m)),
             view: self.model.view,
         };
         // Going down, the answer is already among the hypotheses.
         if answer.kind == GroundKind::Stairs {
             self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
         }
-        self.spread(&told);
+        self.fill_cloud(&reported);
         self.cloud.resample();
-        belief.doubts = self.cloud.doubts();
-        belief.maybes = maybes(&self.cloud, &told);
-        belief.drop = drop;
+        probabilities.error_log_odds = self.cloud.error_log_odds();
+        probabilities.possible_steps = possible_steps(&self.cloud, &reported);
+        probabilities.drop = drop;
     }
 
     /// Returns the likeliest outline by the particles that were evaluated last and by earlier scans.
     #[inline(never)]
     pub fn likeliest(&self, past: Option<&History>) -> Likeliest {
         let outlines = self.outlines();
-        let word = |o: &Weighed| past.map_or(0.0, |past| past.hypotheses.word(&o.staircase));
+        let log_prior =
+            |o: &Weighed| past.map_or(0.0, |past| past.hypotheses.log_prior(&o.staircase));
         let most = |steps: bool| {
             let of = outlines.iter();
             let of = of.filter(|o| steps != o.staircase.is_empty());
-            of.map(|o| (o, o.log_weight + word(o)))
+            of.map(|o| (o, o.log_weight + log_prior(o)))
                 .max_by(|a, b| a.1.total_cmp(&b.1))
         };
         let (stairs, ground) = (most(true), most(false));
@@ -135,14 +136,14 @@ impl Posterior {
             (_, None) => f32::INFINITY,
             (Some((_, stairs)), Some((_, ground))) => stairs - ground,
         };
-        let weights = || outlines.iter().map(|o| o.log_weight + word(o));
+        let weights = || outlines.iter().map(|o| o.log_weight + log_prior(o));
         let most = weights().fold(f32::NEG_INFINITY, math::max);
         let others = weights().filter(|w| *w < most);
         let stairs = stairs.filter(|_| odds >= 0.0);
         Likeliest {
             staircase: stairs.map(|(o, _)| o.staircase),
             odds,
-            lead: most - others.fold(f32::NEG_INFINITY, math::max),
+            margin: most - others.fold(f32::NEG_INFINITY, math::max),
         }
     }
 
@@ -152,7 +153,8 @@ impl Posterior {
         let mut outlines = Outlines::new();
         while !outlines.is_full() {
             let known = |s: &Staircase| {
-                let same = |o: &Weighed| alike(self.shown(s), self.shown(&o.staircase));
+                let same =
+                    |o: &Weighed| same_places(self.visible_x(s), self.visible_x(&o.staircase));
                 outlines.iter().any(same)
             };
             let fresh = self.cloud.particles().filter(|(s, _)| !known(s));
@@ -160,8 +162,8 @@ impl Posterior {
                 break;
             };
             let same = self.cloud.particles();
-            let same = same.filter(|(s, _)| alike(self.shown(s), self.shown(next)));
-            let bare = self.shown(next).next().is_none();
+            let same = same.filter(|(s, _)| same_places(self.visible_x(s), self.visible_x(next)));
+            let bare = self.visible_x(next).next().is_none();
             let outline = Weighed {
                 staircase: if bare { Staircase::nothing() } else { *next },
                 log_weight: math::ln(same.map(|(_, p)| p).sum()),
@@ -173,13 +175,13 @@ impl Posterior {
     }
 
     /// Returns the distances of a staircase's visible steps, metres.
-    fn shown<'a>(&self, s: &'a Staircase) -> impl Iterator<Item = f32> + 'a {
+    fn visible_x<'a>(&self, s: &'a Staircase) -> impl Iterator<Item = f32> + 'a {
         let seen = s.edges(&self.model.view).filter(|e| e.seen);
         seen.map(|e| e.x_m)
     }
 
     /// Reports the particles to the observer.
-    pub fn tell(&self, observer: &mut dyn Observer) {
+    pub fn report(&self, observer: &mut dyn Observer) {
         observer.event(Event::Posterior {
             cloud: &self.cloud,
             view: &self.model.view,
@@ -188,11 +190,11 @@ impl Posterior {
 
     /// Reports to the observer, for each number of steps, the likeliest stairs going down against level ground.
     #[inline(never)]
-    pub fn tell_descents(&self, likeliest: &Likeliest, observer: &mut dyn Observer) {
+    pub fn report_descents(&self, likeliest: &Likeliest, observer: &mut dyn Observer) {
         if !observer.listens() {
             return;
         }
-        let ground = self.bases.iter().filter(|b| b.staircase.is_empty());
+        let ground = self.hypotheses.iter().filter(|b| b.staircase.is_empty());
         let ground = ground
             .map(|b| b.log_weight)
             .fold(f32::NEG_INFINITY, math::max);
@@ -204,8 +206,11 @@ impl Posterior {
             winner: winner == 0,
         }));
         for count in 1..=MAX_STEPS {
-            let alike = self.bases.iter().filter(|b| b.staircase.len() == count);
-            let Some(best) = alike.copied().reduce(Base::likelier) else {
+            let alike = self
+                .hypotheses
+                .iter()
+                .filter(|b| b.staircase.len() == count);
+            let Some(best) = alike.copied().reduce(Hypothesis::likelier) else {
                 continue;
             };
             let s = best.staircase;
@@ -231,45 +236,50 @@ impl Posterior {
 
     /// Fills the cloud with the hypotheses and the variants of the likeliest of them.
     #[inline(never)]
-    fn spread(&mut self, told: &Told<'_>) {
+    fn fill_cloud(&mut self, reported: &ReportedAnswer<'_>) {
         let Self {
             model,
-            bases,
+            hypotheses,
             cloud,
         } = self;
         cloud.clear();
-        let weights = bases.iter().map(|b| b.log_weight);
+        let weights = hypotheses.iter().map(|b| b.log_weight);
         let top = weights.fold(f32::NEG_INFINITY, math::max);
-        for base in bases.iter() {
-            cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
+        for base in hypotheses.iter() {
+            cloud.add(&base.staircase, base.log_weight, &base.sigmas, reported);
         }
-        let mut looked: Vec<&Base, LOOKED> = Vec::new();
-        while !looked.is_full() && model.view.plane == Plane::Depth {
+        let mut varied: Vec<&Hypothesis, MAX_VARIED> = Vec::new();
+        while !varied.is_full() && model.view.plane == Plane::Depth {
             // Level ground with another wall has the same variants.
-            let fresh = |b: &&Base| {
+            let fresh = |b: &&Hypothesis| {
                 let ground = b.staircase.kind == GroundKind::Nothing;
-                !looked.iter().any(|l| {
+                !varied.iter().any(|l| {
                     b.staircase.is_like(&l.staircase)
                         || ground && l.staircase.kind == GroundKind::Nothing
                 })
             };
             // A ramp has no variants. Going down, all hypotheses are proposed already.
-            let around = bases
+            let around = hypotheses
                 .iter()
                 .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
             let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
             let Some(base) = next else { break };
-            Variants { model, told, cloud }.around(base);
+            Variants {
+                model,
+                reported,
+                cloud,
+            }
+            .add_variants(base);
             // Cannot fail: the loop ends when it is full.
-            let _ = looked.push(base);
+            let _ = varied.push(base);
         }
     }
 }
 
 /// Whether both have the same number of steps, each in the same place.
-fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool {
+fn same_places(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool {
     let mut same = true;
     for x_m in a {
         same &= b.next().is_some_and(|other| (x_m - other).abs() < SAME_M);
@@ -278,22 +288,25 @@ fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool
 }
 
 /// Returns the edges of particles that are not part of the answer, with near ones merged.
-fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
-    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
+fn possible_steps(
+    cloud: &Cloud,
+    reported: &ReportedAnswer<'_>,
+) -> Vec<PossibleStep, MAX_POSSIBLE_STEPS> {
+    let mut sums: Vec<PossibleStep, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
-        let seen = staircase.edges(&told.view).filter(|e| e.seen);
+        let seen = staircase.edges(&reported.view).filter(|e| e.seen);
         let drop = match staircase.kind {
             GroundKind::Drop { at_m } => Some(Edge {
                 x_m: at_m,
-                y_m: Maybe::DROP_M,
+                y_m: PossibleStep::DROP_M,
                 seen: true,
             }),
             _ => None,
         };
         for edge in seen.chain(drop) {
             let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
-            let covered = told.drop.is_some_and(|t| t.covers(edge.x_m)) && edge.y_m < 0.0;
-            if covered || told.edges.iter().any(|t| near(t.x_m)) {
+            let covered = reported.drop.is_some_and(|t| t.covers(edge.x_m)) && edge.y_m < 0.0;
+            if covered || reported.edges.iter().any(|t| near(t.x_m)) {
                 continue;
             }
             let place = sums.iter_mut().find(|m| {
@@ -307,7 +320,7 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
                     m.probability += probability;
                 }
                 // Where there is no room, there are so many places that each one is unlikely.
-                None => drop_full(sums.push(Maybe {
+                None => drop_full(sums.push(PossibleStep {
                     distance_m,
                     height_m,
                     probability,
@@ -315,19 +328,21 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
             }
         }
     }
-    let mut maybes = Vec::new();
-    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
+    let mut possible_steps = Vec::new();
+    let likely = |m: &&PossibleStep| m.probability >= MIN_PROBABILITY;
     for m in sums.iter().filter(likely) {
-        let told = Maybe {
+        let step = PossibleStep {
             distance_m: m.distance_m / m.probability,
             height_m: m.height_m / m.probability,
             probability: math::min(m.probability, 1.0),
         };
-        drop_full(maybes.push(told));
+        drop_full(possible_steps.push(step));
     }
-    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
-    maybes
+    shell_sort(&mut possible_steps, |a: &PossibleStep, b| {
+        a.distance_m < b.distance_m
+    });
+    possible_steps
 }
 
 /// Drops what does not fit.
-fn drop_full(_: Result<(), Maybe>) {}
+fn drop_full(_: Result<(), PossibleStep>) {}

@@ -56,8 +56,8 @@ use crate::model::lines::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
-use crate::motion::{Drive, Retention, Ride, Sweeps};
-use crate::mount::{Calibration, Floor, online};
+use crate::motion::{Drive, MotionCompensation, Retention, SweepComparison};
+use crate::mount::{Calibration, GroundEvidence, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::fitted_for;
@@ -65,24 +65,24 @@ use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
-use crate::verdict::{Reason, Reasons, Sight, Validity};
+use crate::verdict::{Assessment, Reason, Reasons, Validity};
 use bases::Posterior;
-pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
+pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, MIN_LOG_ODDS, PARTICLES, ReportedAnswer};
 use dimensions::Measured;
-use horizon::Ground;
-pub use horizon::Reach;
+pub use horizon::HorizonAccumulator;
+use horizon::HorizonInput;
 use inference::Inferred;
-use judgement::Belief;
-use past::{History, Outlook};
+use judgement::AnswerProbabilities;
+use past::{CarriedOdds, History};
 use propose::ascending::Ascending;
 use propose::roles::{Role, Roles};
 use propose::scene::{Mark, Scene};
-use propose::search::{Beginnings, Search};
+use propose::search::{Beam, Search};
 use propose::stairs::{Explanation, FlightShape};
 pub use readings::{Face, Readings};
 pub use refine::refine;
 use trace::{Candidate, Scatterer, Stage};
-pub use variants::{Base, Variants, weight};
+pub use variants::{Hypothesis, Variants, weight};
 
 /// The default estimator. Its memory holds the row collector during a scan, and after the last row, in the same
 /// place, the working memory of each further stage.
@@ -90,7 +90,7 @@ pub use variants::{Base, Variants, weight};
 pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
-    sweeps: Sweeps,
+    sweeps: SweepComparison,
     params: &'static Params,
     posterior: Posterior,
     /// Whether the posterior decides, rather than the search alone.
@@ -105,7 +105,7 @@ pub struct Likelihood {
 enum Phase {
     Rows(Collector),
     Ground(Recursions),
-    Up(Beginnings),
+    Up(Beam),
     Down(Descending),
 }
 
@@ -126,7 +126,7 @@ impl Likelihood {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
-            sweeps: Sweeps::new(),
+            sweeps: SweepComparison::new(),
             params,
             posterior: Posterior::new(&measured::MODEL),
             particles: true,
@@ -180,7 +180,7 @@ impl Estimator for Likelihood {
         mut past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight> {
+    ) -> Option<Assessment> {
         let Phase::Rows(collector) = &mut self.phase else {
             return None;
         };
@@ -197,23 +197,29 @@ impl Estimator for Likelihood {
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
         let moved_m = moved_m.filter(|_| drive.memory == Retention::Kept);
-        let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
+        let moved_during_scan_m = drive.known().map_or(0.0, |track| track.end().travel_m);
         if let Some(past) = &mut past {
-            past.begin(number, instrument, View::of(map), moved_m, rode_m);
+            past.begin(
+                number,
+                instrument,
+                View::of(map),
+                moved_m,
+                moved_during_scan_m,
+            );
         }
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
         let floor = match geometry.plane {
             Plane::Height => None,
-            Plane::Depth => Some(Floor::of(echoes, geometry.bin_m, p)),
+            Plane::Depth => Some(GroundEvidence::of(echoes, geometry.bin_m, p)),
         };
         if let Some(floor) = floor {
             observer.event(Event::Floor(floor));
         }
         let level = floor.is_none_or(|floor| floor.in_place(p));
         // The row profiles shift in range while the chair moves.
-        let still = rode_m.abs() < p.beam_still_m && geometry.plane == Plane::Depth;
+        let still = moved_during_scan_m.abs() < p.beam_still_m && geometry.plane == Plane::Depth;
         let lobes = still.then(|| Lobes::of(echoes, geometry, p)).flatten();
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
@@ -222,17 +228,17 @@ impl Estimator for Likelihood {
             Plane::Depth => {
                 let found = online::calibrate(echoes, geometry, p);
                 observer.event(Event::Calibration(found));
-                self.posterior.take(echoes, map);
+                self.posterior.set_echoes(echoes, map);
                 let chart = Chart {
                     map,
                     noise,
                     bias_rad: found.bias_rad,
                     height_m: found.height_m,
-                    ride: Ride::of(drive, &config.radar),
+                    ride: MotionCompensation::of(drive, &config.radar),
                 };
                 let surfaces = &mut self.posterior.model.surfaces;
-                look_along(&chart, &mut self.phase, surfaces);
-                self.phase = Phase::Up(Beginnings::new());
+                evaluate_ground_line(&chart, &mut self.phase, surfaces);
+                self.phase = Phase::Up(Beam::new());
                 let Phase::Up(memory) = &mut self.phase else {
                     return None;
                 };
@@ -240,7 +246,7 @@ impl Estimator for Likelihood {
                 let off = drive.memory == Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past);
-                let firm = floor.is_some_and(|floor| floor.firm(p));
+                let firm = floor.is_some_and(|floor| floor.confirmed(p));
                 ascend(
                     echoes,
                     (geometry, found, firm),
@@ -260,45 +266,46 @@ impl Estimator for Likelihood {
             }
         };
         observer.event(Event::Done(Stage::Dimensions));
-        let astray = worth.astray || !level;
-        let stretched = lobes.is_some_and(|lobes| !lobes.fit(p));
-        let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let mut weak = worth.weak;
+        let mounting_off = worth.mounting_off || !level;
+        let lobe_width_off = lobes.is_some_and(|lobes| !lobes.fit(p));
+        let echo_found = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
+        let mut weaknesses = worth.weaknesses;
         if past.as_ref().is_some_and(|past| past.changed()) {
-            weak.add(Reason::SceneChanged);
+            weaknesses.add(Reason::SceneChanged);
         }
-        let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
-        let placed = !astray && !stretched && agreement.placed();
-        let kept = heard && placed && geometry.plane == Plane::Depth;
+        let agreement =
+            agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms_motion()));
+        let placed = !mounting_off && !lobe_width_off && agreement.placed();
+        let kept = echo_found && placed && geometry.plane == Plane::Depth;
         let forget = !kept || drive.memory == Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
-            past.forget();
+            past.clear();
         }
-        Some(Sight {
-            heard,
+        Some(Assessment {
+            echo_found,
             valid: Some(worth.valid),
             drop_m: answer.drop.map(|drop| drop.nearest_m()),
-            astray,
-            stretched,
+            mounting_off,
+            lobe_width_off,
             agreement,
-            weak,
+            weaknesses,
         })
     }
 }
 
 /// Quality of an answer.
-struct Worth {
+struct AnswerQuality {
     /// Horizon and confidence.
     valid: Validity,
     /// Whether the calibration or the first corner contradicts the configured mounting.
-    astray: bool,
+    mounting_off: bool,
     /// Reasons that prevent `ok`.
-    weak: Reasons,
+    weaknesses: Reasons,
 }
 
 /// Evaluates the power along the ground line, in the memory that the search uses next.
 #[inline(never)]
-fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
+fn evaluate_ground_line(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     *phase = Phase::Ground(Recursions::new());
     if let Phase::Ground(ground) = phase {
         ground.lines.look(chart);
@@ -306,20 +313,20 @@ fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     }
 }
 
-/// Finds the best stairs going up, if they explain the echoes better than any alternative. `firm` is whether the
+/// Finds the best stairs going up, if they explain the echoes better than any alternative. `confirmed` is whether the
 /// floor confirms the configured mounting; where it does not, the stairs' first corner must.
 #[inline(never)]
 fn ascend(
     echoes: &[Echo],
-    (geometry, found, firm): (&Geometry, Calibration, bool),
+    (geometry, found, floor_confirms_mount): (&Geometry, Calibration, bool),
     p: &Params,
     (memory, (posterior, particles), mut past): (
-        &mut Beginnings,
+        &mut Beam,
         (&mut Posterior, bool),
         Option<&mut History>,
     ),
     (observer, answer): (&mut dyn Observer, &mut Answer),
-) -> Worth {
+) -> AnswerQuality {
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.risers(echoes);
     let scene = &scene;
@@ -330,8 +337,8 @@ fn ascend(
     let mut inferred = Inferred::default();
     if particles {
         let known = (&mut *posterior, past.as_deref_mut());
-        inferred.settle(&search, best, known, found.bias_sigma_rad);
-        posterior.tell(observer);
+        inferred.infer(&search, best, known, found.bias_sigma_rad);
+        posterior.report(observer);
     } else {
         inferred.search_alone(&search, best, posterior, found.bias_sigma_rad);
     }
@@ -347,21 +354,21 @@ fn ascend(
         Some(measured) => measured.roles.clone(),
         None => bare(&search),
     };
-    tell_scatterers(echoes, scene, &roles, observer);
-    tell_flights(&search, &inferred, observer);
-    let ended = Ended {
+    report_scatterers(echoes, scene, &roles, observer);
+    report_flights(&search, &inferred, observer);
+    let ended = Conclusion {
         scene,
         roles,
-        rivals: Rivals::of(&search, &inferred),
+        margins: Margins::of(&search, &inferred),
         open: inferred.flight.as_ref().is_some_and(|b| b.shape.open),
         measured: &inferred.measured,
         geometry,
-        belief: &inferred.belief,
-        strained: !found.fits(p),
-        firm,
+        probabilities: &inferred.belief,
+        calibration_excessive: !found.fits(p),
+        floor_confirms_mount,
         surfaces: &posterior.model.surfaces,
     };
-    ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
+    ended.conclude(past.map(|past| &mut past.carried_odds), observer, answer)
 }
 
 /// Returns the role of each mark on bare ground.
@@ -382,34 +389,34 @@ fn descend(
     p: &Params,
     (model, posterior): (&mut Descending, &mut Posterior),
     (observer, answer): (&mut dyn Observer, &mut Answer),
-) -> Worth {
+) -> AnswerQuality {
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.treads(echoes);
     observer.event(Event::Done(Stage::Search));
-    let mut belief = Belief::default();
-    posterior.judge(None, None, &mut belief);
+    let mut belief = AnswerProbabilities::default();
+    posterior.evaluate(None, None, &mut belief);
     let likeliest = posterior.likeliest(None);
     let found = likeliest.staircase;
     let measured = found
         .as_ref()
         .map(|s| dimensions::descending(model, &scene, s));
     if let Some(told) = measured.as_ref().zip(found.as_ref()) {
-        posterior.judge(Some(told), None, &mut belief);
+        posterior.evaluate(Some(told), None, &mut belief);
     }
-    posterior.tell(observer);
+    posterior.report(observer);
     let roles = match &measured {
         Some(measured) => measured.roles.clone(),
         None => dimensions::ground_roles(&scene, model),
     };
-    tell_scatterers(echoes, &scene, &roles, observer);
-    posterior.tell_descents(&likeliest, observer);
-    let ended = Ended {
+    report_scatterers(echoes, &scene, &roles, observer);
+    posterior.report_descents(&likeliest, observer);
+    let ended = Conclusion {
         scene: &scene,
         roles,
-        rivals: Rivals {
-            lead: likeliest.lead,
-            close: if measured.is_some() {
-                likeliest.lead
+        margins: Margins {
+            search: likeliest.margin,
+            posterior: if measured.is_some() {
+                likeliest.margin
             } else {
                 likeliest.odds
             },
@@ -417,55 +424,64 @@ fn descend(
         open: false,
         measured: &measured,
         geometry,
-        belief: &belief,
-        strained: false,
-        firm: true,
+        probabilities: &belief,
+        calibration_excessive: false,
+        floor_confirms_mount: true,
         surfaces: &Surfaces::NOTHING,
     };
     ended.conclude(None, observer, answer)
 }
 
 /// Margins of the answer over its alternatives.
-struct Rivals {
+struct Margins {
     /// Margin by the search, nats. With stairs: their score less that of the runner-up. Without stairs: score of the
     /// best flight, where ground without stairs has the score 0.
-    lead: f32,
+    search: f32,
     /// Margin by the posterior, nats. With stairs: to the runner-up outline. Without stairs: log-odds of the
     /// likeliest stairs against ground without stairs.
-    close: f32,
+    posterior: f32,
 }
 
-impl Rivals {
+impl Margins {
     /// Returns the margins of an answer going up.
     fn of(search: &Search<'_, '_>, inferred: &Inferred) -> Self {
         let measured = inferred.measured.as_ref();
         let stairs = measured.is_some_and(|m| !m.supports.is_empty());
         // A flight that was accepted and then found to be a box or a threshold is not an alternative.
-        let rival = inferred
+        let flight = inferred
             .flight
             .as_ref()
             .filter(|_| stairs || measured.is_none());
-        let Some(rival) = rival else {
+        let Some(rival) = flight else {
             return Self {
-                lead: f32::NEG_INFINITY,
-                close: f32::NEG_INFINITY,
+                search: f32::NEG_INFINITY,
+                posterior: f32::NEG_INFINITY,
             };
         };
         let others = if stairs {
-            search.rival(rival.chain.len())
+            search.runner_up_score(rival.chain.len())
         } else {
             0.0
         };
         Self {
-            lead: rival.score - others,
-            close: if stairs { inferred.lead } else { inferred.odds },
+            search: rival.score - others,
+            posterior: if stairs {
+                inferred.margin
+            } else {
+                inferred.odds
+            },
         }
     }
 }
 
 /// Reports each scatterer's role to the observer.
 #[inline(never)]
-fn tell_scatterers(echoes: &[Echo], scene: &Scene<'_>, roles: &Roles, observer: &mut dyn Observer) {
+fn report_scatterers(
+    echoes: &[Echo],
+    scene: &Scene<'_>,
+    roles: &Roles,
+    observer: &mut dyn Observer,
+) {
     if !observer.listens() {
         return;
     }
@@ -478,7 +494,7 @@ fn tell_scatterers(echoes: &[Echo], scene: &Scene<'_>, roles: &Roles, observer: 
 
 /// Reports every flight of the search with its score to the observer.
 #[inline(never)]
-fn tell_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut dyn Observer) {
+fn report_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut dyn Observer) {
     if !observer.listens() {
         return;
     }
@@ -506,98 +522,105 @@ fn tell_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut dyn
 }
 
 /// A finished inference, up or down.
-struct Ended<'s> {
+struct Conclusion<'s> {
     scene: &'s Scene<'s>,
     /// Role of each mark under the measured stairs, or on bare ground.
     roles: Roles,
-    rivals: Rivals,
+    margins: Margins,
     /// Whether the treads are open (no risers).
     open: bool,
     /// The measured steps; none where ground without stairs is likelier.
     measured: &'s Option<Measured>,
     geometry: &'s Geometry,
-    belief: &'s Belief,
+    probabilities: &'s AnswerProbabilities,
     /// Whether calibration removed a larger error than a correct mounting can have.
-    strained: bool,
+    calibration_excessive: bool,
     /// Whether the floor confirms the configured mounting.
-    firm: bool,
+    floor_confirms_mount: bool,
     /// Evidence that the ground goes on, from the power along its line.
     surfaces: &'s Surfaces,
 }
 
-impl Ended<'_> {
+impl Conclusion<'_> {
     /// Writes the answer, of measured stairs or of ground without stairs, and returns its quality.
     #[inline(never)]
     fn conclude(
         self,
-        outlook: Option<&mut Outlook>,
+        outlook: Option<&mut CarriedOdds>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Worth {
+    ) -> AnswerQuality {
         let scene = self.scene;
         let p = scene.params;
-        let astray = self.strained || !self.firm && self.corner_astray();
+        let mounting_off =
+            self.calibration_excessive || !self.floor_confirms_mount && self.corner_off();
         let mut supports = heapless::Vec::new();
-        let mut weak = Reasons::NONE;
+        let mut weaknesses = Reasons::NONE;
         if let Some(measured) = self.measured {
             answer.clone_from(&measured.answer);
             supports.clone_from(&measured.supports);
-            if measured.may_be {
-                weak.add(Reason::CloseRival);
+            if measured.may_be_step {
+                weaknesses.add(Reason::CloseRival);
             }
         }
-        let lead = self.rivals.lead;
+        let margin = self.margins.search;
         if supports.is_empty() {
             let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-            weak = weak.and(support::judge_none(self.rivals.close, strongest_db, p));
+            weaknesses = weaknesses.and(support::reasons_without_steps(
+                self.margins.posterior,
+                strongest_db,
+                p,
+            ));
         } else {
             let pairs = scene.marks.iter().zip(&self.roles);
             let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
-            weak = weak.and(support::judge(
+            weaknesses = weaknesses.and(support::reasons(
                 &answer.steps,
-                self.rivals.close,
+                self.margins.posterior,
                 &supports,
                 against,
                 p,
             ));
         }
         answer.link();
-        let ground = Ground {
+        let ground = HorizonInput {
             scene,
             roles: &self.roles,
             steps: &answer.steps,
             supports: &supports,
-            lead,
+            margin,
             open: self.open,
             geometry: self.geometry,
-            doubts: self.belief.doubts,
+            error_log_odds: self.probabilities.error_log_odds,
             surfaces: self.surfaces,
-            drop: self.belief.drop,
+            drop: self.probabilities.drop,
         };
         let valid = horizon::validity(&ground, outlook, &mut |cell| {
             if observer.listens() {
                 observer.event(Event::Cell(cell));
             }
         });
-        answer.maybes.clone_from(&self.belief.maybes);
-        let map = fitted_for(self.geometry.plane).maybe;
-        for maybe in &mut answer.maybes {
+        answer
+            .possible_steps
+            .clone_from(&self.probabilities.possible_steps);
+        let map = fitted_for(self.geometry.plane).maybe_map;
+        for maybe in &mut answer.possible_steps {
             if observer.listens() {
-                observer.event(Event::Maybe(maybe));
+                observer.event(Event::PossibleStep(maybe));
             }
-            maybe.probability = map.of_share(maybe.probability);
+            maybe.probability = map.calibrated(maybe.probability);
         }
-        answer.drop = self.belief.drop;
-        Worth {
+        answer.drop = self.probabilities.drop;
+        AnswerQuality {
             valid,
-            astray,
-            weak,
+            mounting_off,
+            weaknesses,
         }
     }
 
     /// Whether the corner of floor and first riser, where a reliable one is found, lies above or below the floor.
     #[inline(never)]
-    fn corner_astray(&self) -> bool {
+    fn corner_off(&self) -> bool {
         let Some(measured) = self.measured else {
             return false;
         };

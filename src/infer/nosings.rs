@@ -37,7 +37,7 @@ pub type Nosings = Vec<Option<Estimate>, MAX_FLIGHT>;
 
 /// An echo near a riser.
 #[derive(Clone, Copy, Debug)]
-struct Sighting {
+struct LineEcho {
     /// Horizontal distance and its standard deviation, metres.
     x: (f32, f32),
     /// Gain as part of the nosing's line, by its height, nats.
@@ -61,7 +61,7 @@ struct Explained {
 
 /// The echoes near one riser.
 struct RiserEchoes {
-    sightings: Vec<Sighting, MOST>,
+    sightings: Vec<LineEcho, MOST>,
     unexplained_nats: f32,
 }
 
@@ -70,9 +70,9 @@ impl RiserEchoes {
     fn new(scene: &Scene<'_>, riser: &Riser, along_m: f32, top_variance: f32) -> Self {
         let p = scene.params;
         let from = math::max(along_m - p.nosing_window_m, p.nearest_riser_m);
-        let mut sightings = Vec::<Sighting, MOST>::new();
+        let mut sightings = Vec::<LineEcho, MOST>::new();
         for m in scene.between(from, along_m + p.nosing_window_m) {
-            let sighting = sight(scene, riser, m, top_variance);
+            let sighting = line_gains(scene, riser, m, top_variance);
             if sightings.push(sighting).is_err()
                 && let Some(last) = sightings.last_mut()
                 && last.snr_db < sighting.snr_db
@@ -87,22 +87,22 @@ impl RiserEchoes {
         }
     }
 
-    /// Calls `take` with each place of the nosing that an echo suggests for overhang `overhang_m`, with whether the
+    /// Calls `each` with each place of the nosing that an echo suggests for overhang `overhang_m`, with whether the
     /// echo is taken for the riser's line, and with the echo's level, dB.
-    fn suggest(&self, overhang_m: f32, mut take: impl FnMut(f32, bool, f32)) {
+    fn candidate_places(&self, overhang_m: f32, mut each: impl FnMut(f32, bool, f32)) {
         for s in self.sightings.iter().take(GENERATORS) {
             let flush = overhang_m <= 0.0;
             if s.front > 0.0 || (flush && s.back > 0.0) {
-                take(s.x.0, false, s.snr_db);
+                each(s.x.0, false, s.snr_db);
             }
             if !flush && s.back > 0.0 {
-                take(s.x.0 - overhang_m, true, s.snr_db);
+                each(s.x.0 - overhang_m, true, s.snr_db);
             }
         }
     }
 
     /// Returns the fit of a nosing at `front_m` with this overhang to the echoes.
-    fn explain(&self, front_m: f32, overhang_m: f32) -> Explained {
+    fn fit(&self, front_m: f32, overhang_m: f32) -> Explained {
         let mut nats = 0.0;
         let (mut front, mut back) = ((0.0, 0.0), (0.0, 0.0));
         for s in &self.sightings {
@@ -141,8 +141,8 @@ impl RiserEchoes {
     /// Returns the best fit with this overhang.
     fn best(&self, overhang_m: f32) -> Option<Explained> {
         let mut best: Option<Explained> = None;
-        self.suggest(overhang_m, |front_m, _, _| {
-            let explained = self.explain(front_m, overhang_m);
+        self.candidate_places(overhang_m, |front_m, _, _| {
+            let explained = self.fit(front_m, overhang_m);
             if best.is_none_or(|b| b.nats < explained.nats) {
                 best = Some(explained);
             }
@@ -152,7 +152,7 @@ impl RiserEchoes {
 }
 
 /// Returns the gains of an echo on both lines by its height: on the front of the tread, or below on the riser.
-fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sighting {
+fn line_gains(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> LineEcho {
     let p = scene.params;
     let top_z = (m.y_m - riser.top_m) / math::sqrt(m.y_sigma_m * m.y_sigma_m + top_variance);
     let mut front = gain(p.point_nats, top_z);
@@ -176,14 +176,14 @@ fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sight
     }
     // An error of an echo's angle moves the horizontal distance of what lies below or above the mirror.
     let slope = (scene.mount_height_m - m.y_m) / m.x_m;
-    Sighting {
+    LineEcho {
         x: (
             m.x_m,
             math::hypot(p.line_sigma_m, slope * m.range_m * p.edge_angle_rad),
         ),
         front,
         back,
-        weight: m.weight,
+        weight: m.credibility,
         snr_db: m.snr_db,
     }
 }
@@ -209,17 +209,17 @@ impl Overhang {
     }
 }
 
-/// Calls `look` with the echoes near each riser in turn.
+/// Calls `each_riser` with the echoes near each riser in turn.
 fn places(
     scene: &Scene<'_>,
     flight: &Flight,
     levels: &TreadLevels,
-    mut look: impl FnMut(&RiserEchoes),
+    mut each_riser: impl FnMut(&RiserEchoes),
 ) {
     for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
         let riser = riser_at(&flight.chain, flight.shape.open, levels, k);
         let place = RiserEchoes::new(scene, &riser, link.along_m, level.height.variance);
-        look(&place);
+        each_riser(&place);
     }
 }
 
@@ -288,8 +288,8 @@ impl Mixture {
             self.origin_m = place.sightings.first().map_or(0.0, |s| s.x.0);
         }
         let (mut weight, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        place.suggest(overhang_m, |front_m, is_back, snr_db| {
-            let nats = place.explain(front_m, overhang_m).nats - best.nats;
+        place.candidate_places(overhang_m, |front_m, is_back, snr_db| {
+            let nats = place.fit(front_m, overhang_m).nats - best.nats;
             // Of two places that fit equally well, that of the stronger echo is more accurate.
             let w = math::exp(nats) * math::amplitude(snr_db);
             let own = p.nosing_sigma_m * p.nosing_sigma_m;

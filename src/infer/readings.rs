@@ -4,7 +4,7 @@
 use super::gauss::Fusion;
 use crate::estimate::Estimate;
 use crate::math;
-use crate::model::{Class, MAX_STEPS, Model, Seen, Staircase};
+use crate::model::{Class, MAX_STEPS, Model, ModelEcho, Staircase};
 use crate::params::posterior as number;
 use heapless::Vec;
 
@@ -81,14 +81,14 @@ impl Model<'_> {
 
     /// Returns the riser height of the flight from the echo of riser `k`, whose foot is hidden by the nosing before
     /// it. The echo may lie anywhere on the visible part. Both ends of that part are linear in the riser height.
-    fn hidden_rise(&self, s: &Staircase, k: usize, e: &Seen) -> Option<Estimate> {
+    fn hidden_rise(&self, s: &Staircase, k: usize, e: &ModelEcho) -> Option<Estimate> {
         let before_m = k.checked_sub(1).map(|before| s.x(before))?;
         let distances = s.x(k) / before_m;
         let per_rise = 0.5 * (distances * k as f32 + (k + 1) as f32);
         let fixed_m = 0.5 * self.height_m * (1.0 - distances);
         let (low_m, top_m) = self.face_span(s, k);
-        let span_m = math::max(top_m - low_m, number::LEAST_FACE_M);
-        let across_m = e.across_m * e.range_m / math::max(e.x_m, number::LEAST_RANGE_M);
+        let span_m = math::max(top_m - low_m, number::MIN_FACE_M);
+        let across_m = e.across_m * e.range_m / math::max(e.x_m, number::MIN_RANGE_M);
         // Variance of an even distribution over the visible part, of its ends, and of the echo.
         let variance =
             span_m * span_m * number::EVEN_VARIANCE + number::HIDDEN_END_M2 + across_m * across_m;

@@ -9,7 +9,7 @@ use crate::params::Params;
 use crate::verdict::{Reason, Reasons};
 
 /// Minimum number of echoes in places that a flight leaves no room for, to report them: fewer may be chance.
-const IN_THE_WAY: usize = 3;
+const MIN_CONTRADICTING_ECHOES: usize = 3;
 /// Maximum quality of a step, per cent.
 const FULL_QUALITY: f32 = 100.0;
 
@@ -52,7 +52,7 @@ pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) ->
 
 /// Returns the reasons that a flight with these steps is uncertain. `lead` is the margin over the runner-up outline,
 /// nats; `against` are the echoes that contradict the flight.
-pub fn judge<'m>(
+pub fn reasons<'m>(
     steps: &[Step],
     lead: f32,
     supports: &[Support],
@@ -77,7 +77,7 @@ pub fn judge<'m>(
             reasons.add(Reason::IrregularStep);
         }
     }
-    if against.filter(|m| m.snr_db > p.in_the_way_db).count() >= IN_THE_WAY {
+    if against.filter(|m| m.snr_db > p.in_the_way_db).count() >= MIN_CONTRADICTING_ECHOES {
         reasons.add(Reason::BlockedView);
     }
     reasons
@@ -85,7 +85,7 @@ pub fn judge<'m>(
 
 /// Returns the reasons that an answer without stairs is uncertain. `odds` are the log-odds of the likeliest stairs
 /// against ground without stairs, nats; `strongest_db` is the level of the strongest echo.
-pub fn judge_none(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
+pub fn reasons_without_steps(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
     let mut reasons = Reasons::NONE;
     if odds > -p.clear_lead_nats {
         reasons.add(Reason::CloseRival);

@@ -39,9 +39,9 @@ pub struct Cell {
     /// Features of this and earlier scans, where evidence was carried on.
     pub past: Option<PastFeatures>,
     /// Probability that the answer is correct up to its end.
-    pub right: f32,
+    pub p_correct: f32,
     /// Minimum probability at which the answer is valid up to its end.
-    pub asked: f32,
+    pub required: f32,
 }
 
 /// Processing stages after the last row, in their order.

@@ -4,9 +4,9 @@
 //! A variant differs from its hypothesis in a few risers. Only their summands of the log-likelihood are computed
 //! anew.
 
-use super::cloud::{Cloud, Told};
+use super::cloud::{Cloud, ReportedAnswer};
 use crate::math;
-use crate::model::prior::{GOES_ON, LANDING, going, ln, prior};
+use crate::model::prior::{LANDING, P_CONTINUES, going, ln, prior};
 use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::current;
@@ -14,7 +14,7 @@ use crate::params::posterior as number;
 use heapless::Vec;
 
 /// Maximum number of places for one more riser.
-const SPOTS: usize = 40;
+const MAX_CANDIDATE_PLACES: usize = 40;
 /// Minimum level of an echo that may be a riser's place, dB.
 const SPOT_DB: f32 = 8.0;
 /// Minimum distance between two places at echoes, metres.
@@ -22,12 +22,12 @@ const APART_M: f32 = 0.015;
 
 /// Returns the log-weight of a staircase, nats: log-prior plus log-likelihood.
 pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
-    prior(s) + model.whole(s)
+    prior(s) + model.log_likelihood(s)
 }
 
 /// A hypothesis with its log-likelihood riser by riser, and its weight.
 #[derive(Clone, Copy, Debug)]
-pub struct Base {
+pub struct Hypothesis {
     /// The hypothesis.
     pub staircase: Staircase,
     /// Standard deviations of its levels, metres.
@@ -43,14 +43,14 @@ const PLACED_M: f32 = 0.01;
 /// Standard deviation of the level of a tread that is seen from above, metres.
 const TREAD_M: f32 = 0.003;
 
-impl Base {
+impl Hypothesis {
     /// Computes the weight of a hypothesis. `sigmas` are the standard deviations of its levels, metres.
     #[inline(never)]
     pub fn new(model: &Model<'_>, staircase: Staircase, sigmas: Sigmas) -> Self {
         let mut steps = [0.0; MAX_STEPS + 1];
         let mut total = prior(&staircase);
         for (k, value) in steps.iter_mut().take(staircase.len() + 1).enumerate() {
-            *value = model.step(&staircase, k);
+            *value = model.riser_log_likelihood(&staircase, k);
             total += *value;
         }
         Self {
@@ -87,9 +87,9 @@ impl Base {
         let mut out = *self;
         out.staircase.wall_m = wall_m;
         let n = self.staircase.len();
-        let landing = model.step(&out.staircase, n);
-        out.log_weight +=
-            prior(&out.staircase) - prior(&self.staircase) + landing - self.part(n, n + 1);
+        let landing = model.riser_log_likelihood(&out.staircase, n);
+        out.log_weight += prior(&out.staircase) - prior(&self.staircase) + landing
+            - self.log_likelihood_of_risers(n, n + 1);
         if let Some(value) = out.steps.get_mut(n) {
             *value = landing;
         }
@@ -98,7 +98,7 @@ impl Base {
 
     /// Returns the log-likelihood of risers `from` to before `to`.
     #[inline(never)]
-    fn part(&self, from: usize, to: usize) -> f32 {
+    fn log_likelihood_of_risers(&self, from: usize, to: usize) -> f32 {
         self.steps.get(from..to).map_or(0.0, |s| s.iter().sum())
     }
 }
@@ -108,52 +108,60 @@ pub struct Variants<'a> {
     /// Measurement model.
     pub model: &'a Model<'a>,
     /// Answer with which the variants are compared.
-    pub told: &'a Told<'a>,
+    pub reported: &'a ReportedAnswer<'a>,
     /// Destination of the variants.
     pub cloud: &'a mut Cloud,
 }
 
 /// Places for one more riser, each with the length of way that it represents, metres.
-type Spots = Vec<(f32, f32), SPOTS>;
+type CandidatePlaces = Vec<(f32, f32), MAX_CANDIDATE_PLACES>;
 
 impl Variants<'_> {
     /// Adds all variants of a hypothesis.
-    pub fn around(&mut self, base: &Base) {
+    pub fn add_variants(&mut self, base: &Hypothesis) {
         match base.staircase.kind {
             GroundKind::Stairs => {
                 let rules = &current().rules;
-                type Vary<'a> = fn(&mut Variants<'a>, &Base);
+                type Vary<'a> = fn(&mut Variants<'a>, &Hypothesis);
                 let kinds: [(bool, Vary<'_>); 3] = [
-                    (rules.less, Self::less),
-                    (rules.behind, Self::behind),
-                    (rules.odd, Self::odd),
+                    (rules.less, Self::shorter),
+                    (rules.behind, Self::longer),
+                    (rules.odd, Self::irregular),
                 ];
                 for (_, vary) in kinds.into_iter().filter(|(on, _)| *on) {
                     vary(self, base);
                 }
             }
-            GroundKind::Nothing => self.floor(base),
+            GroundKind::Nothing => self.single_rises(base),
             _ => {}
         }
     }
 
     #[inline(never)]
-    fn put(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
-        self.cloud.add(s, log_weight, sigmas, self.told);
+    fn add_variant(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
+        self.cloud.add(s, log_weight, sigmas, self.reported);
     }
 
     /// Returns the log-likelihood of a staircase's risers `from` to before `to`.
-    fn part(&self, s: &Staircase, from: usize, to: usize) -> f32 {
-        (from..to).map(|k| self.model.step(s, k)).sum()
+    fn log_likelihood_of_risers(&self, s: &Staircase, from: usize, to: usize) -> f32 {
+        (from..to)
+            .map(|k| self.model.riser_log_likelihood(s, k))
+            .sum()
     }
 
     /// Returns the places on a grid of `step_m` from `from_m` to `to_m`, and those of echoes there, which represent
     /// `echo_m` each.
     #[inline(never)]
-    fn spots(&self, from_m: f32, to_m: f32, step_m: f32, echo_m: f32) -> Spots {
-        let mut spots = Spots::new();
+    fn candidate_places(
+        &self,
+        from_m: f32,
+        to_m: f32,
+        step_m: f32,
+        echo_m: f32,
+    ) -> CandidatePlaces {
+        let mut spots = CandidatePlaces::new();
         let mut x = from_m;
-        while x < to_m && spots.len() < SPOTS / 2 {
+        while x < to_m && spots.len() < MAX_CANDIDATE_PLACES / 2 {
             // Cannot fail: the loop leaves room.
             let _ = spots.push((x, step_m));
             x += step_m;
@@ -172,16 +180,17 @@ impl Variants<'_> {
 
     /// Adds the flight without its last steps: one less, two less, …
     #[inline(never)]
-    fn less(&mut self, base: &Base) {
+    fn shorter(&mut self, base: &Hypothesis) {
         let mut longer = base.staircase;
         let mut weight = base.log_weight;
-        let mut part = base.part(base.staircase.len(), base.staircase.len() + 1);
+        let mut part =
+            base.log_likelihood_of_risers(base.staircase.len(), base.staircase.len() + 1);
         for n in (0..base.staircase.len()).rev() {
-            let shorter = longer.less_last();
-            let landing = self.model.step(&shorter, n);
-            part += base.part(n, n + 1);
+            let shorter = longer.without_last();
+            let landing = self.model.riser_log_likelihood(&shorter, n);
+            part += base.log_likelihood_of_risers(n, n + 1);
             weight += prior(&shorter) - prior(&longer) + landing - part;
-            self.put(&shorter, weight, &base.sigmas);
+            self.add_variant(&shorter, weight, &base.sigmas);
             part = landing;
             longer = shorter;
         }
@@ -189,12 +198,12 @@ impl Variants<'_> {
 
     /// Adds one more riser behind the last, at an echo or at a place without one.
     #[inline(never)]
-    fn behind(&mut self, base: &Base) {
+    fn longer(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
         let end = math::min(x + number::BEHIND_TO_M, s.wall_m - number::BEHIND_WALL_M);
         let (nearest, farthest) = number::BEHIND_GOINGS_M;
-        let mut near = self.spots(
+        let mut near = self.candidate_places(
             x + nearest,
             math::min(x + farthest, end),
             number::BEHIND_GRID_M,
@@ -205,21 +214,21 @@ impl Variants<'_> {
             near.retain(|(at, step)| *step < ECHO_M || (at - x - mean).abs() > REGULAR_M);
             let _ = near.push((x + mean, REGULAR_M));
         }
-        let far = self.spots(x + farthest, end, f32::INFINITY, number::SPOT_M);
+        let far = self.candidate_places(x + farthest, end, f32::INFINITY, number::SPOT_M);
         let top = s.level(s.len()) + s.rise();
         let before = self.before(base, top - number::RISE_OFF_M);
         for (off, share) in number::BEHIND_RISES {
-            let more = self.more(base, top + off, GroundKind::Stairs, before.as_ref());
+            let more = self.extra_riser(base, top + off, GroundKind::Stairs, before.as_ref());
             for &(at, step) in near.iter().chain(far.iter().skip(1)) {
                 let landing = if at > x + number::LANDING_FROM_M {
                     LANDING
                 } else {
                     0.0
                 };
-                let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
-                if odds > number::LEAST_ODDS {
+                let odds = P_CONTINUES * (going(at - x, mean) + landing) * step * share;
+                if odds > number::MIN_ODDS {
                     let (new, weight) = self.added(base, &more, at);
-                    self.put(&new, weight + ln(odds), &base.sigmas);
+                    self.add_variant(&new, weight + ln(odds), &base.sigmas);
                 }
             }
         }
@@ -227,7 +236,7 @@ impl Variants<'_> {
 
     /// Returns the sums over the echoes on the last tread, which do not depend on what stands behind. It returns none
     /// where one more riser, at least `top_m` high, would hide what is behind it.
-    fn before(&self, base: &Base, top_m: f32) -> Option<EchoSums> {
+    fn before(&self, base: &Hypothesis, top_m: f32) -> Option<EchoSums> {
         let s = &base.staircase;
         (!self.hides(top_m)).then(|| self.model.sums(s, s.len()))
     }
@@ -239,24 +248,24 @@ impl Variants<'_> {
 
     /// Returns one more riser behind the last with its top at `top_m`, without a place yet. `before` holds the sums
     /// over the echoes on the tread before it.
-    fn more<'b>(
+    fn extra_riser<'b>(
         &self,
-        base: &Base,
+        base: &Hypothesis,
         top_m: f32,
         kind: GroundKind,
         before: Option<&'b EchoSums>,
-    ) -> More<'b> {
+    ) -> ExtraRiser<'b> {
         let s = &base.staircase;
         let n = s.len();
         let mut far = s.with(n, s.last_x(), top_m);
         far.kind = kind;
         let before = before.filter(|_| !self.hides(top_m));
-        More {
+        ExtraRiser {
             top_m,
             kind,
             sums: before.map(|before| Split {
                 before,
-                behind: self.model.sums(&far, n + 1),
+                beyond: self.model.sums(&far, n + 1),
                 wall: self.model.riser(&far, n + 1),
             }),
         }
@@ -264,17 +273,17 @@ impl Variants<'_> {
 
     /// Returns the staircase with that riser at `x_m`, and its log-weight without the prior odds of the riser.
     #[inline(never)]
-    fn added(&self, base: &Base, more: &More<'_>, x_m: f32) -> (Staircase, f32) {
+    fn added(&self, base: &Hypothesis, more: &ExtraRiser<'_>, x_m: f32) -> (Staircase, f32) {
         let (model, s) = (self.model, &base.staircase);
         let n = s.len();
         let mut new = s.with(n, x_m, more.top_m);
         new.kind = more.kind;
-        let old = base.part(n, n + 1);
+        let old = base.log_likelihood_of_risers(n, n + 1);
         let part = match &more.sums {
-            None => self.part(&new, n, n + 2),
+            None => self.log_likelihood_of_risers(&new, n, n + 2),
             Some(Split {
                 before,
-                behind,
+                beyond,
                 wall,
             }) => {
                 let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
@@ -289,7 +298,7 @@ impl Variants<'_> {
                 at(before, start) - at(before, from)
                     + model.within(&new, n, from, to)
                     + model.within(&new, n + 1, from, to)
-                    + at(behind, to)
+                    + at(beyond, to)
                     - model.expected(&new, n)
                     - model.expected(&new, n + 1)
                     + model.riser(&new, n)
@@ -306,13 +315,13 @@ impl Variants<'_> {
 
     /// Adds one irregular rise, higher or lower than the others; the levels behind it are shifted or not.
     #[inline(never)]
-    fn odd(&mut self, base: &Base) {
+    fn irregular(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let n = s.len();
-        let odds = ln(number::ODD_ODDS / n as f32 / (2 * ODD_M.len()) as f32);
+        let odds = ln(number::ODD_ODDS / n as f32 / (2 * IRREGULAR_M.len()) as f32);
         // Risers farther away mostly lie beyond the horizon.
-        for k in 0..n.min(ODD_RISERS) {
-            for off in ODD_M {
+        for k in 0..n.min(IRREGULAR_RISERS) {
+            for off in IRREGULAR_M {
                 for end in [n, k + 1] {
                     if end == k + 1 && end == n && k > 0 {
                         continue;
@@ -320,12 +329,13 @@ impl Variants<'_> {
                     let mut new = *s;
                     let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
                     tops.iter_mut().for_each(|top| *top += off);
-                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::LEAST_RISE_M) {
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::MIN_RISE_M) {
                         continue;
                     }
                     let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;
-                    let weight = odds + self.part(&new, k, to) - base.part(k, to);
-                    self.put(&new, base.log_weight + weight, &base.sigmas);
+                    let weight = odds + self.log_likelihood_of_risers(&new, k, to)
+                        - base.log_likelihood_of_risers(k, to);
+                    self.add_variant(&new, base.log_weight + weight, &base.sigmas);
                 }
             }
         }
@@ -333,7 +343,7 @@ impl Variants<'_> {
 
     /// Adds ground that ends, at each slot.
     #[inline(never)]
-    fn drops(&mut self, base: &Base) {
+    fn drops(&mut self, base: &Hypothesis) {
         let (model, s) = (self.model, &base.staircase);
         let (before, behind) = (
             model.sums(&Staircase::drop(f32::INFINITY), 0),
@@ -348,28 +358,29 @@ impl Variants<'_> {
             let part = at(&before, 0) - at(&before, first) + at(&behind, first)
                 - model.expected(&brink, 0)
                 + model.surfaces.of(&brink);
-            let weight = ln(DROP_ODDS * SLOT_M / number::FLOOR_WAY_M) + part - base.part(0, 1);
-            self.put(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
+            let weight = ln(DROP_ODDS * SLOT_M / number::FLOOR_WAY_M) + part
+                - base.log_likelihood_of_risers(0, 1);
+            self.add_variant(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
         }
     }
 
     /// Adds one step, box or threshold on bare ground, and drops.
     #[inline(never)]
-    fn floor(&mut self, base: &Base) {
+    fn single_rises(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let (nearest, farthest) = number::FLOOR_FROM_TO_M;
         let end = math::min(farthest, s.wall_m - number::FLOOR_WALL_M);
         let sigmas = [PLACED_M; MAX_STEPS];
-        let spots = self.spots(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
+        let spots = self.candidate_places(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
         let before = self.before(base, 0.0);
         let rules = &current().rules;
         for (h, [seen, unseen]) in FLOOR.into_iter().filter(|_| rules.single) {
-            let more = self.more(base, h, GroundKind::single(h), before.as_ref());
+            let more = self.extra_riser(base, h, GroundKind::single(h), before.as_ref());
             for &(x, dx) in &spots {
                 let share = if dx < ECHO_M { seen } else { unseen };
                 if share > 0.0 {
                     let (new, weight) = self.added(base, &more, x);
-                    self.put(
+                    self.add_variant(
                         &new,
                         weight + ln(number::FLOOR_ODDS * share * dx / number::FLOOR_WAY_M),
                         &sigmas,
@@ -384,7 +395,7 @@ impl Variants<'_> {
 }
 
 /// One more riser behind the last of a hypothesis, without a place.
-struct More<'b> {
+struct ExtraRiser<'b> {
     top_m: f32,
     kind: GroundKind,
     sums: Option<Split<'b>>,
@@ -395,7 +406,7 @@ struct Split<'b> {
     /// Sums over the echoes from each index on, for the tread before the riser.
     before: &'b EchoSums,
     /// Sums over the echoes from each index on, for the tread behind the riser.
-    behind: EchoSums,
+    beyond: EchoSums,
     /// Log-likelihood ratio of the wall behind.
     wall: f32,
 }
@@ -403,9 +414,9 @@ struct Split<'b> {
 /// Length of way that the place at the mean going represents, metres: the spread of regular goings times √(2π).
 const REGULAR_M: f32 = 0.03;
 /// Number of risers, from the nearest on, of which one may be irregular.
-const ODD_RISERS: usize = 4;
+const IRREGULAR_RISERS: usize = 4;
 /// Deviations of an irregular rise, metres.
-const ODD_M: [f32; 2] = [-0.03, 0.03];
+const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
 /// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
 const NEAR_M: f32 = 0.10;
 /// Limit between the lengths of way that a place at an echo and one of the grid represent, metres.

@@ -1,6 +1,6 @@
 //! The polar map with the calibration and motion that relate its cells to places of the scene.
 
-use crate::motion::Ride;
+use crate::motion::MotionCompensation;
 use crate::signal::echoes::two_way_sigma;
 use crate::signal::grid::PolarMap;
 
@@ -16,7 +16,7 @@ pub struct Chart<'m> {
     /// Height error, to be subtracted, metres.
     pub height_m: f32,
     /// Motion of the chair during the scan, if it is known.
-    pub ride: Option<Ride<'m>>,
+    pub ride: Option<MotionCompensation<'m>>,
 }
 
 impl Chart<'_> {

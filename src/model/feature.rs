@@ -34,10 +34,10 @@ pub struct FeaturePlace {
     /// Range from the mirror, metres.
     pub range_m: f32,
     /// Distance to the neighbouring feature with which it may merge into one echo, in resolution cells.
-    pub room: f32,
+    pub separation_cells: f32,
 }
 
 /// Returns the level of the riser before above that of a faint one, tens of dB. `shown_db` is its level, dB.
-pub fn before(shown_db: f32) -> f32 {
+pub fn excess_level(shown_db: f32) -> f32 {
     number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
 }

@@ -30,13 +30,15 @@ pub mod treads;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use feature::{Class, FeaturePlace, before};
+pub use feature::{Class, FeaturePlace, excess_level};
 pub use normal::{logistic, tailed};
 pub use points::{
-    BEHIND_M, EchoSums, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, level_density,
+    BEHIND_M, EchoSums, MAX_MODEL_ECHOES, MAX_P_DETECTED, MIN_DB, MIN_P_DETECTED, Model, ModelEcho,
+    NEAR, level_density,
 };
 pub use sight::{sight_m, tread_begins_m};
 pub use staircase::{
-    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldDrop, ToldStep, View,
+    Edge, GroundKind, MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, SAME_M, Sigmas,
+    Staircase, View,
 };
 pub use surfaces::Surfaces;

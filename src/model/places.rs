@@ -16,7 +16,7 @@ const FRESNEL_M: f32 = 0.04;
 impl Model<'_> {
     /// Whether a place lies in the scanned sector and range.
     pub fn in_scan(&self, x: f32, y: f32) -> bool {
-        let slope = (y - self.height_m) / math::max(x, number::LEAST_X_M);
+        let slope = (y - self.height_m) / math::max(x, number::MIN_X_M);
         slope < self.view.highest
             && slope > self.view.lowest
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
@@ -38,7 +38,7 @@ impl Model<'_> {
         let mut places = Vec::new();
         let h = self.height_m;
         let (x, b, t) = (s.x(k), s.level(k), s.level(k + 1));
-        let mut push = |class, x_m: f32, y_m: f32, room| {
+        let mut push = |class, x_m: f32, y_m: f32, separation_cells| {
             if self.in_scan(x_m, y_m) {
                 let range_m = math::hypot(x_m, y_m - h);
                 let _ = places.push(FeaturePlace {
@@ -46,7 +46,7 @@ impl Model<'_> {
                     x_m,
                     y_m,
                     range_m,
-                    room,
+                    separation_cells,
                 });
             }
         };
@@ -66,16 +66,16 @@ impl Model<'_> {
         } else if b < h - number::SEES_FOOT_M {
             let edge = x - s.overhang_m;
             if t > h {
-                push(Class::Corner, x, b, self.room(x, b, x, h));
+                push(Class::Corner, x, b, self.separation_cells(x, b, x, h));
                 let margin = math::min(t - h, h - b) / FRESNEL_M;
                 push(Class::Flash, x, h, math::min(margin, 2.0));
                 if t > h + number::TOP_ABOVE_M {
-                    push(Class::Top, edge, t, self.room(edge, t, x, h));
+                    push(Class::Top, edge, t, self.separation_cells(edge, t, x, h));
                 }
             } else {
-                let room = self.room(x, b, edge, t);
-                push(Class::Corner, x, b, room);
-                push(Class::Nosing, edge, t, room);
+                let separation_cells = self.separation_cells(x, b, edge, t);
+                push(Class::Corner, x, b, separation_cells);
+                push(Class::Nosing, edge, t, separation_cells);
             }
         } else {
             let (low, top) = self.face_span(s, k);
@@ -93,17 +93,17 @@ impl Model<'_> {
     }
 
     /// Returns the distance of two features in beams and range cells, at most 2.
-    fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
+    fn separation_cells(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
         let cross =
-            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::LEAST_RANGE_M);
+            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::MIN_RANGE_M);
         let other = math::hypot(other_x, other_y - self.height_m);
-        let angle = cross / math::max(range, number::LEAST_RANGE_M) / self.beam_rad;
+        let angle = cross / math::max(range, number::MIN_RANGE_M) / self.beam_rad;
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 
     /// Returns the level of the riser before without its flash, dB.
-    pub fn shown(&self, s: &Staircase, k: usize) -> f32 {
+    pub fn level_before(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
             return number::FAINT_DB;
         }

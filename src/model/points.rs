@@ -12,7 +12,7 @@
 //! where p₀ is the probability that a riser has no echo at all: a riser that is detected has at least one. The share
 //! `used` of an echo that was assigned to one feature is not available to the next.
 
-use super::feature::{Class, FeaturePlace, before};
+use super::feature::{Class, FeaturePlace, excess_level};
 use super::normal::{above, logistic, tailed};
 use super::prior::ln;
 use super::sight::sight_m;
@@ -28,9 +28,9 @@ use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Detection threshold of echoes, dB.
-pub const LEAST_DB: f32 = 2.8;
+pub const MIN_DB: f32 = 2.8;
 /// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
-pub const MAX_SEEN: usize = 32;
+pub const MAX_MODEL_ECHOES: usize = 32;
 /// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
 const NEAREST_M: f32 = 0.12;
 /// Width of an undisturbed lobe, in units of a point scatterer's.
@@ -50,11 +50,11 @@ pub const NEAR: usize = 16;
 /// Squared deviation, in standard deviations, beyond which an echo is not part of a face.
 const FACE_REACH: f32 = 100.0;
 /// Density of echoes behind a drop's edge, relative to that in the air.
-const BELOW: f32 = 3.0;
+const DROP_DENSITY_FACTOR: f32 = 3.0;
 /// Minimum probability of detection of a feature: scenes differ, however many were counted.
-pub const LEAST_SEEN: f32 = 0.02;
+pub const MIN_P_DETECTED: f32 = 0.02;
 /// Maximum probability of detection of a feature.
-pub const MOST_SEEN: f32 = 0.985;
+pub const MAX_P_DETECTED: f32 = 0.985;
 /// Minimum probability that a wall whose corner is visible flashes at the mirror's height, since it is vertical. The
 /// lower 95 % bound (Clopper and Pearson 1934) of 64 of 64 walls of tuning scenes whose corner stands 18 dB above the
 /// noise.
@@ -62,16 +62,16 @@ const WALL_FLASHES: f32 = 0.954;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Minimum density, so that its logarithm is finite.
-const LEAST: f32 = 1e-12;
+const MIN_DENSITY: f32 = 1e-12;
 /// Minimum product of densities before its logarithm is taken, so that one more factor does not underflow.
-const FAINT: f32 = 1e-16;
+const MIN_PRODUCT: f32 = 1e-16;
 
 /// Suffix sums over the echoes: entry i is the sum from echo i on.
-pub type EchoSums = [f32; MAX_SEEN + 1];
+pub type EchoSums = [f32; MAX_MODEL_ECHOES + 1];
 
 /// An echo with its densities under the model.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Seen {
+pub struct ModelEcho {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Height above the ground, metres.
@@ -101,7 +101,7 @@ pub struct Seen {
 /// The measurement model with the echoes of a scan.
 pub struct Model<'p> {
     /// Echoes sorted by distance.
-    pub echoes: Vec<Seen, MAX_SEEN>,
+    pub echoes: Vec<ModelEcho, MAX_MODEL_ECHOES>,
     /// Evidence that the ground goes on, from the power along its line.
     pub surfaces: Surfaces,
     /// Field of view.
@@ -124,7 +124,7 @@ pub struct Model<'p> {
 #[derive(Clone, Copy, Debug)]
 pub struct LevelReading<'e> {
     /// The echo.
-    pub echo: &'e Seen,
+    pub echo: &'e ModelEcho,
     /// Height of the feature, metres.
     pub level_m: f32,
     /// Standard deviation of the height, metres. It grows with the doubt that the echo is the feature's, and with the
@@ -137,7 +137,7 @@ pub struct LevelReading<'e> {
 /// Returns the density of a level, per dB: normal, cut off at the detection threshold, with a flat share.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
-    let tail = math::max(above((LEAST_DB - mean) / sigma), number::LEAST_DETECTED);
+    let tail = math::max(above((MIN_DB - mean) / sigma), number::MIN_DETECTED_SHARE);
     (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / number::LEVELS_DB
 }
 
@@ -160,13 +160,13 @@ impl<'p> Model<'p> {
     /// Returns the model with these echoes.
     pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
         let mut model = Self::empty(g);
-        model.take(echoes, view, geometry);
+        model.set_echoes(echoes, view, geometry);
         model
     }
 
     /// Takes in a scan's echoes, the strongest first, up to the maximum number.
     #[inline(never)]
-    pub fn take(&mut self, echoes: &[Echo], view: View, geometry: &Geometry) {
+    pub fn set_echoes(&mut self, echoes: &[Echo], view: View, geometry: &Geometry) {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         self.view = view;
         self.height_m = view.height_m;
@@ -178,7 +178,7 @@ impl<'p> Model<'p> {
         }
         self.echoes.clear();
         for e in echoes.iter().filter(|e| e.range_m > NEAREST_M) {
-            let seen = self.seen(e);
+            let seen = self.model_echo(e);
             if self.echoes.push(seen).is_err() {
                 break;
             }
@@ -195,7 +195,7 @@ impl<'p> Model<'p> {
     }
 
     #[inline(never)]
-    fn seen(&self, e: &Echo) -> Seen {
+    fn model_echo(&self, e: &Echo) -> ModelEcho {
         let [face, tread, floor, air, inside, noise] = &self.g.extended;
         let s = e.snr_db;
         let level = |x: &Extended, off: f32, flat: f32| {
@@ -216,18 +216,18 @@ impl<'p> Model<'p> {
         let across_m = e.range_m
             * math::hypot(
                 number::ANGLE_SIGMAS * e.angle_sigma_rad,
-                number::LEAST_ANGLE_SIGMA_RAD,
+                number::MIN_ANGLE_SIGMA_RAD,
             );
-        let per_range = across_m / math::max(e.range_m, number::LEAST_RANGE_M);
+        let per_range = across_m / math::max(e.range_m, number::MIN_RANGE_M);
         let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
-        Seen {
+        ModelEcho {
             x_m: e.x_m,
             y_m: e.y_m,
             range_m: e.range_m,
             across_m,
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
-            noise: math::exp(noise.rate - (s - LEAST_DB) / noise.snr_sigma_db)
+            noise: math::exp(noise.rate - (s - MIN_DB) / noise.snr_sigma_db)
                 / (EXTENT * math::max(e.range_m, number::NOISE_RANGE_M) * noise.snr_sigma_db),
             air: level(air, 0.0, number::ANY_LEVEL) / AREA_M2,
             inside: level(inside, 0.0, number::ANY_LEVEL_INSIDE) / AREA_M2,
@@ -258,17 +258,17 @@ impl<'p> Model<'p> {
 
     /// Returns the density of an echo before riser `k` from everything but point features.
     #[inline(never)]
-    pub fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
-        math::max(self.parts(s, k, e).iter().sum(), LEAST)
+    pub fn background(&self, s: &Staircase, k: usize, e: &ModelEcho) -> f32 {
+        math::max(self.parts(s, k, e).iter().sum(), MIN_DENSITY)
     }
 
     /// Returns the density of an echo before riser `k` by class: face, tread, floor, air, inside, noise.
     #[inline]
-    pub fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
+    pub fn parts(&self, s: &Staircase, k: usize, e: &ModelEcho) -> [f32; EXTENDED] {
         if let GroundKind::Drop { at_m } = s.kind
             && e.x_m > at_m
         {
-            return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
+            return [0.0, 0.0, 0.0, DROP_DENSITY_FACTOR * e.air, 0.0, e.noise];
         }
         let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
@@ -323,8 +323,8 @@ impl<'p> Model<'p> {
 
     /// Returns the density of an echo as part of a face from `b` to `t`, metres. `z2` is its squared deviation from
     /// the face, in standard deviations.
-    fn face(e: &Seen, z2: f32, b: f32, t: f32) -> f32 {
-        if t <= b + number::LEAST_FACE_M {
+    fn face(e: &ModelEcho, z2: f32, b: f32, t: f32) -> f32 {
+        if t <= b + number::MIN_FACE_M {
             return 0.0;
         }
         let soft = number::FACE_END_SIGMA_M + e.across_m;
@@ -346,8 +346,8 @@ impl<'p> Model<'p> {
         let (mut total, mut product) = (0.0, 1.0);
         for e in self.between(from, to) {
             product *= self.background(s, k, e);
-            // One logarithm for many factors: none of them is less than `LEAST`.
-            if !(FAINT..1.0 / FAINT).contains(&product) {
+            // One logarithm for many factors: none of them is less than `MIN_DENSITY`.
+            if !(MIN_PRODUCT..1.0 / MIN_PRODUCT).contains(&product) {
                 total += ln(product);
                 product = 1.0;
             }
@@ -359,7 +359,7 @@ impl<'p> Model<'p> {
     /// begins.
     #[inline(never)]
     pub fn sums(&self, s: &Staircase, k: usize) -> EchoSums {
-        let mut sums = [0.0; MAX_SEEN + 1];
+        let mut sums = [0.0; MAX_MODEL_ECHOES + 1];
         let mut sum = 0.0;
         let places = sums.iter_mut().zip(&self.echoes);
         for (place, e) in places.rev() {
@@ -420,7 +420,7 @@ impl<'p> Model<'p> {
     }
 
     /// Returns the echoes between two distances, metres.
-    pub fn between(&self, from: f32, to: f32) -> &[Seen] {
+    pub fn between(&self, from: f32, to: f32) -> &[ModelEcho] {
         let first = self.echoes.partition_point(|e| e.x_m <= from);
         let end = self.echoes.partition_point(|e| e.x_m <= to);
         self.echoes.get(first..end).unwrap_or(&[])
@@ -451,15 +451,15 @@ impl<'p> Model<'p> {
             let q = self.expected_q(place.range_m);
             let least = match place.class {
                 Class::Flash if wall => WALL_FLASHES,
-                _ => LEAST_SEEN,
+                _ => MIN_P_DETECTED,
             };
-            let room = place.room - 1.0;
+            let room = place.separation_cells - 1.0;
             let seen = logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * room)
-                .clamp(least, MOST_SEEN);
+                .clamp(least, MAX_P_DETECTED);
             if i == 0 {
                 let [a, b, c, d] = self.g.hidden.nothing;
                 let hidden = if place.class == Class::Hidden { c } else { 0.0 };
-                odds = a + b * q + hidden + d * before(self.shown(s, k));
+                odds = a + b * q + hidden + d * excess_level(self.level_before(s, k));
             }
             let mut gains = [0f32; NEAR];
             let mut sum = 0.0;
@@ -468,7 +468,7 @@ impl<'p> Model<'p> {
                 let density = self.density(s, k, place, p, e);
                 if density > 0.0 {
                     if *b <= 0.0 {
-                        *b = self.behind(s, k, e);
+                        *b = self.background_near(s, k, e);
                     }
                     *gain = seen * density / *b * (1.0 - used);
                     sum += *gain;
@@ -478,7 +478,10 @@ impl<'p> Model<'p> {
             gone *= 1.0 - seen;
             found += ln(z);
             for (used, gain) in used.iter_mut().zip(&gains) {
-                *used = math::min(*used + number::MOST_USED * gain / z, number::MOST_USED);
+                *used = math::min(
+                    *used + number::MAX_USED_SHARE * gain / z,
+                    number::MAX_USED_SHARE,
+                );
             }
         }
         let nothing = if wall {
@@ -486,13 +489,13 @@ impl<'p> Model<'p> {
         } else {
             logistic(odds)
         };
-        let left = math::exp(-found.min(number::MOST_FOUND));
+        let left = math::exp(-found.min(number::MAX_FOUND_LLR));
         let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
-        found + ln(math::max(share, LEAST))
+        found + ln(math::max(share, MIN_DENSITY))
     }
 
     /// Returns the density of an echo near riser `k` from everything but point features.
-    fn behind(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+    fn background_near(&self, s: &Staircase, k: usize, e: &ModelEcho) -> f32 {
         let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
         self.background(s, tread.min(s.len()), e)
     }
@@ -524,14 +527,14 @@ impl<'p> Model<'p> {
                 }
                 let density = self.density(s, k, place, p, e);
                 if density > 0.0 {
-                    let odds = density / self.behind(s, k, e);
+                    let odds = density / self.background_near(s, k, e);
                     if odds > best.0 {
                         best = (odds, Some(e));
                     }
                 }
             }
             if let (odds, Some(echo)) = best {
-                let lever = math::max(echo.x_m, number::LEAST_RANGE_M) / echo.range_m;
+                let lever = math::max(echo.x_m, number::MIN_RANGE_M) / echo.range_m;
                 let off_m = p.across_m + p.across_per_width_m * echo.wide;
                 let wide = math::hypot(p.sigma_per_width_m * echo.wide, echo.across_m);
                 let sigma_m = math::hypot(p.across_sigma_m, wide) / lever;
@@ -539,7 +542,7 @@ impl<'p> Model<'p> {
                 let reading = LevelReading {
                     echo,
                     level_m: echo.y_m - off_m / lever,
-                    sigma_m: sigma_m / math::sqrt(math::max(share, number::LEAST_PROBABILITY)),
+                    sigma_m: sigma_m / math::sqrt(math::max(share, number::MIN_PROBABILITY)),
                     masked: current().rules.masks
                         && flash.is_some_and(|flash| self.masks(flash, place.class, echo)),
                 };
@@ -549,7 +552,7 @@ impl<'p> Model<'p> {
     }
 
     /// Returns the strongest echo at the mirror's height: the flash of a face at right angles to the line of sight.
-    fn flash<'e>(&self, near: &'e [Seen]) -> Option<&'e Seen> {
+    fn flash<'e>(&self, near: &'e [ModelEcho]) -> Option<&'e ModelEcho> {
         let level = near
             .iter()
             .filter(|e| (e.y_m - self.height_m).abs() < number::FLASH_WITHIN_M);
@@ -558,7 +561,7 @@ impl<'p> Model<'p> {
 
     /// Whether a flash covers the own echo of a feature of this class. Echo `e` beside it is then the flash's flank,
     /// and no reading of the feature's height.
-    fn masks(&self, flash: &Seen, class: Class, e: &Seen) -> bool {
+    fn masks(&self, flash: &ModelEcho, class: Class, e: &ModelEcho) -> bool {
         let cross = self.cross_m2((e.x_m, e.y_m), (flash.x_m, flash.y_m));
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
         match class {
@@ -572,7 +575,7 @@ impl<'p> Model<'p> {
 
     /// Returns the share of the Gaussian core, rather than its heavy tails, in the density of an echo as a point
     /// feature.
-    fn core(&self, place: &FeaturePlace, p: &Point, e: &Seen) -> f32 {
+    fn core(&self, place: &FeaturePlace, p: &Point, e: &ModelEcho) -> f32 {
         let (z2, root) = self.deviation(place, p, e, 0.0);
         let (odd_z2, odd_root) = self.deviation(place, p, e, current().odd_rise_sigma_m);
         let odd = number::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
@@ -588,7 +591,7 @@ impl<'p> Model<'p> {
         k: usize,
         place: &FeaturePlace,
         p: &Point,
-        e: &Seen,
+        e: &ModelEcho,
     ) -> f32 {
         let density = match place.class {
             Class::Hidden => self.hidden(s, k, e, place.x_m),
@@ -614,7 +617,7 @@ impl<'p> Model<'p> {
         &self,
         place: &FeaturePlace,
         p: &Point,
-        e: &Seen,
+        e: &ModelEcho,
         level_sigma_m: f32,
     ) -> (f32, f32) {
         let dr = e.range_m - place.range_m - p.range_m;
@@ -637,7 +640,7 @@ impl<'p> Model<'p> {
     }
 
     /// Returns the density of an echo as the visible part of a riser whose foot is hidden.
-    fn hidden(&self, s: &Staircase, k: usize, e: &Seen, x: f32) -> f32 {
+    fn hidden(&self, s: &Staircase, k: usize, e: &ModelEcho, x: f32) -> f32 {
         let (low, top) = self.face_span(s, k);
         if (e.x_m - x).abs() > number::HIDDEN_X_M
             || e.y_m < low - number::HIDDEN_Y_M
@@ -663,17 +666,17 @@ impl<'p> Model<'p> {
         }
         let soft = math::sqrt(number::HIDDEN_END_M2 + va);
         let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
-        let even = math::max(within, 0.0) / math::max(top - low, number::LEAST_FACE_M);
+        let even = math::max(within, 0.0) / math::max(top - low, number::MIN_FACE_M);
         total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 
     /// Returns the log-likelihood of riser `k` with the tread before it, nats.
-    pub fn step(&self, s: &Staircase, k: usize) -> f32 {
+    pub fn riser_log_likelihood(&self, s: &Staircase, k: usize) -> f32 {
         self.tread(s, k) + self.riser(s, k) + if k == 0 { self.surfaces.of(s) } else { 0.0 }
     }
 
     /// Returns the log-likelihood of the whole staircase, nats.
-    pub fn whole(&self, s: &Staircase) -> f32 {
-        (0..=s.len()).map(|k| self.step(s, k)).sum()
+    pub fn log_likelihood(&self, s: &Staircase) -> f32 {
+        (0..=s.len()).map(|k| self.riser_log_likelihood(s, k)).sum()
     }
 }

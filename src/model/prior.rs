@@ -11,22 +11,22 @@ const VOLUME_M: f32 = 0.0225;
 /// Volume of a wall's place, √(2π) included, which its strong echo determines to millimetres.
 const WALL_VOLUME_M: f32 = 0.006;
 /// Probability that a flight goes on after a step.
-pub const GOES_ON: f32 = 0.87;
+pub const P_CONTINUES: f32 = 0.87;
 /// Probability that a staircase has open treads.
-const FLOATS: f32 = 0.2;
+const P_OPEN: f32 = 0.2;
 /// Probability that a wall stands behind, within the 2.5 m ahead.
-const WALL: f32 = 0.4;
+const P_WALL: f32 = 0.4;
 /// Length of the way ahead that is examined, metres.
 const WAY_M: f32 = 2.5;
 /// Probability of a going that deviates from those of its flight, evenly distributed over 0.4 m.
-const IRREGULAR: f32 = 0.07;
+const P_IRREGULAR_GOING: f32 = 0.07;
 
 /// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
 pub const LANDING: f32 = 0.2;
 
 /// Returns the natural logarithm; that of 10^-30 for smaller arguments.
 pub const fn ln(x: f32) -> f32 {
-    math::ln(math::max(x, number::LEAST_PROBABILITY))
+    math::ln(math::max(x, number::MIN_PROBABILITY))
 }
 
 /// Returns the log-prior of a value with an even density within limits and Gaussian shoulders outside, nats.
@@ -66,7 +66,7 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
             number::PER_ROOT_TAU / number::GOING_SIGMA_M * math::exp(-0.5 * z * z)
         }
     };
-    (1.0 - IRREGULAR) * usual + IRREGULAR * wide
+    (1.0 - P_IRREGULAR_GOING) * usual + P_IRREGULAR_GOING * wide
 }
 
 /// Returns the log-prior of a hypothesis plus the logarithm of the volume of its parameters after the echoes are
@@ -75,13 +75,13 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();
     let wall = if s.wall_m.is_finite() {
-        const { ln(WALL / WAY_M * WALL_VOLUME_M) }
+        const { ln(P_WALL / WAY_M * WALL_VOLUME_M) }
     } else {
-        const { ln(1.0 - WALL) }
+        const { ln(1.0 - P_WALL) }
     };
     let mut p = wall
         + match s.kind {
-            GroundKind::Nothing => const { ln(number::NOTHING) },
+            GroundKind::Nothing => const { ln(number::P_LEVEL_GROUND) },
             GroundKind::Ramp { .. } => const { ln(number::RAMP / number::RAMPS) },
             GroundKind::Drop { .. } => const { ln(number::DROP) },
             GroundKind::Stairs | GroundKind::Descent => const { ln(number::STAIRS) },
@@ -92,9 +92,9 @@ pub fn prior(s: &Staircase) -> f32 {
         return p;
     }
     p += if s.open {
-        const { ln(FLOATS) }
+        const { ln(P_OPEN) }
     } else {
-        const { ln(1.0 - FLOATS) }
+        const { ln(1.0 - P_OPEN) }
     } + const { ln(VOLUME_M / WAY_M) }
         + const { ln(VOLUME_M) };
     let rise = s.rise();
@@ -119,7 +119,7 @@ pub fn prior(s: &Staircase) -> f32 {
             + const { ln(VOLUME_M / number::GOING_VOLUME_M) };
         for k in 1..n {
             let going_m = s.x(k) - s.x(k - 1);
-            p += const { ln(GOES_ON * VOLUME_M) }
+            p += const { ln(P_CONTINUES * VOLUME_M) }
                 + if going_m > number::GOINGS_M.1 {
                     const { ln(LANDING) }
                 } else {

@@ -7,7 +7,7 @@ use crate::params::posterior as number;
 /// from a mirror at `height_m`. An infinite `edge_m` stands for no edge before.
 pub fn sight_m(height_m: f32, x_m: f32, base_m: f32, edge_m: f32) -> f32 {
     if base_m > height_m && edge_m.is_finite() && edge_m > 0.0 {
-        height_m + (base_m - height_m) * x_m / math::max(edge_m, number::LEAST_RANGE_M)
+        height_m + (base_m - height_m) * x_m / math::max(edge_m, number::MIN_RANGE_M)
     } else {
         base_m
     }

@@ -4,8 +4,8 @@ use super::normal::above;
 use super::sight::tread_begins_m;
 use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
-pub use crate::estimate::RIGHT_M;
-use crate::estimate::{MOST_UNCERTAIN_M, expanded};
+pub use crate::estimate::MIN_EXPANDED_M;
+use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
 use crate::params::current;
 use crate::params::posterior as number;
@@ -99,7 +99,7 @@ pub struct View {
 
 impl View {
     /// Whether an object at a range, metres, on a sight line of this tangent is visible.
-    fn shows(&self, tangent: f32, range_m: f32) -> bool {
+    fn is_visible(&self, tangent: f32, range_m: f32) -> bool {
         tangent > self.lowest && tangent < self.highest && range_m < self.farthest_m
     }
 }
@@ -160,7 +160,7 @@ pub struct Edge {
 
 /// A step of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldStep {
+pub struct ReportedStep {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Height, metres.
@@ -171,10 +171,10 @@ pub struct ToldStep {
     pub y_within_m: f32,
 }
 
-impl ToldStep {
+impl ReportedStep {
     /// Converts distance and height, metres, and their standard deviations.
     pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
-        let within = |sigma_m| math::min(expanded(sigma_m), MOST_UNCERTAIN_M);
+        let within = |sigma_m| math::min(expanded(sigma_m), MAX_EXPANDED_M);
         Self {
             x_m,
             y_m,
@@ -186,14 +186,14 @@ impl ToldStep {
 
 /// A drop of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ToldDrop {
+pub struct ReportedDrop {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Maximum error at which a drop still counts as the reported one, metres.
     pub within_m: f32,
 }
 
-impl ToldDrop {
+impl ReportedDrop {
     /// Converts a distance, metres, and its standard deviation.
     pub fn new(x_m: f32, sigma_m: f32) -> Self {
         let within_m = math::max(SAME_M, COVERAGE_FACTOR * sigma_m);
@@ -250,7 +250,9 @@ impl Staircase {
             && self.steps == other.steps
             && self.open == other.open
             && self.wall_m == other.wall_m
-            && places.map(|(a, b)| (a - b).abs()).all(|off| off < RIGHT_M)
+            && places
+                .map(|(a, b)| (a - b).abs())
+                .all(|off| off < MIN_EXPANDED_M)
     }
 
     /// Returns the number of risers.
@@ -322,7 +324,7 @@ impl Staircase {
     }
 
     /// Returns the staircase without its last riser.
-    pub fn less_last(&self) -> Self {
+    pub fn without_last(&self) -> Self {
         let mut out = *self;
         out.steps = self.steps.saturating_sub(1);
         if out.steps == 0 {
@@ -364,12 +366,12 @@ impl Staircase {
                 self.shows_below(k, &view)
             } else {
                 let up_m = y_m - view.height_m;
-                let slope = up_m / math::max(x_m, RIGHT_M);
+                let slope = up_m / math::max(x_m, MIN_EXPANDED_M);
                 let in_front = slope >= hidden;
                 if !open {
                     hidden = math::max(hidden, slope);
                 }
-                in_front && view.shows(slope, math::hypot(x_m, up_m))
+                in_front && view.is_visible(slope, math::hypot(x_m, up_m))
             };
             Edge { x_m, y_m, seen }
         })
@@ -381,7 +383,7 @@ impl Staircase {
         let above_m = view.height_m - self.level(k);
         let below_m = view.height_m - self.level(k + 1);
         let begins_m = tread_begins_m(x_m, below_m / above_m);
-        view.shows(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
+        view.is_visible(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
     }
 
     /// Returns the places at which this hypothesis, if it is true, makes an answer wrong: steps that are missing,
@@ -390,8 +392,8 @@ impl Staircase {
     #[inline(never)]
     pub fn conflicts(
         &self,
-        told: &[ToldStep],
-        drop: Option<ToldDrop>,
+        reported: &[ReportedStep],
+        drop: Option<ReportedDrop>,
         view: &View,
         sigmas: &Sigmas,
     ) -> Conflicts {
@@ -402,8 +404,8 @@ impl Staircase {
             let _ = conflicts.push(Conflict { x_m, probability });
         };
         for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
-            let off = |t: &ToldStep| (t.x_m - edge.x_m).abs();
-            let near = told.iter().zip(&mut used);
+            let off = |t: &ReportedStep| (t.x_m - edge.x_m).abs();
+            let near = reported.iter().zip(&mut used);
             let near = near.filter(|(t, used)| !**used && off(t) <= SAME_M);
             match near.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) {
                 Some((t, used)) => {
@@ -415,14 +417,17 @@ impl Staircase {
                         push(math::min(edge.x_m, t.x_m), 1.0);
                     } else {
                         let x_m = math::min(edge.x_m, t.x_m);
-                        push(x_m, outside(t.y_m - edge.y_m, sigma_m, t.y_within_m));
+                        push(
+                            x_m,
+                            exceedance_probability(t.y_m - edge.y_m, sigma_m, t.y_within_m),
+                        );
                     }
                 }
                 None if edge.seen => push(edge.x_m, 1.0),
                 None => {}
             }
         }
-        for (t, used) in told.iter().zip(&used) {
+        for (t, used) in reported.iter().zip(&used) {
             if !used {
                 push(t.x_m, 1.0);
             }
@@ -432,9 +437,12 @@ impl Staircase {
             _ => None,
         };
         match (real, drop) {
-            (Some(at_m), Some(told)) if told.covers(at_m) => {}
-            (Some(at_m), told) => push(told.map_or(at_m, |told| math::min(told.x_m, at_m)), 1.0),
-            (None, Some(told)) => push(told.x_m, 1.0),
+            (Some(at_m), Some(reported)) if reported.covers(at_m) => {}
+            (Some(at_m), reported) => push(
+                reported.map_or(at_m, |reported| math::min(reported.x_m, at_m)),
+                1.0,
+            ),
+            (None, Some(reported)) => push(reported.x_m, 1.0),
             (None, None) => {}
         }
         crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);
@@ -444,7 +452,7 @@ impl Staircase {
 
 /// Returns the probability that a normal variable of mean `off_m` and standard deviation `sigma_m` exceeds `within_m`
 /// in magnitude.
-fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
-    let sigma_m = math::max(sigma_m, number::LEAST_SIGMA_M);
+fn exceedance_probability(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
+    let sigma_m = math::max(sigma_m, number::MIN_SIGMA_M);
     above((within_m - off_m) / sigma_m) + above((within_m + off_m) / sigma_m)
 }

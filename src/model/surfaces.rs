@@ -465,7 +465,7 @@ mod tests {
     use crate::config::Config;
     use crate::model::SAME_M;
     use crate::model::chart::Chart;
-    use crate::motion::{Drive, Input, Ride, RowPose, Track};
+    use crate::motion::{Drive, Input, MotionCompensation, RowPose, Track};
     use crate::signal::echoes::tests::{map, scene};
     use crate::signal::grid::PolarMap;
 
@@ -650,7 +650,7 @@ mod tests {
             track: Some(&track),
             ..Drive::STANDING
         };
-        let ride = Ride::of(&drive, &config.radar);
+        let ride = MotionCompensation::of(&drive, &config.radar);
         let (x_m, nats) = end(&weighed(&Chart {
             ride,
             ..chart(&map)

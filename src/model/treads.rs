@@ -19,7 +19,7 @@
 mod edges;
 mod flights;
 
-use self::edges::{EdgeDensity, LEAST_NATS, PLACE_M, PLACES, place_beyond, place_m, spread_all};
+use self::edges::{EdgeDensity, MIN_NATS, PLACE_M, PLACES, place_beyond, place_m, spread_all};
 use super::normal::above;
 use super::sight::tread_begins_m;
 use super::staircase::{MAX_STEPS, View};
@@ -38,7 +38,7 @@ const HALF_PLACE_M: f32 = PLACE_M * 0.29;
 /// Maximum height difference of a tread's echo from its level, metres.
 pub const OFF_M: f32 = 0.03;
 /// Minimum likelihood ratio at which an echo counts as a tread's.
-const LEAST_RATIO: f32 = 0.05;
+const MIN_RATIO: f32 = 0.05;
 /// Share of echoes whose height has the larger standard deviation.
 const WIDE: f32 = 0.15;
 /// Factor of the larger standard deviation.
@@ -87,7 +87,7 @@ impl TreadEcho {
         }
         let density = height_density(off_m, self.y_sigma_m);
         let ratio_m = self.ratio_m2 * density;
-        if ratio_m * self.rate < LEAST_RATIO {
+        if ratio_m * self.rate < MIN_RATIO {
             0.0
         } else {
             ratio_m
@@ -111,7 +111,7 @@ pub struct TreadAt {
     /// Its level, metres.
     pub y_m: f32,
     /// Whether it has echoes; otherwise its level follows from its neighbours'.
-    pub shown: bool,
+    pub has_echoes: bool,
 }
 
 /// Treads below the ground, from the top down.
@@ -160,7 +160,7 @@ impl Descending {
 
     /// Takes in a scan's echoes.
     #[inline(never)]
-    pub fn take(&mut self, echoes: &[Echo], view: View) {
+    pub fn set_echoes(&mut self, echoes: &[Echo], view: View) {
         let strongest_db = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         let [start, per_q, per_angle, per_both] = self.numbers.rate;
         let q = (strongest_db - number::REFERENCE_DB) * number::PER_TEN_DB;
@@ -176,8 +176,8 @@ impl Descending {
         }
         // A scene with more echoes than usual has more on all its treads.
         let clear = echoes.iter().filter(|e| e.snr_db > NOISE_DB).count() as f32;
-        let bright = (clear + USUAL_ECHOES) / (sum * view.height_m + USUAL_ECHOES);
-        self.expected.iter_mut().for_each(|e| *e *= bright);
+        let echo_factor = (clear + USUAL_ECHOES) / (sum * view.height_m + USUAL_ECHOES);
+        self.expected.iter_mut().for_each(|e| *e *= echo_factor);
         self.echoes.clear();
         for e in echoes {
             let (_, cos) = math::sin_cos(e.angle_rad);
@@ -192,7 +192,7 @@ impl Descending {
                 x_sigma_m: arc_m * cos,
                 y_sigma_m: math::sqrt(self.height_variance(e)),
                 ratio_m2: ratio_m2.copied().unwrap_or(0.0),
-                rate: bright * usual(e.angle_rad * DEG_PER_RAD),
+                rate: echo_factor * usual(e.angle_rad * DEG_PER_RAD),
             });
         }
         self.treads.clear();
@@ -201,7 +201,7 @@ impl Descending {
 
     /// Returns the depth of a level below the mirror, metres.
     pub fn depth_m(&self, y_m: f32) -> f32 {
-        math::max(self.view.height_m - y_m, number::LEAST_RANGE_M)
+        math::max(self.view.height_m - y_m, number::MIN_RANGE_M)
     }
 
     /// Returns the expected number of echoes on a level one metre below the mirror, up to a sight line of this
@@ -222,7 +222,7 @@ impl Descending {
     pub fn tread(&self, y_m: f32) -> TreadAt {
         TreadAt {
             y_m,
-            shown: self.shown(y_m) > 0.0,
+            has_echoes: self.unlimited_tread_llr(y_m) > 0.0,
         }
     }
 
@@ -234,19 +234,19 @@ impl Descending {
 
     /// Returns the log-likelihood ratio of an unlimited tread at a level, nats, without the expected number of
     /// echoes.
-    pub fn shown(&self, y_m: f32) -> f32 {
-        self.explained(|_| y_m)
+    pub fn unlimited_tread_llr(&self, y_m: f32) -> f32 {
+        self.surface_llr(|_| y_m)
     }
 
     /// Returns the log-likelihood ratio of a ramp down from a distance on, metres, with a fall of `slope` per metre,
     /// nats.
     pub fn ramp(&self, from_m: f32, slope: f32) -> f32 {
-        let shown = self.explained(|x_m| -slope * math::max(x_m - from_m, 0.0));
+        let shown = self.surface_llr(|x_m| -slope * math::max(x_m - from_m, 0.0));
         shown - self.depth_m(0.0) * self.expected_to(f32::INFINITY)
     }
 
     /// Returns the log-likelihood ratio of a surface given by its level at each distance, nats.
-    fn explained(&self, level: impl Fn(f32) -> f32) -> f32 {
+    fn surface_llr(&self, level: impl Fn(f32) -> f32) -> f32 {
         let on = self.echoes.iter().map(|e| (e, e.ratio_m(level(e.x_m))));
         on.map(|(e, ratio_m)| math::ln(1.0 + ratio_m * e.rate))
             .sum()
@@ -254,10 +254,10 @@ impl Descending {
 
     /// Computes the densities of a hypothesis's edges. Those that it shares with the last hypothesis are kept.
     #[inline(never)]
-    pub fn look(&mut self, treads: &[TreadAt]) {
+    pub fn evaluate(&mut self, treads: &[TreadAt]) {
         let ground = TreadAt {
             y_m: 0.0,
-            shown: true,
+            has_echoes: true,
         };
         let known = self.treads.iter().skip(1).zip(treads);
         let known = known.take_while(|(a, b)| a == b).count();
@@ -297,10 +297,10 @@ impl Descending {
             };
             *nats = below_m * behind - above_m * before;
         }
-        if upper.shown {
+        if upper.has_echoes {
             self.end(upper.y_m, None, nats);
         }
-        if lower.shown {
+        if lower.has_echoes {
             self.end(lower.y_m, Some(deeper), nats);
         }
     }
@@ -312,7 +312,7 @@ impl Descending {
         let top = out.iter().copied().fold(f32::NEG_INFINITY, math::max);
         for value in out.iter_mut() {
             let nats = *value - top;
-            *value = if nats < LEAST_NATS {
+            *value = if nats < MIN_NATS {
                 0.0
             } else {
                 math::exp(nats)
@@ -353,7 +353,7 @@ impl Descending {
             };
             let off = nats.get_mut(off).into_iter().flatten();
             off.for_each(|nats| *nats -= endless);
-            let shine = [behind, ahead].map(|end| Shine::of(end, e));
+            let shine = [behind, ahead].map(|end| EndEcho::of(end, e));
             let near = nats.iter_mut().enumerate().take(last).skip(first);
             for (k, nats) in near {
                 let x_m = place_m(k);
@@ -373,7 +373,7 @@ impl Descending {
     /// Returns the level of a tread, metres: the weighted mean of the echoes between its ends.
     pub fn level(&self, tread: TreadAt, (from_m, to_m): (f32, f32)) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
-        for e in self.echoes.iter().filter(|_| tread.shown) {
+        for e in self.echoes.iter().filter(|_| tread.has_echoes) {
             let inside = e.x_m > from_m - AROUND_M && e.x_m < to_m + AROUND_M;
             if inside && e.ratio_m(tread.y_m) * e.rate > 1.0 {
                 let w = 1.0 / (e.y_sigma_m * e.y_sigma_m);
@@ -389,13 +389,13 @@ impl Descending {
 }
 
 /// Density of an echo of the tread's end itself.
-struct Shine {
+struct EndEcho {
     off_m: f32,
     number: f32,
     per_sigma: f32,
 }
 
-impl Shine {
+impl EndEcho {
     fn of(end: &TreadEnd, e: &TreadEcho) -> Self {
         let sigma_m = math::hypot(math::hypot(end.sigma_m, HALF_PLACE_M), e.x_sigma_m);
         let per_sigma = 1.0 / sigma_m;

@@ -1,6 +1,6 @@
 //! Motion of the chair: motion sentences of its controller, and a check of them by two sweeps.
 //!
-//! The results are values of [`crate::drive`] and [`crate::track`]. With them [`Ride`] moves echoes to where
+//! The results are values of [`crate::drive`] and [`crate::track`]. With them [`MotionCompensation`] moves echoes to where
 //! they lie as seen from the chair's last position.
 //!
 //! | module | from → to |
@@ -17,8 +17,8 @@ pub mod sweeps;
 mod tests;
 
 pub use crate::drive::{Drive, Input, Mode, Retention};
-pub use crate::signal::echoes::Ride;
+pub use crate::signal::echoes::MotionCompensation;
 pub use crate::track::{RowPose, Track};
 pub use odometer::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, SAME_PLACE_M, same_place_m};
 pub use odometry::{Odometry, Reading};
-pub use sweeps::{Agreement, Finding, Sweeps};
+pub use sweeps::{Agreement, Finding, SweepComparison};

@@ -13,22 +13,22 @@ use crate::track::{RowPose, Track};
 use heapless::Deque;
 
 /// Default age above which a motion sentence is stale, microseconds.
-pub const OLDEST_US: u32 = 200_000;
+pub const MAX_AGE_US: u32 = 200_000;
 /// Maximum number of rows that wait for the next sentence: 200 ms of the fastest scans.
-const WAITING: usize = 64;
+const MAX_WAITING: usize = 64;
 /// Maximum speed of a power chair near stairs, mm/s: 6 km/h, the speed limit of indoor chairs (EN 12184 class A
 /// and B), and a margin.
-const FASTEST_MM_S: u64 = 2_000;
+const MAX_MM_S: u64 = 2_000;
 /// Permitted jump of the travel beyond the maximum speed, mm: the odometer's resolution, and sentences that
 /// arrive together after the scanner was busy with an answer.
 const TRAVEL_SLACK_MM: u64 = 20;
 /// Maximum pitch rate of a chair that stays on its wheels, degrees/s: off a 5 cm kerb at walking pace.
-const FASTEST_DEG_S: u64 = 60;
+const MAX_DEG_S: u64 = 60;
 /// Maximum noise of an inclinometer, 0.001 degree.
 const PITCH_SLACK: u64 = 1_000;
 /// Maximum number of lost sentences: those of 200 ms at 100 Hz, with a margin. A larger step of the sequence
 /// number is a step back.
-const MOST_LOST: u16 = 1_000;
+const MAX_LOST: u16 = 1_000;
 
 /// Content of one motion sentence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,7 +59,7 @@ struct End {
 
 impl End {
     /// Returns the travel from here to `later`, metres; `None` if the input was not good all the way.
-    fn way_m(&self, later: &Self) -> Option<f32> {
+    fn travel_m(&self, later: &Self) -> Option<f32> {
         match (self.travel, later.travel) {
             (Some((a, a_m, chain)), Some((b, b_m, same))) if chain == same => {
                 Some(b.wrapping_sub(a) as f32 * 1e-4 + b_m - a_m)
@@ -76,10 +76,10 @@ pub struct Odometry {
     last: Option<Arrived>,
     before: Option<Arrived>,
     /// Number of the chain of readings; a new one begins when the travel between two readings is unknown.
-    chain: u16,
+    segment: u16,
     state: Input,
     faults: u16,
-    waiting: Deque<(u16, Micros), WAITING>,
+    waiting: Deque<(u16, Micros), MAX_WAITING>,
     track: Track,
     /// Time of the present scan's first row, and the travel that its own travel counts from, 0.1 mm.
     begun: Option<(Micros, i32)>,
@@ -92,9 +92,9 @@ pub struct Odometry {
     moved_m: Option<f32>,
     /// Travel from the last full scan to the guard sweep that has just ended, metres.
     since_scan_m: Option<f32>,
-    memory: Retention,
+    retention: Retention,
     /// Age above which a motion sentence is stale, microseconds.
-    oldest_us: u32,
+    max_age_us: u32,
 }
 
 impl Default for Odometry {
@@ -109,7 +109,7 @@ impl Odometry {
         Self {
             last: None,
             before: None,
-            chain: 0,
+            segment: 0,
             state: Input::Absent,
             faults: 0,
             waiting: Deque::new(),
@@ -121,22 +121,22 @@ impl Odometry {
             since_s: None,
             moved_m: None,
             since_scan_m: None,
-            memory: Retention::Kept,
-            oldest_us: OLDEST_US,
+            retention: Retention::Kept,
+            max_age_us: MAX_AGE_US,
         }
     }
 
     /// Returns the state of the input at `now`.
     pub fn state(&self, now: Micros) -> Input {
         match self.last {
-            Some(last) if now.since(last.at) > self.oldest_us => Input::Late,
+            Some(last) if now.since(last.at) > self.max_age_us => Input::Late,
             _ => self.state,
         }
     }
 
     /// Sets the age above which a motion sentence is stale, microseconds.
-    pub fn allow(&mut self, oldest_us: u32) {
-        self.oldest_us = oldest_us;
+    pub fn set_max_age(&mut self, oldest_us: u32) {
+        self.max_age_us = oldest_us;
     }
 
     /// Returns the number of motion sentences that were wrong or too late, since boot.
@@ -148,11 +148,11 @@ impl Odometry {
     fn fault(&mut self, what: Input) {
         self.state = what;
         self.faults = self.faults.saturating_add(1);
-        self.spoil(what);
+        self.invalidate_scan(what);
     }
 
     /// Marks the present scan as one without motion input.
-    fn spoil(&mut self, what: Input) {
+    fn invalidate_scan(&mut self, what: Input) {
         if self.begun.is_some() && self.scan == Input::Good {
             self.scan = what;
         }
@@ -176,12 +176,12 @@ impl Odometry {
             // `last` stays: without another sentence the input becomes late.
             return self.fault(Input::Frozen);
         }
-        if step > MOST_LOST && step.wrapping_neg() <= MOST_LOST {
+        if step > MAX_LOST && step.wrapping_neg() <= MAX_LOST {
             return self.fault(Input::Disordered);
         }
-        let trouble = if now.since(last.at) > self.oldest_us {
+        let trouble = if now.since(last.at) > self.max_age_us {
             Some(Input::Late)
-        } else if !steady(&last, &next) {
+        } else if !is_steady(&last, &next) {
             Some(Input::Jumping)
         } else {
             None
@@ -191,11 +191,11 @@ impl Odometry {
                 self.state = Input::Good;
                 self.before = Some(last);
                 self.last = Some(next);
-                self.settle(now);
+                self.interpolate_waiting(now);
             }
             Some(what) => {
                 self.fault(what);
-                self.chain = self.chain.wrapping_add(1);
+                self.segment = self.segment.wrapping_add(1);
                 self.before = None;
                 self.last = Some(next);
             }
@@ -221,15 +221,15 @@ impl Odometry {
         if self.waiting.is_full()
             && let Some((row, at)) = self.waiting.pop_front()
         {
-            self.lost(row, at, Input::Late);
+            self.add_without_position(row, at, Input::Late);
         }
         // The queue has room.
         let _ = self.waiting.push_back((row, at));
     }
 
     /// Adds a row whose position is unknown, with its time.
-    fn lost(&mut self, row: u16, at: Micros, why: Input) {
-        self.spoil(match self.state {
+    fn add_without_position(&mut self, row: u16, at: Micros, why: Input) {
+        self.invalidate_scan(match self.state {
             Input::Absent => Input::Absent,
             _ => why,
         });
@@ -247,7 +247,7 @@ impl Odometry {
     }
 
     /// Interpolates the waiting rows up to `until` on the line through the last two readings.
-    fn settle(&mut self, until: Micros) {
+    fn interpolate_waiting(&mut self, until: Micros) {
         while let Some(&(row, at)) = self.waiting.front() {
             if !until.reached(at) {
                 return;
@@ -255,7 +255,7 @@ impl Odometry {
             self.waiting.pop_front();
             match self.place(at) {
                 Some(place) => self.track.add(row, place),
-                None => self.lost(row, at, Input::Late),
+                None => self.add_without_position(row, at, Input::Late),
             }
         }
     }
@@ -303,15 +303,15 @@ impl Odometry {
     pub fn finish(&mut self, now: Micros) {
         let last_row = self.waiting.back().map(|&(_, at)| at);
         match self.last {
-            Some(last) if now.since(last.at) <= self.oldest_us => self.settle(now),
+            Some(last) if now.since(last.at) <= self.max_age_us => self.interpolate_waiting(now),
             stale => {
                 if stale.is_some() {
                     self.fault(Input::Late);
-                    self.chain = self.chain.wrapping_add(1);
+                    self.segment = self.segment.wrapping_add(1);
                     (self.before, self.last) = (None, None);
                 }
                 while let Some((row, at)) = self.waiting.pop_front() {
-                    self.lost(row, at, Input::Late);
+                    self.add_without_position(row, at, Input::Late);
                 }
             }
         }
@@ -321,10 +321,10 @@ impl Odometry {
         let end = self.track.end();
         let at = last_row.unwrap_or(begun.plus((end.time_s * 1e6) as u32));
         let known = self.scan == Input::Good;
-        let travel = known.then_some((origin, end.travel_m, self.chain));
+        let travel = known.then_some((origin, end.travel_m, self.segment));
         if let Some(before) = self.end {
             self.since_s = Some(at.since(before.at) as f32 * 1e-6);
-            self.moved_m = before.way_m(&End { at, travel });
+            self.moved_m = before.travel_m(&End { at, travel });
         }
         self.end = Some(End { at, travel });
     }
@@ -335,7 +335,9 @@ impl Odometry {
         let scan = core::mem::replace(&mut self.end, self.guard_end);
         self.finish(now);
         self.guard_end = self.end;
-        self.since_scan_m = scan.zip(self.end).and_then(|(scan, end)| scan.way_m(&end));
+        self.since_scan_m = scan
+            .zip(self.end)
+            .and_then(|(scan, end)| scan.travel_m(&end));
         self.end = scan;
     }
 
@@ -348,7 +350,7 @@ impl Odometry {
     /// Returns the chair's motion in the scan that has just ended.
     pub fn drive(&self, mode: Mode, chirp_us: u32) -> Drive<'_> {
         if mode == Mode::Standing {
-            let memory = match self.memory {
+            let memory = match self.retention {
                 Retention::Aside => Retention::Aside,
                 _ => Drive::STANDING.memory,
             };
@@ -365,25 +367,25 @@ impl Odometry {
             since_s: self.since_s,
             stood: false,
             chirp_s: chirp_us as f32 * 1e-6,
-            memory: self.memory,
+            memory: self.retention,
         }
     }
 
     /// Sets whether the evidence of earlier scans is used.
-    pub fn remember(&mut self, memory: Retention) {
-        self.memory = memory;
+    pub fn set_retention(&mut self, memory: Retention) {
+        self.retention = memory;
     }
 }
 
 /// Returns whether a chair can have moved from one reading to the next.
-fn steady(a: &Arrived, b: &Arrived) -> bool {
+fn is_steady(a: &Arrived, b: &Arrived) -> bool {
     let us = u64::from(b.at.since(a.at));
     let travel = u64::from(b.reading.travel.abs_diff(a.reading.travel));
     // Both sides in nanometres: 0.1 mm is 100,000 nm, and 1 mm/s over 1 µs is 1 nm.
-    let far = travel * 100_000 > FASTEST_MM_S * us + TRAVEL_SLACK_MM * 1_000_000;
+    let far = travel * 100_000 > MAX_MM_S * us + TRAVEL_SLACK_MM * 1_000_000;
     let tipped = match (a.reading.pitch, b.reading.pitch) {
         (Some(a), Some(b)) => {
-            u64::from(b.abs_diff(a)) * 1_000 > FASTEST_DEG_S * us + PITCH_SLACK * 1_000
+            u64::from(b.abs_diff(a)) * 1_000 > MAX_DEG_S * us + PITCH_SLACK * 1_000
         }
         (None, None) => false,
         // An inclinometer that appears or disappears.

@@ -10,12 +10,12 @@ use super::odometer::{SAME_PLACE_M, same_place_m};
 use crate::config::{Config, Plane};
 use crate::drive::{Drive, Input, Mode, Retention};
 use crate::math;
-use crate::signal::echoes::{Echo, Ride, row_of};
+use crate::signal::echoes::{Echo, MotionCompensation, row_of};
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
 /// Number of a sweep's strongest echoes that are compared.
-const MARKS: usize = 24;
+const MAX_SWEEP_ECHOES: usize = 24;
 
 /// An echo as it is kept for the next sweep.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +28,7 @@ struct SweepEcho {
     weight: f32,
 }
 
-type Marks = Vec<SweepEcho, MARKS>;
+type SweepEchoes = Vec<SweepEcho, MAX_SWEEP_ECHOES>;
 
 /// Result of the comparison of two sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub enum Finding {
     /// The chair is known or measured to stand, or the sweeps agree.
     Agreed,
     /// There is no sweep to compare with, or too few strong echoes.
-    Alone,
+    Unconfirmed,
     /// The sweeps do not agree.
     Moved,
     /// Motion input is required and is missing.
@@ -64,7 +64,7 @@ impl Agreement {
         match mode {
             Mode::Standing => Self::STANDING,
             _ => Self {
-                finding: Finding::Alone,
+                finding: Finding::Unconfirmed,
                 ..Self::STANDING
             },
         }
@@ -84,7 +84,7 @@ impl Agreement {
     /// Returns `Agreed` if the steps agree with the motion input (`by_steps`), although most echoes are of the
     /// ground, which looks alike everywhere; else unchanged.
     pub fn confirmed(self, by_steps: bool) -> Self {
-        let open = matches!(self.finding, Finding::Alone | Finding::Moved);
+        let open = matches!(self.finding, Finding::Unconfirmed | Finding::Moved);
         let finding = match open && by_steps && self.input == Input::Good {
             true => Finding::Agreed,
             false => self.finding,
@@ -94,14 +94,14 @@ impl Agreement {
 
     /// Returns whether the echoes' positions can be used.
     pub fn placed(&self) -> bool {
-        matches!(self.finding, Finding::Agreed | Finding::Alone)
+        matches!(self.finding, Finding::Agreed | Finding::Unconfirmed)
     }
 }
 
 /// Echoes of the sweep before.
 #[derive(Debug)]
-pub struct Sweeps {
-    marks: Marks,
+pub struct SweepComparison {
+    echoes: SweepEchoes,
     plane: Plane,
     /// Whether the echoes are given as seen from the mirror at the sweep's last row.
     placed: bool,
@@ -110,7 +110,7 @@ pub struct Sweeps {
 /// Signal-to-noise ratio from which an echo has a weight, dB.
 const FROM_DB: f32 = 8.0;
 /// Maximum weight of an echo: dB above [`FROM_DB`].
-const MOST_DB: f32 = 25.0;
+const MAX_DB: f32 = 25.0;
 
 /// Maximum height difference of two echoes of one scatterer at range 0, metres.
 const SAME_HEIGHT_M: f32 = 0.012;
@@ -134,28 +134,28 @@ const STANDING_M: f32 = 0.005;
 const DRIVING_SHARE: f32 = 0.33;
 /// Minimum weight by which the agreement exceeds that for any other travel: two echoes of 17 dB. With it none
 /// of 200 pairs with reversed or frozen travel counted as agreeing.
-const LEAST_LEAD: f32 = 18.0;
+const MIN_MARGIN: f32 = 18.0;
 /// Number of other travels that are tested to each side.
-const RIVALS: usize = 12;
+const OTHER_TRAVELS: usize = 12;
 /// Distance between the tested travels, metres.
-const RIVAL_M: f32 = 0.05;
+const OTHER_TRAVEL_STEP_M: f32 = 0.05;
 /// Minimum share of the weight that agrees on a steady speed without motion input.
-const CREEP_SHARE: f32 = 0.5;
+const STEADY_SHARE: f32 = 0.5;
 /// Minimum time between an echo's two observations, as a share of the sweep interval, from which a speed is
 /// estimated.
-const LEAST_SHARE: f32 = 0.25;
+const MIN_SHARE: f32 = 0.25;
 
-impl Default for Sweeps {
+impl Default for SweepComparison {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Sweeps {
+impl SweepComparison {
     /// Empty, before the first sweep.
     pub const fn new() -> Self {
         Self {
-            marks: Marks::new(),
+            echoes: SweepEchoes::new(),
             plane: Plane::Depth,
             placed: false,
         }
@@ -178,38 +178,40 @@ impl Sweeps {
         let aside = drive.memory == Retention::Aside;
         // Result where the sweep is not compared and the chair is known to stand.
         let by_itself = if aside {
-            Finding::Alone
+            Finding::Unconfirmed
         } else {
             Finding::Agreed
         };
         let Some(track) = drive.track.filter(|_| drive.mode != Mode::Standing) else {
-            self.marks.clear();
+            self.echoes.clear();
             return Agreement {
                 finding: by_itself,
                 input: Input::Absent,
             };
         };
         let known = input == Input::Good;
-        let mut ride = Ride::along(track, drive, &config.radar);
-        let marks = marks(echoes, map, &ride, known);
+        let mut ride = MotionCompensation::along(track, drive, &config.radar);
+        let marks = sweep_echoes(echoes, map, &ride, known);
         let plane = map.geometry().plane;
         let same = self.plane == plane && self.placed == known;
-        let comparable = !self.marks.is_empty() && same && !aside;
+        let comparable = !self.echoes.is_empty() && same && !aside;
         let finding = match (comparable, known, drive.moved_m, drive.since_s) {
             (true, true, Some(moved_m), _) => self.driven(&marks, moved_m),
             (true, false, _, Some(since_s)) => {
-                let creep = self.creep(&marks, since_s);
-                ride.creep = creep.speed;
+                let creep = self.steady_speed(&marks, since_s);
+                ride.steady_speed = creep.speed;
                 creep.finding
             }
             _ if drive.stood && !comparable => by_itself,
-            _ => Finding::Alone,
+            _ => Finding::Unconfirmed,
         };
-        if known || ride.creep.is_some() {
-            echoes.iter_mut().for_each(|echo| ride.place(echo, map));
+        if known || ride.steady_speed.is_some() {
+            echoes
+                .iter_mut()
+                .for_each(|echo| ride.compensate(echo, map));
         }
         if !aside {
-            self.marks = marks;
+            self.echoes = marks;
             self.plane = plane;
             self.placed = known;
         }
@@ -222,88 +224,93 @@ impl Sweeps {
     /// better than for any other travel, and by more than a few weak echoes can cause.
     fn driven(&self, marks: &[SweepEcho], moved_m: f32) -> Finding {
         let tolerance_m = same_place_m(moved_m);
-        let at = |way: f32| share(&self.marks, marks, tolerance_m, |_, _| way - moved_m);
-        let votes = Votes::count(&self.marks, marks, |a, b| Some(b.x_m - a.x_m + moved_m));
+        let at = |way: f32| share(&self.echoes, marks, tolerance_m, |_, _| way - moved_m);
+        let votes = Votes::count(&self.echoes, marks, |a, b| Some(b.x_m - a.x_m + moved_m));
         let mut rival = at(votes.peak(2.0 * tolerance_m));
-        for k in 1..=RIVALS {
-            let way = k as f32 * RIVAL_M + tolerance_m;
+        for k in 1..=OTHER_TRAVELS {
+            let way = k as f32 * OTHER_TRAVEL_STEP_M + tolerance_m;
             rival = math::max(rival, math::max(at(way), at(-way)));
         }
         let there = at(0.0);
         let weight: f32 = marks.iter().map(|m| m.weight).sum();
         let standing = moved_m.abs() <= STANDING_M && there >= STANDING_SHARE;
-        if standing && there * weight >= LEAST_LEAD {
+        if standing && there * weight >= MIN_MARGIN {
             return Finding::Agreed;
         }
         if there < DRIVING_SHARE || there < rival {
             Finding::Moved
-        } else if (there - rival) * weight < LEAST_LEAD {
-            Finding::Alone
+        } else if (there - rival) * weight < MIN_MARGIN {
+            Finding::Unconfirmed
         } else {
             Finding::Agreed
         }
     }
 
     /// Estimates a steady speed, with `since_s` seconds between the sweeps' last rows.
-    fn creep(&self, marks: &[SweepEcho], since_s: f32) -> Creep {
+    fn steady_speed(&self, marks: &[SweepEcho], since_s: f32) -> SteadySpeed {
         let between = |a: &SweepEcho, b: &SweepEcho| (since_s + a.before_s - b.before_s) / since_s;
         let way = |a: &SweepEcho, b: &SweepEcho| {
             let share = between(a, b);
-            (share > LEAST_SHARE).then(|| (a.x_m - b.x_m) / share)
+            (share > MIN_SHARE).then(|| (a.x_m - b.x_m) / share)
         };
-        let still = share(&self.marks, marks, SAME_PLACE_M, |_, _| 0.0);
-        let votes = Votes::count(&self.marks, marks, way);
+        let still = share(&self.echoes, marks, SAME_PLACE_M, |_, _| 0.0);
+        let votes = Votes::count(&self.echoes, marks, way);
         let most = votes.peak(0.0);
-        let peak = share(&self.marks, marks, SAME_PLACE_M, |a, b| {
+        let peak = share(&self.echoes, marks, SAME_PLACE_M, |a, b| {
             -most * between(a, b)
         });
-        let fine = refine(&self.marks, marks, most, between);
+        let fine = refine(&self.echoes, marks, most, between);
         if still >= STANDING_SHARE && fine.abs() <= STANDING_M && still >= peak {
             let weight: f32 = marks.iter().map(|m| m.weight).sum();
-            let enough = still * weight >= LEAST_LEAD;
-            return Creep {
+            let enough = still * weight >= MIN_MARGIN;
+            return SteadySpeed {
                 finding: if enough {
                     Finding::Agreed
                 } else {
-                    Finding::Alone
+                    Finding::Unconfirmed
                 },
                 speed: None,
             };
         }
-        Creep {
+        SteadySpeed {
             finding: Finding::Moved,
-            speed: (peak >= CREEP_SHARE).then_some(fine / since_s),
+            speed: (peak >= STEADY_SHARE).then_some(fine / since_s),
         }
     }
 }
 
 /// Result of two sweeps without motion input; the speed in metres a second.
-struct Creep {
+struct SteadySpeed {
     finding: Finding,
     speed: Option<f32>,
 }
 
 /// Returns the strongest echoes of a sweep; `placed` moves them to where they lie at the last row.
-fn marks(echoes: &[Echo], map: &PolarMap, ride: &Ride<'_>, placed: bool) -> Marks {
+fn sweep_echoes(
+    echoes: &[Echo],
+    map: &PolarMap,
+    ride: &MotionCompensation<'_>,
+    placed: bool,
+) -> SweepEchoes {
     let end_s = ride.end().time_s;
     let mark = |echo: &Echo| {
         let mut at = *echo;
         if placed {
-            ride.place(&mut at, map);
+            ride.compensate(&mut at, map);
         }
         SweepEcho {
             x_m: at.x_m,
             y_m: at.y_m,
             range_m: at.range_m,
             before_s: end_s - ride.at(row_of(echo, map)).time_s,
-            weight: (echo.snr_db - FROM_DB).clamp(0.0, MOST_DB),
+            weight: (echo.snr_db - FROM_DB).clamp(0.0, MAX_DB),
         }
     };
-    echoes.iter().take(MARKS).map(mark).collect()
+    echoes.iter().take(MAX_SWEEP_ECHOES).map(mark).collect()
 }
 
 /// Returns whether two echoes may be of one height.
-fn level(a: &SweepEcho, b: &SweepEcho) -> bool {
+fn same_height(a: &SweepEcho, b: &SweepEcho) -> bool {
     let reach = SAME_HEIGHT_M + SAME_HEIGHT_RAD * math::max(a.range_m, b.range_m);
     (a.y_m - b.y_m).abs() <= reach
 }
@@ -319,8 +326,9 @@ fn share(
     let (mut found, mut all) = (0.0, 0.0);
     for b in new {
         all += b.weight;
-        let meets =
-            |a: &&SweepEcho| level(a, b) && (b.x_m - a.x_m - shift(a, b)).abs() <= tolerance_m;
+        let meets = |a: &&SweepEcho| {
+            same_height(a, b) && (b.x_m - a.x_m - shift(a, b)).abs() <= tolerance_m
+        };
         if old.iter().any(|a| meets(&a)) {
             found += b.weight;
         }
@@ -338,7 +346,7 @@ fn refine(
 ) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for b in new {
-        for a in old.iter().filter(|a| level(a, b)) {
+        for a in old.iter().filter(|a| same_height(a, b)) {
             let share = between(a, b);
             let way = a.x_m - b.x_m;
             if (way - most * share).abs() <= SAME_PLACE_M {
@@ -362,7 +370,7 @@ impl Votes {
     ) -> Self {
         let mut votes = Self([0.0; 2 * BINS + 1]);
         for b in new {
-            for a in old.iter().filter(|a| level(a, b)) {
+            for a in old.iter().filter(|a| same_height(a, b)) {
                 if let Some(way) = way(a, b) {
                     let weight = math::min(a.weight, b.weight);
                     let bin = math::round(way / BIN_M) + BINS as f32;

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::config::Config;
-use crate::signal::echoes::{Echo, Echoes, Walk, tests};
+use crate::signal::echoes::{Echo, Echoes, ScattererMotion, tests};
 use crate::signal::grid::PolarMap;
-use crate::verdict::{Evidence, Outcome, Reason, Sight, Status};
+use crate::verdict::{Assessment, Evidence, Outcome, Reason, Status};
 use std::vec::Vec;
 
 const ROW_S: f32 = 0.0046;
@@ -101,12 +101,12 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
 /// Returns an answer that is `ok` unless `agreement` prevents it.
 fn under(agreement: Agreement) -> Outcome {
     let mut outcome = Outcome::silent();
-    let sight = Sight {
-        heard: true,
-        ..Sight::nothing(agreement)
+    let sight = Assessment {
+        echo_found: true,
+        ..Assessment::nothing(agreement)
     };
     outcome.decide(&Evidence {
-        sight: Some(sight),
+        assessment: Some(sight),
         ..Evidence::default()
     });
     outcome
@@ -117,7 +117,7 @@ fn under(agreement: Agreement) -> Outcome {
 fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outcome, Echoes) {
     let config = Config::default();
     let map = tests::map(&config, |_, _| 80);
-    let mut compared = Sweeps::new();
+    let mut compared = SweepComparison::new();
     let mut last = (Outcome::silent(), Echoes::new());
     for sweep in 0..sweeps {
         let (track, mut echoes) = chair.sweep(&map, &config, sweep);
@@ -245,7 +245,7 @@ fn a_chair_known_to_stand_is_not_compared() {
     let map = tests::map(&config, |_, _| 80);
     let (_, seen) = driving(0.3).sweep(&map, &config, 0);
     let mut echoes = seen.clone();
-    let mut sweeps = Sweeps::new();
+    let mut sweeps = SweepComparison::new();
     let agreement = sweeps.compare(&map, &config, &Drive::STANDING, &mut echoes);
     assert_eq!((agreement, echoes), (Agreement::STANDING, seen));
 }
@@ -256,9 +256,11 @@ fn a_point_walks_as_the_track_says() {
     let map = tests::map(&config, |_, _| 80);
     let (track, _) = driving(0.2).sweep(&map, &config, 0);
     let drive = drive(&track, Input::Good, None, 0);
-    let ride = Ride::of(&drive, &config.radar).unwrap();
+    let ride = MotionCompensation::of(&drive, &config.radar).unwrap();
     let geometry = map.geometry();
-    let walks: Vec<Walk> = [60, 180].map(|row| ride.walk(&map, row, 1.0)).into();
+    let walks: Vec<ScattererMotion> = [60, 180]
+        .map(|row| ride.scatterer_motion(&map, row, 1.0))
+        .into();
     for (row, walk) in [60, 180].into_iter().zip(walks) {
         let (x, y) = geometry.point(1.0, map.angle_rad(row));
         let (range, angle) = geometry.polar(x - 0.2 * ROW_S, y);

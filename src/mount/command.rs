@@ -31,11 +31,11 @@ use crate::signal::echoes::Echo;
 pub const WALL_M: core::ops::RangeInclusive<f32> = 0.6..=2.5;
 
 /// Maximum angle offset of a mounting, radians: more is a wrong bracket or a misplaced switch.
-const MOST_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
+const MAX_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
 /// Maximum error of the range scale: five times the drift of a chirp's slope.
-const MOST_SCALE: f32 = 0.05;
+const MAX_SCALE_ERROR: f32 = 0.05;
 /// Maximum error of the mounting height, metres.
-const MOST_HEIGHT_M: f32 = 0.15;
+const MAX_HEIGHT_ERROR_M: f32 = 0.15;
 /// Minimum level of a flash above the noise, dB: that of a plaster wall at 1.5 m is 50.
 const FLASH_DB: f32 = 25.0;
 /// Minimum level of the corner above the noise, dB: that of plaster and concrete is 49.
@@ -49,15 +49,15 @@ const SAME_M: f32 = 0.03;
 const CORNER_M: f32 = 0.08;
 /// Maximum height of a ground echo above or below the ground, metres, by the flash's angle and the nominal
 /// height: the error of the height itself remains.
-const FLOOR_M: f32 = MOST_HEIGHT_M;
+const FLOOR_M: f32 = MAX_HEIGHT_ERROR_M;
 /// Minimum distance of a ground echo from the wall, metres: nearer echoes belong to the corner.
-const APART_M: f32 = 0.1;
+const CORNER_MARGIN_M: f32 = 0.1;
 /// Minimum number of ground echoes.
-const LEAST_FLOOR: u8 = 5;
+const MIN_GROUND_ECHOES: u8 = 5;
 /// Distance from the fitted ground, in standard deviations, beyond which a ground echo is an outlier.
-const ASTRAY_SIGMAS: f32 = 4.0;
+const OUTLIER_SIGMAS: f32 = 4.0;
 /// Maximum share of outliers among the ground echoes.
-const ASTRAY_SHARE: f32 = 0.34;
+const OUTLIER_SHARE: f32 = 0.34;
 /// Maximum distance of the corner from its place after the fit, metres: the shape of the main lobe, and the
 /// wall's base.
 const CORNER_OFF_M: f32 = 0.01;
@@ -107,17 +107,13 @@ impl Refusal {
             Self::SeveralWalls => {
                 "several walls: expected one, and nothing else that faces the scanner"
             }
-            Self::Clutter => {
-                "something stands between scanner and wall: expected nothing but floor"
-            }
+            Self::Clutter => "an object between scanner and wall: expected only ground",
             Self::NoFloor => "no floor: expected the corner of floor and wall",
             Self::FewEchoes => "too few echoes of the floor: expected at least 5 before the wall",
             Self::Misfit => {
                 "the echoes do not fit: expected one level floor and a wall that stands on it"
             }
-            Self::TooFar => {
-                "farther off than a mounting may be: expected 6 degrees, 15 cm and 5 % at most"
-            }
+            Self::TooFar => "mounting error too large: expected at most 6 degrees, 15 cm and 5 %",
         }
     }
 }
@@ -270,7 +266,7 @@ struct MountFit {
     /// Standard errors of height, offset and stretch.
     sigmas: [f32; 3],
     floor: u8,
-    astray: u8,
+    outliers: u8,
 }
 
 /// Flash and corner, and the start of the fit that follows from them.
@@ -290,8 +286,8 @@ impl CalibrationScene {
     fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<ReferenceEchoes<'e>, Refusal> {
         let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
         let placed = |e: &Echo| {
-            let level = e.angle_rad.abs() <= MOST_OFFSET_RAD;
-            level && (scale(e) - 1.0).abs() <= MOST_SCALE && e.snr_db >= FLASH_DB
+            let level = e.angle_rad.abs() <= MAX_OFFSET_RAD;
+            level && (scale(e) - 1.0).abs() <= MAX_SCALE_ERROR && e.snr_db >= FLASH_DB
         };
         let flash = strongest(echoes, &placed).ok_or(Refusal::NoWall)?;
         let rival = |e: &Echo| {
@@ -304,13 +300,13 @@ impl CalibrationScene {
             stretch: scale(flash) - 1.0,
         };
         // A reflector that faces the scanner has its flash at the mirror's height, at any distance.
-        let facing = |e: &Echo| (e.angle_rad - flash.angle_rad).abs() <= 0.5 * MOST_OFFSET_RAD;
+        let facing = |e: &Echo| (e.angle_rad - flash.angle_rad).abs() <= 0.5 * MAX_OFFSET_RAD;
         if strongest(echoes, &|e| facing(e) && rival(e)).is_some() {
             return Err(Refusal::SeveralWalls);
         }
         let above = |e: &Echo| {
             let (x, y) = self.point(e, &start);
-            x < self.wall_m - APART_M && y > FLOOR_M
+            x < self.wall_m - CORNER_MARGIN_M && y > FLOOR_M
         };
         if strongest(echoes, &|e| above(e) && rival(e)).is_some() {
             return Err(Refusal::Clutter);
@@ -335,7 +331,7 @@ impl CalibrationScene {
     /// Returns whether an echo is one of the ground before the wall.
     fn is_floor(&self, e: &Echo, s: &MountState, p: &Params) -> bool {
         let (x, y) = self.point(e, s);
-        let ahead = x > p.floor_from_m && x < self.wall_m - APART_M;
+        let ahead = x > p.floor_from_m && x < self.wall_m - CORNER_MARGIN_M;
         ahead && y.abs() < p.floor_reach_m && e.snr_db > p.floor_least_db
     }
 
@@ -346,10 +342,10 @@ impl CalibrationScene {
         p: &Params,
     ) -> Result<MountFit, Refusal> {
         let mut state = found.start;
-        let (mut floor, mut astray, mut sigmas) = (0_u8, 0_u8, [0.0; 3]);
+        let (mut floor, mut outliers, mut sigmas) = (0_u8, 0_u8, [0.0; 3]);
         for _ in 0..ROUNDS {
             let (mut a, mut b) = ([[0.0; 3]; 3], [0.0; 3]);
-            (floor, astray) = (0, 0);
+            (floor, outliers) = (0, 0);
             let mut add = |eq: Equation| {
                 let tails = p.floor_cauchy_sigmas * p.floor_cauchy_sigmas * eq.variance;
                 let off = eq.residual * eq.residual;
@@ -359,8 +355,8 @@ impl CalibrationScene {
                     1.0
                 };
                 floor = floor.saturating_add(u8::from(eq.robust));
-                let far = off > ASTRAY_SIGMAS * ASTRAY_SIGMAS * eq.variance;
-                astray = astray.saturating_add(u8::from(eq.robust && far));
+                let far = off > OUTLIER_SIGMAS * OUTLIER_SIGMAS * eq.variance;
+                outliers = outliers.saturating_add(u8::from(eq.robust && far));
                 for (row, (right, d)) in a.iter_mut().zip(b.iter_mut().zip(eq.by)) {
                     let k = weight * d / eq.variance;
                     *right -= k * eq.residual;
@@ -387,12 +383,12 @@ impl CalibrationScene {
             state,
             sigmas,
             floor,
-            astray,
+            outliers,
         })
     }
 
     /// Checks the fit against the expected scene and the limits of a mounting.
-    fn judge(
+    fn check_fit(
         &self,
         found: &ReferenceEchoes<'_>,
         fit: &MountFit,
@@ -401,16 +397,16 @@ impl CalibrationScene {
         let (range, angle) = self.real(found.corner, &fit.state);
         let off_m = range - math::hypot(self.wall_m, fit.state.height_m);
         let off_rad = angle - math::atan2(fit.state.height_m, self.wall_m);
-        if fit.floor < LEAST_FLOOR {
+        if fit.floor < MIN_GROUND_ECHOES {
             return Err(Refusal::FewEchoes);
         }
         let corner = off_m.abs() <= CORNER_OFF_M && off_rad.abs() <= CORNER_OFF_RAD;
-        if !corner || f32::from(fit.astray) > ASTRAY_SHARE * f32::from(fit.floor) {
+        if !corner || f32::from(fit.outliers) > OUTLIER_SHARE * f32::from(fit.floor) {
             return Err(Refusal::Misfit);
         }
-        let height = (fit.state.height_m - nominal_m).abs() <= MOST_HEIGHT_M;
-        let offset = fit.state.offset_rad.abs() <= MOST_OFFSET_RAD;
-        if !height || !offset || fit.state.stretch.abs() > MOST_SCALE {
+        let height = (fit.state.height_m - nominal_m).abs() <= MAX_HEIGHT_ERROR_M;
+        let offset = fit.state.offset_rad.abs() <= MAX_OFFSET_RAD;
+        if !height || !offset || fit.state.stretch.abs() > MAX_SCALE_ERROR {
             return Err(Refusal::TooFar);
         }
         Ok(())
@@ -445,7 +441,7 @@ pub fn calibrate(
     let nominal_m = config.mount.mount_height_m();
     let found = scene.find(echoes, nominal_m)?;
     let fit = scene.fit(echoes, &found, p)?;
-    scene.judge(&found, &fit, nominal_m)?;
+    scene.check_fit(&found, &fit, nominal_m)?;
     let [height, offset, stretch] = fit.sigmas;
     let tape = TAPE_M / (wall_m + scene.mirror_m);
     Ok(Mounting {

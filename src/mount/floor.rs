@@ -11,7 +11,7 @@ use crate::signal::echoes::{Echo, MAX_ECHOES};
 /// Power n of (1 - q/n)^n, which approximates exp(-q) well enough at a tenth of the instructions.
 const REACH: f32 = 4.0;
 /// Maximum number of height steps to each side.
-const MOST_HEIGHTS: usize = 24;
+const MAX_HEIGHT_STEPS: usize = 24;
 
 /// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
 /// which are strong and narrow, have a smaller variance in angle and height than speckle.
@@ -28,7 +28,7 @@ pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
 
 /// An echo as evidence for the ground at some height.
 #[derive(Clone, Copy, Debug, Default)]
-struct Witness {
+struct GroundEcho {
     x_m: f32,
     y_m: f32,
     /// Half of the inverse variance of the echo's height, 1/m².
@@ -38,7 +38,7 @@ struct Witness {
     weight: f32,
 }
 
-impl Witness {
+impl GroundEcho {
     fn new(e: &Echo, bin_m: f32, p: &Params) -> Self {
         let model = p.witness_sigma_bins * bin_m * p.witness_sigma_bins * bin_m;
         let weight = (e.snr_db - p.witness_from_db) / p.witness_span_db;
@@ -69,49 +69,48 @@ impl Witness {
 
 /// Evidence for the ground at and away from its configured place, as sums of the echoes' weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Floor {
+pub struct GroundEvidence {
     /// Maximum over the heights and slopes that are within the tolerance.
-    pub here: f32,
+    pub configured: f32,
     /// Maximum over the others: at another height, or inclined.
-    pub elsewhere: f32,
+    pub other: f32,
 }
 
-impl Floor {
+impl GroundEvidence {
     /// Returns whether the ground is at its configured place: no other place has much more evidence, and the
     /// configured one is not without evidence beside a well supported other.
     pub fn in_place(&self, p: &Params) -> bool {
-        let alone =
-            self.elsewhere > p.floor_alone && self.here < p.floor_here_share * self.elsewhere;
-        self.elsewhere - self.here <= p.floor_elsewhere && !alone
+        let alone = self.other > p.floor_alone && self.configured < p.floor_here_share * self.other;
+        self.other - self.configured <= p.floor_elsewhere && !alone
     }
 
     /// Returns whether the evidence confirms the configured mounting.
-    pub fn firm(&self, p: &Params) -> bool {
-        self.here > self.elsewhere + p.floor_firm
+    pub fn confirmed(&self, p: &Params) -> bool {
+        self.configured > self.other + p.floor_firm
     }
 
     /// Computes the evidence from the echoes of a map with bins of `bin_m` metres, placed without any
     /// calibration.
     #[inline(never)]
     pub fn of(echoes: &[Echo], bin_m: f32, p: &Params) -> Self {
-        let mut witnesses = heapless::Vec::<Witness, MAX_ECHOES>::new();
+        let mut witnesses = heapless::Vec::<GroundEcho, MAX_ECHOES>::new();
         for e in echoes {
             let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
             if ahead && e.y_m.abs() < p.floor_astray_m && e.snr_db > p.witness_from_db {
                 // The vector has room for all echoes.
-                let _ = witnesses.push(Witness::new(e, bin_m, p));
+                let _ = witnesses.push(GroundEcho::new(e, bin_m, p));
             }
         }
         let step_m = p.floor_height_step_m;
         let (near, tilt) = (p.floor_near_steps as i32, p.floor_tilt_steps as i32);
-        let far = (p.floor_far_steps as i32).min(MOST_HEIGHTS as i32);
+        let far = (p.floor_far_steps as i32).min(MAX_HEIGHT_STEPS as i32);
         let steep = p.floor_steep_steps as i32;
         let mut found = Self::default();
         for slope in -steep..=steep {
             // An inclined ground passes through the wheels' contact point.
             let tilted = slope.abs() > tilt;
             let most = if tilted { near } else { far };
-            let mut supports = [0.0; 2 * MOST_HEIGHTS + 1];
+            let mut supports = [0.0; 2 * MAX_HEIGHT_STEPS + 1];
             let supports = supports.get_mut(..2 * most as usize + 1).unwrap_or(&mut []);
             for w in &witnesses {
                 let slope = slope as f32 * p.floor_slope_step_rad;
@@ -119,9 +118,9 @@ impl Floor {
             }
             for (height, &mut support) in (-most..=most).zip(supports) {
                 let best = if tilted || height.abs() > near {
-                    &mut found.elsewhere
+                    &mut found.other
                 } else {
-                    &mut found.here
+                    &mut found.configured
                 };
                 *best = math::max(*best, support);
             }
@@ -138,14 +137,14 @@ mod tests {
 
     #[test]
     fn a_floor_that_is_only_seen_elsewhere_is_out_of_place() {
-        let floor = |here, elsewhere| Floor { here, elsewhere };
+        let floor = |configured, other| GroundEvidence { configured, other };
         for fits in [(0.0, 0.0), (0.0, 0.4), (0.3, 1.0), (1.5, 1.5), (3.0, 4.3)] {
             assert!(floor(fits.0, fits.1).in_place(P), "{fits:?}");
         }
         for off in [(0.0, 0.6), (0.2, 1.0), (0.0, 1.5), (3.0, 4.5)] {
             assert!(!floor(off.0, off.1).in_place(P), "{off:?}");
         }
-        assert!(floor(1.5, 1.3).firm(P) && !floor(1.5, 1.5).firm(P));
-        assert!(!floor(0.0, 0.0).firm(P));
+        assert!(floor(1.5, 1.3).confirmed(P) && !floor(1.5, 1.5).confirmed(P));
+        assert!(!floor(0.0, 0.0).confirmed(P));
     }
 }

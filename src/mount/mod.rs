@@ -16,5 +16,5 @@ mod floor;
 pub mod online;
 
 pub use command::Mounting;
-pub use floor::{Floor, floor_variance};
+pub use floor::{GroundEvidence, floor_variance};
 pub use online::Calibration;

@@ -16,13 +16,13 @@ pub struct Calibration {
     /// Standard deviation of the remaining bias, radians.
     pub bias_sigma_rad: f32,
     /// Sum of the squares of both errors, each in units of its prior standard deviation.
-    pub strain: f32,
+    pub chi_square: f32,
 }
 
 impl Calibration {
     /// Returns whether both errors are within the tolerance of tyres, brackets and homing switch.
     pub fn fits(&self, p: &Params) -> bool {
-        self.strain <= p.calibration_strain
+        self.chi_square <= p.calibration_strain
     }
 }
 
@@ -66,6 +66,6 @@ pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibr
         bias_rad,
         height_m,
         bias_sigma_rad: math::sqrt(a[2] / det),
-        strain: bias_rad * bias_rad * prior[0] + height_m * height_m * prior[1],
+        chi_square: bias_rad * bias_rad * prior[0] + height_m * height_m * prior[1],
     }
 }

@@ -36,11 +36,11 @@ pub struct MapLevels {
     /// Maximum of all cells.
     peak: u8,
     /// Maximum of the CA-CFAR detections.
-    hit_peak: u8,
+    detection_peak: u8,
     /// Maximum of the CA-CFAR detections in each range bin.
     column_peak: [u8; MAX_BINS],
     /// Number of CA-CFAR detections.
-    hits: u32,
+    detections: u32,
 }
 
 impl MapLevels {
@@ -49,9 +49,9 @@ impl MapLevels {
         Self {
             floor: u8::MAX,
             peak: 0,
-            hit_peak: 0,
+            detection_peak: 0,
             column_peak: [0; MAX_BINS],
-            hits: 0,
+            detections: 0,
         }
     }
 
@@ -59,14 +59,14 @@ impl MapLevels {
     pub fn clear(&mut self) {
         self.floor = u8::MAX;
         self.peak = 0;
-        self.hit_peak = 0;
+        self.detection_peak = 0;
         self.column_peak.fill(0);
-        self.hits = 0;
+        self.detections = 0;
     }
 
     /// Returns the number of CA-CFAR detections.
     pub fn hits(&self) -> u32 {
-        self.hits
+        self.detections
     }
 
     /// Adds row `row` of `map`.
@@ -75,9 +75,9 @@ impl MapLevels {
             self.floor = self.floor.min(cell);
             self.peak = self.peak.max(cell);
         }
-        for (bin, cell) in map.hits(row) {
-            self.hits += 1;
-            self.hit_peak = self.hit_peak.max(cell);
+        for (bin, cell) in map.detections(row) {
+            self.detections += 1;
+            self.detection_peak = self.detection_peak.max(cell);
             if let Some(peak) = self.column_peak.get_mut(bin) {
                 *peak = cell.max(*peak);
             }
@@ -105,13 +105,13 @@ impl Default for MapLevels {
 /// The map from which particles are weighted: raw, or with all cells below the CFAR threshold at the minimum received
 /// power (paper III-C).
 #[derive(Clone, Copy, Debug)]
-pub struct Field<'a> {
+pub struct IntensityMap<'a> {
     map: &'a PolarMap,
     levels: &'a MapLevels,
     cfar: bool,
 }
 
-impl<'a> Field<'a> {
+impl<'a> IntensityMap<'a> {
     /// Returns the field for the distribution `spread`; `levels` are those of `map`.
     pub fn new(map: &'a PolarMap, levels: &'a MapLevels, spread: Spread) -> Self {
         Self {
@@ -122,9 +122,9 @@ impl<'a> Field<'a> {
     }
 
     /// Returns the minimum level of a high-intensity cell.
-    fn bright(&self) -> u8 {
+    fn min_high_intensity(&self) -> u8 {
         let peak = match self.cfar {
-            true => self.levels.hit_peak,
+            true => self.levels.detection_peak,
             false => self.levels.peak,
         };
         peak.saturating_sub(units(HIGH_INTENSITY_DB)).max(1)
@@ -139,7 +139,7 @@ impl<'a> Field<'a> {
         let cell = self.map.cell(row, bin);
         if self.cfar {
             let least = self.levels.column(bin).saturating_sub(units(SIDE_LOBE_DB));
-            if cell < least || !self.map.hit(row, bin) {
+            if cell < least || !self.map.is_detected(row, bin) {
                 return 0;
             }
         }
@@ -147,18 +147,19 @@ impl<'a> Field<'a> {
     }
 
     /// Whether a particle lies in a high-intensity cell.
-    pub fn is_bright(&self, particle: &PointParticle) -> bool {
+    pub fn is_high_intensity(&self, particle: &PointParticle) -> bool {
         particle.cell().is_some_and(|(row, bin)| {
-            self.map.cell(row, bin) >= self.bright() && (!self.cfar || self.map.hit(row, bin))
+            self.map.cell(row, bin) >= self.min_high_intensity()
+                && (!self.cfar || self.map.is_detected(row, bin))
         })
     }
 
     /// Calls `take` with the row and bin of each high-intensity cell, row by row.
-    fn each_bright(&self, take: &mut dyn FnMut(usize, usize)) {
-        let bright = self.bright();
+    fn each_high_intensity(&self, take: &mut dyn FnMut(usize, usize)) {
+        let bright = self.min_high_intensity();
         for row in 0..self.map.rows() {
             if self.cfar {
-                let cells = self.map.hits(row).filter(|&(_, cell)| cell >= bright);
+                let cells = self.map.detections(row).filter(|&(_, cell)| cell >= bright);
                 cells.for_each(|(bin, _)| take(row, bin));
             } else {
                 let cells = self.map.row(row).iter().enumerate();
@@ -176,7 +177,7 @@ impl<'a> Field<'a> {
     /// places. Independent draws would sometimes miss one.
     pub fn modes(&self, config: &ParticleConfig, rng: &mut impl Rng) -> Vec<Gaussian, MAX_MODES> {
         let mut count = 0_u32;
-        self.each_bright(&mut |_, _| count += 1);
+        self.each_high_intensity(&mut |_, _| count += 1);
         let offset = uniform(rng, count);
         let number = u32::from(config.modes).min(MAX_MODES as u32);
         let number = NonZeroU32::new(number).unwrap_or(NonZeroU32::MIN);
@@ -184,7 +185,7 @@ impl<'a> Field<'a> {
         // The k-th mode is at the cell of rank (offset + k count) / number.
         let mut below = offset;
         let mut until_next = below / number;
-        self.each_bright(&mut |row, bin| {
+        self.each_high_intensity(&mut |row, bin| {
             while until_next == 0 && modes.len() < number.get() as usize {
                 if modes.push(self.gaussian(config, row, bin)).is_err() {
                     return;
@@ -269,14 +270,14 @@ mod tests {
         let below = units(SIDE_LOBE_DB);
         let (map, levels) = scan(&[(10, 20, 200), (99, 21, 200 - below), (50, 20, 199 - below)]);
         assert_eq!(levels.hits(), 3);
-        let cfar = Field::new(&map, &levels, Spread::GmmCfar);
+        let cfar = IntensityMap::new(&map, &levels, Spread::GmmCfar);
         assert_eq!(cfar.weight(&at(10, 20)), 160);
         assert_eq!(cfar.weight(&at(99, 21)), 160 - u16::from(below));
         assert_eq!(cfar.weight(&at(50, 20)), 0, "a side lobe");
         assert_eq!(cfar.weight(&at(10, 19)), 0, "below the threshold");
         assert_eq!(cfar.weight(&at(-1, 20)), 0, "outside");
         assert_eq!(cfar.weight(&at(10, 400)), 0, "outside");
-        let raw = Field::new(&map, &levels, Spread::GmmRaw);
+        let raw = IntensityMap::new(&map, &levels, Spread::GmmRaw);
         assert_eq!(raw.weight(&at(50, 20)), 159 - u16::from(below));
         assert_eq!(raw.weight(&at(10, 19)), 0, "the minimum itself");
     }
@@ -287,7 +288,7 @@ mod tests {
             (0..25).map(|k| (7 * k, 5 * k, 200 - k as u8)).collect();
         let dim = [(200, 3, 200 - units(HIGH_INTENSITY_DB) - 1)];
         let (map, levels) = scan(&[&bright[..], &dim[..]].concat());
-        let field = Field::new(&map, &levels, Spread::GmmCfar);
+        let field = IntensityMap::new(&map, &levels, Spread::GmmCfar);
         let config = ParticleConfig::default();
         let mut drawn = [0_u32; 25];
         let runs = 5000;
@@ -310,7 +311,7 @@ mod tests {
     #[test]
     fn modes_are_as_wide_across_the_beam_as_along_it() {
         let (map, levels) = scan(&[(100, 60, 200)]);
-        let field = Field::new(&map, &levels, Spread::GmmCfar);
+        let field = IntensityMap::new(&map, &levels, Spread::GmmCfar);
         let config = ParticleConfig::default();
         let modes = field.modes(&config, &mut rng(1));
         assert_eq!(modes.len(), 10, "a single cell takes all modes");
@@ -323,7 +324,7 @@ mod tests {
     #[test]
     fn without_detections_there_are_no_modes() {
         let (map, levels) = scan(&[]);
-        let field = Field::new(&map, &levels, Spread::GmmCfar);
+        let field = IntensityMap::new(&map, &levels, Spread::GmmCfar);
         let modes = field.modes(&ParticleConfig::default(), &mut rng(1));
         assert!(modes.is_empty());
     }
@@ -331,7 +332,7 @@ mod tests {
     #[test]
     fn anywhere_is_everywhere_alike() {
         let (map, levels) = scan(&[]);
-        let field = Field::new(&map, &levels, Spread::Uniform);
+        let field = IntensityMap::new(&map, &levels, Spread::Uniform);
         let geometry = map.geometry();
         let mut rng = rng(9);
         let (mut nearer, mut upper) = (0, 0);

@@ -154,7 +154,7 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
 
 /// Result of the rejection rules for a cluster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Fate {
+pub enum ClusterVerdict {
     /// The cluster is a step.
     #[default]
     Kept,
@@ -176,7 +176,7 @@ pub struct Extent {
     /// Place across that axis (the height of stairs going up), metres.
     pub across_m: f32,
     /// Result of the rejection rules.
-    pub fate: Fate,
+    pub verdict: ClusterVerdict,
 }
 
 impl Extent {
@@ -194,7 +194,7 @@ pub fn reject_outliers(clusters: &mut [Extent]) {
     let number = clusters.iter().filter(|c| c.count > 0).count() as u32;
     for cluster in clusters {
         if u32::from(cluster.count) * number * SHARE < total || cluster.count == 0 {
-            cluster.fate = Fate::Outlier;
+            cluster.verdict = ClusterVerdict::Outlier;
         }
     }
 }
@@ -202,19 +202,19 @@ pub fn reject_outliers(clusters: &mut [Extent]) {
 /// Calls `judge` with the number of each kept cluster, the largest first, and sets the fate that it returns.
 fn by_precedence(
     clusters: &mut [Extent],
-    mut judge: impl FnMut(&[Extent], usize, &Extent) -> Fate,
+    mut judge: impl FnMut(&[Extent], usize, &Extent) -> ClusterVerdict,
 ) {
     let mut judged: u64 = 0;
     for _ in 0..clusters.len().min(MAX_CLUSTERS) {
         let next = (clusters.iter().enumerate().take(MAX_CLUSTERS))
-            .filter(|(k, c)| c.fate == Fate::Kept && judged & (1 << k) == 0)
+            .filter(|(k, c)| c.verdict == ClusterVerdict::Kept && judged & (1 << k) == 0)
             .reduce(|best, c| if c.1.precedes(best.1) { c } else { best })
             .map(|(k, c)| (k, *c));
         let Some((k, cluster)) = next else { return };
         let fate = judge(clusters, k, &cluster);
         judged |= 1 << k;
         if let Some(cluster) = clusters.get_mut(k) {
-            cluster.fate = fate;
+            cluster.verdict = fate;
         }
     }
 }
@@ -230,10 +230,10 @@ pub fn fuse(clusters: &mut [Extent], spacing_m: f32) {
             .filter(|&(_, distance)| distance < spacing_m)
             .reduce(|a, b| if b.1 < a.1 { b } else { a });
         match nearest {
-            Some((object, _)) => Fate::Fused(object as u16),
+            Some((object, _)) => ClusterVerdict::Fused(object as u16),
             None => {
                 objects |= 1 << k;
-                Fate::Kept
+                ClusterVerdict::Kept
             }
         }
     });
@@ -253,10 +253,10 @@ pub fn reject_redundant(clusters: &mut [Extent], spacing_m: f32) {
                     || (c.across_m - cluster.across_m).abs() < spacing_m)
         });
         if near {
-            return Fate::Redundant;
+            return ClusterVerdict::Redundant;
         }
         objects |= 1 << k;
-        Fate::Kept
+        ClusterVerdict::Kept
     });
 }
 
@@ -337,18 +337,18 @@ mod tests {
                 count,
                 along_m,
                 across_m,
-                fate: Fate::Kept,
+                verdict: ClusterVerdict::Kept,
             })
             .collect()
     }
 
-    fn fates(of: &[Extent]) -> std::vec::Vec<Fate> {
-        of.iter().map(|c| c.fate).collect()
+    fn fates(of: &[Extent]) -> std::vec::Vec<ClusterVerdict> {
+        of.iter().map(|c| c.verdict).collect()
     }
 
     #[test]
     fn outliers_are_fewer_than_a_tenth_of_the_mean() {
-        use Fate::{Kept, Outlier};
+        use ClusterVerdict::{Kept, Outlier};
         // Mean 50: 5 is a tenth of it and stays.
         let mut clusters = extents(&[(95, 0.0, 0.0), (5, 1.0, 1.0)]);
         reject_outliers(&mut clusters);
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn redundant_clusters_are_closer_than_the_spacing_in_depth_or_height() {
-        use Fate::{Kept, Redundant};
+        use ClusterVerdict::{Kept, Redundant};
         // 0.125 m is exact in binary, so the bound itself can be tested.
         let check = |other: (u16, f32, f32), expected| {
             let mut clusters = extents(&[(10, 1.0, 1.0), other]);
@@ -378,19 +378,19 @@ mod tests {
 
     #[test]
     fn a_redundant_cluster_takes_no_other_with_it() {
-        use Fate::{Kept, Outlier, Redundant};
+        use ClusterVerdict::{Kept, Outlier, Redundant};
         let mut clusters = extents(&[(5, 1.16, 1.16), (9, 1.08, 1.08), (10, 1.0, 1.0)]);
         reject_redundant(&mut clusters, 0.1);
         assert_eq!(fates(&clusters), [Kept, Redundant, Kept]);
         let mut clusters = extents(&[(5, 1.0, 1.0), (9, 1.0, 1.0)]);
-        clusters[1].fate = Outlier;
+        clusters[1].verdict = Outlier;
         reject_redundant(&mut clusters, 0.1);
         assert_eq!(fates(&clusters), [Kept, Outlier]);
     }
 
     #[test]
     fn an_object_is_fused_from_what_is_close_along_the_axis() {
-        use Fate::{Fused, Kept, Outlier};
+        use ClusterVerdict::{Fused, Kept, Outlier};
         // 0.125 m is exact in binary, so the bound itself can be tested.
         let mut clusters = extents(&[
             (9, 1.1, 0.0),
@@ -399,7 +399,7 @@ mod tests {
             (7, 1.125, 1.0),
             (6, 1.251, 1.0),
         ]);
-        clusters[4].fate = Outlier;
+        clusters[4].verdict = Outlier;
         fuse(&mut clusters, 0.125);
         assert_eq!(fates(&clusters), [Fused(1), Kept, Kept, Fused(2), Outlier],);
         let mut clusters = extents(&[(10, 1.0, 0.0), (9, 1.125, 0.0)]);
@@ -409,7 +409,7 @@ mod tests {
 
     #[test]
     fn clusters_that_lost_all_particles_are_outliers_and_do_not_count() {
-        use Fate::{Kept, Outlier};
+        use ClusterVerdict::{Kept, Outlier};
         // Mean of the two remaining clusters: 50.5.
         let mut clusters = extents(&[(96, 0.0, 0.0), (0, 0.0, 0.0), (5, 1.0, 1.0)]);
         reject_outliers(&mut clusters);
@@ -449,7 +449,7 @@ mod tests {
             let kept: std::vec::Vec<&Extent> = clusters
                 .iter()
                 .take(MAX_CLUSTERS)
-                .filter(|c| c.fate == Fate::Kept)
+                .filter(|c| c.verdict == ClusterVerdict::Kept)
                 .collect();
             for (k, a) in kept.iter().enumerate() {
                 for b in &kept[..k] {

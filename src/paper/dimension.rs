@@ -1,6 +1,6 @@
 //! Conversion of a cluster to a step: distance and height with their standard deviations (paper IV).
 
-use super::cluster::{Extent, Fate};
+use super::cluster::{ClusterVerdict, Extent};
 use super::particles::{Moments, PointParticle};
 use crate::answer::{Answer, Direction, Step};
 use crate::config::{ParticleConfig, Plane};
@@ -57,7 +57,7 @@ impl ClusterShape {
             along_m: self.along * unit_m,
             // Coordinates increase downwards.
             across_m: -self.across * unit_m,
-            fate: Fate::Kept,
+            verdict: ClusterVerdict::Kept,
         }
     }
 

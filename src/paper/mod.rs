@@ -27,9 +27,9 @@ use crate::math;
 use crate::motion::Agreement;
 use crate::observer::{CloudStage, Event, Observer};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
-use crate::verdict::Sight;
-use bright::{Field, HIGH_INTENSITY_DB, MapLevels};
-use cluster::{Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
+use crate::verdict::Assessment;
+use bright::{HIGH_INTENSITY_DB, IntensityMap, MapLevels};
+use cluster::{ClusterVerdict, Extent, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
 use particles::{Moments, PointCloud, PointParticle, UNITS_PER_CELL};
 
@@ -110,17 +110,17 @@ impl Estimator for Paper {
         _past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
-    ) -> Option<Sight> {
+    ) -> Option<Assessment> {
         let Self { levels, cloud } = self;
         let (map, config) = (scan.map, scan.config);
         // This estimator has no echoes to compare from sweep to sweep, and computes no confidence.
-        let sight = Sight::nothing(Agreement::untested(scan.drive.mode));
+        let sight = Assessment::nothing(Agreement::untested(scan.drive.mode));
         if levels.hits() as f32 <= FALSE_ALARM_MARGIN * expected_false_alarms(map, config) {
             return Some(sight);
         }
         let seed = u64::from(config.seed) << 32 | u64::from(scan.number);
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
-        let field = Field::new(map, levels, config.particles.spread);
+        let field = IntensityMap::new(map, levels, config.particles.spread);
         converge(&field, &config.particles, &mut rng, cloud, observer);
 
         let places = Places::of(map);
@@ -137,7 +137,7 @@ impl Estimator for Paper {
         show(observer, CloudStage::Rejected, cloud, &field, &extents);
 
         let kept = (extents.iter().zip(&shapes))
-            .filter(|(extent, _)| extent.fate == Fate::Kept)
+            .filter(|(extent, _)| extent.verdict == ClusterVerdict::Kept)
             .map(|(_, shape)| shape);
         dimension::steps(
             kept,
@@ -145,8 +145,8 @@ impl Estimator for Paper {
             (places.unit_m, &config.particles),
             answer,
         );
-        Some(Sight {
-            heard: true,
+        Some(Assessment {
+            echo_found: true,
             ..sight
         })
     }
@@ -163,7 +163,7 @@ fn show(
     observer: &mut dyn Observer,
     stage: CloudStage,
     cloud: &PointCloud,
-    field: &Field<'_>,
+    field: &IntensityMap<'_>,
     clusters: &[Extent],
 ) {
     observer.event(Event::Particles {
@@ -182,7 +182,7 @@ fn expected_false_alarms(map: &PolarMap, config: &Config) -> f32 {
 /// Draws the particles, resamples them until they have converged on high-intensity places, and merges those at one
 /// place.
 fn converge(
-    field: &Field<'_>,
+    field: &IntensityMap<'_>,
     config: &ParticleConfig,
     rng: &mut Xoshiro128PlusPlus,
     cloud: &mut PointCloud,
@@ -325,7 +325,7 @@ fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
 fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterShape], unit_m: f32) {
     for particle in cloud.particles_mut() {
         let extent = extents.get(usize::from(particle.mark));
-        if let Some(Fate::Fused(into)) = extent.map(|e| e.fate) {
+        if let Some(ClusterVerdict::Fused(into)) = extent.map(|e| e.verdict) {
             particle.mark = into;
         }
     }
@@ -336,7 +336,7 @@ fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterSha
         if let Some((extent, shape)) = place {
             *shape = ClusterShape::of(members);
             *extent = Extent {
-                fate: extent.fate,
+                verdict: extent.verdict,
                 ..shape.extent(unit_m)
             };
         }

@@ -1,22 +1,22 @@
 //! Types of the numbers that weigh the evidence of earlier scans. `cargo sim sequences --fit` counts hazards and
 //! correlations into `counted.rs`.
 
-use super::hazard::Map;
+use super::hazard::PlattMap;
 use crate::math;
 
 /// Correlation of two readings' errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correlation {
     /// Correlation without displacement.
-    pub standing: f32,
+    pub at_rest: f32,
     /// Displacement at which the correlation falls to 1/e of that, metres.
-    pub way_m: f32,
+    pub length_m: f32,
 }
 
 impl Correlation {
     /// Returns the correlation after a displacement of `moved_m` metres.
     pub fn after(&self, moved_m: f32) -> f32 {
-        self.standing * math::exp(-moved_m.abs() / self.way_m)
+        self.at_rest * math::exp(-moved_m.abs() / self.length_m)
     }
 }
 
@@ -32,7 +32,7 @@ pub struct Carried {
     /// Log-odds of an error in a cell per unit of each feature.
     pub hazard: PastFeatures,
     /// Calibration maps of the summed hazards, of answers without steps and with steps.
-    pub maps: [Map; 2],
+    pub maps: [PlattMap; 2],
     /// Minimum probability of being correct for `ok`, of answers without steps and with steps.
     pub ok_from: [f32; 2],
 }

@@ -1,22 +1,22 @@
-//! What one scan's word counts in the next one, counted from simulated sequences: written by
+//! Weights of earlier scans' evidence, counted from simulated sequences: written by
 //! `cargo sim sequences --fit`.
 
 use super::carried::{Carried, Correlation};
-use super::hazard::Map;
+use super::hazard::PlattMap;
 
-/// Of the errors of steps' distances.
+/// Correlation of the errors of steps' distances.
 pub const PLACES: Correlation = Correlation {
-    standing: 0.575,
-    way_m: 1.0,
+    at_rest: 0.575,
+    length_m: 1.0,
 };
 
-/// Of the errors of steps' heights.
+/// Correlation of the errors of steps' heights.
 pub const LEVELS: Correlation = Correlation {
-    standing: 0.775,
-    way_m: 0.2,
+    at_rest: 0.775,
+    length_m: 0.2,
 };
 
-/// In the depth plane.
+/// Weights of the depth plane.
 pub static UP: Carried = Carried {
     hazard: [
         0.23445718,
@@ -33,11 +33,11 @@ pub static UP: Carried = Carried {
         -0.40125817,
     ],
     maps: [
-        Map {
+        PlattMap {
             slope: 1.2603583,
             offset: -0.7134354,
         },
-        Map {
+        PlattMap {
             slope: 0.76715356,
             offset: 0.91175,
         },

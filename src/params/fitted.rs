@@ -1,11 +1,11 @@
-//! The verdict's hazards, counted from simulated scans: written by `cargo sim fit`.
+//! The horizon's hazard weights, counted from simulated scans: written by `cargo sim fit`.
 
-use super::hazard::{Map, Weights};
+use super::hazard::{PlattMap, Weights};
 
-/// Checksum of the tables that a small draw gives: a test counts it again.
+/// Checksum of the tables that a small draw gives: a test recomputes it.
 pub const CHECKSUM: u32 = 0x3E02A9FC;
 
-/// In the depth plane.
+/// Weights of the depth plane.
 #[rustfmt::skip]
 pub static UP: Weights = Weights {
     hazard: [
@@ -19,12 +19,12 @@ pub static UP: Weights = Weights {
         -0.07440194, -0.16674988, -0.49066797, 0.3660167, 2.017, -0.2526173,
         0.08541003, 0.34494677,
     ],
-    maps: [Map { slope: 0.8063673, offset: 0.28229508 }, Map { slope: 1.0357901, offset: 0.07264965 }],
-    maybe: Map { slope: 0.85144055, offset: 0.8118931 },
+    maps: [PlattMap { slope: 0.8063673, offset: 0.28229508 }, PlattMap { slope: 1.0357901, offset: 0.07264965 }],
+    maybe_map: PlattMap { slope: 0.85144055, offset: 0.8118931 },
     ok_from: [0.965, 0.962],
 };
 
-/// In the height plane.
+/// Weights of the height plane.
 #[rustfmt::skip]
 pub static DOWN: Weights = Weights {
     hazard: [
@@ -38,7 +38,7 @@ pub static DOWN: Weights = Weights {
         0.24915765, 0.0, 0.24230523, 1.0184563, -2.3679159, 0.0,
         0.0, 0.15684758,
     ],
-    maps: [Map { slope: 0.0, offset: 0.0 }, Map { slope: 0.791917, offset: 0.11350617 }],
-    maybe: Map { slope: 0.35991836, offset: 0.39429578 },
+    maps: [PlattMap { slope: 0.0, offset: 0.0 }, PlattMap { slope: 0.791917, offset: 0.11350617 }],
+    maybe_map: PlattMap { slope: 0.35991836, offset: 0.39429578 },
     ok_from: [2.0, 0.975],
 };

@@ -10,14 +10,14 @@ pub type Features = [f32; FEATURES];
 
 /// Calibration map (Platt scaling) from the log-odds that the model computes to those of the measured frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Map {
+pub struct PlattMap {
     /// Change of the calibrated log-odds per unit of the computed ones.
     pub slope: f32,
     /// Calibrated log-odds where the computed ones are 0.
     pub offset: f32,
 }
 
-impl Map {
+impl PlattMap {
     /// The map that changes nothing.
     pub const IDENTITY: Self = Self {
         slope: 1.0,
@@ -25,7 +25,7 @@ impl Map {
     };
 
     /// Returns the calibrated probability of something with the share `share` of the particles' weight.
-    pub fn of_share(&self, share: f32) -> f32 {
+    pub fn calibrated(&self, share: f32) -> f32 {
         self.at(share_log_odds(share))
     }
 
@@ -42,9 +42,9 @@ pub struct Weights {
     pub hazard: Features,
     /// Calibration maps of the summed hazards, of answers without steps and with steps. They differ, since a missed
     /// step and a mismeasured one are different errors.
-    pub maps: [Map; 2],
+    pub maps: [PlattMap; 2],
     /// Calibration map of the particles' share for things that the answer leaves out.
-    pub maybe: Map,
+    pub maybe_map: PlattMap,
     /// Minimum probability of being correct for `ok`, of answers without steps and with steps; above 1 if none is
     /// `ok`.
     pub ok_from: [f32; 2],
@@ -69,11 +69,11 @@ impl Weights {
 }
 
 /// Minimum distance of a share from 0 and 1. Beyond, a few wrong cases would dominate the slope of the map.
-const LEAST_SHARE: f32 = 0.05;
+const MIN_SHARE: f32 = 0.05;
 
 /// Returns the log-odds of a share of the particles' weight.
 pub fn share_log_odds(share: f32) -> f32 {
-    let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+    let share = share.clamp(MIN_SHARE, 1.0 - MIN_SHARE);
     math::ln(share) - math::ln(1.0 - share)
 }
 
@@ -85,7 +85,7 @@ pub fn log_survival(x: f32) -> f32 {
 
 /// Returns the probability of being correct where log-probabilities add up to `log_right`, by the map of answers
 /// without or with steps.
-pub fn probability([clear, steps]: &[Map; 2], log_right: f32, stairs: bool) -> f32 {
+pub fn probability([clear, steps]: &[PlattMap; 2], log_right: f32, stairs: bool) -> f32 {
     let map = if stairs { steps } else { clear };
     let wrong = 1.0 - math::exp(log_right);
     // ln p/(1 - p); no cell has a hazard of exactly 0.

@@ -2,7 +2,7 @@
 
 use super::generative::{Extended, Generative, Hidden, Point, TreadEnd, TreadNumbers};
 
-/// Of both planes.
+/// Parameters of both planes.
 pub static MODEL: Generative = Generative {
     points: [
         // corner

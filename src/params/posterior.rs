@@ -9,7 +9,7 @@
 /// Slope of the logistic function that approximates the normal distribution to within 0.01.
 pub const NORMAL_SLOPE: f32 = 1.702;
 /// Minimum probability, so that its logarithm is finite.
-pub const LEAST_PROBABILITY: f32 = 1e-30;
+pub const MIN_PROBABILITY: f32 = 1e-30;
 /// ln √(2π), rounded.
 pub const LN_ROOT_TAU: f32 = 0.919;
 /// 1 / √(2π), rounded.
@@ -17,11 +17,11 @@ pub const PER_ROOT_TAU: f32 = 0.4;
 /// Variance of an even distribution over a unit: 1 / 12.
 pub const EVEN_VARIANCE: f32 = 1.0 / 12.0;
 /// Minimum standard deviation of a level, metres, so that it can be a divisor.
-pub const LEAST_SIGMA_M: f32 = 1e-4;
+pub const MIN_SIGMA_M: f32 = 1e-4;
 /// Minimum distance or range as a divisor, metres.
-pub const LEAST_RANGE_M: f32 = 0.05;
+pub const MIN_RANGE_M: f32 = 0.05;
 /// Minimum distance over which a slope is computed, metres.
-pub const LEAST_X_M: f32 = 0.02;
+pub const MIN_X_M: f32 = 0.02;
 
 // The density of a deviation: a Gaussian with heavy tails, over the squared deviation in standard deviations.
 
@@ -51,7 +51,7 @@ pub const FADE_FROM_M: f32 = 0.3;
 /// Range of levels over which the flat share of the densities is spread, dB.
 pub const LEVELS_DB: f32 = 50.0;
 /// Minimum share of a class's levels above the detection threshold.
-pub const LEAST_DETECTED: f32 = 0.02;
+pub const MIN_DETECTED_SHARE: f32 = 0.02;
 /// Flat share of the levels of point features, of faces and of echoes in the air.
 pub const ANY_LEVEL: f32 = 0.05;
 /// Flat share of the levels of echoes inside the solid.
@@ -76,7 +76,7 @@ pub const FLASH_WITHIN_M: f32 = 0.03;
 /// Factor on the standard deviation of an echo's angle.
 pub const ANGLE_SIGMAS: f32 = 1.5;
 /// Minimum standard deviation of an echo's angle, rad.
-pub const LEAST_ANGLE_SIGMA_RAD: f32 = 0.0015;
+pub const MIN_ANGLE_SIGMA_RAD: f32 = 0.0015;
 /// Minimum angle between two features that are two echoes, in beam widths.
 pub const APART_BEAMS: f32 = 0.9;
 /// Minimum range difference of two features that are two echoes, metres, with bins of [`BIN_M`].
@@ -113,7 +113,7 @@ pub const LAST_TREAD_ENDS_M: f32 = 2.4;
 /// Reciprocal of the face height to which its rate refers, per metre: 10 cm.
 pub const FACES_PER_M: f32 = 10.0;
 /// Minimum visible height of a face, metres.
-pub const LEAST_FACE_M: f32 = 0.01;
+pub const MIN_FACE_M: f32 = 0.01;
 /// Standard deviation of a face's ends, metres.
 pub const FACE_END_SIGMA_M: f32 = 0.008;
 /// Distance of a face's echoes before the riser, in units of the overhang.
@@ -149,11 +149,11 @@ pub const MASKS_WEAKER_DB: f32 = 6.0;
 /// [`MASKS_CORNER`].
 pub const MASKS_EDGE: f32 = 0.82;
 /// Maximum share of an echo that all features together may use.
-pub const MOST_USED: f32 = 0.999;
+pub const MAX_USED_SHARE: f32 = 0.999;
 /// Probability that a wall has no echo.
 pub const WALL_HIDDEN: f32 = 0.3;
 /// Maximum log-likelihood ratio of a riser's features, nats, so that the exponential of its negative is not 0.
-pub const MOST_FOUND: f32 = 80.0;
+pub const MAX_FOUND_LLR: f32 = 80.0;
 /// Squared deviation, in standard deviations, beyond which an echo is not a point feature.
 pub const POINT_REACH: f32 = 100.0;
 /// Maximum horizontal distance of a hidden riser's echoes from it, metres.
@@ -204,7 +204,7 @@ pub const BOX_HEIGHTS_M: f32 = 0.55;
 /// Range of a threshold's heights, metres.
 pub const THRESHOLD_HEIGHTS_M: f32 = 0.05;
 /// Prior probability of level ground.
-pub const NOTHING: f32 = 0.31;
+pub const P_LEVEL_GROUND: f32 = 0.31;
 /// Prior probability of a ramp, shared among [`RAMPS`] slopes.
 pub const RAMP: f32 = 0.08;
 /// Number of slopes that share [`RAMP`].
@@ -223,9 +223,9 @@ pub const THRESHOLD: f32 = 0.05;
 /// Length of way that a variant at an echo represents, metres.
 pub const SPOT_M: f32 = 0.006;
 /// Minimum rise of a variant, metres.
-pub const LEAST_RISE_M: f32 = 0.03;
+pub const MIN_RISE_M: f32 = 0.03;
 /// Minimum prior odds of a variant's riser behind the last.
-pub const LEAST_ODDS: f32 = 1e-5;
+pub const MIN_ODDS: f32 = 1e-5;
 /// Maximum distance of a variant's riser behind the last, metres from that.
 pub const BEHIND_TO_M: f32 = 1.6;
 /// Minimum distance between that riser and a wall, metres.

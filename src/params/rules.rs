@@ -67,21 +67,21 @@ macro_rules! numbers {
 }
 
 numbers! {
-    /// Weak echoes weigh less.
+    /// Weak echoes have less weight.
     credibility in "scene": |p| p.least_credibility = 1.0;
-    /// A corner on the ground that outshines what lies before it may begin a flight.
+    /// A corner stronger than the ground before it may begin a flight.
     corner_begins in "scene": |p| p.corner_least_db = NEVER;
-    /// Landings within a flight.
+    /// Flights may contain landings.
     landings in "search": |p| p.longest_landing_m = 0.0;
     /// A single riser behind a landing costs more.
     lone_riser in "search": |p| p.lone_nats = 0.0;
-    /// What stands on a tread costs.
+    /// Echoes standing on a tread cost.
     clutter in "roles": |p| p.clutter_nats = 0.0;
     /// Echoes inside the solid cost.
     inside in "roles": |p| p.inside_nats = 0.0;
     /// Echoes above a riser cost.
     above in "roles": |p| p.above_nats = 0.0;
-    /// A corner brighter than its tread gains.
+    /// A corner stronger than its tread gains.
     bright_corner in "roles": |p| p.bright_corner_nats = 0.0;
     /// Unexplained echoes cost.
     stray in "roles": |p| p.stray_nats = 0.0;
@@ -93,21 +93,21 @@ numbers! {
     lowest_step in "choice": |p| p.lowest_step_m = 0.0;
     /// A single riser that is too high is an obstacle.
     highest_step in "choice": |p| p.highest_step_m = NEVER;
-    /// Any one riser or tread may be odd.
+    /// Any one riser or tread may be irregular.
     odd_step in "heights": |p| p.odd_rise_sigma_m = 1e-4;
-    /// Reported heights are wider than the model's.
+    /// Reported standard deviations of heights exceed the model's.
     height_scale in "heights": |p| p.height_sigma_scale = 1.0;
     /// A credible echo on neither line costs.
     nosing_stray in "places": |p| p.nosing_stray_nats = 0.0;
-    /// Calibration takes out the shaft's angle bias.
+    /// Calibration removes the shaft's angle bias.
     angle_bias in "calibration": |p| p.angle_bias_sigma_rad = 1e-6;
-    /// Calibration takes out the mount height's error.
+    /// Calibration removes the mount height's error.
     mount_height in "calibration": |p| p.mount_height_sigma_m = 1e-6;
-    /// Calibration: echoes off the floor count less.
+    /// Calibration: echoes off the floor have less weight.
     cauchy in "calibration": |p| p.floor_cauchy_sigmas = 1e6;
-    /// Calibration: corners weigh more than speckle.
+    /// Calibration: corners have more weight than speckle.
     floor_corner in "calibration": |p| p.floor_corner_db = NEVER;
-    /// Where side lobes are seen, echoes need more power.
+    /// Where side lobes are detected, echoes need more power.
     side_lobe_margin in "echoes": |p| p.side_lobe_margin_db = p.echo_margin_db;
     /// Ghosts: the antenna's side lobes.
     ghost_antenna in "echoes": |p| p.side_lobe_db = NEVER;
@@ -117,22 +117,22 @@ numbers! {
     ghost_oscillator in "echoes": |p| p.oscillator_noise_db = NEVER;
     /// Ghosts: images of an I/Q imbalance.
     ghost_image in "echoes": |p| p.iq_image_db = NEVER;
-    /// A calibration that takes out too much shows a wrong mounting.
+    /// A calibration with large corrections shows a wrong mounting.
     strain in "mount": |p| p.calibration_strain = NEVER;
-    /// A floor that is shown better elsewhere shows a wrong mounting.
+    /// A floor supported better elsewhere shows a wrong mounting.
     floor_elsewhere in "mount": |p| p.floor_elsewhere = NEVER;
-    /// A floor that is shown only elsewhere does.
+    /// A floor supported only elsewhere shows a wrong mounting.
     floor_alone in "mount": |p| p.floor_alone = NEVER;
-    /// Lobes that are too narrow show a mirror off its angles.
+    /// Lobes that are too narrow show wrong mirror angles.
     lobes_narrow in "mount": |p| p.beam_narrow = 0.0;
-    /// Lobes that are too broad do.
+    /// Lobes that are too broad show wrong mirror angles.
     lobes_broad in "mount": |p| p.beam_broad = NEVER;
-    /// A few lobes that are far too broad do.
+    /// A few lobes that are far too broad show wrong mirror angles.
     lobes_few in "mount": |p| p.beam_broad_few = NEVER;
 }
 
 /// Reasons about the instrument: each is a rule of `health`.
-pub const DOUBTS: &[Reason] = &[
+pub const INSTRUMENT_REASONS: &[Reason] = &[
     Reason::Silent,
     Reason::AdcBit,
     Reason::StaleChirp,

@@ -51,15 +51,15 @@ macro_rules! switches {
 }
 
 switches! {
-    /// One face may go unseen between two.
+    /// One face between two may be undetected.
     skipped_face in "search";
     /// Walls behind a flight are tried.
     walls_behind in "choice";
     /// Particles: ramps.
     ramp_particles in "particles";
-    /// Particles: a flight less its last steps.
+    /// Particles: a flight without its last steps.
     less in "particles";
-    /// Particles: one odd rise.
+    /// Particles: one irregular rise.
     odd in "particles";
     /// Particles: one more riser behind the last.
     behind in "particles";
@@ -67,13 +67,13 @@ switches! {
     single in "particles";
     /// Particles: ground that ends.
     drops in "particles";
-    /// The best flight is also tried floating in place of closed, or closed in place of floating.
+    /// The best flight is also evaluated in the other build, open or closed.
     other_build in "choice";
-    /// Overhangs are tried beside what the echoes show.
+    /// Overhangs are tried besides the measured one.
     overhang_starts in "choice";
-    /// A flash covers what a corner or an edge beside it shows of its own.
+    /// A flash masks the echo of a corner or an edge beside it.
     masks in "heights";
-    /// Places of nosings by the two upright lines of nosing and riser.
+    /// Nosings are located by the two vertical lines of nosing and riser.
     nosing_lines in "places";
     /// No horizon ends next to a step.
     clear_of_steps in "horizon";

@@ -336,9 +336,9 @@ pub fn of_scan(
     let Some(maybe) = drop.checked_sub(head.drops) else {
         return Some(Sentence::Drop(DropLine::new(scan, answer.drop.as_ref()?)));
     };
-    let told = answer.maybes.get(usize::from(maybe));
-    let told = told.filter(|_| maybe < head.maybes)?;
-    let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
+    let told = answer.possible_steps.get(usize::from(maybe));
+    let told = told.filter(|_| maybe < head.possible_steps)?;
+    let line = MaybeLine::new(scan, maybe.saturating_add(1), head.possible_steps, told);
     Some(Sentence::Maybe(line))
 }
 

@@ -1,6 +1,6 @@
 //! Interface of the board and data of its boot: what the scanner needs besides mirror and radar module.
 
-use super::fitness::Fitness;
+use super::fitness::BoardHealth;
 use super::settings::Settings;
 use super::store::StoreError;
 use crate::scanner::command::Measure;
@@ -13,14 +13,14 @@ pub trait Board {
     /// Retains whether the scanner stays idle.
     fn set_stopped(&mut self, stopped: bool);
     /// Returns the hash of the settings that were in force before the reset; `None` after a power-up.
-    fn settings_before(&self) -> Option<u32>;
+    fn retained_settings_hash(&self) -> Option<u32>;
     /// Retains the hash of the settings in force over a reset.
-    fn note_settings(&mut self, hash: u32);
+    fn retain_settings_hash(&mut self, hash: u32);
     /// Saves `settings` in flash. May block for as long as flash takes to erase; so it may be called only when
     /// nothing moves.
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
     /// Clears the count of crashes before this boot: the firmware has run long enough.
-    fn survived(&mut self);
+    fn clear_crashes(&mut self);
     /// Returns a diagnostic value.
     fn measure(&self, measure: Measure) -> u32;
 }
@@ -34,20 +34,20 @@ impl<B: Board + ?Sized> Board for &mut B {
         (**self).set_stopped(stopped);
     }
 
-    fn settings_before(&self) -> Option<u32> {
-        (**self).settings_before()
+    fn retained_settings_hash(&self) -> Option<u32> {
+        (**self).retained_settings_hash()
     }
 
-    fn note_settings(&mut self, hash: u32) {
-        (**self).note_settings(hash);
+    fn retain_settings_hash(&mut self, hash: u32) {
+        (**self).retain_settings_hash(hash);
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
         (**self).save(settings)
     }
 
-    fn survived(&mut self) {
-        (**self).survived();
+    fn clear_crashes(&mut self) {
+        (**self).clear_crashes();
     }
 
     fn measure(&self, measure: Measure) -> u32 {
@@ -57,7 +57,7 @@ impl<B: Board + ?Sized> Board for &mut B {
 
 /// Content of the boot sentence, and state of the board at boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Identity {
+pub struct BootInfo {
     /// Version of the firmware.
     pub version: &'static str,
     /// Git revision that it was built from.
@@ -75,10 +75,10 @@ pub struct Identity {
     /// Whether such resets followed one another: the scanner then stays idle until a command starts it.
     pub crash_loop: bool,
     /// State of processor, memory, clock and supply.
-    pub fitness: Fitness,
+    pub health: BoardHealth,
 }
 
-impl Identity {
+impl BootInfo {
     /// Returns the reasons that `status` shows about the reset until a scan has succeeded.
     pub(super) fn reasons(&self) -> Reasons {
         let cause = |reason| Reasons::NONE.with(reason);

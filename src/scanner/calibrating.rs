@@ -1,6 +1,6 @@
 //! Command `calibrate`: a scan of a floor and a wall becomes the settings of the mounting.
 
-use super::states::{Errand, Machine};
+use super::states::{Activity, Machine};
 use crate::config::ConfigError;
 use crate::crc;
 use crate::port::BytePort;
@@ -27,7 +27,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         match self.settings.fit_to_save() {
             Ok(()) => {
                 self.calibration = Some(task);
-                self.begin(now, Errand::Once);
+                self.begin(now, Activity::Once);
             }
             Err(error) => self.refuse_calibration(error),
         }

@@ -4,7 +4,7 @@ use crate::Iq;
 use crate::config::{Config, ConfigError};
 use crate::drive::Drive;
 use crate::mount::Mounting;
-use crate::verdict::{Conditions, GuardWord, Outcome};
+use crate::verdict::{Conditions, GuardResult, Outcome};
 
 /// Data path from samples to steps.
 ///
@@ -34,7 +34,7 @@ pub trait DataPath {
     /// Returns the result of a guard sweep after its last row, instead of [`DataPath::conclude`]: the free
     /// distance by this and the previous guard sweeps. Sweep number 1 of [`DataPath::begin_guard`] discards all
     /// previous ones.
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord;
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult;
     /// Returns the mounting after the last row of a scan of a flat floor and a wall `wall_m` metres from the
     /// mirror, instead of [`DataPath::conclude`].
     ///
@@ -71,7 +71,7 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
         (**self).begin_guard(config, sweep)
     }
 
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
         (**self).guard(drive, conditions)
     }
 

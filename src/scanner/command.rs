@@ -204,7 +204,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
     };
     match next(&mut words) {
         None => Ok(command),
-        Some(_) => Err(bad(command.word(), "arguments", "no more of them")),
+        Some(_) => Err(bad(command.word(), "arguments", "no further arguments")),
     }
 }
 
@@ -257,7 +257,7 @@ fn calibration(words: &mut CommandWords<'_>) -> Result<CalibrationRequest, BadCo
 }
 
 fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadCommand> {
-    Settings::key(key).ok_or(bad(command, "key", "a setting that get lists"))
+    Settings::key(key).ok_or(bad(command, "key", "a key listed by get"))
 }
 
 /// Returns the content of the frame, or the whole line if it has none.
@@ -274,7 +274,7 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
         .filter(|(_, sum)| sum.bytes().all(|b| b.is_ascii_hexdigit()))
         .ok_or(bad("-", "crc", "* and eight hex digits at the end"))?;
     if u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
-        return Err(bad("-", "crc", "the CRC-32 of what stands between $ and *"));
+        return Err(bad("-", "crc", "the CRC-32 of the text between $ and *"));
     }
     if body.bytes().any(|b| matches!(b, b'$' | b'*')) {
         return Err(bad("-", "frame", "neither $ nor * within"));

@@ -1,8 +1,8 @@
 //! Executes commands: lines of the report port, one by one.
 
 use super::guard::GuardMode;
-use super::pulse::Pulse;
-use super::states::{Errand, Machine};
+use super::pulse::LiveTimer;
+use super::states::{Activity, Machine};
 use crate::config::ConfigError;
 use crate::port::BytePort;
 use crate::report::LiveLine;
@@ -16,7 +16,7 @@ use crate::time::Micros;
 
 /// Maximum number of bytes read in one call, so that a continuous sender cannot block the scanner: more than a
 /// port's queue holds.
-const MOST_READ: u32 = 1024;
+const MAX_READ: u32 = 1024;
 
 /// Reader of the report port's lines, and progress of the listing.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub(super) struct Console {
     held: Option<Held>,
     /// Number of refused lines.
     refused: u16,
-    pulse: Pulse,
+    live_timer: LiveTimer,
 }
 
 /// Input that is to be answered.
@@ -48,7 +48,7 @@ impl Console {
             listing: None,
             held: None,
             refused: 0,
-            pulse: Pulse::new(now),
+            live_timer: LiveTimer::new(now),
         }
     }
 
@@ -60,28 +60,28 @@ impl Console {
     ) {
         self.list(machine);
         self.read(now, machine);
-        self.beat(now, machine);
+        self.send_live(now, machine);
         machine.reports.pump(&mut machine.hardware.port);
     }
 
     /// Sends `LIVE` when it is due and nothing else waits for the port, so that a slow or blocked port gets no
     /// additional load.
-    fn beat<M, L, P: BytePort, B, D>(
+    fn send_live<M, L, P: BytePort, B, D>(
         &mut self,
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
     ) {
         if let Some(at) = machine.answered.take() {
-            self.pulse.answered(at);
+            self.live_timer.answered(at);
         }
-        self.pulse.count(now);
-        if self.pulse.due() && self.tell(now, machine) {
-            self.pulse.told();
+        self.live_timer.count(now);
+        if self.live_timer.due() && self.queue_live(now, machine) {
+            self.live_timer.mark_sent();
         }
     }
 
     #[inline(never)]
-    fn tell<M, L, P: BytePort, B, D>(
+    fn queue_live<M, L, P: BytePort, B, D>(
         &self,
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
@@ -89,8 +89,8 @@ impl Console {
         let live = LiveLine {
             state: machine.state(),
             scan: machine.scans(),
-            uptime_ms: self.pulse.uptime_ms(),
-            age_ms: self.pulse.age_ms(),
+            uptime_ms: self.live_timer.uptime_ms(),
+            age_ms: self.live_timer.age_ms(),
             motion: machine.odometry.state(now).as_str(),
             motion_faults: machine.odometry.faults(),
             refused: self.refused,
@@ -107,7 +107,7 @@ impl Console {
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
     ) {
-        for _ in 0..MOST_READ {
+        for _ in 0..MAX_READ {
             if self.held.is_some() {
                 break;
             }
@@ -166,16 +166,16 @@ impl Console {
         match parsed {
             Command::Start => machine.start(now),
             Command::Stop => machine.stop(),
-            Command::Scan => machine.errand(now, "scan", Errand::Once),
+            Command::Scan => machine.errand(now, "scan", Activity::Once),
             Command::Guard(on) => machine.guard(now, on, GuardMode::Guard),
             Command::Watch(on) => machine.guard(now, on, GuardMode::Watch),
-            Command::SelfTest => machine.errand(now, "selftest", Errand::Answer),
+            Command::SelfTest => machine.errand(now, "selftest", Activity::Answer),
             Command::Status => {
                 let status = machine.status(now);
                 machine.reports.status(&status);
             }
             Command::Reset => {
-                machine.forget();
+                machine.discard_evidence();
                 machine.reports.done("reset");
             }
             Command::Version => machine.reports.version(&machine.identity),

@@ -21,7 +21,7 @@ pub trait MotorDriver {
     /// Begins the set-up, whatever is under way.
     fn set_up(&mut self, motor: &MotorConfig);
     /// Begins a reading of the status, unless something is under way.
-    fn look(&mut self);
+    fn read_status(&mut self);
     /// Continues the current activity; ready if there is none.
     fn poll(&mut self, now: Micros) -> Poll<Result<(), DriverError>>;
     /// Returns the time after EN for which no pulse may be sent, µs.
@@ -35,8 +35,8 @@ impl<D: MotorDriver + ?Sized> MotorDriver for &mut D {
         (**self).set_up(motor);
     }
 
-    fn look(&mut self) {
-        (**self).look();
+    fn read_status(&mut self) {
+        (**self).read_status();
     }
 
     fn poll(&mut self, now: Micros) -> Poll<Result<(), DriverError>> {
@@ -50,12 +50,12 @@ impl<D: MotorDriver + ?Sized> MotorDriver for &mut D {
 
 /// A driver without a UART: every request fails as silent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NoWire;
+pub struct NoUart;
 
-impl MotorDriver for NoWire {
+impl MotorDriver for NoUart {
     fn set_up(&mut self, _: &MotorConfig) {}
 
-    fn look(&mut self) {}
+    fn read_status(&mut self) {}
 
     fn poll(&mut self, _: Micros) -> Poll<Result<(), DriverError>> {
         Poll::Ready(Err(DriverError::Silent))

@@ -8,8 +8,8 @@
 //!
 //! Error budget: readings at one position repeat to a few hundredths of a degree. The difference between two
 //! positions is accurate only to twice the encoder's linearity error. So a position is compared with the first
-//! reading taken there after homing, within [`REPEATS`]; only that first reading is compared with home, within
-//! [`LINEARITY`]. Home itself is compared with `encoder-home`, the reading of a calibration.
+//! reading taken there after homing, within [`MAX_REPEAT_ERROR`]; only that first reading is compared with home, within
+//! [`MAX_NONLINEARITY`]. Home itself is compared with `encoder-home`, the reading of a calibration.
 //!
 //! | module | content |
 //! |---|---|
@@ -51,10 +51,10 @@ impl<E: AngleEncoder + ?Sized> AngleEncoder for &mut E {
 /// Maximum difference of two readings at one position, 1/65536 turn: half a degree. An AS5600 has 0.09° a count
 /// and noise of 0.015° rms (data sheet); homing repeats to two microsteps; the rest is for temperature, and for
 /// a shaft that is held by a magnetic field.
-pub const REPEATS: u16 = 91;
+pub const MAX_REPEAT_ERROR: u16 = 91;
 /// Maximum difference of a position's first reading from the value expected from home, 1/65536 turn: 2.25°. An
-/// AS5600 may be off by 1° at either of the two positions (data sheet, INL), plus [`REPEATS`].
-pub const LINEARITY: u16 = 410;
+/// AS5600 may be off by 1° at either of the two positions (data sheet, INL), plus [`MAX_REPEAT_ERROR`].
+pub const MAX_NONLINEARITY: u16 = 410;
 /// Time for which the shaft has rested before a reading, µs: twice the default of `settle`; the AS5600's
 /// slowest filter takes 2.2 ms (data sheet).
 pub(super) const REST_US: u32 = 10_000;
@@ -84,7 +84,7 @@ fn reading_of(angle: u32) -> u16 {
 }
 
 /// Returns the distance of two readings, 1/65536 turn, the shorter way round.
-fn apart(a: u16, b: u16) -> u16 {
+fn distance(a: u16, b: u16) -> u16 {
     (a.wrapping_sub(b) as i16).unsigned_abs()
 }
 
@@ -99,7 +99,7 @@ struct ShaftReading {
 
 impl ShaftReading {
     /// Returns the expected reading at `position`.
-    fn expects(&self, position: i32) -> u16 {
+    fn expected_reading(&self, position: i32) -> u16 {
         let way = position.wrapping_sub(self.position);
         let turned = way.wrapping_mul(MICROSTEP.0) / MICROSTEP.1;
         self.reading.wrapping_add(turned as u16)
@@ -108,7 +108,7 @@ impl ShaftReading {
 
 /// State of an encoder check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Look {
+struct EncoderCheck {
     /// Time at which the shaft has rested long enough; `None` until it stands.
     until: Option<Micros>,
     /// Number of readings that failed or did not match.
@@ -126,7 +126,7 @@ pub struct EncodedMirror<M, E> {
     home: Option<u16>,
     /// Readings since the last homing: at home, then at the ends of sweeps.
     seen: heapless::Vec<ShaftReading, PLACES>,
-    look: Option<Look>,
+    check: Option<EncoderCheck>,
 }
 
 impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
@@ -138,7 +138,7 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
             kind: Encoder::None,
             home: None,
             seen: heapless::Vec::new(),
-            look: None,
+            check: None,
         }
     }
 
@@ -147,11 +147,11 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         let near = |seen: &&ShaftReading| seen.position.abs_diff(now.position) <= SAME_PLACE;
         let known = self.seen.iter().find(near);
         let (expected, within) = match (known, self.seen.first()) {
-            (Some(seen), _) => (seen.expects(now.position), REPEATS),
-            (None, Some(home)) => (home.expects(now.position), LINEARITY),
-            (None, None) => (*self.home.get_or_insert(now.reading), REPEATS),
+            (Some(seen), _) => (seen.expected_reading(now.position), MAX_REPEAT_ERROR),
+            (None, Some(home)) => (home.expected_reading(now.position), MAX_NONLINEARITY),
+            (None, None) => (*self.home.get_or_insert(now.reading), MAX_REPEAT_ERROR),
         };
-        let agrees = apart(now.reading, expected) <= within;
+        let agrees = distance(now.reading, expected) <= within;
         if agrees && known.is_none() {
             if self.seen.is_full() {
                 // The ends of the sweeps have changed.
@@ -175,26 +175,26 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
     }
 
     /// Continues an encoder check while the shaft stands.
-    fn look_on(&mut self, now: Micros, look: Look) -> Result<Motion, MirrorError> {
-        let until = look.until.unwrap_or(now.plus(REST_US));
-        let next = |until, failed| Look {
+    fn continue_check(&mut self, now: Micros, check: EncoderCheck) -> Result<Motion, MirrorError> {
+        let until = check.until.unwrap_or(now.plus(REST_US));
+        let next = |until, failed| EncoderCheck {
             until: Some(until),
             failed,
         };
         if !now.reached(until) {
-            self.look = Some(next(until, look.failed));
+            self.check = Some(next(until, check.failed));
             return Ok(Motion::Moving);
         }
-        self.look = None;
+        self.check = None;
         let Err(error) = self.read() else {
             return Ok(Motion::Still);
         };
-        let failed = look.failed + 1;
+        let failed = check.failed + 1;
         if failed >= READINGS {
             self.disable();
             return Err(error);
         }
-        self.look = Some(next(now.plus(REST_US), failed));
+        self.check = Some(next(now.plus(REST_US), failed));
         Ok(Motion::Moving)
     }
 }
@@ -207,9 +207,9 @@ impl<M: Mirror, E: AngleEncoder> Mirror for EncodedMirror<M, E> {
             .map(reading_of)
             .or(self.home);
         self.seen.clear();
-        self.look = match self.kind {
+        self.check = match self.kind {
             Encoder::None => None,
-            Encoder::As5600 => Some(Look::default()),
+            Encoder::As5600 => Some(EncoderCheck::default()),
         };
         self.mirror.start_home(motor);
     }
@@ -226,20 +226,20 @@ impl<M: Mirror, E: AngleEncoder> Mirror for EncodedMirror<M, E> {
         self.mirror.check(motor);
     }
 
-    fn cross_home(&mut self, motor: &MotorConfig) {
-        self.mirror.cross_home(motor);
+    fn check_home(&mut self, motor: &MotorConfig) {
+        self.mirror.check_home(motor);
     }
 
-    fn prove(&mut self) -> bool {
+    fn check_position(&mut self) -> bool {
         if !self.seen.is_empty() {
-            self.look = Some(Look::default());
+            self.check = Some(EncoderCheck::default());
         }
-        self.look.is_some()
+        self.check.is_some()
     }
 
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError> {
-        match (self.mirror.poll(now)?, self.look) {
-            (Motion::Still, Some(look)) => self.look_on(now, look),
+        match (self.mirror.poll(now)?, self.check) {
+            (Motion::Still, Some(look)) => self.continue_check(now, look),
             (motion, _) => Ok(motion),
         }
     }
@@ -257,7 +257,7 @@ impl<M: Mirror, E: AngleEncoder> Mirror for EncodedMirror<M, E> {
     }
 
     fn disable(&mut self) {
-        self.look = None;
+        self.check = None;
         self.seen.clear();
         self.mirror.disable();
     }

@@ -6,7 +6,7 @@ use crate::verdict::{Reason, Reasons};
 
 /// State of processor, memory, clock and supply at boot, valid until a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Fitness {
+pub struct BoardHealth {
     /// State of the image in flash.
     pub image: ImageState,
     /// Whether the march test of the memory has failed.
@@ -17,7 +17,7 @@ pub struct Fitness {
     pub internal_clock: bool,
 }
 
-impl Fitness {
+impl BoardHealth {
     /// No fault.
     pub const GOOD: Self = Self {
         image: ImageState::Whole,
@@ -40,7 +40,7 @@ impl Fitness {
     }
 
     /// Returns the reasons that prevent `ok`.
-    pub(super) fn doubts(self) -> Reasons {
+    pub(super) fn degrading_faults(self) -> Reasons {
         match self.image {
             ImageState::Blank => Reasons::NONE.with(Reason::ImageUnsealed),
             ImageState::Whole | ImageState::Damaged => Reasons::NONE,

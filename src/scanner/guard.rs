@@ -12,7 +12,7 @@ use crate::schedule::Schedule;
 use crate::setting::check;
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
-use crate::verdict::{Ending, GuardWord, Outcome, Status};
+use crate::verdict::{GuardResult, HazardKind, Outcome, Status};
 
 /// Operating mode of the guard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,9 +44,9 @@ pub(super) struct GuardState {
     /// Whether a full scan comes next.
     pub asked: bool,
     /// Whether the near hazard has had its full scan.
-    pub looked: bool,
+    pub hazard_scanned: bool,
     /// Whether the mirror may still be moving after the last sweep.
-    pub running: bool,
+    pub mirror_moving: bool,
     /// Number of the last sweep.
     pub sweep: u32,
     /// Mean speed over some sweeps, m/s.
@@ -62,7 +62,7 @@ struct Hazard {
     at: Micros,
     /// Nearest position, metres from the mirror at the scan's last row.
     from_m: f32,
-    ending: Ending,
+    kind: HazardKind,
 }
 
 impl GuardState {
@@ -70,8 +70,8 @@ impl GuardState {
     pub const OFF: Self = Self {
         mode: GuardMode::Off,
         asked: false,
-        looked: false,
-        running: false,
+        hazard_scanned: false,
+        mirror_moving: false,
         sweep: 0,
         speed_m_s: 0.0,
         hazard: None,
@@ -87,14 +87,14 @@ impl GuardState {
         let first = outcome.answer.steps.first();
         let step = first.map(|step| {
             let ending = match step.height_m < 0.0 {
-                true => Ending::Drop,
-                false => Ending::Rise,
+                true => HazardKind::Drop,
+                false => HazardKind::Rise,
             };
             let margin_m = crate::estimate::expanded(step.distance_sigma_m);
             (step.distance_m - margin_m, ending)
         });
         let drop = outcome.answer.drop.as_ref();
-        let drop = drop.map(|edge| (edge.nearest_m(), Ending::Drop));
+        let drop = drop.map(|edge| (edge.nearest_m(), HazardKind::Drop));
         let nearest = [step, drop]
             .into_iter()
             .flatten()
@@ -103,19 +103,19 @@ impl GuardState {
         self.hazard =
             nearest
                 .filter(|_| outcome.status() != Status::Fault)
-                .map(|(from_m, ending)| Hazard {
+                .map(|(from_m, kind)| Hazard {
                     at: now,
                     from_m,
-                    ending,
+                    kind,
                 });
     }
 
     /// Limits the result of a sweep to the last full scan's hazard. `moved_m` is the travel since, metres; 0 if
     /// it is unknown: the hazard is then no farther than without travel.
-    pub fn compare(&mut self, now: Micros, moved_m: f32, word: &mut GuardWord) {
+    pub fn compare(&mut self, now: Micros, moved_m: f32, result: &mut GuardResult) {
         self.hazard = (self.hazard).filter(|hazard| now.since(hazard.at) < SCAN_COUNTS_US);
         if let Some(hazard) = self.hazard {
-            word.limit(hazard.from_m - moved_m, hazard.ending);
+            result.limit(hazard.from_m - moved_m, hazard.kind);
         }
     }
 
@@ -135,13 +135,13 @@ impl GuardState {
 
     /// Requests a full scan if `watch` is on, a rise or a drop has come nearer than `within_m`, and the chair
     /// stands or slows down: one scan of each hazard.
-    pub fn watch(&mut self, word: &GuardWord, drive: &Drive<'_>, within_m: f32) {
+    pub fn watch(&mut self, result: &GuardResult, drive: &Drive<'_>, within_m: f32) {
         let slows = self.slows(drive);
-        let ends = matches!(word.ending(), Ending::Rise | Ending::Drop);
-        let near = ends && word.free_m().is_some_and(|free_m| free_m < within_m);
-        self.looked &= near;
-        if self.mode == GuardMode::Watch && near && slows && !self.looked {
-            (self.looked, self.asked) = (true, true);
+        let ends = matches!(result.hazard(), HazardKind::Rise | HazardKind::Drop);
+        let near = ends && result.free_m().is_some_and(|free_m| free_m < within_m);
+        self.hazard_scanned &= near;
+        if self.mode == GuardMode::Watch && near && slows && !self.hazard_scanned {
+            (self.hazard_scanned, self.asked) = (true, true);
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::scanner::sweep::Rows;
 use crate::signal::radar::any::row_times;
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
-use crate::verdict::{Conditions, GuardWord};
+use crate::verdict::{Conditions, GuardResult};
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// `guard` and `watch`: switches guard sweeps on or off.
@@ -33,7 +33,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
             self.guard.sweep = 0;
         }
         self.guard.mode = mode;
-        self.guard.looked = false;
+        self.guard.hazard_scanned = false;
         self.reports.done(command);
         self.wake(now);
     }
@@ -61,21 +61,21 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
     #[inline(never)]
     pub(super) fn guarded(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish_guard(now);
-        self.guard.running = true;
+        self.guard.mirror_moving = true;
         let conditions = Conditions {
-            board: self.identity.fitness.doubts(),
+            board: self.identity.health.degrading_faults(),
             configured: self.scan.configured,
             lost_rows: rows.lost > 0,
         };
         let drive = self.odometry.drive(self.scan.motion, self.scan.chirp_us);
         let mut word = match rows.fault {
-            Some(reason) => GuardWord::broken(reason),
+            Some(reason) => GuardResult::broken(reason),
             None => self.data.guard(&drive, conditions),
         };
         let moved_m = self.odometry.since_scan_m().unwrap_or(0.0);
         self.guard.compare(now, moved_m, &mut word);
         let within_m = self.settings.get().guard.watch_m();
         self.guard.watch(&word, &drive, within_m);
-        self.warn(&word, rows.fault.is_some());
+        self.enter_reporting_guard(&word, rows.fault.is_some());
     }
 }

@@ -6,12 +6,12 @@ use crate::drive::Mode;
 use crate::scanner::record::MOUNTING;
 use crate::scanner::settings::{Settings, Switch};
 
-/// The settings in force. Only [`Keeper::change`] and [`Keeper::adopt`] change them.
+/// The settings in force. Only [`ActiveSettings::change`] and [`ActiveSettings::adopt`] change them.
 #[derive(Debug)]
-pub(super) struct Keeper {
+pub(super) struct ActiveSettings {
     settings: Settings,
     /// Checksum of `settings`, to detect memory corruption.
-    seal: u32,
+    checksum: u32,
     /// Hash of `settings`.
     hash: u32,
     /// Bit mask of the entries of [`MOUNTING`] that are not set yet.
@@ -21,10 +21,10 @@ pub(super) struct Keeper {
 /// Error of settings that memory has corrupted.
 const DAMAGED: ConfigError = ConfigError {
     field: "settings",
-    expected: "a reset first: memory has changed them",
+    expected: "a reset: the settings in memory are corrupted",
 };
 
-impl Keeper {
+impl ActiveSettings {
     /// Creates the settings after boot: the saved ones, or else unconfigured defaults. `before` is the hash of
     /// the settings in force before a reset. If it differs, a setting was changed and not saved, so the saved
     /// settings count as unconfigured.
@@ -35,7 +35,7 @@ impl Keeper {
         let known = stored.is_some() && before.is_none_or(|before| before == hash);
         Self {
             settings,
-            seal: settings.seal(),
+            checksum: settings.checksum(),
             hash,
             missing: if known { 0 } else { (1 << MOUNTING.len()) - 1 },
         }
@@ -59,7 +59,7 @@ impl Keeper {
     /// Whether the settings are unchanged in memory.
     #[inline(never)]
     pub fn intact(&self) -> bool {
-        self.settings.seal() == self.seal
+        self.settings.checksum() == self.checksum
     }
 
     /// Takes `settings`, in which `key` has changed. Fails if memory has corrupted the settings in force: other
@@ -90,7 +90,7 @@ impl Keeper {
     #[inline(never)]
     fn take(&mut self, settings: &Settings) {
         self.settings = *settings;
-        self.seal = settings.seal();
+        self.checksum = settings.checksum();
         self.hash = settings.hash();
     }
 
@@ -102,7 +102,7 @@ impl Keeper {
             _ if !self.intact() => Err(DAMAGED),
             Some(&field) => Err(ConfigError {
                 field,
-                expected: "to be set before: how the scanner is mounted",
+                expected: "to be set first: part of the mounting",
             }),
             None => Ok(()),
         }
@@ -132,28 +132,28 @@ pub(super) struct ScanSettings {
 }
 
 impl ScanSettings {
-    /// Returns the data of a scan that begins now; `below` if the previous answer requests the height plane.
-    pub fn of(keeper: &Keeper, below: bool) -> Self {
-        let planes = keeper.get().config.mount.plane;
+    /// Returns the data of a scan that begins now; `height_requested` if the previous answer requests the height plane.
+    pub fn of(active: &ActiveSettings, height_requested: bool) -> Self {
+        let planes = active.get().config.mount.plane;
         Self {
             planes,
-            plane: plane_of(planes, below),
+            plane: plane_of(planes, height_requested),
             guard: false,
-            hash: keeper.hash(),
-            configured: keeper.configured(),
-            motion: keeper.get().motion,
-            fusion: keeper.get().fusion,
-            chirp_us: keeper.get().timing.chirp_duration,
+            hash: active.hash(),
+            configured: active.configured(),
+            motion: active.get().motion,
+            fusion: active.get().fusion,
+            chirp_us: active.get().timing.chirp_duration,
         }
     }
 
     /// Whether the scan is in the other plane than the regular scans.
-    pub fn stands_aside(&self) -> bool {
+    pub fn is_other_plane(&self) -> bool {
         self.plane != self.planes.first()
     }
 
     /// Returns the plane, if the settings alone do not determine it.
-    pub fn told_plane(&self) -> Option<Plane> {
+    pub fn reported_plane(&self) -> Option<Plane> {
         (self.planes == Planes::Both).then_some(self.plane)
     }
 }
@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn every_bit_that_memory_changes_is_found() {
-        let keeper = Keeper::new(Some(Settings::default()), None);
+        let keeper = ActiveSettings::new(Some(Settings::default()), None);
         assert!(keeper.intact() && keeper.configured() && keeper.fit_to_save().is_ok());
         let changes: [fn(&mut Settings); 6] = [
             |s| s.config.mount.mount_height ^= 1,
@@ -175,7 +175,7 @@ mod tests {
             |s| s.config.radar.real ^= true,
         ];
         for change in changes {
-            let mut keeper = Keeper::new(Some(Settings::default()), None);
+            let mut keeper = ActiveSettings::new(Some(Settings::default()), None);
             change(&mut keeper.settings);
             assert!(!keeper.intact());
             let refused = keeper.change("seed", &Settings::default()).unwrap_err();
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn only_how_the_scanner_is_mounted_configures_it() {
-        let mut keeper = Keeper::new(None, None);
+        let mut keeper = ActiveSettings::new(None, None);
         let settings = Settings::default();
         for &key in Settings::KEYS {
             if !MOUNTING.contains(&key) {
@@ -211,8 +211,8 @@ mod tests {
         let mut other = Settings::default();
         other.set("mount-height", "41000").unwrap();
         let saved = Some(Settings::default());
-        assert!(Keeper::new(saved, None).configured());
-        assert!(Keeper::new(saved, Some(Settings::default().hash())).configured());
-        assert!(!Keeper::new(saved, Some(other.hash())).configured());
+        assert!(ActiveSettings::new(saved, None).configured());
+        assert!(ActiveSettings::new(saved, Some(Settings::default().hash())).configured());
+        assert!(!ActiveSettings::new(saved, Some(other.hash())).configured());
     }
 }

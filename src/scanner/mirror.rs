@@ -5,7 +5,7 @@
 
 use core::task::Poll;
 
-use super::driver::{MotorDriver, NoWire};
+use super::driver::{MotorDriver, NoUart};
 use super::ramp::Ramp;
 use super::settings::{Driver, DriverConfig, MotorConfig};
 use crate::schedule::{MICROSTEPS_PER_TURN, microsteps};
@@ -49,11 +49,11 @@ pub trait Mirror {
     fn check(&mut self, _motor: &MotorConfig) {}
     /// Starts a check that the home switch is still where homing found it. Until it ends [`Mirror::poll`]
     /// returns [`Motion::Moving`]; it returns an error if the switch is elsewhere.
-    fn cross_home(&mut self, _motor: &MotorConfig) {}
+    fn check_home(&mut self, _motor: &MotorConfig) {}
     /// Starts a check that the shaft is where the pulses should have brought it, once it stands. Until it ends
     /// [`Mirror::poll`] returns [`Motion::Moving`]; it returns an error if the shaft is elsewhere. Returns
     /// whether a check was started: `false` without a sensor for it.
-    fn prove(&mut self) -> bool {
+    fn check_position(&mut self) -> bool {
         false
     }
     /// Encoder reading at home, 0.001°, at least 0; `None` without an encoder, or before homing.
@@ -173,7 +173,7 @@ struct HomeSearch {
 /// edge only once a high level has been seen, since an input with edges but no level could never home
 /// otherwise. Until then an edge counts when two slow approaches have ended at one position.
 #[derive(Debug)]
-pub struct Stepper<P, D = NoWire> {
+pub struct Stepper<P, D = NoUart> {
     port: P,
     driver: D,
     state: MirrorState,
@@ -185,7 +185,7 @@ pub struct Stepper<P, D = NoWire> {
     level_seen: bool,
     /// Whether a check of the driver is under way. A move waits for it, since a driver that was reset makes
     /// steps of another size from its pulses.
-    looking: bool,
+    driver_check: bool,
     /// Pending move: target in microsteps, and ramp.
     next: Option<(i32, Ramp)>,
 }
@@ -207,7 +207,7 @@ const NEAR_SEARCH: i32 = BACK_OFF / 2;
 /// overrun it, microsteps: 1°.
 const CROSSING: i32 = BACK_OFF / 5;
 /// Maximum deviation of the switch position in a check, microsteps: repeatability of motors and switches.
-const REPEATS: u32 = 2;
+const REPEATABILITY: u32 = 2;
 /// Number of failed tries after which a check of the switch fails: one spike on its wire is no slip.
 const CROSSING_TRIES: u8 = 2;
 /// Maximum distance between the ends of two slow approaches, microsteps: 1°.
@@ -216,12 +216,12 @@ const NEAR_APPROACH: i32 = BACK_OFF / 5;
 const AGREEING: u8 = 2;
 /// Maximum number of spurious edges in one homing. The moves after all of them, and the search, stay within the
 /// three turns that the self-test allows.
-const MOST_SPURIOUS: u8 = 4;
+const MAX_SPURIOUS: u8 = 4;
 
 impl<P: StepPort> Stepper<P> {
     /// Creates a motor that has not been homed, with a driver that is connected by its pins only.
     pub fn new(port: P) -> Self {
-        Self::with_driver(port, NoWire)
+        Self::with_driver(port, NoUart)
     }
 }
 
@@ -236,7 +236,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             motor: MotorConfig::default(),
             found: HomeSearch::default(),
             level_seen: false,
-            looking: false,
+            driver_check: false,
             next: None,
         }
     }
@@ -247,7 +247,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     }
 
     /// Reads the state of the port, and stores its position.
-    fn look(&mut self) -> PulseState {
+    fn read_port(&mut self) -> PulseState {
         let pulses = self.port.state();
         self.position = pulses.position;
         pulses
@@ -260,7 +260,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     }
 
     fn begin_by(&mut self, way: i32, ramp: Ramp, until_home: bool) {
-        let target = self.look().position.saturating_add(way);
+        let target = self.read_port().position.saturating_add(way);
         self.port.begin(target, ramp, until_home);
     }
 
@@ -298,7 +298,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
 
     fn search(&mut self) {
         self.found = HomeSearch {
-            end: self.look().position.saturating_sub(SEARCH),
+            end: self.read_port().position.saturating_sub(SEARCH),
             ..HomeSearch::default()
         };
         self.enter(Homing::Search);
@@ -341,7 +341,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     fn look_on(&mut self, now: Micros) -> Result<Motion, MirrorError> {
         match self.driver.poll(now) {
             Poll::Pending => return Ok(Motion::Moving),
-            Poll::Ready(Ok(())) => self.looking = false,
+            Poll::Ready(Ok(())) => self.driver_check = false,
             Poll::Ready(Err(_)) => return self.fail(MirrorError::Driver),
         }
         let Some((target, ramp)) = self.next.take() else {
@@ -366,7 +366,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     #[inline(never)]
     fn cross_on(&mut self, at: Crossing, edge: bool) -> Result<Motion, MirrorError> {
         let off = self.position.abs_diff(microsteps(self.motor.home_angle));
-        if at.slow && edge && off <= REPEATS {
+        if at.slow && edge && off <= REPEATABILITY {
             self.state = MirrorState::Homed;
             return Ok(Motion::Still);
         }
@@ -386,7 +386,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.found.spurious += 1;
         self.found.edge = None;
         self.found.agreeing = 0;
-        if self.found.spurious > MOST_SPURIOUS {
+        if self.found.spurious > MAX_SPURIOUS {
             return self.fail(MirrorError::HomeNotFound);
         }
         self.enter(Homing::Search);
@@ -429,7 +429,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         let pressed = self.pressed();
         let since = if pressed { look.since } else { now };
         if pressed && now.since(since) >= LEVEL_US {
-            return self.proven(look.slow);
+            return self.accept_edge(look.slow);
         }
         if now.since(look.begun) < BOUNCE_US {
             self.state = MirrorState::Homing(Homing::Confirm(Confirm { since, ..look }));
@@ -438,12 +438,12 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         if self.level_seen {
             self.refute()
         } else {
-            self.proven(look.slow)
+            self.accept_edge(look.slow)
         }
     }
 
     /// Accepts the edge at which the shaft stands, after its level has passed the check.
-    fn proven(&mut self, slow: bool) -> Result<Motion, MirrorError> {
+    fn accept_edge(&mut self, slow: bool) -> Result<Motion, MirrorError> {
         let HomeSearch { edge, agreeing, .. } = self.found;
         let near = match agreeing {
             0 => NEAR_SEARCH,
@@ -463,7 +463,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             // Another position than before: it is to be confirmed from now on.
             self.found.agreeing = 0;
             self.found.spurious += 1;
-            if self.found.spurious > MOST_SPURIOUS {
+            if self.found.spurious > MAX_SPURIOUS {
                 return self.fail(MirrorError::HomeNotFound);
             }
         }
@@ -476,7 +476,7 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
     #[inline(never)]
     fn start_home(&mut self, motor: &MotorConfig) {
         self.motor = *motor;
-        (self.looking, self.next) = (false, None);
+        (self.driver_check, self.next) = (false, None);
         self.port.configure(&motor.driver);
         match motor.driver.kind {
             Driver::StepDir => self.enable(),
@@ -495,12 +495,12 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
         if motor.driver != self.motor.driver {
             self.disable();
         } else if motor.driver.kind == Driver::Tmc2209 {
-            self.driver.look();
-            self.looking = true;
+            self.driver.read_status();
+            self.driver_check = true;
         }
     }
 
-    fn cross_home(&mut self, motor: &MotorConfig) {
+    fn check_home(&mut self, motor: &MotorConfig) {
         if self.state == MirrorState::Homed {
             (self.motor.speed, self.motor.acceleration) = (motor.speed, motor.acceleration);
             self.crossing(false, 0);
@@ -510,7 +510,7 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
     fn start_move(&mut self, position: i32, motor: &MotorConfig) {
         if self.state == MirrorState::Homed {
             let ramp = motor.ramp();
-            if self.looking {
+            if self.driver_check {
                 self.next = Some((position, ramp));
             } else {
                 self.port.begin(position, ramp, false);
@@ -524,7 +524,7 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
             MirrorState::SettingUp => return self.set_up(now),
             _ => {}
         }
-        let pulses = self.look();
+        let pulses = self.read_port();
         if pulses.stalled {
             return self.fail(MirrorError::Stall);
         }
@@ -535,7 +535,7 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
                 Ok(Motion::Moving)
             }
             _ if pulses.moving => Ok(Motion::Moving),
-            _ if self.looking => self.look_on(now),
+            _ if self.driver_check => self.look_on(now),
             MirrorState::Crossing(at) => self.cross_on(at, pulses.home_edge),
             MirrorState::Homing(homing) => self.advance(now, homing, pulses.home_edge),
             _ => Ok(Motion::Still),
@@ -554,7 +554,7 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
     fn disable(&mut self) {
         self.port.set_enabled(false);
         self.state = MirrorState::Unknown;
-        (self.looking, self.next) = (false, None);
+        (self.driver_check, self.next) = (false, None);
     }
 }
 

@@ -86,9 +86,9 @@ pub mod tmc2209;
 pub use crate::port::BytePort;
 pub use crate::schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use crate::time::Micros;
-pub use board::{Board, Hardware, Identity};
+pub use board::{Board, BootInfo, Hardware};
 pub use chain::DataPath;
-pub use fitness::Fitness;
+pub use fitness::BoardHealth;
 pub use mirror::{Mirror, MirrorError, Motion};
 pub use reports::Reports;
 pub use settings::Settings;
@@ -119,7 +119,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
         data: D,
         memory: (&'a mut Reports, &'a mut Odometry),
         settings: Option<Settings>,
-        identity: Identity,
+        identity: BootInfo,
         now: Micros,
     ) -> Self {
         Self {

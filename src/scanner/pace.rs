@@ -14,9 +14,9 @@ const WORK_US: u32 = 200;
 /// 2 % off. The motor's steps come later than their timer by the interrupt's own time, which adds margin.
 const MARGIN: u32 = 20;
 /// Reciprocal of the share of a row's time by which an answer's timeout ends before its buffer is needed again.
-const PATIENCE: u32 = 50;
+const TIMEOUT_MARGIN: u32 = 50;
 /// Time at constant speed before the first row, µs: oscillations from the ramp decay as they do after a move.
-const CALM_US: u32 = 5_000;
+const SETTLE_US: u32 = 5_000;
 
 /// A sweep at constant speed: ramps outside the sector, every row in passing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,10 +26,10 @@ pub struct Cruise {
     /// Time from row to row, µs.
     pub period_us: u32,
     /// Timeout of a chirp, µs: after it, another row's trigger needs its buffer.
-    pub patience_us: u32,
+    pub chirp_timeout_us: u32,
     /// Distance from an end of the shaft's travel to the nearest row, microsteps: ramp, settling, and the
     /// duration of a chirp.
-    pub run: i32,
+    pub run_up: i32,
     /// Distance before a row's position at which its trigger becomes due, microsteps.
     pub lead: i32,
     /// Delay of the trigger after that microstep, µs, so that the row's position is reached in mid chirp.
@@ -37,13 +37,13 @@ pub struct Cruise {
 }
 
 /// Minimum speed of a sweep, microsteps/s: also the minimum of the setting `speed`.
-const SLOWEST: u32 = 100;
+const MIN_SPEED: u32 = 100;
 /// Acceleration assumed for the ramps of a motor that stops without one, microsteps/s².
 const DEAD_STOP: f32 = 1e9;
 
 impl Cruise {
     /// Returns the cruise of `settings` with a module whose rows take `times`; `None` if the shaft has no room
-    /// for the ramps, or the speed would be below `SLOWEST`.
+    /// for the ramps, or the speed would be below `MIN_SPEED`.
     pub fn new(settings: &Settings, schedule: &Schedule, times: RowTimes) -> Option<Self> {
         let (motor, timing) = (&settings.motor, &settings.timing);
         let chirp_us = times.chirp_us.unwrap_or(timing.chirp_duration);
@@ -58,13 +58,13 @@ impl Cruise {
         let way = settings.config.sweep.angle_step.unsigned_abs() as f32
             * (MICROSTEPS_PER_TURN as f32 / 360_000.0);
         let speed = ((way * 1e6 / period_us as f32) as u32).min(motor.speed);
-        if speed < SLOWEST {
+        if speed < MIN_SPEED {
             return None;
         }
         let v = speed as f32 * 1e-6;
         let period_us = (way / v) as u32;
         let places = if times.ahead { 2 } else { 1 };
-        let patience_us = period_us.saturating_mul(places) - period_us / PATIENCE;
+        let patience_us = period_us.saturating_mul(places) - period_us / TIMEOUT_MARGIN;
         let acceleration = match motor.acceleration {
             0 => DEAD_STOP,
             a => a as f32,
@@ -74,13 +74,13 @@ impl Cruise {
         let early_us = trigger as f32 + 0.5 * chirp_us as f32;
         let lead = (v * early_us) as i32 + 1;
         let delay_us = (lead as f32 / v - early_us) as u32;
-        let run = (ramp + v * (CALM_US as f32 + chirp_us as f32)) as i32;
-        let run = run.saturating_add(lead).saturating_add(2);
+        let run = (ramp + v * (SETTLE_US as f32 + chirp_us as f32)) as i32;
+        let run_up = run.saturating_add(lead).saturating_add(2);
         let cruise = Self {
             speed,
             period_us,
-            patience_us: patience_us.min(timing.chirp_timeout),
-            run,
+            chirp_timeout_us: patience_us.min(timing.chirp_timeout),
+            run_up,
             lead,
             delay_us,
         };
@@ -121,7 +121,7 @@ impl Cruise {
             false => (0, last),
             true => (last, 0),
         };
-        let run = Self::direction(schedule, backward).saturating_mul(self.run);
+        let run = Self::direction(schedule, backward).saturating_mul(self.run_up);
         (
             schedule.position(first).saturating_sub(run),
             schedule.position(last).saturating_add(run),
@@ -161,7 +161,7 @@ mod tests {
             assert!(cruise.period_us > answer + answer / 25, "{cruise:?}");
             assert!(cruise.period_us < slowest, "{cruise:?}");
             let there = wire.trigger_us() + 1_000 + SLACK_US + answer;
-            assert!(cruise.patience_us > there, "{cruise:?}");
+            assert!(cruise.chirp_timeout_us > there, "{cruise:?}");
             // The row's place comes in mid chirp, within half a microstep.
             let early = wire.trigger_us() + 500 + cruise.delay_us;
             let way = early as f32 * cruise.speed as f32 * 1e-6;
@@ -210,7 +210,7 @@ mod tests {
             settings.config.sweep.angle_count = 100;
             let wire = Wire { baud, ahead, pin: false };
             let Some(cruise) = cruise(&settings, wire) else { return Ok(()) };
-            prop_assert!(cruise.speed <= speed && cruise.speed >= SLOWEST);
+            prop_assert!(cruise.speed <= speed && cruise.speed >= MIN_SPEED);
             prop_assert!(cruise.period_us >= wire.chirp_us(200), "{:?}", cruise);
             prop_assert!(cruise.period_us >= chirp);
         }

@@ -3,7 +3,7 @@
 //! The depth plane detects where the ground ends, but hardly the treads below, which are in the shadow of the
 //! edge. The height plane covers treads from above, and nothing far ahead. So every scan is made in the depth
 //! plane, except the one after an answer of the depth plane that reports a drop, if the height plane reaches
-//! that drop ([`reach_m`]) and the chair stands ([`asks_below`]). A scan in the height plane is independent of
+//! that drop ([`reach_m`]) and the chair stands ([`requests_height_plane`]). A scan in the height plane is independent of
 //! the others: it is compared with none of them and leaves their evidence unchanged
 //! ([`Retention::Aside`](crate::drive::Retention)).
 
@@ -19,10 +19,10 @@ use crate::verdict::{Outcome, Reason};
 /// tan α.
 const COMMON_GROUND: i32 = 45_000;
 
-/// Returns the plane of a scan; `below` if the previous answer requests the height plane.
-pub(super) fn plane_of(planes: Planes, below: bool) -> Plane {
+/// Returns the plane of a scan; `height_requested` if the previous answer requests the height plane.
+pub(super) fn plane_of(planes: Planes, height_requested: bool) -> Plane {
     match planes {
-        Planes::Both if below => Plane::Height,
+        Planes::Both if height_requested => Plane::Height,
         _ => planes.first(),
     }
 }
@@ -46,7 +46,7 @@ pub(super) fn check_planes(config: &Config) -> Result<(), ConfigError> {
     check(
         last > COMMON_GROUND,
         "angle-count",
-        "with plane both angles beyond 45 degrees: else neither plane sees ground of the other",
+        "with plane both angles beyond 45 degrees: otherwise the planes have no common ground",
     )?;
     let (height_m, range_m) = (config.mount.mount_height_m(), range_m(config));
     check(
@@ -57,7 +57,7 @@ pub(super) fn check_planes(config: &Config) -> Result<(), ConfigError> {
     check(
         config.estimator == EstimatorKind::Likelihood,
         "estimator",
-        "likelihood with plane both: no other tells drops",
+        "likelihood with plane both: no other estimator reports drops",
     )
 }
 
@@ -84,7 +84,7 @@ pub(super) fn reach_m(config: &Config) -> f32 {
 
 /// Whether an answer of the depth plane requests a scan in the height plane: it reports a drop within the
 /// height plane's reach, and the chair stands.
-pub(super) fn asks_below(config: &Config, outcome: &Outcome, drive: &Drive<'_>) -> bool {
+pub(super) fn requests_height_plane(config: &Config, outcome: &Outcome, drive: &Drive<'_>) -> bool {
     let near = |m: f32| m <= reach_m(config);
     let edge = outcome.answer.drop.as_ref();
     edge.is_some_and(|edge| near(edge.distance_m)) && stands(outcome, drive)

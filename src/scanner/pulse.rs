@@ -7,7 +7,7 @@ const PERIOD_MS: u32 = 200;
 
 /// Time since boot and since the last answer.
 #[derive(Debug)]
-pub(super) struct Pulse {
+pub(super) struct LiveTimer {
     /// Time up to which the counters are updated.
     counted: Micros,
     uptime_ms: u32,
@@ -17,7 +17,7 @@ pub(super) struct Pulse {
     due: bool,
 }
 
-impl Pulse {
+impl LiveTimer {
     /// Starts the counters at boot.
     pub const fn new(now: Micros) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl Pulse {
     }
 
     /// Marks `LIVE` as sent.
-    pub fn told(&mut self) {
+    pub fn mark_sent(&mut self) {
         self.due = false;
     }
 
@@ -77,20 +77,20 @@ mod tests {
     #[test]
     fn five_times_a_second_and_never_twice_at_once() {
         let boot = Micros(u32::MAX - 700_000);
-        let mut pulse = Pulse::new(boot);
+        let mut pulse = LiveTimer::new(boot);
         let mut told = 0;
         // The counter wraps on the way.
         for k in 1..=20_000_u32 {
             pulse.count(boot.plus(k * 130));
             if pulse.due() {
-                pulse.told();
+                pulse.mark_sent();
                 told += 1;
             }
         }
         assert_eq!((told, pulse.uptime_ms()), (13, 2_600));
         pulse.count(boot.plus(12_600_000));
         assert!(pulse.due());
-        pulse.told();
+        pulse.mark_sent();
         pulse.count(boot.plus(12_601_000));
         assert!(!pulse.due(), "what was missed is not made up for");
         assert_eq!(pulse.uptime_ms(), 12_601);
@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn an_answer_ages() {
         let boot = Micros(7);
-        let mut pulse = Pulse::new(boot);
+        let mut pulse = LiveTimer::new(boot);
         pulse.count(boot.plus(5_000_000));
         assert_eq!(pulse.age_ms(), None);
         pulse.answered(boot.plus(5_250_400));

@@ -60,7 +60,7 @@ impl Settings {
 
     /// CRC-32 of every bit of the settings, to detect memory corruption. The flag `radar.real` is added
     /// separately, since no record holds it.
-    pub(super) fn seal(&self) -> u32 {
+    pub(super) fn checksum(&self) -> u32 {
         crc::of_words(&self.words()) ^ u32::from(self.config.radar.real)
     }
 }
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(alarm(&back), alarm(&settings));
         // `radar.real` is in no record: the radar module reports at every scan whether its samples are real.
         settings.config.radar.real = true;
-        assert_ne!(settings.seal(), back.seal());
+        assert_ne!(settings.checksum(), back.checksum());
         assert_eq!(settings.hash(), back.hash());
         assert_eq!(Settings::from_words(&settings.words()), Some(back));
     }
@@ -134,7 +134,7 @@ mod tests {
                 });
                 other
             });
-            assert_ne!(other.seal(), settings.seal(), "{key}");
+            assert_ne!(other.checksum(), settings.checksum(), "{key}");
             let hashed = effect == Effect::Answer;
             assert_eq!(other.hash() != settings.hash(), hashed, "{key}");
         }

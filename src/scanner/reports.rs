@@ -4,7 +4,7 @@ use crate::config::Plane;
 use crate::port::BytePort;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
 use crate::report::{GuardLine, LiveLine, ScanLine, Sentence};
-use crate::scanner::board::Identity;
+use crate::scanner::board::BootInfo;
 use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
 use crate::verdict::{Conditions, Outcome, Reasons};
@@ -19,7 +19,7 @@ pub struct Reports {
 
 /// Progress of the sentences of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Telling {
+pub(super) struct ReportProgress {
     /// Number of the scan.
     pub scan: u32,
     /// Hash of the scan's settings.
@@ -86,7 +86,7 @@ impl Reports {
     }
 
     /// Answers `version`.
-    pub(super) fn version(&mut self, identity: &Identity) {
+    pub(super) fn version(&mut self, identity: &BootInfo) {
         let mut value = heapless::String::<64>::new();
         for part in [identity.version, " ", identity.revision] {
             // A revision that does not fit is left out.
@@ -107,7 +107,7 @@ impl Reports {
     }
 
     /// Queues the boot sentence.
-    pub(super) fn boot(&mut self, identity: &Identity, settings: u32) {
+    pub(super) fn boot(&mut self, identity: &BootInfo, settings: u32) {
         self.outbox.push(&Sentence::Boot {
             version: identity.version,
             revision: identity.revision,
@@ -133,16 +133,16 @@ impl Reports {
     }
 
     /// Queues the sentences of the answer as they fit; `true` when all are queued.
-    pub(super) fn tell(&mut self, telling: &mut Telling) -> bool {
-        let of = (telling.scan, telling.settings);
-        while let Some(mut sentence) = of_scan(of, telling.lost, &self.outcome, telling.queued) {
+    pub(super) fn queue_answer(&mut self, progress: &mut ReportProgress) -> bool {
+        let of = (progress.scan, progress.settings);
+        while let Some(mut sentence) = of_scan(of, progress.lost, &self.outcome, progress.queued) {
             if let Sentence::Scan(head) = &mut sentence {
-                head.plane = telling.plane;
+                head.plane = progress.plane;
             }
             if !self.outbox.push(&sentence) {
                 return false;
             }
-            telling.queued = telling.queued.saturating_add(1);
+            progress.queued = progress.queued.saturating_add(1);
         }
         true
     }

@@ -18,9 +18,11 @@ pub(crate) use crate::setting::number;
 use crate::setting::{SettingRow, Value, settings};
 use crate::signal::grid::BinWindow;
 use crate::signal::grid::MAX_CELLS;
-use crate::signal::radar::module::Wish;
+use crate::signal::radar::module::RequestedSettings;
 pub use guard::GuardConfig;
-pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
+pub use motor::{
+    Driver, DriverConfig, Encoder, EncoderConfig, MAX_MICROSTEPS, MotorConfig, WireLevel,
+};
 pub use words::{SweepMode, Sweeping, Switch};
 
 /// Maximum time that can be set, µs: differences of [`super::Micros`] stay unambiguous, with room for the
@@ -33,7 +35,7 @@ const _: () = assert!(MAX_TIME == 600_000_000 && SHAFT_LIMIT == 170_000);
 const TURN: u32 = 360_000;
 /// Minimum microsteps a turn in continuous mode: one of them is then four of 51,200, so that no row's position
 /// is passed by more than the three at which its trigger is still in time.
-const LEAST_IN_PASSING: u32 = 12_800;
+const MIN_STEPS_IN_PASSING: u32 = 12_800;
 
 settings! {
     /// Waits and retries.
@@ -41,30 +43,29 @@ settings! {
     pub struct Timing
     parts {}
     rows {
-        /// From the end of a move to the trigger.
-        settle: u32 = 5_000, "settle" "us" [100 to 600_000_000] Pace;
+        /// Settling time before the trigger.
+        settle: u32 = 5_000, "settle" "us" [100 to 600_000_000] Operation;
         // 200 samples take 8.2 ms at 1 Mbaud; six times that is more than a delay of the scanner's own.
-        /// From a trigger to the whole chirp.
-        chirp_timeout: u32 = 50_000, "chirp-timeout" "us" [100 to 600_000_000] Pace;
-        /// From a configure frame to the radar module's answer.
-        configure_timeout: u32 = 100_000, "configure-timeout" "us" [100 to 600_000_000] Pace;
-        /// For the radar module's first answer in a self-test: it may still be booting.
-        connect_timeout: u32 = 10_000_000, "connect-timeout" "us" [100 to 600_000_000] Pace;
-        /// Further triggers for a row whose chirp was lost.
-        retries: u8 = 2, "retries" "triggers" [0 to 10] Pace;
+        /// Timeout of a chirp.
+        chirp_timeout: u32 = 50_000, "chirp-timeout" "us" [100 to 600_000_000] Operation;
+        /// Timeout of the radar module's answer to a configure frame.
+        configure_timeout: u32 = 100_000, "configure-timeout" "us" [100 to 600_000_000] Operation;
+        /// Timeout of the module's first answer in a self-test, which includes its boot.
+        connect_timeout: u32 = 10_000_000, "connect-timeout" "us" [100 to 600_000_000] Operation;
+        /// Maximum number of retries of a row.
+        retries: u8 = 2, "retries" "triggers" [0 to 10] Operation;
         // A tenth of the paper's 281 rows.
-        /// Most rows of a scan that may be lost: more make it a fault.
-        max_lost: u16 = 28, "max-lost" "rows" [0 to 65_535] Pace;
-        /// From a fault to the next self-test.
-        fault_hold: u32 = 2_000_000, "fault-hold" "us" [100 to 600_000_000] Pace;
+        /// Maximum number of lost rows of a scan; more are a fault.
+        max_lost: u16 = 28, "max-lost" "rows" [0 to 65_535] Operation;
+        /// Delay from a fault to the next self-test.
+        fault_hold: u32 = 2_000_000, "fault-hold" "us" [100 to 600_000_000] Operation;
         // 200 samples at 200 kHz, as in the recordings.
-        /// Duration of a chirp's sweep: it decides what motion does to a range, and how long the mirror stands
-        /// still, or mid chirp waits; 0: not known.
+        /// Duration of a chirp; sets the range shift by motion and the time for which the mirror stands; 0: unknown.
         chirp_duration: u32 = 1_000, "chirp-duration" "us" [0 to 1_000_000] Answer;
         /// Age beyond which a motion sentence is stale.
-        motion_timeout: u32 = motion::odometry::OLDEST_US, "motion-timeout" "us" [100 to 600_000_000] Answer;
-        /// Whether to scan without the crystal, from the internal oscillator: it is known to be good enough.
-        internal_clock: Switch = Switch::Off, "internal-clock" "" [] Pace;
+        motion_timeout: u32 = motion::odometry::MAX_AGE_US, "motion-timeout" "us" [100 to 600_000_000] Answer;
+        /// Whether to scan from the internal oscillator if the crystal fails.
+        internal_clock: Switch = Switch::Off, "internal-clock" "" [] Operation;
     }
     also {}
 }
@@ -76,9 +77,9 @@ settings! {
     parts {}
     rows {
         /// Year, month and day of the mounting's calibration as one number, YYYYMMDD; 0: never.
-        date: u32 = 0, "calibrated" "" [] Pace;
+        date: u32 = 0, "calibrated" "" [] Operation;
         /// CRC-32 of the number of the chip that calibrated it.
-        chip: u32 = 0, "calibrated-chip" "" [] Pace;
+        chip: u32 = 0, "calibrated-chip" "" [] Operation;
     }
     also {}
 }
@@ -104,16 +105,16 @@ settings! {
         /// When and where the mounting was calibrated.
         calibrated: Calibrated;
         /// Type of the radar module, and its requested settings.
-        module: Wish;
+        module: RequestedSettings;
         /// The guard's sweep.
         guard: GuardConfig;
     }
     rows {
         /// Direction of the mirror's sweeps; `both` alternates, without fly-back.
         sweeping: Sweeping = Sweeping::Both, "sweep" "" [] Answer;
-        /// Whether the mirror stops at every angle or turns through them.
-        sweep_mode: SweepMode = SweepMode::Continuous, "sweep-mode" "" [] Pace;
-        /// What holds without motion input (docs/motion.md).
+        /// Whether the mirror stops at every angle or turns continuously.
+        sweep_mode: SweepMode = SweepMode::Continuous, "sweep-mode" "" [] Operation;
+        /// Mode of the motion input (docs/motion.md).
         motion: motion::Mode = motion::Mode::Auto, "motion" "" [] Answer;
         /// Whether the evidence of earlier scans of the scene is used (docs/motion.md).
         fusion: Switch = Switch::On, "fusion" "" [] Answer;
@@ -219,30 +220,30 @@ impl Settings {
     fn check_microsteps(&self) -> Result<(), ConfigError> {
         const KEY: &str = "microsteps-per-turn";
         let microsteps = u32::from(self.motor.driver.microsteps);
-        if microsteps == u32::from(FINEST) {
+        if microsteps == u32::from(MAX_MICROSTEPS) {
             return Ok(());
         }
         let step = self.config.sweep.angle_step.unsigned_abs();
         check(
             microsteps.saturating_mul(step) >= TURN,
             KEY,
-            "microsteps that are no larger than angle-step",
+            "a microstep of at most angle-step",
         )?;
         check(
-            self.sweep_mode == SweepMode::Stop || microsteps >= LEAST_IN_PASSING,
+            self.sweep_mode == SweepMode::Stop || microsteps >= MIN_STEPS_IN_PASSING,
             KEY,
             "12800 or more, or sweep-mode stop",
         )
     }
 
     fn check_module(&self) -> Result<(), ConfigError> {
-        let Wish {
+        let RequestedSettings {
             kind,
             samples,
             baud,
             ..
         } = self.module;
-        let (configure, chirp) = kind.patience_us();
+        let (configure, chirp) = kind.min_timeouts_us();
         check(
             self.timing.configure_timeout >= configure,
             "configure-timeout",

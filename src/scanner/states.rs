@@ -3,16 +3,16 @@
 use core::task::Poll;
 
 use super::guard::{GuardMode, GuardState};
-use super::keeper::{Keeper, ScanSettings};
-use super::planes::asks_below;
-use super::reports::{Reports, Telling};
+use super::keeper::{ActiveSettings, ScanSettings};
+use super::planes::requests_height_plane;
+use super::reports::{ReportProgress, Reports};
 use crate::config::{ConfigError, Planes};
 use crate::crc;
 use crate::drive::{Drive, Retention};
 use crate::motion::Odometry;
 use crate::port::BytePort;
 use crate::report::{GuardLine, Sentence};
-use crate::scanner::board::{Board, Hardware, Identity};
+use crate::scanner::board::{Board, BootInfo, Hardware};
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::{Mirror, Motion};
@@ -21,7 +21,7 @@ use crate::scanner::sweep::{Rows, Sweep, Task, link_reason, mirror_reason};
 use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
-use crate::verdict::{Conditions, GuardWord, Outcome, Reason, Reasons, Status};
+use crate::verdict::{Conditions, GuardResult, Outcome, Reason, Reasons, Status};
 
 /// Stage of the self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ enum Test {
 
 /// Activity that follows a passed self-test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Errand {
+pub(super) enum Activity {
     /// Scan repeatedly, or stay idle if stopped.
     Resume,
     /// One scan, also when stopped.
@@ -55,15 +55,15 @@ pub(super) enum Errand {
 )]
 enum ScannerState {
     Boot,
-    SelfTest(Test, Errand),
+    SelfTest(Test, Activity),
     Idle,
     Scanning(Sweep),
-    Reporting(Telling),
+    Reporting(ReportProgress),
     /// The result of a guard sweep waits for the port; `true` if a hardware fault ended the sweep.
-    Warning(GuardLine, bool),
+    ReportingGuard(GuardLine, bool),
     Fault {
         until: Until,
-        told: bool,
+        reported: bool,
     },
 }
 
@@ -73,7 +73,7 @@ enum Until {
     /// Until this time; then the self-test runs again.
     Time(Micros),
     /// Until a command starts something: automatic retries have only led back to the fault.
-    Told,
+    Command,
 }
 
 /// The scanner's state machine over its hardware; `commands` handles the lines of the report port.
@@ -83,11 +83,11 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub(super) data: D,
     pub reports: &'a mut Reports,
     pub odometry: &'a mut Odometry,
-    pub settings: Keeper,
+    pub settings: ActiveSettings,
     /// Settings of the current scan, or of the last one.
     pub(super) scan: ScanSettings,
     pub(super) guard: GuardState,
-    pub identity: Identity,
+    pub identity: BootInfo,
     state: ScannerState,
     scans: u32,
     backward: bool,
@@ -97,9 +97,9 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     /// Time of the boot, until the scanner has run for [`SURVIVED_US`].
     booted: Option<Micros>,
     /// Whether the next answer discards the evidence of earlier scans.
-    forgets: bool,
+    discard_evidence: bool,
     /// Whether the last answer requests a scan in the height plane.
-    below: bool,
+    height_requested: bool,
     /// Time when the last row of an answer was processed, until `LIVE` has taken it over.
     pub answered: Option<Micros>,
     /// Number of requests that the module did not answer correctly.
@@ -125,8 +125,8 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     }
 
     /// Discards the evidence of earlier scans from the next answer on.
-    pub fn forget(&mut self) {
-        self.forgets = true;
+    pub fn discard_evidence(&mut self) {
+        self.discard_evidence = true;
     }
 
     /// Returns the number of scans begun since boot.
@@ -141,7 +141,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
             ScannerState::SelfTest(..) => "self-test",
             ScannerState::Idle => "idle",
             ScannerState::Scanning(_) if self.scan.guard => "guarding",
-            ScannerState::Warning(..) => "guarding",
+            ScannerState::ReportingGuard(..) => "guarding",
             ScannerState::Scanning(_) => "scanning",
             ScannerState::Reporting(_) => "reporting",
             ScannerState::Fault { .. } => "fault",
@@ -182,13 +182,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         data: D,
         (reports, odometry): (&'a mut Reports, &'a mut Odometry),
         stored: Option<Settings>,
-        identity: Identity,
+        identity: BootInfo,
         now: Micros,
     ) -> Self {
         // A calibration with another chip belongs to another mirror and mounting.
         let chip = crc::of_words(&identity.serial);
         let stored = stored.filter(|settings| settings.calibrated.fits(chip));
-        let settings = Keeper::new(stored, hardware.board.settings_before());
+        let settings = ActiveSettings::new(stored, hardware.board.retained_settings_hash());
         let mut machine = Self {
             scan: ScanSettings::of(&settings, false),
             guard: GuardState::OFF,
@@ -205,8 +205,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             connected: false,
             reasons: identity.reasons(),
             deadline: now.plus(POLL_US),
-            forgets: false,
-            below: false,
+            discard_evidence: false,
+            height_requested: false,
             answered: None,
             link_errors: 0,
             calibration: None,
@@ -220,7 +220,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     fn note(&mut self) {
         if self.settings.configured() {
             let hash = self.settings.hash();
-            self.hardware.board.note_settings(hash);
+            self.hardware.board.retain_settings_hash(hash);
         }
     }
 
@@ -244,7 +244,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
 
     /// Begins the next activity if the scanner is idle or in a fault that waits for a command.
     pub(super) fn wake(&mut self, now: Micros) {
-        let until = Until::Told;
+        let until = Until::Command;
         if matches!(self.state, ScannerState::Idle)
             || matches!(self.state, ScannerState::Fault { until: u, .. } if u == until)
         {
@@ -258,15 +258,15 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
         self.calibration = None;
-        self.below = false;
+        self.height_requested = false;
         self.guard = GuardState::OFF;
         self.state = ScannerState::Idle;
         self.reports.done("stop");
     }
 
     /// `scan` and `selftest`: only when idle or in a fault; while guarding, `scan` is deferred.
-    pub fn errand(&mut self, now: Micros, command: &str, errand: Errand) {
-        if errand == Errand::Once && self.guard.is_on() && !self.stands() {
+    pub fn errand(&mut self, now: Micros, command: &str, errand: Activity) {
+        if errand == Activity::Once && self.guard.is_on() && !self.stands() {
             // The current sweep ends first.
             self.guard.asked = true;
             return self.reports.done(command);
@@ -274,7 +274,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         if !self.stands() {
             return self.reports.refuse(command, "state", "idle: stop first");
         }
-        if errand == Errand::Answer {
+        if errand == Activity::Answer {
             self.state = ScannerState::SelfTest(Test::Arithmetic, errand);
         } else {
             self.reports.done(command);
@@ -298,7 +298,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                     &mut self.data,
                 );
                 let poll = sweep.poll(now, mirror, link, data);
-                if let Some((row, at)) = sweep.fired() {
+                if let Some((row, at)) = sweep.triggered() {
                     let mid = sweep.settings().timing.chirp_duration / 2;
                     self.odometry.row(row, at.plus(mid));
                 }
@@ -314,9 +314,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 }
             }
             ScannerState::Reporting(_) => self.report(now),
-            ScannerState::Warning(line, broken) => {
+            ScannerState::ReportingGuard(line, broken) => {
                 let (line, broken) = (*line, *broken);
-                self.told(now, line, broken);
+                self.report_guard(now, line, broken);
             }
             ScannerState::Fault { .. } => self.fault(now),
         }
@@ -327,8 +327,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.reports.boot(&self.identity, self.settings.hash());
         if self.identity.crash_loop && !self.hardware.board.stopped() {
             self.hardware.mirror.disable();
-            let (until, told) = (Until::Told, false);
-            self.state = ScannerState::Fault { until, told };
+            let (until, reported) = (Until::Command, false);
+            self.state = ScannerState::Fault { until, reported };
         } else {
             self.resume(now);
         }
@@ -337,37 +337,37 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// Continues scanning unless stopped. A scan in the height plane that an answer requests is made even then.
     pub(super) fn resume(&mut self, now: Micros) {
         let guards = self.guard.is_on();
-        if core::mem::take(&mut self.guard.asked) || (guards && self.below) {
-            self.begin(now, Errand::Once);
+        if core::mem::take(&mut self.guard.asked) || (guards && self.height_requested) {
+            self.begin(now, Activity::Once);
         } else if guards {
-            self.begin(now, Errand::Guard);
-        } else if self.hardware.board.stopped() && !self.below {
+            self.begin(now, Activity::Guard);
+        } else if self.hardware.board.stopped() && !self.height_requested {
             self.state = ScannerState::Idle;
             self.deadline = now.plus(POLL_US);
         } else {
-            self.begin(now, Errand::Resume);
+            self.begin(now, Activity::Resume);
         }
     }
 
     /// Begins a scan, or the self-test if home or link is unknown.
     #[inline(never)]
-    pub(super) fn begin(&mut self, now: Micros, errand: Errand) {
+    pub(super) fn begin(&mut self, now: Micros, errand: Activity) {
         self.deadline = now.plus(POLL_US);
-        let below = core::mem::take(&mut self.below);
-        let unfit = self.identity.fitness.fault(self.settings.get()).is_some();
+        let below = core::mem::take(&mut self.height_requested);
+        let unfit = self.identity.health.fault(self.settings.get()).is_some();
         self.hardware.mirror.check(&self.settings.get().motor);
         if unfit || !self.hardware.mirror.homed() || !self.connected {
             self.state = ScannerState::SelfTest(Test::Arithmetic, errand);
             return;
         }
-        if errand == Errand::Guard
+        if errand == Activity::Guard
             && let Err(error) = self.fit_to_guard(self.settings.get())
         {
             // The module differs from what the settings request.
             return self.end_guard(now, error);
         }
         self.scan = ScanSettings::of(&self.settings, below);
-        self.scan.guard = errand == Errand::Guard;
+        self.scan.guard = errand == Activity::Guard;
         let number = match self.scan.guard {
             true => &mut self.guard.sweep,
             false => &mut self.scans,
@@ -391,12 +391,12 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             number,
             plane: self.scan.plane,
             guard: self.scan.guard,
-            running: core::mem::take(&mut self.guard.running),
+            mirror_moving: core::mem::take(&mut self.guard.mirror_moving),
         };
         match Sweep::start(now, self.settings.get(), task, backward, mirror, link) {
             Ok(sweep) => {
                 let settings = self.settings.get();
-                self.odometry.allow(settings.timing.motion_timeout);
+                self.odometry.set_max_age(settings.timing.motion_timeout);
                 let angles = match task.guard {
                     true => settings.guard.sweep(),
                     false => settings.config.sweep,
@@ -404,7 +404,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 self.odometry.begin(angles.angle_count);
                 // A scan in the height plane takes the direction of the next scan, whose start position then is
                 // near.
-                if !self.scan.stands_aside() {
+                if !self.scan.is_other_plane() {
                     self.backward = !backward;
                 }
                 self.state = ScannerState::Scanning(sweep);
@@ -414,10 +414,10 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     #[inline(never)]
-    fn self_test(&mut self, now: Micros, test: Test, errand: Errand) {
+    fn self_test(&mut self, now: Micros, test: Test, errand: Activity) {
         match test {
             Test::Arithmetic => {
-                if let Some(unfit) = self.identity.fitness.fault(self.settings.get()) {
+                if let Some(unfit) = self.identity.health.fault(self.settings.get()) {
                     return self.fail_test(now, unfit, errand);
                 }
                 if !self.data.self_test() {
@@ -447,16 +447,16 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         seconds.saturating_mul(1_000_000)
     }
 
-    fn ask(&mut self, now: Micros, until: Micros, errand: Errand) {
+    fn ask(&mut self, now: Micros, until: Micros, errand: Activity) {
         let timeout = self.settings.get().timing.configure_timeout;
-        let wish = &self.settings.get().module;
-        self.hardware.link.program(now, wish, timeout);
+        let requested = &self.settings.get().module;
+        self.hardware.link.program(now, requested, timeout);
         let test = Test::Link { until, again: None };
         self.state = ScannerState::SelfTest(test, errand);
         self.deadline = now.plus(timeout).plus(POLL_US);
     }
 
-    fn test_link(&mut self, now: Micros, until: Micros, again: Option<Micros>, errand: Errand) {
+    fn test_link(&mut self, now: Micros, until: Micros, again: Option<Micros>, errand: Activity) {
         if let Some(again) = again {
             if now.reached(again) {
                 self.ask(now, until, errand);
@@ -489,11 +489,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    fn passed(&mut self, now: Micros, errand: Errand) {
+    fn passed(&mut self, now: Micros, errand: Activity) {
         match errand {
-            Errand::Once => self.begin(now, errand),
-            Errand::Guard | Errand::Resume => self.resume(now),
-            Errand::Answer => {
+            Activity::Once => self.begin(now, errand),
+            Activity::Guard | Activity::Resume => self.resume(now),
+            Activity::Answer => {
                 self.reports.done("selftest");
                 self.reasons = Reasons::NONE;
                 self.resume(now);
@@ -502,16 +502,16 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     /// Handles a failed self-test, which is reported as scan 0 without an answer.
-    fn fail_test(&mut self, now: Micros, reason: Reason, errand: Errand) {
+    fn fail_test(&mut self, now: Micros, reason: Reason, errand: Activity) {
         if self.calibration.take().is_some() {
             self.refuse_calibration(ConfigError {
                 field: reason.as_str(),
-                expected: "a test that passes",
+                expected: "a passed self-test",
             });
         }
-        if errand == Errand::Answer {
+        if errand == Activity::Answer {
             self.reports
-                .refuse("selftest", reason.as_str(), "a test that passes");
+                .refuse("selftest", reason.as_str(), "a passed self-test");
         }
         self.reasons = match self.scans {
             // The cause of the reset is reported until the first scan.
@@ -521,27 +521,27 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.enter_fault(now, false);
     }
 
-    fn enter_fault(&mut self, now: Micros, told: bool) {
+    fn enter_fault(&mut self, now: Micros, reported: bool) {
         self.hardware.mirror.disable();
         self.connected = false;
         let until = now.plus(self.settings.get().timing.fault_hold);
         self.deadline = until.plus(POLL_US);
         let until = Until::Time(until);
-        self.state = ScannerState::Fault { until, told };
+        self.state = ScannerState::Fault { until, reported };
     }
 
     #[inline(never)]
     fn fault(&mut self, now: Micros) {
         let settings = self.settings.hash();
-        let ScannerState::Fault { until, told } = &mut self.state else {
+        let ScannerState::Fault { until, reported } = &mut self.state else {
             return;
         };
-        if !*told {
-            *told = self.reports.failed_test(self.reasons, settings);
+        if !*reported {
+            *reported = self.reports.failed_test(self.reasons, settings);
         }
-        let (until, told) = (*until, *told);
+        let (until, told) = (*until, *reported);
         match until {
-            Until::Told => self.deadline = now.plus(POLL_US),
+            Until::Command => self.deadline = now.plus(POLL_US),
             Until::Time(until) if told && now.reached(until) => self.resume(now),
             Until::Time(_) => {}
         }
@@ -550,7 +550,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// Turns a finished scan into its outcome.
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
-        let aside = self.scan.stands_aside();
+        let aside = self.scan.is_other_plane();
         match aside {
             true => self.odometry.finish_aside(now),
             false => self.odometry.finish(now),
@@ -567,7 +567,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             ..
         } = self.scan;
         let conditions = Conditions {
-            board: self.identity.fitness.doubts(),
+            board: self.identity.health.degrading_faults(),
             configured: self.scan.configured,
             lost_rows: rows.lost > 0,
         };
@@ -577,11 +577,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let memory = match fusion {
             _ if aside => Retention::Aside,
             Switch::Off => Retention::Off,
-            Switch::On if self.forgets => Retention::Anew,
+            Switch::On if self.discard_evidence => Retention::Anew,
             Switch::On => Retention::Kept,
         };
-        self.odometry.remember(memory);
-        self.forgets &= aside;
+        self.odometry.set_retention(memory);
+        self.discard_evidence &= aside;
         let drive = self.odometry.drive(motion, chirp_us);
         let outcome = self.data.conclude(&drive, conditions);
         if outcome.status() != Status::Fault {
@@ -589,7 +589,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
         self.guard.note(now, &outcome);
         let may = planes == Planes::Both && !aside;
-        self.below = may && asks_below(&self.settings.get().config, &outcome, &drive);
+        self.height_requested =
+            may && requests_height_plane(&self.settings.get().config, &outcome, &drive);
         self.enter_reporting(outcome, rows.lost, false);
     }
 
@@ -599,21 +600,21 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     #[inline(never)]
     fn report_broken(&mut self, reason: Reason, conditions: Conditions, lost: u16) {
         if self.scan.guard {
-            return self.warn(&GuardWord::broken(reason), true);
+            return self.enter_reporting_guard(&GuardResult::broken(reason), true);
         }
         let faults = Reasons::NONE.with(reason);
         self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
     }
 
     /// Reports the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
-    pub(super) fn warn(&mut self, word: &GuardWord, broken: bool) {
+    pub(super) fn enter_reporting_guard(&mut self, word: &GuardResult, broken: bool) {
         self.reasons = word.reasons();
-        self.state = ScannerState::Warning(GuardLine::new(self.guard.sweep, word), broken);
+        self.state = ScannerState::ReportingGuard(GuardLine::new(self.guard.sweep, word), broken);
     }
 
     /// Queues the result of a guard sweep once it fits, and continues.
     #[inline(never)]
-    fn told(&mut self, now: Micros, line: GuardLine, broken: bool) {
+    fn report_guard(&mut self, now: Micros, line: GuardLine, broken: bool) {
         self.deadline = now.plus(POLL_US);
         if !self.reports.guard(line) {
             return;
@@ -629,10 +630,10 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     fn enter_reporting(&mut self, outcome: Outcome, lost: u16, broken: bool) {
         self.reasons = outcome.reasons();
         self.reports.outcome = outcome;
-        self.state = ScannerState::Reporting(Telling {
+        self.state = ScannerState::Reporting(ReportProgress {
             scan: self.scans,
             settings: self.scan.hash,
-            plane: self.scan.told_plane(),
+            plane: self.scan.reported_plane(),
             lost,
             broken,
             queued: 0,
@@ -646,7 +647,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let ScannerState::Reporting(telling) = &mut self.state else {
             return;
         };
-        if !self.reports.tell(telling) {
+        if !self.reports.queue_answer(telling) {
             return;
         }
         let broken = telling.broken;
@@ -663,7 +664,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     fn forget_crashes(&mut self, now: Micros, fault: bool) {
         if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
             self.booted = None;
-            self.hardware.board.survived();
+            self.hardware.board.clear_crashes();
         }
     }
 }

@@ -51,9 +51,9 @@ impl StoreError {
     /// Returns the expected condition, for `FAIL`.
     pub const fn expected(self) -> &'static str {
         match self {
-            StoreError::Controller => "a flash controller that answers",
+            StoreError::Controller => "a responding flash controller",
             StoreError::Erase => "a sector that can be erased",
-            StoreError::Write => "a record that reads back",
+            StoreError::Write => "a record that verifies",
         }
     }
 }

@@ -32,7 +32,7 @@ use crate::schedule::{MICROSTEPS_PER_TURN, Schedule, shaft_angle};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 use crate::verdict::Reason;
-use holding::Hold;
+use holding::CaptureTimer;
 use rows::{LOST_STREAK, MARGIN_US, RowState, later};
 use turning::ContinuousSweep;
 
@@ -57,19 +57,19 @@ pub struct Sweep {
     /// Row whose samples have been received and not processed yet.
     pending: Option<u16>,
     /// Row that has just been triggered, and the time.
-    fired: Option<(u16, Micros)>,
+    triggered: Option<(u16, Micros)>,
     /// Number of requests without a correct answer since the last call of [`Sweep::failed`].
     failed: u16,
     deadline: Micros,
     /// Deadline of the mirror's current move.
     move_deadline: Micros,
     /// Detects the end of the chirp's capture, until which the mirror must stand.
-    hold: Hold,
+    capture_timer: CaptureTimer,
     /// Whether the mirror has moved on to the next row before this row's chirp has been received.
-    gone_on: bool,
+    moved_on: bool,
     /// Whether the mirror's current move has another target than the row needs; a second move follows when it
     /// stands.
-    astray: bool,
+    needs_second_move: bool,
     /// Time since which the shaft has been seen at rest at its target.
     rest: Option<Micros>,
     /// State of a continuous sweep; `None` if the mirror stops at every row.
@@ -77,7 +77,7 @@ pub struct Sweep {
     /// Whether it is a guard sweep, after which the next one follows at once.
     guard: bool,
     /// Whether the encoder check before the turn has been started.
-    proven: bool,
+    encoder_checked: bool,
 }
 
 /// Number, plane and kind of a sweep.
@@ -90,7 +90,7 @@ pub struct Task {
     /// Whether it is a guard sweep: over the angles of [`GuardConfig`](super::settings::GuardConfig).
     pub guard: bool,
     /// Whether the mirror may still be moving after a guard sweep.
-    pub running: bool,
+    pub mirror_moving: bool,
 }
 
 impl Sweep {
@@ -123,17 +123,17 @@ impl Sweep {
             lost: 0,
             streak: 0,
             pending: None,
-            fired: None,
+            triggered: None,
             failed: 0,
             deadline: now,
             move_deadline: now,
-            hold: Hold::default(),
-            gone_on: false,
-            astray: false,
+            capture_timer: CaptureTimer::default(),
+            moved_on: false,
+            needs_second_move: false,
             rest: None,
             turning: None,
             guard: task.guard,
-            proven: false,
+            encoder_checked: false,
         };
         sweep.settings.config.mount.plane = task.plane.into();
         if task.guard {
@@ -142,18 +142,18 @@ impl Sweep {
             sweep.settings.timing.max_lost = sweep.settings.timing.max_lost.min(most);
         }
         sweep.plan(link);
-        sweep.approach(now, mirror, task.running);
+        sweep.approach(now, mirror, task.mirror_moving);
         sweep.ask(now, link);
         Ok(sweep)
     }
 
     /// Sends the mirror to the first row, or to the start of the ramp before it: at once, or when it stands if
     /// it may still be moving after a guard sweep.
-    fn approach(&mut self, now: Micros, mirror: &mut impl Mirror, running: bool) {
+    fn approach(&mut self, now: Micros, mirror: &mut impl Mirror, mirror_moving: bool) {
         let target = self.target();
         // An error is reported by the next poll.
-        if running && mirror.poll(now) == Ok(Motion::Moving) {
-            self.astray = true;
+        if mirror_moving && mirror.poll(now) == Ok(Motion::Moving) {
+            self.needs_second_move = true;
             let bound = self
                 .settings
                 .motor
@@ -188,8 +188,8 @@ impl Sweep {
     }
 
     /// Returns the row that was triggered since the last call, and the time.
-    pub fn fired(&mut self) -> Option<(u16, Micros)> {
-        self.fired.take()
+    pub fn triggered(&mut self) -> Option<(u16, Micros)> {
+        self.triggered.take()
     }
 
     /// Returns the number of requests without a correct answer since the last call.
@@ -243,8 +243,8 @@ impl Sweep {
             0 => link.trigger(now, angle, timeout),
             _ => link.retry(now, angle, timeout),
         }
-        self.hold = Hold::default();
-        self.fired = Some((self.row(), now));
+        self.capture_timer = CaptureTimer::default();
+        self.triggered = Some((self.row(), now));
         self.at = RowState::Receive;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
     }
@@ -266,10 +266,10 @@ impl Sweep {
         let mut bound = MARGIN_US;
         if crosses {
             bound = bound.saturating_add(motor.cross_bound_us());
-            mirror.cross_home(motor);
+            mirror.check_home(motor);
         }
         // Reading the encoder takes less than the margin.
-        if !mirror.prove() && !crosses {
+        if !mirror.check_position() && !crosses {
             return self.end(None);
         }
         self.deadline = now.plus(bound);
@@ -304,10 +304,10 @@ impl Sweep {
                 }
             }
             RowState::Receive => {
-                self.go_on(now, motion, mirror, link);
+                self.move_on(now, motion, mirror, link);
                 return self.poll_receive(now, mirror, link, data);
             }
-            RowState::Approach if motion == Motion::Still => self.set_off(now, mirror),
+            RowState::Approach if motion == Motion::Still => self.begin_turn(now, mirror),
             RowState::Approach => {}
             RowState::Turn => return self.turn(now, motion, mirror, link, data),
         }
@@ -317,7 +317,7 @@ impl Sweep {
     /// Handles a mirror that stands: begins the second move if the position is not the target, else the
     /// settling time.
     fn arrived(&mut self, now: Micros, mirror: &mut impl Mirror) {
-        if core::mem::take(&mut self.astray) {
+        if core::mem::take(&mut self.needs_second_move) {
             let target = self.target();
             return self.start_move(now, mirror, target);
         }
@@ -329,14 +329,14 @@ impl Sweep {
     }
 
     /// Sends the mirror on once the chirp is captured, whether or not its samples have been received.
-    fn go_on(
+    fn move_on(
         &mut self,
         now: Micros,
         motion: Motion,
         mirror: &mut impl Mirror,
         link: &impl RadarModule,
     ) {
-        if self.gone_on {
+        if self.moved_on {
             if motion == Motion::Still {
                 self.rest.get_or_insert(now);
             }
@@ -344,12 +344,12 @@ impl Sweep {
         }
         let chirp_us = self.settings.timing.chirp_duration;
         let next = self.done.saturating_add(1);
-        if self.hold.over(now, link, chirp_us) && next < self.schedule.rows() {
+        if self.capture_timer.captured(now, link, chirp_us) && next < self.schedule.rows() {
             let target = self.schedule.position(self.nth(next));
             let answer = self.deadline;
             self.start_move(now, mirror, target);
             self.deadline = later(answer, self.move_deadline);
-            self.gone_on = true;
+            self.moved_on = true;
         }
     }
 
@@ -381,7 +381,7 @@ impl Sweep {
                 // Another module may have been connected since the mirror was sent off.
                 let (before, last) = (self.target(), self.move_deadline);
                 self.plan(link);
-                self.astray |= self.target() != before;
+                self.needs_second_move |= self.target() != before;
                 if self.turning.is_some() {
                     self.at = RowState::Approach;
                 }
@@ -431,7 +431,7 @@ impl Sweep {
         }
         self.done += 1;
         self.attempt = 0;
-        if core::mem::take(&mut self.gone_on) {
+        if core::mem::take(&mut self.moved_on) {
             self.deadline = later(now.plus(MARGIN_US), self.move_deadline);
         } else if self.done < self.schedule.rows() {
             let target = self.target();
@@ -445,8 +445,8 @@ impl Sweep {
     /// Triggers the row once more at its position. If the mirror has moved on, it first ends that move and
     /// returns.
     fn again(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarModule) {
-        if core::mem::take(&mut self.gone_on) {
-            self.astray = true;
+        if core::mem::take(&mut self.moved_on) {
+            self.needs_second_move = true;
             self.at = RowState::Move;
             self.deadline = later(now.plus(MARGIN_US), self.move_deadline);
         } else {

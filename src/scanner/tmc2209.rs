@@ -85,7 +85,7 @@ const SCALE: u32 = 32;
 /// this clock from microstep to microstep, of 256, and TCOOLTHRS is compared with it (section 5.2).
 const CLOCK_AND_QUARTER: u32 = 15_000_000;
 /// Maximum of TCOOLTHRS, which has 20 bits.
-const SLOWEST: u32 = 0xf_ffff;
+const MAX_TSTEP: u32 = 0xf_ffff;
 
 /// Timeout of an answer, µs. The answer begins 8 bits after the request and takes 64 (section 4.1.2): 0.7 ms.
 /// The main loop may add a few ms.
@@ -166,7 +166,7 @@ pub struct Tmc2209<P> {
     /// Timeout of the answer; `None` while the request is being sent.
     until: Option<Micros>,
     /// Last eight bytes received, the newest in the lowest byte.
-    heard: u64,
+    last_bytes: u64,
 }
 
 impl<P: BytePort> Tmc2209<P> {
@@ -182,7 +182,7 @@ impl<P: BytePort> Tmc2209<P> {
             frame: heapless::Vec::new(),
             sent: 0,
             until: None,
-            heard: 0,
+            last_bytes: 0,
         }
     }
 
@@ -201,11 +201,11 @@ impl<P: BytePort> Tmc2209<P> {
         let (scale, vsense) = current_scale(current);
         // IHOLD and IRUN (section 5.2).
         let current = scale | scale << 8;
-        let halvings = motor.driver.halvings().unwrap_or(0);
+        let halvings = motor.driver.mres().unwrap_or(0);
         let range = if vsense { VSENSE } else { 0 };
         let coolest = match stall_threshold {
             0 => 0,
-            _ => (CLOCK_AND_QUARTER / motor.search_speed.max(1)).min(SLOWEST),
+            _ => (CLOCK_AND_QUARTER / motor.search_speed.max(1)).min(MAX_TSTEP),
         };
         [
             (GSTAT, WAS_RESET | FAILED),
@@ -252,7 +252,7 @@ impl<P: BytePort> Tmc2209<P> {
             let _ = self.frame.extend_from_slice(&value.to_be_bytes());
         }
         let _ = self.frame.push(crc(&self.frame));
-        (self.sent, self.until, self.heard) = (0, None, 0);
+        (self.sent, self.until, self.last_bytes) = (0, None, 0);
     }
 
     fn begin(&mut self, step: DriverStep) {
@@ -271,10 +271,10 @@ impl<P: BytePort> Tmc2209<P> {
     }
 
     /// Reads the received bytes, which include the echo of the sent ones, up to an answer about `register`.
-    fn hear(&mut self, register: u8) -> Option<u32> {
+    fn receive(&mut self, register: u8) -> Option<u32> {
         for _ in 0..BURST {
-            self.heard = self.heard << u8::BITS | u64::from(self.port.read()?);
-            let bytes = self.heard.to_be_bytes();
+            self.last_bytes = self.last_bytes << u8::BITS | u64::from(self.port.read()?);
+            let bytes = self.last_bytes.to_be_bytes();
             let [SYNC, MASTER, about, a, b, c, d, check] = bytes else {
                 continue;
             };
@@ -317,7 +317,7 @@ impl<P: BytePort> Tmc2209<P> {
             None => return Ok(()),
             Some(Datagram::Read(register) | Datagram::Write(register, _)) => register,
         };
-        let answer = self.hear(register);
+        let answer = self.receive(register);
         if let Some(until) = self.until {
             return match answer {
                 Some(value) => self.answered(value),
@@ -344,7 +344,7 @@ impl<P: BytePort> MotorDriver for Tmc2209<P> {
         self.begin(DriverStep::Before);
     }
 
-    fn look(&mut self) {
+    fn read_status(&mut self) {
         if self.step == DriverStep::Idle {
             self.begin(DriverStep::Flags);
         }

@@ -11,11 +11,11 @@ pub struct Evidence {
     /// Signal fault that makes the chirps unusable.
     pub unusable: Option<Reason>,
     /// Instrument faults: health checks of the signal beyond their limits.
-    pub signs: Reasons,
+    pub health_faults: Reasons,
     /// Conditions of the scan that its chirps do not show.
     pub conditions: Conditions,
     /// The estimator's assessment of its answer; `None` if no estimator has run.
-    pub sight: Option<Sight>,
+    pub assessment: Option<Assessment>,
 }
 
 /// Conditions of a scan that are known to the scanner, not to its data path.
@@ -66,9 +66,9 @@ impl Validity {
 
 /// An estimator's assessment of its answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct Assessment {
     /// Whether any echo is clearly above the noise.
-    pub heard: bool,
+    pub echo_found: bool,
     /// Horizon and confidence; `None` if the estimator computes none.
     pub valid: Option<Validity>,
     /// Nearest position of the reported drop's edge,
@@ -76,26 +76,26 @@ pub struct Sight {
     /// is reported.
     pub drop_m: Option<f32>,
     /// Whether the floor, or the first riser's corner, is not where the mounting puts it.
-    pub astray: bool,
+    pub mounting_off: bool,
     /// Whether the lobes of echoes are narrower or broader over the rows than the beam.
-    pub stretched: bool,
+    pub lobe_width_off: bool,
     /// Agreement of this sweep with the one before.
     pub agreement: Agreement,
     /// Weaknesses of the answer.
-    pub weak: Reasons,
+    pub weaknesses: Reasons,
 }
 
-impl Sight {
+impl Assessment {
     /// Returns the assessment of a scan with nothing but noise.
     pub fn nothing(agreement: Agreement) -> Self {
         Self {
-            heard: false,
+            echo_found: false,
             valid: None,
             drop_m: None,
-            astray: false,
-            stretched: false,
+            mounting_off: false,
+            lobe_width_off: false,
             agreement,
-            weak: Reasons::NONE,
+            weaknesses: Reasons::NONE,
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::drive::{Drive, Input, Mode};
 
 /// Kind of the hazard that ends the free distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Ending {
+pub enum HazardKind {
     /// No hazard within the range of the sweep.
     None,
     /// A rise that may be a step.
@@ -25,7 +25,7 @@ pub enum Ending {
     Unknown,
 }
 
-impl Ending {
+impl HazardKind {
     /// All kinds.
     pub const ALL: [Self; 5] = [
         Self::None,
@@ -53,7 +53,7 @@ pub struct FreeGround {
     /// Free distance, metres from the mirror at the sweep's last row.
     pub free_m: f32,
     /// Kind of the hazard that ends it.
-    pub ending: Ending,
+    pub hazard: HazardKind,
     /// Probability that no hazard is nearer.
     pub confidence: f32,
 }
@@ -66,20 +66,20 @@ pub struct GuardEvidence {
     /// Signal fault that makes the chirps unusable.
     pub unusable: Option<Reason>,
     /// Whether any echo is above the noise.
-    pub heard: bool,
+    pub echo_found: bool,
     /// Instrument faults: health checks of the signal beyond their limits.
-    pub signs: Reasons,
+    pub health_faults: Reasons,
     /// Conditions of the sweep that its chirps do not show.
     pub conditions: Conditions,
     /// Quality of the motion input.
-    pub motion: MotionDoubt,
+    pub motion: MotionQuality,
     /// Result of the inference; `None` if it has not run.
     pub ground: Option<FreeGround>,
 }
 
 /// Quality of a sweep's motion input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MotionDoubt {
+pub enum MotionQuality {
     /// The input is good, or none is needed.
     #[default]
     Fine,
@@ -89,7 +89,7 @@ pub enum MotionDoubt {
     Missing,
 }
 
-impl MotionDoubt {
+impl MotionQuality {
     /// Returns the quality of a sweep's motion input.
     pub fn of(drive: &Drive<'_>) -> Self {
         match (drive.mode, drive.input) {
@@ -103,21 +103,21 @@ impl MotionDoubt {
 
 /// Result of one guard sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GuardWord {
+pub struct GuardResult {
     status: Status,
     free_m: Option<f32>,
-    ending: Ending,
+    hazard: HazardKind,
     confidence: f32,
     reasons: Reasons,
 }
 
-impl GuardWord {
+impl GuardResult {
     /// Returns a result without an answer, for these reasons.
     const fn fault(reasons: Reasons) -> Self {
         Self {
             status: Status::Fault,
             free_m: None,
-            ending: Ending::Unknown,
+            hazard: HazardKind::Unknown,
             confidence: 0.0,
             reasons,
         }
@@ -133,40 +133,40 @@ impl GuardWord {
     /// `ok`.
     pub fn new(evidence: &GuardEvidence) -> Self {
         let reason = |reason| Self::fault(Reasons::NONE.with(reason));
-        let mut word = match (evidence.unusable, evidence.ground) {
+        let mut result = match (evidence.unusable, evidence.ground) {
             _ if !evidence.faults.is_empty() => Self::fault(evidence.faults),
             (Some(unusable), _) => reason(unusable),
-            (None, _) if !evidence.heard => reason(Reason::NoEcho),
+            (None, _) if !evidence.echo_found => reason(Reason::NoEcho),
             (None, None) => reason(Reason::Silent),
             (None, Some(ground)) => Self {
                 status: Status::Ok,
                 free_m: Some(crate::math::max(ground.free_m, 0.0)),
-                ending: ground.ending,
+                hazard: ground.hazard,
                 confidence: ground.confidence,
                 reasons: Reasons::NONE,
             },
         };
-        word.doubt(evidence.signs.and(evidence.conditions.board));
+        result.add_instrument_fault(evidence.health_faults.and(evidence.conditions.board));
         if !evidence.conditions.configured {
-            word.doubt(Reasons::NONE.with(Reason::Unconfigured));
+            result.add_instrument_fault(Reasons::NONE.with(Reason::Unconfigured));
         }
         if evidence.conditions.lost_rows {
-            word.degrade(Reason::LostRows);
+            result.degrade(Reason::LostRows);
         }
         match evidence.motion {
-            MotionDoubt::Fine => {}
-            MotionDoubt::Bad => word.reasons.add(Reason::MotionInput),
-            MotionDoubt::Missing => word.degrade(Reason::MotionInput),
+            MotionQuality::Fine => {}
+            MotionQuality::Bad => result.reasons.add(Reason::MotionInput),
+            MotionQuality::Missing => result.degrade(Reason::MotionInput),
         }
-        word
+        result
     }
 
     /// Adds instrument faults: the free distance and the confidence become 0.
-    fn doubt(&mut self, doubts: Reasons) {
-        self.reasons = self.reasons.and(doubts);
-        if !doubts.is_empty() && self.status != Status::Fault {
+    fn add_instrument_fault(&mut self, faults: Reasons) {
+        self.reasons = self.reasons.and(faults);
+        if !faults.is_empty() && self.status != Status::Fault {
             self.status = Status::Degraded;
-            (self.free_m, self.ending) = (Some(0.0), Ending::Unknown);
+            (self.free_m, self.hazard) = (Some(0.0), HazardKind::Unknown);
             self.confidence = 0.0;
         }
     }
@@ -181,9 +181,9 @@ impl GuardWord {
 
     /// Limits the free distance to a hazard of the last full scan at `at_m`, metres from the mirror's present
     /// position, if that is nearer.
-    pub fn limit(&mut self, at_m: f32, ending: Ending) {
+    pub fn limit(&mut self, at_m: f32, ending: HazardKind) {
         if self.free_m.is_some_and(|free_m| at_m < free_m) {
-            (self.free_m, self.ending) = (Some(crate::math::max(at_m, 0.0)), ending);
+            (self.free_m, self.hazard) = (Some(crate::math::max(at_m, 0.0)), ending);
             self.reasons.add(Reason::ScanNearer);
         }
     }
@@ -199,8 +199,8 @@ impl GuardWord {
     }
 
     /// Returns the kind of the hazard that ends the free distance.
-    pub fn ending(&self) -> Ending {
-        self.ending
+    pub fn hazard(&self) -> HazardKind {
+        self.hazard
     }
 
     /// Returns the probability that no hazard is nearer.
@@ -220,21 +220,21 @@ mod tests {
 
     const GROUND: FreeGround = FreeGround {
         free_m: 1.4,
-        ending: Ending::Rise,
+        hazard: HazardKind::Rise,
         confidence: 0.998,
     };
 
     /// Evidence without any fault.
     fn good() -> GuardEvidence {
         GuardEvidence {
-            heard: true,
+            echo_found: true,
             ground: Some(GROUND),
             ..GuardEvidence::default()
         }
     }
 
     fn told(evidence: GuardEvidence) -> (Status, Option<f32>, Reasons) {
-        let word = GuardWord::new(&evidence);
+        let word = GuardResult::new(&evidence);
         (word.status(), word.free_m(), word.reasons())
     }
 
@@ -256,15 +256,21 @@ mod tests {
             ..good()
         };
         assert_eq!(told(all), of(Reason::MotorStall));
-        assert_eq!(GuardWord::broken(Reason::MotorStall), GuardWord::new(&all));
+        assert_eq!(
+            GuardResult::broken(Reason::MotorStall),
+            GuardResult::new(&all)
+        );
     }
 
     #[test]
     fn a_doubt_leaves_no_free_distance_and_a_lost_row_all_of_it() {
         assert_eq!(told(good()), (Status::Ok, Some(1.4), Reasons::NONE));
-        let signs = Reasons::NONE.with(Reason::Clipped);
-        let doubted = told(GuardEvidence { signs, ..good() });
-        assert_eq!(doubted, (Status::Degraded, Some(0.0), signs));
+        let health_faults = Reasons::NONE.with(Reason::Clipped);
+        let doubted = told(GuardEvidence {
+            health_faults,
+            ..good()
+        });
+        assert_eq!(doubted, (Status::Degraded, Some(0.0), health_faults));
         let conditions = Conditions {
             configured: false,
             ..Conditions::GOOD
@@ -291,8 +297,8 @@ mod tests {
     fn motion_input_degrades_where_it_is_required() {
         let reasons = Reasons::NONE.with(Reason::MotionInput);
         for (motion, status) in [
-            (MotionDoubt::Bad, Status::Ok),
-            (MotionDoubt::Missing, Status::Degraded),
+            (MotionQuality::Bad, Status::Ok),
+            (MotionQuality::Missing, Status::Degraded),
         ] {
             let found = told(GuardEvidence { motion, ..good() });
             assert_eq!(found, (status, Some(1.4), reasons));
@@ -301,16 +307,19 @@ mod tests {
 
     #[test]
     fn the_nearer_hazard_counts_and_is_told() {
-        let mut word = GuardWord::new(&good());
-        word.limit(1.5, Ending::Drop);
-        assert_eq!(word, GuardWord::new(&good()));
-        word.limit(0.9, Ending::Drop);
-        assert_eq!((word.free_m(), word.ending()), (Some(0.9), Ending::Drop));
+        let mut word = GuardResult::new(&good());
+        word.limit(1.5, HazardKind::Drop);
+        assert_eq!(word, GuardResult::new(&good()));
+        word.limit(0.9, HazardKind::Drop);
+        assert_eq!(
+            (word.free_m(), word.hazard()),
+            (Some(0.9), HazardKind::Drop)
+        );
         assert!(word.status() == Status::Ok && word.reasons().has(Reason::ScanNearer));
-        word.limit(-0.1, Ending::Drop);
+        word.limit(-0.1, HazardKind::Drop);
         assert_eq!(word.free_m(), Some(0.0));
-        let mut fault = GuardWord::broken(Reason::MotorStall);
-        fault.limit(0.1, Ending::Rise);
-        assert_eq!(fault, GuardWord::broken(Reason::MotorStall));
+        let mut fault = GuardResult::broken(Reason::MotorStall);
+        fault.limit(0.1, HazardKind::Rise);
+        assert_eq!(fault, GuardResult::broken(Reason::MotorStall));
     }
 }

@@ -1,7 +1,7 @@
 //! From evidence to status, horizon, confidence and reasons: the only place that sets a status.
 //!
 //! In: faults of board, motor and link; the results of [`crate::health`]; the conditions of the scan
-//! ([`Conditions`]); the estimator's assessment of its answer ([`Sight`]). Out: a [`Verdict`]. [`verdict`] is
+//! ([`Conditions`]); the estimator's assessment of its answer ([`Assessment`]). Out: a [`Verdict`]. [`verdict`] is
 //! defined for any evidence and starts from a `fault`: missing evidence never leads to an answer.
 //!
 //! | module | content |
@@ -21,8 +21,8 @@ pub mod status;
 #[cfg(test)]
 mod tests;
 
-pub use evidence::{Conditions, Evidence, Sight, Validity};
-pub use guard::{Ending, FreeGround, GuardEvidence, GuardWord, MotionDoubt};
+pub use evidence::{Assessment, Conditions, Evidence, Validity};
+pub use guard::{FreeGround, GuardEvidence, GuardResult, HazardKind, MotionQuality};
 pub use outcome::{Outcome, free_m};
 pub use reasons::{Reason, ReasonEffect, Reasons};
-pub use status::{LEAST_FIRST_STEP, LEAST_HORIZON_M, Status, Verdict, verdict};
+pub use status::{MIN_FIRST_STEP, MIN_HORIZON_M, Status, Verdict, verdict};

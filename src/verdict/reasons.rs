@@ -11,11 +11,11 @@ pub enum ReasonEffect {
     /// There is no answer.
     Fault,
     /// Instrument fault: `degraded`, with a horizon and a confidence of 0.
-    Doubt,
+    InstrumentFault,
     /// `degraded`; the horizon is kept.
     Degraded,
     /// None: information for people and logs.
-    Word,
+    Info,
 }
 
 impl ReasonEffect {
@@ -23,9 +23,9 @@ impl ReasonEffect {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Fault => "fault",
-            Self::Doubt => "doubt",
+            Self::InstrumentFault => "instrument",
             Self::Degraded => "degraded",
-            Self::Word => "word",
+            Self::Info => "info",
         }
     }
 }
@@ -73,154 +73,154 @@ macro_rules! reasons {
 reasons! {
     /// Some rows' chirps were lost after all retries.
     LostRows = "lost-rows" [Degraded]
-        "The chirps of some rows did not come after all retries, or a mirror that turns all the time passed their angles; it stands beside a fault, too.",
-    /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
-    InferredStep = "inferred-step" [Word]
+        "The chirps of some rows were not received after all retries, or a continuously turning mirror passed their angles; also reported with a fault.",
+    /// A step, or its height, was inferred from its neighbours: no echo of its own shows it clearly.
+    InferredStep = "inferred-step" [Info]
         "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m`.",
-    /// Another reading of the echoes is nearly as likely.
-    CloseRival = "close-rival" [Word]
-        "The flight, or the answer without steps, leads by less than `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
+    /// The runner-up is nearly as probable.
+    CloseRival = "close-rival" [Info]
+        "The flight, or the answer without steps, has a margin below `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
     /// The steps rest on echoes little above the noise.
-    WeakEchoes = "weak-echoes" [Word]
+    WeakEchoes = "weak-echoes" [Info]
         "A step's strongest echo, or without steps the strongest of all, is below `weak_step_db`, or the next riser's would be below `next_seen_db`.",
-    /// Something stands in the line of sight.
-    BlockedView = "blocked-view" [Doubt, Word]
-        "Right before the mirror something shines by `near_db` more than the mirror in more than `near_rows` rows, or one level stands at one range nearer than `blocked_m` in a share of the rows above `line_share` (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
-    /// The answer is not valid over the first metre of the way, or not sure enough of stairs that begin farther away.
+    /// An object blocks the line of sight.
+    BlockedView = "blocked-view" [InstrumentFault, Info]
+        "An echo right before the mirror exceeds the mirror's by `near_db` in more than `near_rows` rows, or a constant level at one range nearer than `blocked_m` fills more than `line_share` of the rows (instrument); or three echoes above `in_the_way_db` lie where the flight leaves no room (info).",
+    /// The answer is not valid over the first metre of the way, or not certain enough of stairs that begin farther away.
     ShortHorizon = "short-horizon" [Degraded]
-        "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a told drop; or the first step is right with a probability below 90 %.",
-    /// A step departs from the others by more than a person would expect.
-    IrregularStep = "irregular-step" [Word]
+        "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a reported drop; or the first step is correct with a probability below 90 %.",
+    /// A step deviates from the others by more than a person would expect.
+    IrregularStep = "irregular-step" [Info]
         "A step's own echoes put its height more than `irregular_m`, and more than two standard deviations, off the straight flight, or its place along the line of sight more than `irregular_m`.",
-    /// Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.
-    Unconfigured = "unconfigured" [Doubt]
-        "No settings were saved, or others were in force before a reset, and since boot not all that say how the scanner is mounted were set.",
-    /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
+    /// The mounting is not configured: no settings were saved, and none were set.
+    Unconfigured = "unconfigured" [InstrumentFault]
+        "No settings were saved, or others were in force before a reset, and not all settings of the mounting have been set since boot.",
+    /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as reported.
     Unconfirmed = "unconfirmed" [Degraded]
-        "No sweep before this one can be compared with it, or too little is seen in both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
-    /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
-    Moving = "moving" [Doubt, Degraded]
-        "On the mean the phases of echoes turn by more than `phase_turned_deg` from row to row though the chair is not known to move (doubt); or two sweeps agree better on another way than on what the motion input says, or than on none where there is no input (degraded).",
-    /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
-    MotionInput = "motion-input" [Degraded, Word]
-        "Motion input is required, and not every row's place is known by it (degraded); or it was late, jumping, frozen, garbled or disordered during the scan (word).",
-    /// What was carried on from earlier scans contradicts this one, and was forgotten.
-    SceneChanged = "scene-changed" [Word]
-        "What earlier scans said contradicts this one.",
-    /// The last full scan has a nearer hazard than this guard sweep: the nearer counts.
-    ScanNearer = "scan-nearer" [Word]
-        "Beside a guard sweep: the last full scan, at most 5 s old and moved by the motion input, has a step or a drop nearer than the sweep's free distance.",
+        "No earlier sweep can be compared with this one, or too few echoes are common to both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
+    /// The chair moves: two sweeps over the scene do not agree, or the echoes' phases drift from row to row.
+    Moving = "moving" [InstrumentFault, Degraded]
+        "The mean phase change of echoes from row to row exceeds `phase_turned_deg` though the chair is not known to move (instrument); or two sweeps fit another travel better than the motion input, or than no travel if there is no input (degraded).",
+    /// The motion input was lost, late, damaged or impossible: the scan was processed without it.
+    MotionInput = "motion-input" [Degraded, Info]
+        "Motion input is required and does not give every row's position (degraded); or it was late, jumping, frozen, garbled or disordered during the scan (info).",
+    /// Evidence of earlier scans contradicts this scan and was discarded.
+    SceneChanged = "scene-changed" [Info]
+        "The evidence of earlier scans contradicts this scan.",
+    /// The last full scan has a nearer hazard than this guard sweep: the nearer one is used.
+    ScanNearer = "scan-nearer" [Info]
+        "With a guard sweep: the last full scan, at most 5 s old and shifted by the motion input, has a step or a drop nearer than the sweep's free distance.",
     /// Samples at the converter's full scale.
     Saturated = "saturated" [Fault]
-        "More than one sample in 1000 stands at full scale.",
+        "More than one sample in 1000 is at full scale.",
     /// No signal at all.
-    Silent = "silent" [Fault, Doubt]
-        "Samples do not swing in more than half of the rows (fault), or in at least one (doubt); or there was nothing to decide on (fault).",
+    Silent = "silent" [Fault, InstrumentFault]
+        "Samples are constant in more than half of the rows (fault), or in at least one (instrument); or there was no evidence at all (fault).",
     /// No echo from the mirror.
     MirrorMissing = "mirror-missing" [Fault]
-        "On the mean the mirror's own echo stands less than 9 dB above the noise.",
-    /// The mirror's echo never changes: the same chirp again and again.
+        "The mean level of the mirror's own echo is less than 9 dB above the noise.",
+    /// The mirror's echo never changes: all chirps are the same.
     MirrorFrozen = "mirror-frozen" [Fault]
-        "In more than half of the rows four samples across the chirp are those of the chirp before.",
-    /// The map holds no noise, so that it cannot come from a radar.
+        "In more than half of the rows four samples across the chirp equal those of the chirp before.",
+    /// The map contains no noise, so it cannot come from a radar.
     NoNoise = "no-noise" [Fault]
         "The median of the map is zero.",
-    /// Nothing but noise: not even the floor was seen.
+    /// Nothing but noise: not even the ground was detected.
     NoEcho = "no-echo" [Fault]
-        "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected; in a guard sweep no cell is 15 dB above the median, and over some sweeps the ground's line is not above it either.",
+        "No echo reaches `sure_echo_db`; in the paper's estimator the number of detections is at most three times the expected number of false alarms; in a guard sweep no cell is 15 dB above the median, and the ground's line is not above it either over some sweeps.",
     /// A bit of the converter never changes.
-    AdcBit = "adc-bit" [Doubt]
+    AdcBit = "adc-bit" [InstrumentFault]
         "In more than `lame_rows` rows a bit of the samples does not change though a lower one does.",
-    /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
+    /// I and Q are exchanged, or one has the wrong sign: the spectrum is mirrored.
     IqSwapped = "iq-swapped" [Fault]
         "The image of the mirror's echo is more than `twin_db` stronger than the echo in more than half of the rows.",
-    /// One of the two channels is dead, or both give the same.
-    ChannelDead = "channel-dead" [Doubt]
+    /// One of the two channels is dead, or both give the same signal.
+    ChannelDead = "channel-dead" [InstrumentFault]
         "The image of the mirror's echo is as strong as the echo within `twin_db` in more than three quarters of the rows.",
-    /// I and Q are so unlike that echoes have images.
-    IqImbalance = "iq-imbalance" [Doubt]
+    /// The imbalance of I and Q is so large that echoes have images.
+    IqImbalance = "iq-imbalance" [InstrumentFault]
         "The image of the mirror's echo is less than `image_db` weaker than the echo in more than three quarters of the rows, and not `channel-dead`.",
-    /// The converter's offset walks during the scan.
-    DcDrift = "dc-drift" [Doubt]
-        "The mean of the samples walks by more than `offset_walk` of full scale during the scan.",
-    /// Samples are cut off below the converter's full scale.
-    Clipped = "clipped" [Doubt]
-        "More than `clipped_share` of the samples stand at the chirp's own extreme in more than 35 % of the rows looked at.",
+    /// The converter's offset drifts during the scan.
+    DcDrift = "dc-drift" [InstrumentFault]
+        "The mean of the samples drifts by more than `offset_walk` of full scale during the scan.",
+    /// Samples are clipped below the converter's full scale.
+    Clipped = "clipped" [InstrumentFault]
+        "More than `clipped_share` of the samples are at the chirp's own extreme in more than 35 % of the checked rows.",
     /// The level of the mirror's own echo changes during the scan.
-    GainDrift = "gain-drift" [Doubt]
-        "What the scanner shows of itself is more than `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mirror's own echo on the mean that much off its calibrated level.",
-    /// Rows were set aside because something else transmits, or a tone stands in all of them.
-    Interference = "interference" [Doubt]
-        "The noise of a row jumps by more than `burst_db`, or one level stands at one range from `blocked_m` on in a share of the rows above `line_share`.",
-    /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
-    RangeScale = "range-scale" [Doubt]
-        "On the mean the mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated place.",
-    /// The same chirp came more than once.
-    StaleChirp = "stale-chirp" [Doubt]
-        "A chirp is one of the 16 before it once more.",
+    GainDrift = "gain-drift" [InstrumentFault]
+        "The level of the scanner's own structure is more than `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mean level of the mirror's own echo that much off its calibrated level.",
+    /// Rows were discarded because of interference, or a tone is present in all of them.
+    Interference = "interference" [InstrumentFault]
+        "The noise of a row jumps by more than `burst_db`, or a constant level at one range beyond `blocked_m` fills more than `line_share` of the rows.",
+    /// The mirror's own echo does not match the mirror's offset: the range scale is wrong.
+    RangeScale = "range-scale" [InstrumentFault]
+        "The mean range of the mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated range.",
+    /// The same chirp was received more than once.
+    StaleChirp = "stale-chirp" [InstrumentFault]
+        "A chirp equals one of the previous 16.",
     /// Echoes do not change though the mirror should have turned.
-    MirrorStuck = "mirror-stuck" [Doubt]
-        "Rows stay like those `still_lag_beams` before them for more than `still_beams` beam widths and more than `still_rows` rows.",
-    /// Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.
-    AngleJump = "angle-jump" [Doubt]
-        "Neighbouring rows differ by more than `jump_db` beyond the usual, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
-    /// The floor is not where mount height, angle and offset say that it must be.
-    Mount = "mount" [Doubt]
-        "The floor is elsewhere than the mounting says, calibration's strain is above `calibration_strain`, or the first riser's corner is more than `corner_astray_rad` off the ground while the floor does not show that the mounting is right.",
+    MirrorStuck = "mirror-stuck" [InstrumentFault]
+        "Rows equal those `still_lag_beams` before them for more than `still_beams` beam widths and more than `still_rows` rows.",
+    /// Echoes change faster or slower over the rows than the beam width allows: rows are not at their angles.
+    AngleJump = "angle-jump" [InstrumentFault]
+        "Neighbouring rows differ by more than `jump_db` beyond the usual difference, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
+    /// The ground is not where mount height, angle and offset put it.
+    Mount = "mount" [InstrumentFault]
+        "The ground's echoes support another mounting, the corrections of the calibration exceed `calibration_strain`, or the first riser's corner is more than `corner_astray_rad` off the ground while the ground does not confirm the mounting.",
     /// Too many chirps were lost.
     TooManyLost = "too-many-lost" [Fault]
-        "More rows were lost than `max-lost`.",
+        "More than `max-lost` rows were lost.",
     /// The radar module does not answer.
     LinkSilent = "link-silent" [Fault]
-        "The radar module did not answer in time, or not in whole frames that fit the request: when asked for its settings, or for 8 rows one after the other.",
+        "The radar module did not answer in time, or not in complete frames that match the request: when asked for its settings, or for 8 consecutive rows.",
     /// The radar module reports an error.
     ModuleError = "module-error" [Fault]
-        "The radar module answered with an error or with another answer than was asked for: when asked for its settings, or for 8 rows one after the other.",
-    /// The radar module is set to something that the scanner cannot work with.
+        "The radar module answered with an error or to another request: when asked for its settings, or for 8 consecutive rows.",
+    /// The radar module has settings with which the scanner cannot work.
     ModuleConfig = "module-config" [Fault]
-        "With what the radar module is set to the settings are not valid, or make no scan that schedule and buffers hold.",
+        "With the radar module's settings the scanner's are not valid, or the scan exceeds schedule or buffers.",
     /// The motor's driver reports a stall.
     MotorStall = "motor-stall" [Fault]
-        "The driver's stall input came to the level `stall-level`.",
+        "The driver's stall input reached the level `stall-level`.",
     /// The home switch was not found.
     HomeNotFound = "home-not-found" [Fault]
-        "The home switch does not close within a turn, does not open, or closes elsewhere each time.",
+        "The home switch does not close within a turn, does not open, or closes at another position each time.",
     /// The known-answer test of the arithmetic failed.
     SelfTest = "self-test" [Fault]
-        "A known chirp does not come out of the arithmetic as it must.",
-    /// The settings in memory are no longer those that were set: only a reset helps.
+        "The arithmetic gives a wrong result for a known chirp.",
+    /// The settings in memory are corrupted: only a reset helps.
     SettingsDamaged = "settings-damaged" [Fault]
-        "The checksum of the settings in memory is not that of what was set.",
-    /// The watchdog had to reset the chip.
+        "The checksum of the settings in memory is wrong.",
+    /// The watchdog reset the chip.
     Watchdog = "watchdog" [Fault]
-        "The chip was reset by its watchdog; told by `status` and a failed self-test until the first scan.",
+        "The chip was reset by its watchdog; reported by `status` and a failed self-test until the first scan.",
     /// The firmware panicked or took a hardware fault.
     Crash = "crash" [Fault]
-        "The firmware panicked, took a hardware fault or an interrupt that nobody handles, or lost its clock; told by `status` and a failed self-test until the first scan.",
-    /// Crashes followed one another: the scanner stands still until it is told to start.
+        "The firmware panicked, took a hardware fault or an interrupt without a handler, or lost its clock; reported by `status` and a failed self-test until the first scan.",
+    /// Repeated crashes: the scanner stays idle until a command starts it.
     CrashLoop = "crash-loop" [Fault]
-        "Three resets by crash, watchdog or supply followed one another, with no minute between them that ended in an answer.",
-    /// The image in flash is not what was built.
+        "Three consecutive resets by crash, watchdog or supply, without a minute between them that ended in an answer.",
+    /// The image in flash is corrupted.
     ImageDamaged = "image-damaged" [Fault]
-        "The checksum of the flash is not that of the sealed image.",
-    /// Nobody has sealed the image: whether it is whole cannot be told.
-    ImageUnsealed = "image-unsealed" [Doubt]
-        "The image holds no checksum of itself.",
-    /// The memory does not keep what is written to it.
+        "The checksum of the flash differs from the sealed image's.",
+    /// The image has no checksum; its integrity is unknown.
+    ImageUnsealed = "image-unsealed" [InstrumentFault]
+        "The image contains no checksum of itself.",
+    /// The memory does not store what is written to it.
     MemoryDamaged = "memory-damaged" [Fault]
         "The march test of the memory at boot failed.",
     /// The supply is too low, or was before the reset.
     Supply = "supply" [Fault]
-        "At boot the supply detector reports a supply that is too low, or its fall made the reset.",
-    /// The crystal does not run, and nobody has said that the internal oscillator will do.
+        "At boot the supply detector reports a low supply voltage, or its drop caused the reset.",
+    /// The crystal does not run, and the setting `internal-clock` is off.
     InternalClock = "internal-clock" [Fault]
         "The crystal does not run, and the setting `internal-clock` is off.",
     /// The motor's driver does not answer, was reset, or reports an error.
     MotorDriver = "motor-driver" [Fault]
-        "The driver does not answer on its wire, was reset, or reports an error.",
-    /// The home switch or the encoder finds the mirror elsewhere: its angle was not what its steps said.
+        "The driver does not answer on its UART, was reset, or reports an error.",
+    /// The home switch or the encoder finds the mirror elsewhere: its angle does not match its steps.
     MirrorSlipped = "mirror-slipped" [Fault]
-        "The home switch or the encoder finds the mirror away from where its steps put it.",
+        "The home switch or the encoder finds the mirror away from the position of its step count.",
     /// The encoder on the mirror's shaft does not answer, or finds no magnet.
     EncoderSilent = "encoder-silent" [Fault]
         "The encoder does not answer on its bus, or reports no magnet.",

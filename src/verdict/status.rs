@@ -2,18 +2,18 @@
 //!
 //! In: the evidence of a scan. Out: its verdict, by one function without state.
 
-use super::evidence::{Evidence, Sight, Validity};
+use super::evidence::{Assessment, Evidence, Validity};
 use super::reasons::{Reason, Reasons};
 use crate::motion::Finding;
 
 /// Minimum horizon of an `ok` answer, metres, unless the horizon ends at a nearer reported drop. Source: design
 /// contract.
-pub const LEAST_HORIZON_M: f32 = 1.0;
+pub const MIN_HORIZON_M: f32 = 1.0;
 
 /// Minimum probability of the first step, [`Validity::first_step`], for stairs that begin beyond the horizon in
 /// an `ok` answer. Measured on the draw for testing thresholds: of 4,408 `ok` answers 900 have such stairs. 135
 /// of these are below the limit, among them 4 of the 5 that report stairs where there are none.
-pub const LEAST_FIRST_STEP: f32 = 0.9;
+pub const MIN_FIRST_STEP: f32 = 0.9;
 
 /// Permitted use of a scan by a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,21 +43,23 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
     let Evidence {
         faults,
         unusable,
-        signs,
+        health_faults,
         conditions,
-        sight,
+        assessment,
     } = evidence;
-    let mut verdict = match (unusable, sight) {
+    let mut verdict = match (unusable, assessment) {
         _ if !faults.is_empty() => Verdict::fault(*faults),
         (Some(reason), _) => Verdict::fault(Reasons::NONE.with(*reason)),
         (None, None) => Verdict::SILENT,
-        (None, Some(sight)) if !sight.heard => Verdict::fault(Reasons::NONE.with(Reason::NoEcho)),
-        (None, Some(sight)) => Verdict::of(sight),
+        (None, Some(assessment)) if !assessment.echo_found => {
+            Verdict::fault(Reasons::NONE.with(Reason::NoEcho))
+        }
+        (None, Some(assessment)) => Verdict::of(assessment),
     };
-    verdict.doubt(*signs);
-    verdict.doubt(conditions.board);
+    verdict.add_instrument_fault(*health_faults);
+    verdict.add_instrument_fault(conditions.board);
     if !conditions.configured {
-        verdict.doubt(Reasons::NONE.with(Reason::Unconfigured));
+        verdict.add_instrument_fault(Reasons::NONE.with(Reason::Unconfigured));
     }
     if conditions.lost_rows {
         verdict.degrade(Reason::LostRows);
@@ -65,12 +67,12 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
     verdict
 }
 
-/// Whether the horizon is too short for an `ok`: below [`LEAST_HORIZON_M`] and not up to the near edge of a
-/// reported drop, or the first step's probability is below [`LEAST_FIRST_STEP`].
+/// Whether the horizon is too short for an `ok`: below [`MIN_HORIZON_M`] and not up to the near edge of a
+/// reported drop, or the first step's probability is below [`MIN_FIRST_STEP`].
 fn is_short(valid: Validity, drop_m: Option<f32>) -> bool {
     let at_drop = drop_m.is_some_and(|edge| edge > 0.0 && valid.horizon_m >= edge);
-    let near = valid.horizon_m < LEAST_HORIZON_M && !at_drop;
-    near || valid.first_step < LEAST_FIRST_STEP
+    let near = valid.horizon_m < MIN_HORIZON_M && !at_drop;
+    near || valid.first_step < MIN_FIRST_STEP
 }
 
 impl Verdict {
@@ -90,31 +92,31 @@ impl Verdict {
     }
 
     /// Returns the verdict by the estimator's assessment alone: `ok` if the answer is valid far enough.
-    fn of(sight: &Sight) -> Self {
+    fn of(assessment: &Assessment) -> Self {
         let mut verdict = Self {
             status: Status::Ok,
-            valid: sight.valid,
-            reasons: sight.weak,
+            valid: assessment.valid,
+            reasons: assessment.weaknesses,
         };
-        if sight
+        if assessment
             .valid
-            .is_some_and(|valid| is_short(valid, sight.drop_m))
+            .is_some_and(|valid| is_short(valid, assessment.drop_m))
         {
             verdict.degrade(Reason::ShortHorizon);
         }
-        if sight.astray {
-            verdict.doubt(Reasons::NONE.with(Reason::Mount));
+        if assessment.mounting_off {
+            verdict.add_instrument_fault(Reasons::NONE.with(Reason::Mount));
         }
-        if sight.stretched {
-            verdict.doubt(Reasons::NONE.with(Reason::AngleJump));
+        if assessment.lobe_width_off {
+            verdict.add_instrument_fault(Reasons::NONE.with(Reason::AngleJump));
         }
-        match sight.agreement.finding {
+        match assessment.agreement.finding {
             Finding::Agreed => {}
-            Finding::Alone => verdict.degrade(Reason::Unconfirmed),
+            Finding::Unconfirmed => verdict.degrade(Reason::Unconfirmed),
             Finding::Moved => verdict.degrade(Reason::Moving),
             Finding::Missing => verdict.degrade(Reason::MotionInput),
         }
-        if sight.agreement.input.is_bad() {
+        if assessment.agreement.input.is_bad() {
             verdict.reasons.add(Reason::MotionInput);
         }
         verdict
@@ -122,9 +124,9 @@ impl Verdict {
 
     /// Adds instrument faults. No estimator can correct its instrument's faults, so horizon and confidence
     /// become 0.
-    fn doubt(&mut self, doubts: Reasons) {
-        self.reasons = self.reasons.and(doubts);
-        if !doubts.is_empty() && self.status != Status::Fault {
+    fn add_instrument_fault(&mut self, faults: Reasons) {
+        self.reasons = self.reasons.and(faults);
+        if !faults.is_empty() && self.status != Status::Fault {
             self.status = Status::Degraded;
             self.valid = self.valid.map(|_| Validity::NONE);
         }

@@ -15,17 +15,17 @@ fn valid_to(horizon_m: f32) -> Validity {
 }
 
 /// Returns an estimator's assessment that leads to `ok`.
-fn sure() -> Sight {
-    Sight {
-        heard: true,
+fn sure() -> Assessment {
+    Assessment {
+        echo_found: true,
         valid: Some(valid_to(1.4)),
-        ..Sight::nothing(Agreement::STANDING)
+        ..Assessment::nothing(Agreement::STANDING)
     }
 }
 
-fn seen(sight: Sight) -> Evidence {
+fn seen(sight: Assessment) -> Evidence {
     Evidence {
-        sight: Some(sight),
+        assessment: Some(sight),
         ..Evidence::default()
     }
 }
@@ -42,15 +42,15 @@ const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
     (Some(0.9), None),
     (Some(0.9), Some(0.8)),
     (Some(0.9), Some(0.95)),
-    (Some(LEAST_HORIZON_M), None),
+    (Some(MIN_HORIZON_M), None),
 ];
 
 /// Returns all combinations of the parts of an assessment that a verdict depends on.
-fn sights() -> Vec<Option<Sight>> {
+fn sights() -> Vec<Option<Assessment>> {
     let mut sights = Vec::from([None]);
     let findings = [
         Finding::Agreed,
-        Finding::Alone,
+        Finding::Unconfirmed,
         Finding::Moved,
         Finding::Missing,
     ];
@@ -59,14 +59,14 @@ fn sights() -> Vec<Option<Sight>> {
         for (horizon_m, drop_m) in HORIZONS_AND_DROPS {
             for finding in findings {
                 for input in [Input::Absent, Input::Late] {
-                    sights.push(Some(Sight {
-                        heard: bit(0),
+                    sights.push(Some(Assessment {
+                        echo_found: bit(0),
                         valid: horizon_m.map(valid_to),
                         drop_m,
-                        astray: bit(1),
-                        stretched: bit(2),
+                        mounting_off: bit(1),
+                        lobe_width_off: bit(2),
                         agreement: Agreement { finding, input },
-                        weak: one_of(Reason::CloseRival)[usize::from(bit(3))],
+                        weaknesses: one_of(Reason::CloseRival)[usize::from(bit(3))],
                     }));
                 }
             }
@@ -81,7 +81,7 @@ fn all() -> Vec<Evidence> {
     for sight in sights() {
         for faults in one_of(Reason::MotorStall) {
             for unusable in [None, Some(Reason::Saturated)] {
-                for signs in one_of(Reason::GainDrift) {
+                for health_faults in one_of(Reason::GainDrift) {
                     for bits in 0_u32..8 {
                         let conditions = Conditions {
                             board: one_of(Reason::ImageUnsealed)[(bits & 1) as usize],
@@ -91,9 +91,9 @@ fn all() -> Vec<Evidence> {
                         all.push(Evidence {
                             faults,
                             unusable,
-                            signs,
+                            health_faults,
                             conditions,
-                            sight,
+                            assessment: sight,
                         });
                     }
                 }
@@ -111,7 +111,7 @@ fn may(reasons: Reasons, effect: ReasonEffect) -> bool {
 #[test]
 fn without_evidence_there_is_no_answer() {
     assert_eq!(verdict(&Evidence::default()), Verdict::SILENT);
-    let empty = seen(Sight::nothing(Agreement::STANDING));
+    let empty = seen(Assessment::nothing(Agreement::STANDING));
     assert_eq!(verdict(&empty).status, Status::Fault);
 }
 
@@ -129,12 +129,12 @@ fn each_status_has_a_reason_whose_effect_it_is() {
         match found.status {
             Status::Fault => assert!(may(found.reasons, ReasonEffect::Fault), "{evidence:?}"),
             Status::Degraded => assert!(
-                may(found.reasons, ReasonEffect::Doubt)
+                may(found.reasons, ReasonEffect::InstrumentFault)
                     || may(found.reasons, ReasonEffect::Degraded),
                 "{evidence:?}"
             ),
             Status::Ok => {
-                let word = |r: Reason| r.effects().contains(&ReasonEffect::Word);
+                let word = |r: Reason| r.effects().contains(&ReasonEffect::Info);
                 assert!(found.reasons.iter().all(word), "{evidence:?}");
             }
         }
@@ -145,23 +145,23 @@ fn each_status_has_a_reason_whose_effect_it_is() {
 fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre_or_a_drop() {
     for evidence in all() {
         let found = verdict(&evidence);
-        let sight = evidence.sight.unwrap_or(sure());
+        let sight = evidence.assessment.unwrap_or(sure());
         let conditions = evidence.conditions;
-        let doubt = sight.astray
-            || sight.stretched
+        let doubt = sight.mounting_off
+            || sight.lobe_width_off
             || !conditions.configured
             || !conditions.board.is_empty()
-            || !evidence.signs.is_empty();
+            || !evidence.health_faults.is_empty();
         let expected = match (found.status, doubt) {
             (Status::Fault, _) => None,
             (_, true) => sight.valid.map(|_| Validity::NONE),
             (_, false) => sight.valid,
         };
         assert_eq!(found.valid, expected, "{evidence:?}");
-        let horizon_m = found.valid.map_or(LEAST_HORIZON_M, |v| v.horizon_m);
+        let horizon_m = found.valid.map_or(MIN_HORIZON_M, |v| v.horizon_m);
         let least = sight
             .drop_m
-            .map_or(LEAST_HORIZON_M, |edge| edge.min(LEAST_HORIZON_M));
+            .map_or(MIN_HORIZON_M, |edge| edge.min(MIN_HORIZON_M));
         assert!(found.status != Status::Ok || horizon_m >= least);
     }
 }
@@ -173,7 +173,7 @@ fn stairs_beyond_the_horizon_that_are_not_sure_are_no_ok_and_keep_the_horizon() 
             first_step,
             ..valid_to(1.4)
         });
-        let verdict = verdict(&seen(Sight { valid, ..sure() }));
+        let verdict = verdict(&seen(Assessment { valid, ..sure() }));
         assert_eq!(verdict.status, status, "{first_step}");
         let short = verdict.reasons.has(Reason::ShortHorizon);
         assert_eq!(short, status == Status::Degraded);
@@ -185,7 +185,7 @@ fn stairs_beyond_the_horizon_that_are_not_sure_are_no_ok_and_keep_the_horizon() 
 fn a_horizon_that_ends_at_a_nearer_drop_is_not_short() {
     let found = |horizon_m, drop_m| {
         let valid = Some(valid_to(horizon_m));
-        let sight = Sight {
+        let sight = Assessment {
             valid,
             drop_m,
             ..sure()
@@ -215,7 +215,7 @@ fn outcome(horizon_m: f32, step_m: Option<f32>, drop: Option<DropEdge>) -> Outco
         };
         outcome.answer.steps.push(step).unwrap();
     }
-    outcome.decide(&seen(Sight {
+    outcome.decide(&seen(Assessment {
         valid: Some(valid_to(horizon_m)),
         drop_m: drop.map(|drop| drop.nearest_m()),
         ..sure()
@@ -260,7 +260,7 @@ fn a_fault_tells_no_drop() {
 #[test]
 fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
     let by = |finding, input| {
-        seen(Sight {
+        seen(Assessment {
             agreement: Agreement { finding, input },
             ..sure()
         })
@@ -270,29 +270,32 @@ fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
         ..seen(sure())
     };
     let cases = [
-        (Reason::NoEcho, seen(Sight::nothing(Agreement::STANDING))),
+        (
+            Reason::NoEcho,
+            seen(Assessment::nothing(Agreement::STANDING)),
+        ),
         (
             Reason::ShortHorizon,
-            seen(Sight {
+            seen(Assessment {
                 valid: Some(valid_to(0.9)),
                 ..sure()
             }),
         ),
         (
             Reason::Mount,
-            seen(Sight {
-                astray: true,
+            seen(Assessment {
+                mounting_off: true,
                 ..sure()
             }),
         ),
         (
             Reason::AngleJump,
-            seen(Sight {
-                stretched: true,
+            seen(Assessment {
+                lobe_width_off: true,
                 ..sure()
             }),
         ),
-        (Reason::Unconfirmed, by(Finding::Alone, Input::Absent)),
+        (Reason::Unconfirmed, by(Finding::Unconfirmed, Input::Absent)),
         (Reason::Moving, by(Finding::Moved, Input::Good)),
         (Reason::MotionInput, by(Finding::Missing, Input::Absent)),
         (Reason::MotionInput, by(Finding::Agreed, Input::Late)),
@@ -315,8 +318,8 @@ fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
         let found = verdict(&evidence);
         assert_eq!(found.reasons, Reasons::NONE.with(reason));
         let effect = match (found.status, found.valid.map(|v| v.horizon_m)) {
-            (Status::Ok, _) => ReasonEffect::Word,
-            (Status::Degraded, Some(0.0)) => ReasonEffect::Doubt,
+            (Status::Ok, _) => ReasonEffect::Info,
+            (Status::Degraded, Some(0.0)) => ReasonEffect::InstrumentFault,
             (Status::Degraded, _) => ReasonEffect::Degraded,
             (Status::Fault, _) => ReasonEffect::Fault,
         };

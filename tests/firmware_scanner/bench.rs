@@ -15,14 +15,15 @@ use stairscan::scanner::command::{Measure, framed};
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{
-    Board, BytePort, DataPath, Fitness, Hardware, Identity, Micros, Mirror, MirrorError, Motion,
-    Scanner, Settings,
+    Board, BoardHealth, BootInfo, BytePort, DataPath, Hardware, Micros, Mirror, MirrorError,
+    Motion, Scanner, Settings,
 };
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::{RowTimes, Wire};
 use stairscan::signal::radar::{LinkError, RadarModule};
 use stairscan::verdict::{
-    Conditions, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+    Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
+    Outcome,
 };
 
 /// Everything outside the scanner, shared between the implementations of its traits and the test.
@@ -50,7 +51,7 @@ pub struct World {
     // Radar.
     pub radar: Option<RadarConfig>,
     /// Last settings requested from the module.
-    pub wish: Wish,
+    pub requested: RequestedSettings,
     pub errors: VecDeque<Option<LinkError>>,
     pub triggers: Vec<i32>,
     pub deadline: Micros,
@@ -127,9 +128,9 @@ impl Mirror for Shared {
 }
 
 impl RadarModule for Shared {
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
         let mut w = self.0.borrow_mut();
-        w.wish = *wish;
+        w.requested = *requested;
         w.deadline = now.plus(timeout_us);
     }
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
@@ -177,10 +178,10 @@ impl Board for Shared {
     fn set_stopped(&mut self, stopped: bool) {
         self.0.borrow_mut().stopped = stopped;
     }
-    fn settings_before(&self) -> Option<u32> {
+    fn retained_settings_hash(&self) -> Option<u32> {
         self.0.borrow().before
     }
-    fn note_settings(&mut self, hash: u32) {
+    fn retain_settings_hash(&mut self, hash: u32) {
         self.0.borrow_mut().before = Some(hash);
     }
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
@@ -191,7 +192,7 @@ impl Board for Shared {
         w.saved = Some(*settings);
         Ok(())
     }
-    fn survived(&mut self) {
+    fn clear_crashes(&mut self) {
         self.0.borrow_mut().survived = true;
     }
     fn measure(&self, _: Measure) -> u32 {
@@ -226,9 +227,9 @@ impl DataPath for Data {
         self.0.0.borrow_mut().lost.push(row);
     }
     fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
-        let sight = Sight {
-            heard: true,
-            ..Sight::nothing(Agreement::STANDING)
+        let sight = Assessment {
+            echo_found: true,
+            ..Assessment::nothing(Agreement::STANDING)
         };
         let mut outcome = Outcome::silent();
         let w = self.0.0.borrow();
@@ -241,15 +242,15 @@ impl DataPath for Data {
         });
         outcome.decide(&Evidence {
             conditions,
-            sight: Some(sight),
+            assessment: Some(sight),
             ..Evidence::default()
         });
         outcome
     }
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
-        GuardWord::new(&GuardEvidence {
-            heard: true,
-            motion: MotionDoubt::of(drive),
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
+        GuardResult::new(&GuardEvidence {
+            echo_found: true,
+            motion: MotionQuality::of(drive),
             conditions,
             ground: self.0.0.borrow().ground,
             ..GuardEvidence::default()
@@ -278,7 +279,7 @@ pub struct Bench<M = Shared> {
     pub now: Micros,
 }
 
-pub const IDENTITY: Identity = Identity {
+pub const IDENTITY: BootInfo = BootInfo {
     version: "1.2.3",
     revision: "abcdef",
     reset: "power-on",
@@ -287,7 +288,7 @@ pub const IDENTITY: Identity = Identity {
     serial: [0x0012_3456, 0x789a_bcde, 0xf012_3456],
     cause: None,
     crash_loop: false,
-    fitness: Fitness::GOOD,
+    health: BoardHealth::GOOD,
 };
 
 impl Bench {
@@ -303,7 +304,7 @@ impl Bench {
     /// A scanner with the settings `saved` in its flash.
     pub fn boot(
         saved: Option<Settings>,
-        identity: Identity,
+        identity: BootInfo,
         prepare: impl FnOnce(&mut World),
     ) -> Self {
         Self::over(Shared::clone, saved, identity, prepare)
@@ -323,12 +324,12 @@ impl<M: Mirror> Bench<M> {
     pub fn over(
         mirror: impl FnOnce(&Shared) -> M,
         saved: Option<Settings>,
-        identity: Identity,
+        identity: BootInfo,
         prepare: impl FnOnce(&mut World),
     ) -> Self {
         let mut world = World {
             radar: Some(RadarConfig::default()),
-            wish: Wish::DEFAULT,
+            requested: RequestedSettings::DEFAULT,
             ..World::default()
         };
         prepare(&mut world);

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use crate::bench::{Bench, IDENTITY};
-use chip::{Chip, Mood};
+use chip::{Chip, ChipFault};
 use stairscan::report::Sentence;
 use stairscan::scanner::mirror::{PulseState, StepPort, Stepper};
 use stairscan::scanner::ramp::Ramp;
@@ -37,7 +37,7 @@ impl BytePort for Motor {
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         let chip = &mut self.0.borrow_mut().0;
-        bytes.iter().for_each(|&byte| chip.hear(byte));
+        bytes.iter().for_each(|&byte| chip.receive(byte));
         bytes.len()
     }
 }
@@ -113,14 +113,19 @@ fn a_sound_driver_is_set_up_and_read_before_each_scan() {
 
 #[test]
 fn a_silent_driver_is_a_fault_and_nothing_moves() {
-    for mood in [Mood::Silent, Mood::Cut, Mood::WrongChecksum, Mood::Deaf] {
-        let (mut bench, motor) = boot(settings(), |chip| chip.mood = mood);
+    for fault in [
+        ChipFault::Silent,
+        ChipFault::Cut,
+        ChipFault::WrongChecksum,
+        ChipFault::IgnoresWrites,
+    ] {
+        let (mut bench, motor) = boot(settings(), |chip| chip.fault = fault);
         let told = bench.scan();
-        assert_eq!((told.scan, told.status), (0, Status::Fault), "{mood:?}");
+        assert_eq!((told.scan, told.status), (0, Status::Fault), "{fault:?}");
         assert!(told.reasons.has(Reason::MotorDriver), "{told:?}");
         assert_eq!(motor.0.borrow().1.homings, 0, "EN stayed off");
         // The scanner tries again by itself.
-        motor.0.borrow_mut().0.mood = Mood::Well;
+        motor.0.borrow_mut().0.fault = ChipFault::Well;
         assert_eq!(bench.scan().status, Status::Ok);
     }
 }
@@ -130,7 +135,7 @@ fn the_self_test_names_the_driver() {
     let (mut bench, motor) = boot(settings(), |_| ());
     bench.scan();
     assert_eq!(bench.ask("stop"), "DONE,stop");
-    motor.0.borrow_mut().0.mood = Mood::Silent;
+    motor.0.borrow_mut().0.fault = ChipFault::Silent;
     bench.type_line("selftest");
     let refused = |s: &Sentence<'_>| matches!(s, Sentence::Fail { field, .. } if *field == Reason::MotorDriver.as_str());
     bench.until(refused);

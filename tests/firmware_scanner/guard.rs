@@ -5,14 +5,14 @@ use stairscan::report::{GuardLine, Sentence, Tenths, motion};
 use stairscan::scanner::Settings;
 use stairscan::scanner::settings::{GuardConfig, SweepMode};
 use stairscan::signal::radar::LinkError;
-use stairscan::verdict::{Ending, FreeGround, Reason, Reasons, Status};
+use stairscan::verdict::{FreeGround, HazardKind, Reason, Reasons, Status};
 
 use crate::bench::{Bench, IDENTITY, World};
 
 /// Free distance up to a rise.
 const RISE: FreeGround = FreeGround {
     free_m: 1.2,
-    ending: Ending::Rise,
+    hazard: HazardKind::Rise,
     confidence: 0.999,
 };
 
@@ -58,9 +58,9 @@ fn sweeps_go_both_ways_in_turn_over_the_guards_angles() {
         assert_eq!(bench.ask("guard on"), "DONE,guard");
         for number in 1..=3 {
             let word = sweep(&mut bench);
-            let told = (word.sweep, word.status, word.free, word.ending);
+            let told = (word.sweep, word.status, word.free, word.hazard);
             let free = Some(Tenths(12_000));
-            assert_eq!(told, (number, Status::Ok, free, Ending::Rise));
+            assert_eq!(told, (number, Status::Ok, free, HazardKind::Rise));
             assert_eq!(word.reasons, Reasons::NONE);
         }
         assert_eq!(bench.scanner.state(), "guarding");
@@ -252,8 +252,8 @@ fn the_nearer_hazard_of_the_last_scan_counts_for_some_seconds() {
     let word = sweep(&mut bench);
     // 0.9 m less three standard deviations of 1 cm.
     assert_eq!(
-        (word.free, word.ending),
-        (Some(Tenths(8_700)), Ending::Drop)
+        (word.free, word.hazard),
+        (Some(Tenths(8_700)), HazardKind::Drop)
     );
     assert_eq!(word.reasons, Reasons::NONE.with(Reason::ScanNearer));
     for _ in 0..5_000 {
@@ -268,27 +268,27 @@ fn a_watch_scans_once_what_comes_near_a_chair_that_stands() {
     let mut settings = settings(SweepMode::Stop);
     settings.motion = stairscan::motion::Mode::Standing;
     let mut bench = bench(settings, |w| w.ground = None);
-    let near = |bench: &mut Bench, free_m, ending| {
+    let near = |bench: &mut Bench, free_m, hazard| {
         bench.world.0.borrow_mut().ground = Some(FreeGround {
             free_m,
-            ending,
+            hazard,
             ..RISE
         });
     };
-    near(&mut bench, 1.6, Ending::Rise);
+    near(&mut bench, 1.6, HazardKind::Rise);
     assert_eq!(bench.ask("watch on"), "DONE,watch");
     assert!(!is_scan_next(&mut bench) && !is_scan_next(&mut bench));
-    near(&mut bench, 1.4, Ending::Obstacle);
+    near(&mut bench, 1.4, HazardKind::Obstacle);
     assert!(
         (0..3).all(|_| !is_scan_next(&mut bench)),
         "no rise, no drop"
     );
-    near(&mut bench, 1.4, Ending::Drop);
+    near(&mut bench, 1.4, HazardKind::Drop);
     assert!((0..3).any(|_| is_scan_next(&mut bench)));
     assert!((0..3).all(|_| !is_scan_next(&mut bench)), "one of each");
-    near(&mut bench, 1.6, Ending::Drop);
+    near(&mut bench, 1.6, HazardKind::Drop);
     assert!((0..2).all(|_| !is_scan_next(&mut bench)));
-    near(&mut bench, 1.4, Ending::Rise);
+    near(&mut bench, 1.4, HazardKind::Rise);
     assert!((0..3).any(|_| is_scan_next(&mut bench)), "and the next one");
 }
 

@@ -13,7 +13,7 @@ use stairscan::report::Sentence;
 use stairscan::report::sentence::crc32;
 use stairscan::scanner::command::framed;
 use stairscan::scanner::seal::ImageState;
-use stairscan::scanner::{Fitness, Identity, Settings};
+use stairscan::scanner::{BoardHealth, BootInfo, Settings};
 use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{Reason, Reasons, Status};
 
@@ -264,7 +264,7 @@ fn a_failed_self_test_answers_its_command() {
     });
     assert_eq!(
         bench.ask("selftest"),
-        "FAIL,selftest,home-not-found,a test that passes"
+        "FAIL,selftest,home-not-found,a passed self-test"
     );
     assert_eq!(bench.scan().scan, 0);
     bench.world.0.borrow_mut().no_home = false;
@@ -303,7 +303,7 @@ fn stop_switches_the_driver_off_and_the_next_scan_homes() {
 
 #[test]
 fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
-    let identity = Identity {
+    let identity = BootInfo {
         cause: Some(Reason::Crash),
         crash_loop: true,
         ..IDENTITY
@@ -400,7 +400,7 @@ fn a_stuck_port_is_owed_one_live_at_most() {
 /// A fault of processor, memory or supply is reported repeatedly, and nothing moves.
 #[test]
 fn an_unfit_board_never_scans() {
-    type Defect = fn(&mut Fitness);
+    type Defect = fn(&mut BoardHealth);
     let defects: [(Reason, Defect); 4] = [
         (Reason::ImageDamaged, |f| f.image = ImageState::Damaged),
         (Reason::MemoryDamaged, |f| f.memory_damaged = true),
@@ -408,12 +408,9 @@ fn an_unfit_board_never_scans() {
         (Reason::InternalClock, |f| f.internal_clock = true),
     ];
     for (reason, defect) in defects {
-        let mut fitness = Fitness::GOOD;
-        defect(&mut fitness);
-        let identity = Identity {
-            fitness,
-            ..IDENTITY
-        };
+        let mut health = BoardHealth::GOOD;
+        defect(&mut health);
+        let identity = BootInfo { health, ..IDENTITY };
         let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
         for _ in 0..2 {
             let scan = bench.scan();
@@ -432,10 +429,10 @@ fn an_unfit_board_never_scans() {
 /// The internal oscillator is accepted while a setting allows it.
 #[test]
 fn the_internal_oscillator_is_allowed_by_a_setting() {
-    let identity = Identity {
-        fitness: Fitness {
+    let identity = BootInfo {
+        health: BoardHealth {
             internal_clock: true,
-            ..Fitness::GOOD
+            ..BoardHealth::GOOD
         },
         ..IDENTITY
     };
@@ -452,10 +449,10 @@ fn the_internal_oscillator_is_allowed_by_a_setting() {
 
 #[test]
 fn an_unsealed_image_is_never_ok() {
-    let identity = Identity {
-        fitness: Fitness {
+    let identity = BootInfo {
+        health: BoardHealth {
             image: ImageState::Blank,
-            ..Fitness::GOOD
+            ..BoardHealth::GOOD
         },
         ..IDENTITY
     };

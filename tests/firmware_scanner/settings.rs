@@ -5,9 +5,9 @@ use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::scanner::command::framed;
 use stairscan::scanner::record::MOUNTING;
-use stairscan::scanner::{Identity, Settings};
+use stairscan::scanner::{BootInfo, Settings};
 use stairscan::signal::radar::LinkError;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::bench::{Bench, IDENTITY, World};
@@ -140,7 +140,7 @@ fn save_is_refused_where_it_would_do_harm_or_cannot_be_done() {
     }
     assert_eq!(bench.send("save"), "FAIL,save,state,idle: stop first");
     bench.ask("stop");
-    let expected = "FAIL,save,flash,a flash controller that answers";
+    let expected = "FAIL,save,flash,a responding flash controller";
     assert_eq!(bench.send("save"), expected);
     assert!(bench.ask("save now").starts_with("FAIL,save,arguments"));
 }
@@ -203,7 +203,7 @@ fn a_calibration_is_saved_with_its_date_and_the_chip() {
     // The same chip accepts them after a reset, another one does not.
     let mut bench = Bench::boot(Some(saved), IDENTITY, |_| ());
     assert_eq!(bench.scan().status, Status::Ok);
-    let other = Identity {
+    let other = BootInfo {
         serial: [1, 2, 3],
         ..IDENTITY
     };
@@ -251,7 +251,7 @@ fn a_calibration_that_fails_changes_nothing() {
 fn the_module_is_what_the_setting_says() {
     let mut bench = Bench::new(|_| ());
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(bench.world.0.borrow().wish, Wish::DEFAULT);
+    assert_eq!(bench.world.0.borrow().requested, RequestedSettings::DEFAULT);
     for (key, value) in [
         ("module-bandwidth", "5500000"),
         ("module-samples", "128"),
@@ -265,12 +265,12 @@ fn the_module_is_what_the_setting_says() {
     // The current scan, and the next one.
     bench.scan();
     bench.scan();
-    let wish = Wish {
+    let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
         bandwidth_khz: 5_500_000,
         samples: 128,
         baud: 2_000_000,
         pin: true,
     };
-    assert_eq!(bench.world.0.borrow().wish, wish);
+    assert_eq!(bench.world.0.borrow().requested, requested);
 }

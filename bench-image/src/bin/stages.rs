@@ -1,13 +1,13 @@
 //! Emulator image: prints the instruction count of every stage, one `name count` a line.
 //!
 //! Whole scans come from the file `scans` in the emulator's working directory, one after the other: a
-//! [header](bench_image::head) and the rows' chirps.
+//! [header](bench_image::header) and the rows' chirps.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod image {
     use bench_image::counter::Counter;
-    use bench_image::head;
+    use bench_image::header;
     use bench_image::host_file::HostFile;
     use bench_image::stack;
     use core::hint::black_box;
@@ -110,10 +110,16 @@ mod image {
         let mut data = [Packed::ZERO; 256];
         let count = counter.count(ROUNDS, || {
             let (levels, window) = (black_box(&levels), black_box(&window));
-            window::open::<Native, 256>(black_box(&samples), levels, window, black_box(&mut data))
+            window::window_and_first_stage::<Native, 256>(
+                black_box(&samples),
+                levels,
+                window,
+                black_box(&mut data),
+            )
         });
         hprintln!("window {}", count);
-        let seen = window::open::<Native, 256>(&samples, &levels, &window, &mut data);
+        let seen =
+            window::window_and_first_stage::<Native, 256>(&samples, &levels, &window, &mut data);
         let (mut spare, mut power) = ([Packed::ZERO; 256], [0u32; 256]);
         let count = counter.count(ROUNDS, || {
             let (spare, power) = (black_box(&mut spare), black_box(&mut power));
@@ -206,10 +212,10 @@ mod image {
         let Some(mut file) = HostFile::open(c"scans") else {
             return;
         };
-        let mut bytes = [0; head::SIZE];
+        let mut bytes = [0; header::SIZE];
         while file.read(&mut bytes) {
-            let config = head::decode(&bytes);
-            if config.sweep.angle_count <= head::MOST_SWEEP_ROWS {
+            let config = header::decode(&bytes);
+            if config.sweep.angle_count <= header::MAX_SWEEP_ROWS {
                 sweep(counter, pipeline, &config, &mut file);
             } else {
                 scan(counter, pipeline, &config, &mut file);
@@ -229,7 +235,7 @@ mod image {
             if !ready || !chirp_of(file, config, pipeline) {
                 return;
             }
-            let ((), chirp) = counter.once(|| pipeline.watch(k));
+            let ((), chirp) = counter.once(|| pipeline.process_row(k));
             worst_chirp = worst_chirp.max(chirp);
             let ((), rest) = counter.once(|| pipeline.complete(k));
             worst_row = worst_row.max(chirp + rest);

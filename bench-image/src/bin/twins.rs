@@ -4,7 +4,7 @@
 
 #[cfg(target_os = "none")]
 mod image {
-    use bench_image::{stack, twins};
+    use bench_image::{arithmetic_check, stack};
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
@@ -17,8 +17,8 @@ mod image {
     }
 
     extern "C" fn run() -> ! {
-        let found = twins::compare::<Dsp, Portable>();
-        hprintln!("chirps {}", twins::TOTAL);
+        let found = arithmetic_check::compare::<Dsp, Portable>();
+        hprintln!("chirps {}", arithmetic_check::TOTAL);
         hprintln!("mismatches {}", found.mismatches);
         hprintln!("digest {:08x}", found.digest);
         debug::exit(EXIT_SUCCESS);

@@ -10,7 +10,7 @@ use stairscan::report::{
 use stairscan::scanner::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
 };
-use stairscan::verdict::{Ending, Reasons, Status};
+use stairscan::verdict::{HazardKind, Reasons, Status};
 
 use super::Way;
 
@@ -88,13 +88,13 @@ fn place(status: Status) -> u8 {
 }
 
 fn of_guard(guard: &GuardLine) -> String {
-    let ending = Ending::ALL.iter().position(|&e| e == guard.ending);
+    let ending = HazardKind::ALL.iter().position(|&e| e == guard.hazard);
     format!(
         "GUARD sweep={} status={} free={} ending={} confidence={} reasons={}",
         guard.sweep,
         place(guard.status),
         tenths(guard.free),
-        ending.unwrap_or(Ending::ALL.len()),
+        ending.unwrap_or(HazardKind::ALL.len()),
         guard.confidence,
         words(guard.reasons)
     )
@@ -121,7 +121,7 @@ fn of_scan(scan: &ScanLine) -> String {
         words(scan.reasons),
         tenths(scan.horizon),
         optional(scan.confidence),
-        scan.maybes,
+        scan.possible_steps,
         scan.settings,
         scan.drops
     )

@@ -11,7 +11,7 @@ use stairscan::report::{
 };
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
-use stairscan::verdict::{Ending, Reason, Reasons, Status};
+use stairscan::verdict::{HazardKind, Reason, Reasons, Status};
 
 use super::{Way, oracle, tables};
 
@@ -96,7 +96,7 @@ fn scans() -> Vec<ScanLine> {
         reasons: Reasons::NONE,
         horizon: Some(Tenths(10_000)),
         confidence: Some(989),
-        maybes: 1,
+        possible_steps: 1,
         settings: 0x4285_B47E,
         drops: 0,
         plane: None,
@@ -111,7 +111,7 @@ fn scans() -> Vec<ScanLine> {
         reasons: every,
         horizon: Some(Tenths(-1_000_000)),
         confidence: Some(1000),
-        maybes: u8::MAX,
+        possible_steps: u8::MAX,
         settings: u32::MAX,
         drops: u8::MAX,
         plane: Some(Plane::Height),
@@ -133,7 +133,7 @@ fn scans() -> Vec<ScanLine> {
         reasons: Reasons::NONE.with(Reason::NoEcho),
         horizon: None,
         confidence: None,
-        maybes: 0,
+        possible_steps: 0,
         ..ok
     };
     let each = Reason::ALL.iter().map(|&r| degraded(Reasons::NONE.with(r)));
@@ -143,7 +143,7 @@ fn scans() -> Vec<ScanLine> {
     let clear = ScanLine {
         direction: Direction::None,
         steps: 0,
-        maybes: 0,
+        possible_steps: 0,
         ..ok
     };
     let plane = Some(Plane::Depth);
@@ -232,25 +232,25 @@ fn guards() -> Vec<GuardLine> {
     let every = Reason::ALL
         .iter()
         .fold(Reasons::NONE, |set, &r| set.with(r));
-    let guard = |ending| GuardLine {
+    let guard = |hazard| GuardLine {
         sweep: 7,
         status: Status::Ok,
         free: Some(Tenths(9_004)),
-        ending,
+        hazard,
         confidence: 998,
         reasons: Reasons::NONE,
     };
-    let ok = guard(Ending::None);
+    let ok = guard(HazardKind::None);
     let nearer = GuardLine {
         reasons: Reasons::NONE.with(Reason::ScanNearer),
-        ..guard(Ending::Drop)
+        ..guard(HazardKind::Drop)
     };
     let degraded = GuardLine {
         status: Status::Degraded,
         free: Some(Tenths(0)),
         confidence: 0,
         reasons: every,
-        ..guard(Ending::Unknown)
+        ..guard(HazardKind::Unknown)
     };
     let fault = GuardLine {
         sweep: u32::MAX,
@@ -265,7 +265,7 @@ fn guards() -> Vec<GuardLine> {
         ..ok
     };
     let extremes = [-1, i32::MAX, -i32::MAX].map(extreme);
-    let each = Ending::ALL.map(guard);
+    let each = HazardKind::ALL.map(guard);
     let fixed = [nearer, degraded, fault];
     each.into_iter().chain(fixed).chain(extremes).collect()
 }

@@ -17,7 +17,7 @@ use host_sim::modules::bgt60::{Chip, Fault};
 use stairscan::Iq;
 use stairscan::scanner::Micros;
 use stairscan::signal::radar::bgt60::Bgt60;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 
 use crate::input::Input;
 
@@ -88,16 +88,16 @@ pub fn run(data: &[u8]) {
     while !input.is_empty() {
         match input.byte() % 5 {
             0 => {
-                let wish = Wish {
+                let requested = RequestedSettings {
                     kind: ModuleKind::Bgt60,
                     bandwidth_khz: input.word(),
                     samples: input.short(),
-                    ..Wish::DEFAULT
+                    ..RequestedSettings::DEFAULT
                 };
                 let timeout = 1000 * u32::from(input.short()).max(1);
                 (until, waiting) = (now.plus(timeout), Waiting::Settings);
                 wires.chip.at(now);
-                module.program(&mut wires, now, &wish, timeout);
+                module.program(&mut wires, now, &requested, timeout);
             }
             1 => {
                 let pairs = usize::from(input.byte()) + 1;

@@ -188,7 +188,7 @@ fn check(outcome: &Outcome, config: &Config) {
     assert!(
         outcome
             .answer
-            .maybes
+            .possible_steps
             .iter()
             .all(|m| probability(m.probability)),
         "{outcome:?}"

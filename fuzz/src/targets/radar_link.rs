@@ -20,7 +20,7 @@ use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::FrameLink;
 use stairscan::signal::radar::RadarModule;
 use stairscan::signal::radar::frame::{self, Decoder, FrameKind, MAX_FRAME, Progress};
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::TRAILER;
 
 use crate::input::Input;
@@ -84,7 +84,9 @@ impl Bench {
         self.waiting = what;
         match what {
             Waiting::Chirp => self.link.trigger(self.now, -20_000, timeout),
-            _ => self.link.program(self.now, &Wish::DEFAULT, timeout),
+            _ => self
+                .link
+                .program(self.now, &RequestedSettings::DEFAULT, timeout),
         }
         assert!(self.wire.0.borrow().is_empty(), "an old answer is kept");
     }

@@ -18,7 +18,7 @@ use std::task::Poll;
 use host_sim::modules::sirad::{binary, table};
 use stairscan::Iq;
 use stairscan::scanner::{BytePort, Micros};
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::signal::radar::sirad::SiRad;
 
 use crate::input::Input;
@@ -160,15 +160,15 @@ pub fn run(data: &[u8]) {
     while !input.is_empty() {
         match input.byte() % 7 {
             0 => {
-                let wish = Wish {
+                let requested = RequestedSettings {
                     kind: ModuleKind::SiRad,
                     bandwidth_khz: input.word(),
                     samples: input.short(),
-                    ..Wish::DEFAULT
+                    ..RequestedSettings::DEFAULT
                 };
                 let timeout = bench.begin(Waiting::Settings, input.short());
                 let (module, port) = (&mut bench.module, &mut bench.port);
-                module.program(port, bench.now, &wish, timeout);
+                module.program(port, bench.now, &requested, timeout);
             }
             1 => {
                 let timeout = bench.begin(Waiting::Chirp, input.short());

@@ -1,6 +1,6 @@
 //! Test bodies with their dimensions, as parts of a scene.
 
-use stairscan::verdict::Ending;
+use stairscan::verdict::HazardKind;
 
 use crate::scene::spec::{FloorSpec, PostSpec, SceneSpec, StairsSpec, Way};
 
@@ -101,11 +101,11 @@ impl Body {
     }
 
     /// Returns the hazard that a guard sweep should name; `None` of level ground.
-    pub const fn ending(self) -> Option<Ending> {
+    pub const fn ending(self) -> Option<HazardKind> {
         match self {
-            Self::Rise(_) | Self::Closed | Self::Open => Some(Ending::Rise),
-            Self::Drop(_) | Self::Down => Some(Ending::Drop),
-            Self::Post => Some(Ending::Obstacle),
+            Self::Rise(_) | Self::Closed | Self::Open => Some(HazardKind::Rise),
+            Self::Drop(_) | Self::Down => Some(HazardKind::Drop),
+            Self::Post => Some(HazardKind::Obstacle),
             Self::Level => None,
         }
     }

@@ -2,7 +2,7 @@
 //! beyond it.
 
 use stairscan::answer::Direction;
-use stairscan::verdict::Ending;
+use stairscan::verdict::HazardKind;
 
 use crate::answer::{Answer, metres};
 use crate::sweeps::score::Word;
@@ -52,7 +52,7 @@ impl ScanOutcome {
         let falls = answer.scan.direction == Direction::Down;
         let named = match body.ending() {
             None => false,
-            Some(Ending::Drop) => drop || step && falls,
+            Some(HazardKind::Drop) => drop || step && falls,
             Some(_) => step && !falls,
         };
         let free_m = answer.free_m();
@@ -113,14 +113,17 @@ fn is_ok(word: &Word) -> bool {
 }
 
 /// Whether an ending names a hazard.
-fn names(ending: Ending) -> bool {
-    matches!(ending, Ending::Rise | Ending::Drop | Ending::Obstacle)
+fn names(ending: HazardKind) -> bool {
+    matches!(
+        ending,
+        HazardKind::Rise | HazardKind::Drop | HazardKind::Obstacle
+    )
 }
 
 /// Whether two endings name the same hazard. Rise and obstacle count as the same, because they
 /// differ by height only.
-fn alike(a: Ending, b: Ending) -> bool {
-    let stands = |e| matches!(e, Ending::Rise | Ending::Obstacle);
+fn alike(a: HazardKind, b: HazardKind) -> bool {
+    let stands = |e| matches!(e, HazardKind::Rise | HazardKind::Obstacle);
     a == b || stands(a) && stands(b)
 }
 
@@ -182,7 +185,7 @@ mod tests {
         assert!(!post.detected && !post.beyond && !rise.beyond && !rise.ok);
     }
 
-    fn word(status: Status, free_m: f64, ending: Ending) -> Word {
+    fn word(status: Status, free_m: f64, ending: HazardKind) -> Word {
         Word {
             status,
             free_m: Some(free_m),
@@ -193,9 +196,9 @@ mod tests {
     #[test]
     fn the_first_sweep_that_ends_and_names_counts() {
         let words = [
-            word(Status::Degraded, 0.9, Ending::Unknown),
-            word(Status::Ok, 1.2, Ending::Rise),
-            word(Status::Ok, 1.04, Ending::Obstacle),
+            word(Status::Degraded, 0.9, HazardKind::Unknown),
+            word(Status::Ok, 1.2, HazardKind::Rise),
+            word(Status::Ok, 1.04, HazardKind::Obstacle),
         ];
         let found = GuardOutcome::of(&words, Body::Rise(10), &[1.0; 3]);
         assert_eq!((found.named_at, found.beyond), (Some(3), false));
@@ -206,7 +209,7 @@ mod tests {
 
     #[test]
     fn sweeps_are_dangerous_from_the_third_on() {
-        let free = word(Status::Ok, 1.2, Ending::None);
+        let free = word(Status::Ok, 1.2, HazardKind::None);
         let found = |n: usize| GuardOutcome::of(&vec![free; n], Body::Post, &vec![1.0; n]);
         assert!(!found(2).beyond && found(3).beyond && !found(3).alarm);
         let level = GuardOutcome::of(&[free; 3], Body::Level, &[f64::INFINITY; 3]);

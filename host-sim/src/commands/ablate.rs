@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use stairscan::params::{self, DOUBTS, Params};
+use stairscan::params::{self, INSTRUMENT_REASONS, Params};
 
 use super::bench::Cost;
 use super::emit;
@@ -63,7 +63,7 @@ impl Ablation {
         for rule in params::rules().filter(|rule| names.contains(&rule.name)) {
             rule.turn_off(&mut params);
         }
-        for doubt in DOUBTS
+        for doubt in INSTRUMENT_REASONS
             .iter()
             .filter(|doubt| names.contains(&doubt.as_str()))
         {
@@ -92,7 +92,7 @@ impl Ablation {
 /// instrument, by group.
 fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
-    let doubts = DOUBTS
+    let doubts = INSTRUMENT_REASONS
         .iter()
         .map(|doubt| ("health", doubt.as_str(), doubt.meaning()));
     let mut listed: Vec<_> = rules.chain(doubts).collect();

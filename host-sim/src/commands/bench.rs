@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, ensure};
-use bench_image::head;
+use bench_image::header;
 use serde_json::json;
 use stairscan::config::Config;
 use stairscan::params::{Params, Rules};
@@ -174,7 +174,7 @@ impl Bench {
             for scan in 0..recording.scans() {
                 let config = append(&mut scans, recording, scan)?;
                 count += 1;
-                if config.sweep.angle_count > head::MOST_SWEEP_ROWS {
+                if config.sweep.angle_count > header::MAX_SWEEP_ROWS {
                     names.push(recording.scan(scan).name);
                 }
             }
@@ -242,7 +242,7 @@ fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<Con
         "{}: angles too far apart",
         recording.name
     );
-    scans.extend(head::encode(&config));
+    scans.extend(header::encode(&config));
     for slot in schedule.chirps {
         let chirp = slot
             .and_then(|k| recording.chirp(k))

@@ -88,9 +88,9 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
         uncalibrated: true,
     };
     let health = scanned.pipeline.health();
-    let doubts = health.doubts(config, map, expected);
+    let doubts = health.failed_checks(config, map, expected);
     let doubts: Vec<&str> = (doubts.iter())
-        .chain(health.verdict(config.mount.mirror_offset > 0))
+        .chain(health.fault(config.mount.mirror_offset > 0))
         .map(Reason::as_str)
         .collect();
     ensure!(

@@ -11,7 +11,7 @@ use stairscan::config::{Config, EstimatorKind, Spread};
 use stairscan::estimator::Estimator;
 use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::Paper;
-use stairscan::paper::bright::{Field, MapLevels};
+use stairscan::paper::bright::{IntensityMap, MapLevels};
 use stairscan::signal::grid::PolarMap;
 
 use super::{Format, emit, progress};
@@ -54,7 +54,7 @@ const SCENES: [(&str, &str); 3] = [
 /// Counts the particles in high-intensity cells of the CFAR map, the targets of convergence in the
 /// paper, for all distributions.
 struct Count<'a> {
-    bright: Field<'a>,
+    bright: IntensityMap<'a>,
     /// Share after 0, 1, … rounds.
     shares: Vec<f64>,
 }
@@ -68,7 +68,9 @@ impl Observer for Count<'_> {
         } = event
         {
             let particles = cloud.particles();
-            let there = particles.iter().filter(|p| self.bright.is_bright(p));
+            let there = particles
+                .iter()
+                .filter(|p| self.bright.is_high_intensity(p));
             let share = there.count() as f64 / particles.len().max(1) as f64;
             self.shares.push(share);
         }
@@ -88,7 +90,7 @@ fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f6
         paper.row(map, row);
     }
     let mut count = Count {
-        bright: Field::new(map, &levels, Spread::GmmCfar),
+        bright: IntensityMap::new(map, &levels, Spread::GmmCfar),
         shares: Vec::new(),
     };
     paper.finish(map, &config, 1, &mut count);

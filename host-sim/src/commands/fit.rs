@@ -10,7 +10,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use serde_json::json;
 use stairscan::config::Plane;
 use stairscan::params::generative::Generative;
-use stairscan::params::hazard::{FEATURES, Map, Weights};
+use stairscan::params::hazard::{FEATURES, PlattMap, Weights};
 use stairscan::params::measured;
 
 use super::emit;
@@ -280,8 +280,8 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     let hazards = fit::hazards(training);
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
-        maps: [Map::IDENTITY; 2],
-        maybe: Map::IDENTITY,
+        maps: [PlattMap::IDENTITY; 2],
+        maybe_map: PlattMap::IDENTITY,
         ok_from: [f32::INFINITY; 2],
     };
     for (weight, &fitted) in weights.hazard.iter_mut().zip(&hazards.weights) {
@@ -300,7 +300,7 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     }
     let maybe = fit::maybes(training);
     if let [slope, offset] = maybe.weights[..] {
-        weights.maybe = Map {
+        weights.maybe_map = PlattMap {
             slope: slope as f32,
             offset: offset as f32,
         };

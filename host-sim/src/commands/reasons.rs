@@ -20,9 +20,9 @@ Names in the conditions are those of [parameters.md](parameters.md) and [hardwar
 | effect | on the answer |
 |---|---|
 | **fault** | there is none |
-| **doubt** | about the instrument: `degraded`, with a horizon and a confidence of 0 |
+| **instrument** | instrument fault: `degraded`, with a horizon and a confidence of 0 |
 | **degraded** | `degraded`, with its horizon |
-| **word** | none: for people and logs, also beside `ok` |
+| **info** | none: for logs and displays, also beside `ok` |
 
 A reason with two effects has a condition for each.
 
@@ -36,7 +36,7 @@ pub fn run() -> Result<ExitCode> {
 
 /// Returns the page: each reason with its effect and its condition.
 fn page() -> String {
-    let mut out = format!("{HEAD}| reason | effect | told when |\n|---|---|---|\n");
+    let mut out = format!("{HEAD}| reason | effect | reported when |\n|---|---|---|\n");
     for reason in Reason::ALL {
         let effects: Vec<&str> = (reason.effects().iter())
             .map(|effect: &ReasonEffect| effect.as_str())

@@ -11,7 +11,7 @@ use serde_json::json;
 use stairscan::Iq;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
 use stairscan::scanner::Micros;
-use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
+use stairscan::signal::radar::module::{LinkError, ModuleKind, RequestedSettings};
 use stairscan::signal::radar::sirad::SiRad;
 use stairscan::signal::range::{Profile, RangeProcessor};
 
@@ -74,8 +74,8 @@ impl Player<'_> {
         }
     }
 
-    fn program(&mut self, wish: &Wish) -> Result<RadarConfig> {
-        (self.module).program(&mut self.port, Micros(self.now), wish, TIMEOUT_US);
+    fn program(&mut self, requested: &RequestedSettings) -> Result<RadarConfig> {
+        (self.module).program(&mut self.port, Micros(self.now), requested, TIMEOUT_US);
         self.wait(|module, port, now| module.settings(port, now))
     }
 
@@ -89,11 +89,11 @@ impl Player<'_> {
 fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     let capture = Capture::read(path)?;
     let swept_khz = capture.bandwidth_khz.unwrap_or(1_000 * bandwidth_mhz);
-    let wish = Wish {
+    let requested = RequestedSettings {
         kind: ModuleKind::SiRad,
         bandwidth_khz: swept_khz,
         samples: capture.samples() as u16,
-        ..Wish::default()
+        ..RequestedSettings::default()
     };
     // The first measurement is used to detect the module's settings.
     let mut chirps = capture
@@ -107,7 +107,7 @@ fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
         port: SiRadPort::new(Box::new(move |_| chirps.next())),
         now: 0,
     };
-    let radar = player.program(&wish)?;
+    let radar = player.program(&requested)?;
     let mount = MountConfig {
         mirror_offset: 0,
         ..MountConfig::default()

@@ -10,7 +10,7 @@ use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::any::row_times;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::signal::radar::wire::{RowTimes, SLACK_US, Wire};
 
 use super::{Format, emit};
@@ -124,11 +124,11 @@ impl ScanTime {
 
     /// Duration with a turning mirror and a BGT60TR13C on SPI.
     fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
-        let wish = Wish {
+        let requested = RequestedSettings {
             kind: ModuleKind::Bgt60,
-            ..Wish::DEFAULT
+            ..RequestedSettings::DEFAULT
         };
-        let times = row_times(&wish, settings.config.radar.samples)?;
+        let times = row_times(&requested, settings.config.radar.samples)?;
         Self::passing(settings, schedule, ("bgt60", times))
     }
 

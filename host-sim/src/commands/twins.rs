@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
-use bench_image::twins;
+use bench_image::arithmetic_check;
 use stairscan::signal::range::packed::Portable;
 
 use super::emit;
@@ -23,10 +23,10 @@ pub fn run() -> Result<ExitCode> {
         let mut lines = output.lines().filter_map(|l| l.split_once(' '));
         lines.find(|(n, _)| *n == name).map(|(_, v)| v.to_owned())
     };
-    let here = twins::compare::<Portable, Portable>();
+    let here = arithmetic_check::compare::<Portable, Portable>();
     let digest = format!("{:08x}", here.digest);
     ensure!(
-        value("chirps") == Some(twins::TOTAL.to_string()),
+        value("chirps") == Some(arithmetic_check::TOTAL.to_string()),
         "the image stopped early:\n{output}"
     );
     ensure!(
@@ -39,7 +39,7 @@ pub fn run() -> Result<ExitCode> {
     );
     emit(&format!(
         "{} chirps: instructions, definitions and host give the same bits, digest {digest}\n",
-        twins::TOTAL
+        arithmetic_check::TOTAL
     ));
     Ok(ExitCode::SUCCESS)
 }

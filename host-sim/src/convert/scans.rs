@@ -118,7 +118,7 @@ fn cells(map: &PolarMap) -> Vec<Cell> {
                 range_m,
                 place: geometry.point(range_m, angle_rad),
                 power_db: (f32::from(cell) - f32::from(FULL_SCALE)) * DB_PER_UNIT,
-                detected: map.hit(row, bin),
+                detected: map.is_detected(row, bin),
             }
         })
     });

@@ -156,9 +156,10 @@ pub fn text(findings: &[Finding]) -> String {
 /// Returns the level of a reason with this status.
 fn level(reason: Reason, status: Status) -> Level {
     let has = |effect| reason.effects().contains(&effect);
-    if has(ReasonEffect::Fault) && (status == Status::Fault || !has(ReasonEffect::Doubt)) {
+    if has(ReasonEffect::Fault) && (status == Status::Fault || !has(ReasonEffect::InstrumentFault))
+    {
         Level::Fault
-    } else if has(ReasonEffect::Doubt) || has(ReasonEffect::Degraded) {
+    } else if has(ReasonEffect::InstrumentFault) || has(ReasonEffect::Degraded) {
         Level::Warning
     } else {
         Level::Ok

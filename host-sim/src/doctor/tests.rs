@@ -18,7 +18,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> ScanLine {
             .fold(Reasons::NONE, |set, &reason| set.with(reason)),
         horizon: None,
         confidence: None,
-        maybes: 0,
+        possible_steps: 0,
         settings: 0,
         drops: 0,
         plane: None,
@@ -80,7 +80,7 @@ fn every_reason_shows_where_it_belongs_with_its_fix() {
         let only_word = reason
             .effects()
             .iter()
-            .all(|&effect| effect == ReasonEffect::Word);
+            .all(|&effect| effect == ReasonEffect::Info);
         let (number, status) = match (fault, only_word) {
             (true, _) => (3, Status::Fault),
             (_, true) => (3, Status::Ok),

@@ -138,7 +138,7 @@ mod tests {
     use crate::drives::log::StepIn;
     use crate::sweeps::score::Word;
     use crate::sweeps::truth::Hazard;
-    use stairscan::verdict::{Ending, Reasons, Status};
+    use stairscan::verdict::{HazardKind, Reasons, Status};
 
     /// A sweep with a hazard at `at_m`, `ok` and free up to `free_m`, with the ground's echo
     /// showing up to `shows_m`.
@@ -148,7 +148,7 @@ mod tests {
             word: Word {
                 status: Status::Ok,
                 free_m: Some(free_m),
-                ending: Ending::Rise,
+                ending: HazardKind::Rise,
             },
             reasons: Reasons::NONE,
             shows_m,
@@ -162,7 +162,7 @@ mod tests {
             sweeps: sweeps.to_vec(),
             hazard: Some(Hazard {
                 at_m: 2.0,
-                kind: Ending::Rise,
+                kind: HazardKind::Rise,
             }),
             beside: false,
             step_in: None,

@@ -10,7 +10,7 @@ use stairscan::config::{Config, RadarConfig};
 use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
 use super::course::Course;
@@ -62,7 +62,7 @@ struct Module<'w, 'a> {
 }
 
 impl RadarModule for Module<'_, '_> {
-    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
+    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {
         self.sweep += usize::from(std::mem::take(&mut self.triggered));
     }
 

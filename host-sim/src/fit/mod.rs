@@ -17,7 +17,7 @@ use anyhow::Result;
 use stairscan::answer::{DropEdge, Step};
 use stairscan::config::Plane;
 use stairscan::infer::trace::Cell;
-use stairscan::infer::{Likelihood, Reach};
+use stairscan::infer::{HorizonAccumulator, Likelihood};
 use stairscan::model::View;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
@@ -25,7 +25,7 @@ use stairscan::params::hazard::{FEATURES, Weights, share_log_odds};
 use stairscan::params::{Params, measured};
 use stairscan::report::sentence::write_scan;
 use stairscan::signal::echoes::Echo;
-use stairscan::verdict::{LEAST_FIRST_STEP, Outcome, Reason, ReasonEffect, Reasons};
+use stairscan::verdict::{MIN_FIRST_STEP, Outcome, Reason, ReasonEffect, Reasons};
 
 use crate::answer::Answer;
 use crate::inspect;
@@ -79,7 +79,7 @@ impl Observer for Listener {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Cell(cell) => self.cells.push(*cell),
-            Event::Maybe(maybe) => self.maybes.push(maybe.probability),
+            Event::PossibleStep(maybe) => self.maybes.push(maybe.probability),
             Event::Scatterer(scatterer) => self.echoes.push(scatterer.echo),
             _ => {}
         }
@@ -175,7 +175,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
 fn may_be_ok(reasons: Reasons) -> bool {
     reasons.iter().all(|reason| {
         let may = |effect| reason.effects().contains(&effect);
-        let word = may(ReasonEffect::Word) && !may(ReasonEffect::Degraded);
+        let word = may(ReasonEffect::Info) && !may(ReasonEffect::Degraded);
         word || reason == Reason::ShortHorizon
     })
 }
@@ -276,12 +276,12 @@ struct Course<'a> {
 impl Course<'_> {
     /// Returns the horizon with a threshold, metres; `None` if the answer is not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
-        let mut reach = Reach::new(self.steps, self.drop);
+        let mut reach = HorizonAccumulator::new(self.steps, self.drop);
         for &(end_m, right) in &self.cells {
-            reach.take(end_m, right, ok_from);
+            reach.add_cell(end_m, right, ok_from);
         }
         let horizon_m = reach.horizon_m(&Params::DEFAULT);
-        let long = horizon_m >= self.reach_m && reach.first_step() >= LEAST_FIRST_STEP;
+        let long = horizon_m >= self.reach_m && reach.first_step() >= MIN_FIRST_STEP;
         long.then_some(horizon_m)
     }
 

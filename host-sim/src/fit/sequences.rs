@@ -12,7 +12,7 @@ use stairscan::infer::past::History;
 use stairscan::infer::trace::Cell;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
-use stairscan::params::hazard::{Map, log_survival, probability};
+use stairscan::params::hazard::{PlattMap, log_survival, probability};
 use stairscan::verdict::Outcome;
 
 use super::{Course, PRIOR_SIGMA, answer_of, first_wrong, least, reach_m, rights};
@@ -221,8 +221,8 @@ fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
         }
     }
     Correlation {
-        standing: best.1 as f32,
-        way_m: best.2 as f32,
+        at_rest: best.1 as f32,
+        length_m: best.2 as f32,
     }
 }
 
@@ -259,7 +259,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     let hazards = logistic::fit(&rows, PAST_FEATURES, PAST_SIGMA);
     let mut table = Carried {
         hazard: [0.0; PAST_FEATURES],
-        maps: [Map::IDENTITY; 2],
+        maps: [PlattMap::IDENTITY; 2],
         ok_from: [2.0; 2],
     };
     for (weight, &fitted) in table.hazard.iter_mut().zip(&hazards.weights) {
@@ -279,7 +279,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
         let rows: Vec<_> = lessons.flat_map(|l| odds(l, &table)).collect();
         let fit = logistic::fit(&rows, 2, PRIOR_SIGMA);
         if let [slope, offset] = fit.weights[..] {
-            table.maps[k] = Map {
+            table.maps[k] = PlattMap {
                 slope: slope as f32,
                 offset: offset as f32,
             };
@@ -360,9 +360,9 @@ fn course<'a>(lesson: &'a Lesson, table: &Carried) -> Course<'a> {
 /// Returns the source file of the table.
 pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     let mut out = String::from(
-        "//! What one scan's word counts in the next one, counted from simulated sequences: written by\n\
+        "//! Weights of earlier scans' evidence, counted from simulated sequences: written by\n\
          //! `cargo sim sequences --fit`.\n\n\
-         use super::carried::{Carried, Correlation};\nuse super::hazard::Map;\n",
+         use super::carried::{Carried, Correlation};\nuse super::hazard::PlattMap;\n",
     );
     for (name, of, c) in [
         ("PLACES", "distances", places),
@@ -370,12 +370,14 @@ pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     ] {
         let _ = write!(
             out,
-            "\n/// Of the errors of steps' {of}.\npub const {name}: Correlation = Correlation {{\n    \
-             standing: {:?},\n    way_m: {:?},\n}};\n",
-            c.standing, c.way_m
+            "\n/// Correlation of the errors of steps' {of}.\npub const {name}: Correlation = Correlation {{\n    \
+             at_rest: {:?},\n    length_m: {:?},\n}};\n",
+            c.at_rest, c.length_m
         );
     }
-    out.push_str("\n/// In the depth plane.\npub static UP: Carried = Carried {\n    hazard: [\n");
+    out.push_str(
+        "\n/// Weights of the depth plane.\npub static UP: Carried = Carried {\n    hazard: [\n",
+    );
     for weight in table.hazard {
         let _ = writeln!(out, "        {weight:?},");
     }
@@ -383,7 +385,7 @@ pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     for map in table.maps {
         let _ = write!(
             out,
-            "        Map {{\n            slope: {:?},\n            offset: {:?},\n        }},\n",
+            "        PlattMap {{\n            slope: {:?},\n            offset: {:?},\n        }},\n",
             map.slope, map.offset
         );
     }

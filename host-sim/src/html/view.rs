@@ -229,7 +229,7 @@ fn polar(map: &PolarMap, mirror_offset_m: f32) -> Value {
     let mut hits = vec![0u8; (rows * bins).div_ceil(8)];
     for row in 0..rows {
         cells.extend_from_slice(map.row(row));
-        for bin in (0..bins).filter(|&bin| map.hit(row, bin)) {
+        for bin in (0..bins).filter(|&bin| map.is_detected(row, bin)) {
             let k = row * bins + bin;
             hits[k / 8] |= 1 << (k % 8);
         }

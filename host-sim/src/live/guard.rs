@@ -2,7 +2,7 @@
 //! free distance.
 
 use stairscan::report::GuardLine;
-use stairscan::verdict::{Ending, Status};
+use stairscan::verdict::{HazardKind, Status};
 
 use super::Ms;
 use crate::answer::metres;
@@ -54,7 +54,7 @@ impl Guard {
     pub fn is_news(&self, before: Option<&Self>) -> bool {
         let same = |other: &Self| {
             let (a, b) = (&self.line, &other.line);
-            (a.status, a.ending, a.reasons) == (b.status, b.ending, b.reasons)
+            (a.status, a.hazard, a.reasons) == (b.status, b.hazard, b.reasons)
         };
         !before.is_some_and(same)
     }
@@ -71,7 +71,7 @@ impl Guard {
         let line = &self.line;
         let free = match (line.status, line.free) {
             (Status::Fault, _) | (_, None) => "free distance unknown".to_owned(),
-            (_, Some(free)) => format!("free {:.2} m{}", metres(free), ended(line.ending)),
+            (_, Some(free)) => format!("free {:.2} m{}", metres(free), ended(line.hazard)),
         };
         let rate = self
             .interval
@@ -92,13 +92,13 @@ impl Guard {
 }
 
 /// Text for the hazard at the end of the free distance.
-const fn ended(ending: Ending) -> &'static str {
+const fn ended(ending: HazardKind) -> &'static str {
     match ending {
-        Ending::None => ", nothing in range",
-        Ending::Rise => " to a rise",
-        Ending::Drop => " to a drop",
-        Ending::Obstacle => " to an obstacle",
-        Ending::Unknown => ", no farther seen",
+        HazardKind::None => ", nothing in range",
+        HazardKind::Rise => " to a rise",
+        HazardKind::Drop => " to a drop",
+        HazardKind::Obstacle => " to an obstacle",
+        HazardKind::Unknown => ", no farther seen",
     }
 }
 

@@ -243,16 +243,16 @@ mod tests {
 
     use stairscan::config::RadarConfig;
     use stairscan::scanner::Micros;
-    use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
+    use stairscan::signal::radar::module::{LinkError, ModuleKind, RequestedSettings};
     use stairscan::signal::radar::sirad::SiRad;
 
     use super::*;
 
     const TIMEOUT: u32 = 400_000;
-    const WISH: Wish = Wish {
+    const WISH: RequestedSettings = RequestedSettings {
         kind: ModuleKind::SiRad,
         samples: 64,
-        ..Wish::DEFAULT
+        ..RequestedSettings::DEFAULT
     };
 
     struct Bench<'a> {

@@ -40,7 +40,7 @@ pub const MARKS: [RoleMark; 10] = [
     role("inside", Shape::Cross, INK),
     role("above", Shape::Plus, INK),
     role("clutter", Shape::Star, INK),
-    role("stray", Shape::Ring, TRUE),
+    role("unexplained", Shape::Ring, TRUE),
 ];
 
 /// Returns a scatterer's mark: a grey ring for roles without a mark.

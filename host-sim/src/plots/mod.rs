@@ -223,7 +223,9 @@ fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     let clarity = |row: &usize| -> u32 {
         let cells = map.row(*row);
         let peaks = (1..cells.len().saturating_sub(1)).filter(|&bin| {
-            map.hit(*row, bin) && cells[bin - 1] < cells[bin] && cells[bin] >= cells[bin + 1]
+            map.is_detected(*row, bin)
+                && cells[bin - 1] < cells[bin]
+                && cells[bin] >= cells[bin + 1]
         });
         peaks.map(|bin| u32::from(cells[bin])).sum()
     };

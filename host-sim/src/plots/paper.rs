@@ -3,7 +3,7 @@
 use stairscan::config::{Config, ParticleConfig, Plane, Spread};
 use stairscan::estimator::Estimator;
 use stairscan::observer::{CloudStage, Event, Observer};
-use stairscan::paper::cluster::{Extent, Fate};
+use stairscan::paper::cluster::{ClusterVerdict, Extent};
 use stairscan::paper::particles::{PointCloud, PointParticle, UNITS_PER_CELL};
 use stairscan::paper::{Paper, Places};
 use stairscan::signal::grid::PolarMap;
@@ -71,7 +71,7 @@ impl<'a> Witness<'a> {
             ClusterView {
                 points: members.map(|(point, _)| *point).collect(),
                 centre: self.placed(extent.along_m, -extent.across_m),
-                fate: extent.fate,
+                fate: extent.verdict,
             }
         };
         let clusters = numbered.map(cluster).filter(|c| !c.points.is_empty());
@@ -144,7 +144,7 @@ impl PaperView {
         let kept: Vec<ClusterView> = witness
             .clusters(&witness.marked[1])
             .into_iter()
-            .filter(|c| c.fate == Fate::Kept)
+            .filter(|c| c.fate == ClusterVerdict::Kept)
             .collect();
         Self {
             uniform: spread(Spread::Uniform),

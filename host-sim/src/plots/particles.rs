@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use plotters::style::{RGBColor, WHITE};
-use stairscan::paper::cluster::Fate;
+use stairscan::paper::cluster::ClusterVerdict;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};
@@ -31,7 +31,7 @@ pub struct ClusterView {
     /// Its place: weighted mean of the particles.
     pub centre: Point,
     /// Whether it is kept, or the reason of its rejection.
-    pub fate: Fate,
+    pub fate: ClusterVerdict,
 }
 
 /// Correction of a cluster's end for the beam's width.
@@ -105,7 +105,7 @@ pub fn clusters(
     let shown: Vec<(Look, &ClusterView)> = looks(clusters).into_iter().zip(clusters).collect();
     words.legend = shown
         .iter()
-        .filter(|(_, c)| c.fate == Fate::Kept)
+        .filter(|(_, c)| c.fate == ClusterVerdict::Kept)
         .enumerate()
         .map(|(k, ((shape, ink), c))| {
             let label = format!("step {}: {} particles", k + 1, c.points.len());
@@ -113,9 +113,9 @@ pub fn clusters(
         })
         .collect();
     let fates = [
-        (Fate::Outlier, "outlier"),
-        (Fate::Fused(0), "fused into another"),
-        (Fate::Redundant, "redundant"),
+        (ClusterVerdict::Outlier, "outlier"),
+        (ClusterVerdict::Fused(0), "fused into another"),
+        (ClusterVerdict::Redundant, "redundant"),
     ];
     let lost: Vec<String> = fates
         .iter()
@@ -138,7 +138,7 @@ pub fn clusters(
         for (_, cluster) in &shown {
             cover_dots(&mut room, frame, &cluster.points);
         }
-        for ((_, ink), cluster) in shown.iter().filter(|(_, c)| c.fate == Fate::Kept) {
+        for ((_, ink), cluster) in shown.iter().filter(|(_, c)| c.fate == ClusterVerdict::Kept) {
             let corners = outline(frame, &cluster.points);
             room.cover_line(&corners);
             sheet.line(&corners, Stroke::solid(*ink, 2.0).dashed(7.0, 4.0))?;
@@ -154,7 +154,7 @@ fn draw_lost(
     room: &mut Room,
     clusters: &[ClusterView],
 ) -> Result<()> {
-    let lost = || clusters.iter().filter(|c| c.fate != Fate::Kept);
+    let lost = || clusters.iter().filter(|c| c.fate != ClusterVerdict::Kept);
     let spot = |cluster: &ClusterView| frame.spot(cluster.centre.0, cluster.centre.1);
     for at in lost().map(spot) {
         sheet.marker(Shape::Cross, at, 10.0, INK, WHITE)?;
@@ -162,9 +162,9 @@ fn draw_lost(
     }
     for cluster in lost() {
         let reason = match cluster.fate {
-            Fate::Outlier => "outlier",
-            Fate::Fused(_) => "fused",
-            Fate::Kept | Fate::Redundant => "redundant",
+            ClusterVerdict::Outlier => "outlier",
+            ClusterVerdict::Fused(_) => "fused",
+            ClusterVerdict::Kept | ClusterVerdict::Redundant => "redundant",
         };
         let face = Face::plain(20.0).ink(FAINT);
         room.write(sheet, spot(cluster), &[(reason, face)])?;
@@ -180,7 +180,7 @@ fn cover_dots(room: &mut Room, frame: &Frame, points: &[Point]) {
 }
 
 /// Returns the number of clusters with a fate, whatever the cluster they are merged into.
-fn count_of(clusters: &[ClusterView], fate: Fate) -> usize {
+fn count_of(clusters: &[ClusterView], fate: ClusterVerdict) -> usize {
     let same = |c: &&ClusterView| std::mem::discriminant(&c.fate) == std::mem::discriminant(&fate);
     clusters.iter().filter(same).count()
 }
@@ -190,11 +190,11 @@ type Look = (Shape, RGBColor);
 
 /// Assigns a look to each cluster, first to the kept ones, so that they look the same in all plots.
 fn looks(clusters: &[ClusterView]) -> Vec<Look> {
-    let kept = count_of(clusters, Fate::Kept);
+    let kept = count_of(clusters, ClusterVerdict::Kept);
     let (mut next_kept, mut next_other) = (0, kept);
     let look = |c: &ClusterView| {
         let next = match c.fate {
-            Fate::Kept => &mut next_kept,
+            ClusterVerdict::Kept => &mut next_kept,
             _ => &mut next_other,
         };
         *next += 1;
@@ -260,7 +260,7 @@ pub fn beam(
         for beam in beams {
             wedge(sheet, frame, &mut room, (mirror, half), beam)?;
         }
-        for cluster in clusters.iter().filter(|c| c.fate == Fate::Kept) {
+        for cluster in clusters.iter().filter(|c| c.fate == ClusterVerdict::Kept) {
             dots(sheet, frame, &cluster.points, 3.0, (Shape::Dot, MEASURED))?;
             cover_dots(&mut room, frame, &cluster.points);
         }

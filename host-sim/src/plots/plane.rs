@@ -99,7 +99,7 @@ impl<'a> SagittalPlane<'a> {
                     .map(|cell| scale.colour(sector::decibels(cell)))
                     .collect();
                 let pixels = self.sector.paint(|row, bin| {
-                    let shown = ground == Ground::Raw || self.map.hit(row, bin);
+                    let shown = ground == Ground::Raw || self.map.is_detected(row, bin);
                     let cell = if shown { self.map.cell(row, bin) } else { 0 };
                     colours[usize::from(cell)]
                 });
@@ -122,7 +122,7 @@ impl<'a> SagittalPlane<'a> {
     /// Returns the free space for text beside the CA-CFAR detections.
     pub fn room(&self, frame: &Frame) -> Room {
         let mut room = Room::new(frame);
-        let hit = |(row, bin)| self.map.hit(row, bin);
+        let hit = |(row, bin)| self.map.is_detected(row, bin);
         room.cover_where(|x, y| sector::cell_at(self.map, x, y).is_some_and(hit));
         let (x, y) = self.mirror();
         room.cover_mark(frame.spot(x, y), 44.0);

@@ -118,7 +118,11 @@ pub fn extent(map: &PolarMap) -> ((f64, f64), (f64, f64)) {
 /// Whether a cell and one beside it in angle are detections, which is rare for noise.
 fn is_echo(map: &PolarMap, row: usize, bin: usize) -> bool {
     let beside = [row.checked_sub(1), row.checked_add(1)];
-    map.hit(row, bin) && beside.into_iter().flatten().any(|row| map.hit(row, bin))
+    map.is_detected(row, bin)
+        && beside
+            .into_iter()
+            .flatten()
+            .any(|row| map.is_detected(row, bin))
 }
 
 /// Returns the displayed part of the plane: the echoes, the mirror and the ground below it, and

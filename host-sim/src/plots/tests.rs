@@ -5,7 +5,7 @@ use crate::views::{ExplanationView, HypothesisView, ScattererView, Verdict};
 use stairscan::Iq;
 use stairscan::answer::Direction;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
-use stairscan::paper::cluster::Fate;
+use stairscan::paper::cluster::ClusterVerdict;
 use stairscan::report::{DropLine, ScanLine, StepLine, Tenths};
 use stairscan::verdict::{Reason, Reasons, Status};
 
@@ -76,7 +76,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
-            maybes: 0,
+            possible_steps: 0,
             settings: 0,
             drops: 0,
             plane: None,
@@ -202,11 +202,14 @@ fn a_scan_gives_every_figure_of_the_paper() {
         uniform: particles.clone(),
         modes: particles,
         clusters: vec![
-            cluster(Fate::Kept, 0.78),
-            cluster(Fate::Redundant, 0.8),
-            cluster(Fate::Outlier, 1.4),
+            cluster(ClusterVerdict::Kept, 0.78),
+            cluster(ClusterVerdict::Redundant, 0.8),
+            cluster(ClusterVerdict::Outlier, 1.4),
         ],
-        kept: vec![cluster(Fate::Kept, 0.78), cluster(Fate::Kept, 1.05)],
+        kept: vec![
+            cluster(ClusterVerdict::Kept, 0.78),
+            cluster(ClusterVerdict::Kept, 1.05),
+        ],
         beams: vec![
             BeamView {
                 end: (0.78, 0.3),
@@ -366,7 +369,7 @@ fn what_the_estimator_thought_has_its_picture() {
             scatterer(0.78, "nosing", Verdict::For),
             scatterer(0.8, "corner", Verdict::For),
             scatterer(0.9, "inside", Verdict::Against),
-            scatterer(0.4, "stray", Verdict::Neither),
+            scatterer(0.4, "unexplained", Verdict::Neither),
         ],
         explanations: vec![
             explanation(12.0, true, &[(0.78, 0.17)]),

@@ -25,7 +25,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
-            maybes: 0,
+            possible_steps: 0,
             settings: 0,
             drops: 0,
             plane: None,

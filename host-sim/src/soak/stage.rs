@@ -11,7 +11,7 @@ use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::scanner::settings::MotorConfig;
 use stairscan::scanner::{BytePort, Micros, Mirror, MirrorError, Motion, Settings};
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
 use crate::playback::{SimShaft, row_at};
@@ -139,7 +139,7 @@ impl Link {
 }
 
 impl RadarModule for Link {
-    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
+    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {
         self.stage.0.borrow_mut().asked = true;
     }
 

@@ -5,7 +5,7 @@
 //! ([`crate::scene::truth`]) does not serve here: it lists the steps that a scan must report, but
 //! neither walls, legs and boxes nor the end of the ground.
 
-use stairscan::verdict::Ending;
+use stairscan::verdict::HazardKind;
 
 use super::truth::Hazard;
 use crate::scene::spec::{BoxSpec, DoorSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
@@ -48,9 +48,9 @@ impl Beam<'_> {
         there.then_some(Hazard {
             at_m: b.from_m,
             kind: if stands {
-                Ending::Rise
+                HazardKind::Rise
             } else {
-                Ending::Obstacle
+                HazardKind::Obstacle
             },
         })
     }
@@ -60,10 +60,10 @@ impl Beam<'_> {
         let aside = 0.5 * (d.width_m + d.frame_m);
         let jamb = |side: f64| self.meets(d.lateral_m + side, Some(d.frame_m));
         let kind = match jamb(aside) || jamb(-aside) {
-            true => Ending::Obstacle,
-            false => Ending::Rise,
+            true => HazardKind::Obstacle,
+            false => HazardKind::Rise,
         };
-        let found = kind == Ending::Obstacle || d.threshold_m > LEAST_M;
+        let found = kind == HazardKind::Obstacle || d.threshold_m > LEAST_M;
         found.then_some(Hazard { at_m: d.at_m, kind })
     }
 
@@ -78,8 +78,9 @@ impl Beam<'_> {
             let entries = pieces.iter().filter_map(|piece| within(*piece, low, high));
             entries.reduce(f64::min)
         };
-        let up = nearest(LEAST_M, self.spec.mount.height_m).map(|at_m| (at_m, Ending::Obstacle));
-        let down = nearest(f64::NEG_INFINITY, -LEAST_M).map(|at_m| (at_m, Ending::Drop));
+        let up =
+            nearest(LEAST_M, self.spec.mount.height_m).map(|at_m| (at_m, HazardKind::Obstacle));
+        let down = nearest(f64::NEG_INFINITY, -LEAST_M).map(|at_m| (at_m, HazardKind::Drop));
         let found = up.into_iter().chain(down);
         found
             .filter(|_| self.meets(p.lateral_m, p.width_m))
@@ -98,7 +99,7 @@ pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
     let beam = Beam { spec, aside_m };
     let obstacle = |at_m| Hazard {
         at_m,
-        kind: Ending::Obstacle,
+        kind: HazardKind::Obstacle,
     };
     let mut found: Vec<Hazard> = spec.stairs.iter().filter_map(edge).collect();
     let walls = spec
@@ -115,7 +116,7 @@ pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
     found.extend(spec.polyline.iter().flat_map(|p| beam.shape(p)));
     found.push(Hazard {
         at_m: ground_end_m(spec),
-        kind: Ending::Drop,
+        kind: HazardKind::Drop,
     });
     found
 }
@@ -127,8 +128,8 @@ fn edge(s: &StairsSpec) -> Option<Hazard> {
     for k in 0..s.count {
         if part(&s.rises_m, k, s.rise_m) > LEAST_M {
             let kind = match s.direction {
-                Way::Up => Ending::Rise,
-                Way::Down => Ending::Drop,
+                Way::Up => HazardKind::Rise,
+                Way::Down => HazardKind::Drop,
             };
             return Some(Hazard { at_m, kind });
         }
@@ -179,13 +180,13 @@ mod tests {
     }
 
     /// The nearest hazard.
-    fn first(text: &str) -> (f64, Ending) {
+    fn first(text: &str) -> (f64, HazardKind) {
         let found = of(&scene(text));
         let nearest = found.iter().min_by(|a, b| a.at_m.total_cmp(&b.at_m));
         nearest.map(|h| (h.at_m, h.kind)).unwrap()
     }
 
-    const END: (f64, Ending) = (3.5, Ending::Drop);
+    const END: (f64, HazardKind) = (3.5, HazardKind::Drop);
 
     #[test]
     fn level_ground_has_its_end_alone() {
@@ -200,9 +201,12 @@ mod tests {
                  going_m = 0.3\nmaterial = \"concrete\"\n"
             )
         };
-        assert_eq!(first(&flight("[0.03, 0.1]", "up")), (1.3, Ending::Rise));
-        assert_eq!(first(&flight("[0.1, 0.1]", "up")), (1.0, Ending::Rise));
-        assert_eq!(first(&flight("[0.1, 0.1]", "down")), (1.0, Ending::Drop));
+        assert_eq!(first(&flight("[0.03, 0.1]", "up")), (1.3, HazardKind::Rise));
+        assert_eq!(first(&flight("[0.1, 0.1]", "up")), (1.0, HazardKind::Rise));
+        assert_eq!(
+            first(&flight("[0.1, 0.1]", "down")),
+            (1.0, HazardKind::Drop)
+        );
     }
 
     #[test]
@@ -213,25 +217,25 @@ mod tests {
                  top_m = {top}\nmaterial = \"metal\"\n"
             )
         };
-        assert_eq!(first(&thing(0.17, 0.0, 0.2)), (0.8, Ending::Rise));
-        assert_eq!(first(&thing(0.17, 0.0, 0.5)), (0.8, Ending::Obstacle));
+        assert_eq!(first(&thing(0.17, 0.0, 0.2)), (0.8, HazardKind::Rise));
+        assert_eq!(first(&thing(0.17, 0.0, 0.5)), (0.8, HazardKind::Obstacle));
         assert_eq!(first(&thing(0.19, 0.0, 0.5)), END);
         assert_eq!(first(&thing(0.0, 0.45, 0.6)), END);
         assert_eq!(first(&thing(0.0, 0.0, 0.03)), END);
         let yaw = format!("{}\n[mount]\nyaw_deg = 3.0\n", thing(0.17, 0.0, 0.5));
         // The lateral distance is measured from the swept plane at any yaw.
-        assert_eq!(first(&yaw), (0.8, Ending::Obstacle));
+        assert_eq!(first(&yaw), (0.8, HazardKind::Obstacle));
     }
 
     #[test]
     fn posts_count_from_their_front_and_doors_by_their_jambs() {
         let post = "[[post]]\nat_m = 1.0\ndiameter_m = 0.1\ntop_m = 0.9\nmaterial = \"fabric\"\n";
-        assert_eq!(first(post), (0.95, Ending::Obstacle));
+        assert_eq!(first(post), (0.95, HazardKind::Obstacle));
         let door = |lateral: f64| {
             format!("[[door]]\nat_m = 1.0\nlateral_m = {lateral}\nmaterial = \"metal\"\n")
         };
         assert_eq!(first(&door(0.0)), END);
-        assert_eq!(first(&door(0.45)), (1.0, Ending::Obstacle));
+        assert_eq!(first(&door(0.45)), (1.0, HazardKind::Obstacle));
     }
 
     #[test]
@@ -240,10 +244,13 @@ mod tests {
             |points: &str| format!("[[polyline]]\npoints = {points}\nmaterial = \"concrete\"\n");
         // A wedge passes 4 cm halfway.
         let (at, kind) = first(&shape("[[1.0, 0.0], [1.2, 0.08], [1.4, 0.08]]"));
-        assert!((at - 1.1).abs() < 1e-9 && kind == Ending::Obstacle, "{at}");
+        assert!(
+            (at - 1.1).abs() < 1e-9 && kind == HazardKind::Obstacle,
+            "{at}"
+        );
         assert_eq!(
             first(&shape("[[1.0, 0.0], [1.0, -0.2], [1.2, -0.2]]")),
-            (1.0, Ending::Drop)
+            (1.0, HazardKind::Drop)
         );
         assert_eq!(first(&shape("[[1.0, 0.9], [2.0, 0.9]]")), END);
     }

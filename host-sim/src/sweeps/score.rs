@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::verdict::{Ending, Status};
+use stairscan::verdict::{HazardKind, Status};
 
 use super::ground::reaches;
 use super::truth::{Hazard, Truth};
@@ -36,7 +36,7 @@ pub struct Word {
     /// Free distance, metres; `None` of a fault.
     pub free_m: Option<f64>,
     /// Kind of the hazard that ends it.
-    pub ending: Ending,
+    pub ending: HazardKind,
 }
 
 impl Word {
@@ -46,7 +46,7 @@ impl Word {
         Self {
             status: line.status,
             free_m: line.free.map(metres),
-            ending: line.ending,
+            ending: line.hazard,
         }
     }
 
@@ -58,7 +58,7 @@ impl Word {
     /// Whether the answer names a hazard by its kind. Rise and obstacle count as the same, because
     /// they differ by height only.
     fn names(&self, hazard: Hazard) -> bool {
-        let stands = |ending| matches!(ending, Ending::Rise | Ending::Obstacle);
+        let stands = |ending| matches!(ending, HazardKind::Rise | HazardKind::Obstacle);
         self.ending == hazard.kind || stands(self.ending) && stands(hazard.kind)
     }
 }
@@ -112,7 +112,7 @@ impl Sweep {
 
     /// Whether a rise or a drop is reported where there is no hazard.
     pub fn made_up(&self) -> bool {
-        self.hazard.is_none() && matches!(self.word.ending, Ending::Rise | Ending::Drop)
+        self.hazard.is_none() && matches!(self.word.ending, HazardKind::Rise | HazardKind::Drop)
     }
 
     /// Whether a hazard is within [`NEAR_M`].
@@ -132,7 +132,7 @@ impl Sweep {
             cm(self.word.free_m),
             self.word.ending.as_str(),
             cm(hazard),
-            kind.map_or("none", Ending::as_str)
+            kind.map_or("none", HazardKind::as_str)
         )
     }
 }
@@ -303,7 +303,7 @@ fn counted(share: Share) -> String {
 mod tests {
     use super::*;
 
-    fn word(free_m: f64, ending: Ending) -> Word {
+    fn word(free_m: f64, ending: HazardKind) -> Word {
         Word {
             status: Status::Ok,
             free_m: Some(free_m),
@@ -312,7 +312,7 @@ mod tests {
     }
 
     fn rise(at_m: f64) -> Option<Hazard> {
-        let kind = Ending::Rise;
+        let kind = HazardKind::Rise;
         Some(Hazard { at_m, kind })
     }
 
@@ -325,15 +325,15 @@ mod tests {
         let truth = [rise(1.0); 7];
         let degraded = Word {
             status: Status::Degraded,
-            ..word(1.5, Ending::None)
+            ..word(1.5, HazardKind::None)
         };
         let words = [
-            word(2.0, Ending::None),
-            word(2.0, Ending::None),
-            word(1.04, Ending::Rise),
-            word(1.06, Ending::Rise),
-            word(0.76, Ending::Rise),
-            word(0.74, Ending::Rise),
+            word(2.0, HazardKind::None),
+            word(2.0, HazardKind::None),
+            word(1.04, HazardKind::Rise),
+            word(1.06, HazardKind::Rise),
+            word(0.76, HazardKind::Rise),
+            word(0.74, HazardKind::Rise),
             degraded,
         ];
         let found = scored(&words, &truth);
@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn without_a_hazard_95_cm_are_useful_and_a_rise_is_made_up() {
-        let words = [word(0.96, Ending::None), word(0.94, Ending::Rise)];
+        let words = [word(0.96, HazardKind::None), word(0.94, HazardKind::Rise)];
         let words = [words[0], words[0], words[0], words[1]];
         let sweeps = scored(&words, &[None; 4]).sweeps;
         assert!(sweeps[0].useful() && !sweeps[0].made_up());
@@ -357,8 +357,8 @@ mod tests {
     #[test]
     fn who_steps_in_counts_from_the_second_sweep_on() {
         let truth = [None, None, None, rise(0.9), rise(0.88), rise(0.86)];
-        let free = word(1.6, Ending::None);
-        let seen = word(0.8, Ending::Obstacle);
+        let free = word(1.6, HazardKind::None);
+        let seen = word(0.8, HazardKind::Obstacle);
         let found = scored(&[free, free, free, free, seen, seen], &truth);
         assert!(found.sweeps.iter().all(|sweep| !sweep.wrong()));
         assert_eq!(found.named, Some(true));
@@ -370,14 +370,14 @@ mod tests {
     #[test]
     fn a_hazard_that_comes_nearer_with_the_chair_has_not_stepped_in() {
         let truth = [rise(1.56), rise(1.52), rise(1.48), rise(1.44)];
-        let sweeps = scored(&[word(1.7, Ending::None); 4], &truth).sweeps;
+        let sweeps = scored(&[word(1.7, HazardKind::None); 4], &truth).sweeps;
         assert!(sweeps.iter().all(Sweep::wrong));
     }
 
     #[test]
     fn sums_count_sweeps_and_recordings() {
-        let good = scored(&[word(0.9, Ending::Obstacle); 4], &[rise(1.0); 4]);
-        let free = scored(&[word(1.5, Ending::Drop); 3], &[None; 3]);
+        let good = scored(&[word(0.9, HazardKind::Obstacle); 4], &[rise(1.0); 4]);
+        let free = scored(&[word(1.5, HazardKind::Drop); 3], &[None; 3]);
         let all = Sums::of([good, free].iter(), |_| true);
         assert_eq!((all.recordings, all.near), (2, Share::new(2, 3)));
         assert_eq!((all.ok, all.wrong), (Share::new(3, 3), Share::new(0, 3)));

@@ -127,7 +127,7 @@ fn text(out: &mut String, [x, y]: [f64; 2], anchor: &str, words: &str) {
 mod tests {
     use super::*;
     use crate::sweeps::truth::Hazard;
-    use stairscan::verdict::Ending;
+    use stairscan::verdict::HazardKind;
 
     #[test]
     fn each_sweep_has_a_bar_and_its_hazard_a_line() {
@@ -140,7 +140,7 @@ mod tests {
         let words = Guarded::parse(0, sentences.to_vec()).unwrap();
         let hazard = Hazard {
             at_m: 1.25,
-            kind: Ending::Rise,
+            kind: HazardKind::Rise,
         };
         let drawn = svg(&words, Some(&vec![Some(hazard), None]));
         // Half of the height: 1.25 of 2.5 m.

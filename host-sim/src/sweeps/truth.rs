@@ -2,7 +2,7 @@
 
 use anyhow::{Result, anyhow};
 use serde_json::{Value, json};
-use stairscan::verdict::Ending;
+use stairscan::verdict::HazardKind;
 
 use crate::recording::Recording;
 use crate::setup;
@@ -18,7 +18,7 @@ pub struct Hazard {
     /// Distance from the mirror, metres.
     pub at_m: f64,
     /// `Rise`, `Drop` or `Obstacle`.
-    pub kind: Ending,
+    pub kind: HazardKind,
 }
 
 /// The first hazard of each sweep, from the mirror at the end of that sweep.
@@ -80,7 +80,7 @@ fn parse(value: &Value) -> Option<Option<Hazard>> {
     }
     let at_m = at.as_f64().filter(|at_m| at_m.is_finite())?;
     let kind = kind.as_str()?;
-    let known = [Ending::Rise, Ending::Drop, Ending::Obstacle];
+    let known = [HazardKind::Rise, HazardKind::Drop, HazardKind::Obstacle];
     let kind = known.into_iter().find(|known| known.as_str() == kind)?;
     Some(Some(Hazard { at_m, kind }))
 }
@@ -91,7 +91,7 @@ mod tests {
 
     const RISE: Hazard = Hazard {
         at_m: 1.2,
-        kind: Ending::Rise,
+        kind: HazardKind::Rise,
     };
 
     fn sweeps(count: usize) -> Recording {
@@ -108,13 +108,13 @@ mod tests {
     fn the_nearest_hazard_ahead_counts() {
         let wall = Hazard {
             at_m: 2.8,
-            kind: Ending::Obstacle,
+            kind: HazardKind::Obstacle,
         };
         let all = [wall, RISE];
         let found = first(&all, 0.3).unwrap();
-        assert!((found.at_m - 0.9).abs() < 1e-12 && found.kind == Ending::Rise);
+        assert!((found.at_m - 0.9).abs() < 1e-12 && found.kind == HazardKind::Rise);
         // The chair has passed the rise.
-        assert_eq!(first(&all, 1.3).unwrap().kind, Ending::Obstacle);
+        assert_eq!(first(&all, 1.3).unwrap().kind, HazardKind::Obstacle);
         assert_eq!(first(&[wall], 0.0), None);
     }
 

@@ -13,7 +13,7 @@ use serialport::SerialPort;
 use stairscan::Iq;
 use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::FrameLink;
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
 use super::scans::Wire;
@@ -109,7 +109,7 @@ pub fn scan(
     now: &mut dyn FnMut() -> Micros,
 ) -> Result<()> {
     let settings = attempts(|| {
-        link.program(now(), &Wish::DEFAULT, TIMEOUT_US);
+        link.program(now(), &RequestedSettings::DEFAULT, TIMEOUT_US);
         wait(|| link.settings(now()))
     });
     let radar = match settings {

@@ -12,9 +12,9 @@ use stairscan::scanner::DataPath;
 use stairscan::scanner::Micros;
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::bgt60::{
-    Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER,
+    Bgt60, FIFO_FAILED, PORT_FAILED, SPI_FAILED, VERIFY_FAILED, WRONG_CHIP,
 };
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::verdict::Outcome;
 
 /// Defaults of the scanner's settings.
@@ -22,9 +22,9 @@ const CONFIGURE_US: u32 = 100_000;
 const CHIRP_US: u32 = 50_000;
 /// Polling interval.
 const STEP_US: u32 = 10;
-const WISH: Wish = Wish {
+const WISH: RequestedSettings = RequestedSettings {
     kind: ModuleKind::Bgt60,
-    ..Wish::DEFAULT
+    ..RequestedSettings::DEFAULT
 };
 
 /// Scanner and chip with a common clock, which wraps during the test.
@@ -54,9 +54,9 @@ impl Rig {
         panic!("no answer")
     }
 
-    fn program(&mut self, wish: &Wish) -> Result<RadarConfig, LinkError> {
+    fn program(&mut self, requested: &RequestedSettings) -> Result<RadarConfig, LinkError> {
         let Self { module, chip, now } = self;
-        module.program(chip, *now, wish, CONFIGURE_US);
+        module.program(chip, *now, requested, CONFIGURE_US);
         self.wait(|module, chip, now| module.settings(chip, now))
     }
 
@@ -84,12 +84,12 @@ fn as_pairs(codes: &[u16]) -> Vec<Iq> {
 fn the_chip_sweeps_what_the_scanner_is_told() {
     for (bandwidth_khz, samples) in [(0, 0), (4_000_000, 200), (1_000_000, 64), (0, 256), (0, 16)] {
         let mut rig = Rig::new(Chip::new());
-        let wish = Wish {
+        let requested = RequestedSettings {
             bandwidth_khz,
             samples,
             ..WISH
         };
-        let radar = rig.program(&wish).unwrap();
+        let radar = rig.program(&requested).unwrap();
         let chirp = rig.chip.chirp();
         println!("{radar:?} {chirp:?}");
         assert!((chirp.bandwidth_hz() - 1e3 * f64::from(radar.bandwidth_khz)).abs() < 2e3);
@@ -113,7 +113,7 @@ fn the_chip_sweeps_what_the_scanner_is_told() {
 fn chirps_come_whole_and_one_by_one() {
     for samples in [0, 16, 17, 100, 256] {
         let mut rig = Rig::new(Chip::new());
-        let radar = rig.program(&Wish { samples, ..WISH }).unwrap();
+        let radar = rig.program(&RequestedSettings { samples, ..WISH }).unwrap();
         for turn in 0..3 {
             let mut codes = pattern(2 * usize::from(radar.samples));
             codes.rotate_left(turn);
@@ -176,12 +176,12 @@ fn what_clips_stands_at_full_scale() {
 #[test]
 fn what_is_wrong_at_set_up_is_told() {
     let module = LinkError::Module;
-    let stuck = |address| (Fault::Stuck(address), module(NOT_HELD));
+    let stuck = |address| (Fault::Stuck(address), module(VERIFY_FAILED));
     let cases = [
-        (Fault::Absent(0xff), module(STRANGER)),
-        (Fault::Absent(0x00), module(STRANGER)),
+        (Fault::Absent(0xff), module(WRONG_CHIP)),
+        (Fault::Absent(0x00), module(WRONG_CHIP)),
         // The identity of a BGT60UTR11AIP.
-        (Fault::Identity(0x00_0707), module(STRANGER)),
+        (Fault::Identity(0x00_0707), module(WRONG_CHIP)),
         (Fault::Port, module(PORT_FAILED)),
         stuck(0x01),
         stuck(0x04),

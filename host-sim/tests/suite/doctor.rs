@@ -74,7 +74,7 @@ fn telling(
             reasons: set_of(reasons),
             horizon: None,
             confidence: None,
-            maybes: 0,
+            possible_steps: 0,
             settings: 0,
             drops: 0,
             plane: None,
@@ -122,7 +122,7 @@ fn telling(
                 vec![line(&Sentence::Fail {
                     command: "selftest",
                     field,
-                    expected: "a test that passes",
+                    expected: "a passed self-test",
                 })]
             }
             (_, Ok("selftest")) => vec![line(&Sentence::Done {

@@ -418,7 +418,7 @@ fn stop_start_scan(session: &mut Session<'_>) {
     let save = framed(&["save"]);
     assert_eq!(
         body(&session.command(save.trim_end()).unwrap()),
-        "FAIL,save,flash,a flash controller that answers"
+        "FAIL,save,flash,a responding flash controller"
     );
     for command in ["selftest", "scan"] {
         session.command(command).unwrap();

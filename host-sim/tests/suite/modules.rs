@@ -14,7 +14,7 @@ use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
-use stairscan::signal::radar::module::{ModuleKind, RadarModule, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RadarModule, RequestedSettings};
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 20;
@@ -122,11 +122,11 @@ impl Bench {
         module: &mut dyn RadarModule,
         kind: ModuleKind,
     ) -> Result<RadarConfig, LinkError> {
-        let wish = Wish {
+        let requested = RequestedSettings {
             kind,
-            ..Wish::DEFAULT
+            ..RequestedSettings::DEFAULT
         };
-        module.program(self.now.get(), &wish, TIMEOUT_US);
+        module.program(self.now.get(), &requested, TIMEOUT_US);
         self.wait(|now| module.settings(now))
     }
 

@@ -145,7 +145,7 @@ fn the_particles_tell_the_verdict_what_they_doubt() {
             .zip(&without.cells)
             .filter(|(a, b)| a != b);
         assert!(differ.count() > with.cells.len() / 2, "{name}");
-        assert!(without.outcome.answer.maybes.is_empty(), "{name}");
+        assert!(without.outcome.answer.possible_steps.is_empty(), "{name}");
     }
 }
 

@@ -20,7 +20,7 @@ use stairscan::pipeline::Pipeline;
 use stairscan::report::{ScanLine, Sentence, StepLine};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner, Settings};
-use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 use stairscan::verdict::{Reason, Status};
 
@@ -52,7 +52,7 @@ struct TwoPlanes<'a> {
 }
 
 impl RadarModule for TwoPlanes<'_> {
-    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
+    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {
         self.plane = None;
     }
 

@@ -13,7 +13,7 @@ use host_sim::score;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::scanner::Micros;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::signal::radar::sirad::SiRad;
 use stairscan::verdict::Status;
 
@@ -38,11 +38,11 @@ fn wait<T, E: std::fmt::Debug>(
 fn programmed() -> RadarConfig {
     let mut port = SiRadPort::new(Box::new(|samples| Some(vec![[0; 2]; samples])));
     let (mut module, mut now) = (SiRad::new(), 0);
-    let wish = Wish {
+    let requested = RequestedSettings {
         kind: ModuleKind::SiRad,
-        ..Wish::default()
+        ..RequestedSettings::default()
     };
-    module.program(&mut port, Micros(now), &wish, TIMEOUT_US);
+    module.program(&mut port, Micros(now), &requested, TIMEOUT_US);
     wait(&mut now, |at| module.settings(&mut port, at))
 }
 
@@ -66,11 +66,11 @@ fn sent(recording: &Recording, radar: &RadarConfig) -> Recording {
     };
     let mut port = SiRadPort::new(Box::new(source));
     let (mut module, mut now) = (SiRad::new(), 0);
-    let wish = Wish {
+    let requested = RequestedSettings {
         kind: ModuleKind::SiRad,
-        ..Wish::default()
+        ..RequestedSettings::default()
     };
-    module.program(&mut port, Micros(now), &wish, TIMEOUT_US);
+    module.program(&mut port, Micros(now), &requested, TIMEOUT_US);
     let set = wait(&mut now, |at| module.settings(&mut port, at));
     assert_eq!(set, *radar);
     let mut samples = Vec::new();

@@ -26,30 +26,30 @@ pub struct Weighed {
 
 /// Staircases of earlier scans at their present places, and those that this scan stores for the next one.
 #[derive(Debug)]
-pub struct Hypotheses {
+pub struct CarriedHypotheses {
     past: Vec<Weighed, CARRIED>,
     present: Vec<Weighed, CARRIED>,
     /// Field of view from the chair's earlier place, reduced by the margins; and that of this scan.
-    then: View,
-    now: View,
+    past_view: View,
+    view: View,
     moved_m: f32,
 }
 
-impl Hypotheses {
+impl CarriedHypotheses {
     /// Returns an empty set.
     pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
             present: Vec::new(),
-            then: View::NOTHING,
-            now: View::NOTHING,
+            past_view: View::NOTHING,
+            view: View::NOTHING,
             moved_m: 0.0,
         }
     }
 
     /// Turns the stored staircases into carried ones, moved nearer by `moved_m` metres.
     #[inline(never)]
-    pub(super) fn go(&mut self, moved_m: f32) {
+    pub(super) fn shift(&mut self, moved_m: f32) {
         self.past.clear();
         let present = core::mem::take(&mut self.present);
         for h in &present {
@@ -62,18 +62,18 @@ impl Hypotheses {
     }
 
     /// Sets the fields of view of the scan before and of this one. The chair moved `moved_m` metres between them.
-    pub(super) fn seen_from(&mut self, then: View, now: View, moved_m: f32) {
-        self.then = View {
-            highest: MARGIN_SHARE * then.highest,
-            farthest_m: then.farthest_m - MARGIN_M,
-            ..then
+    pub(super) fn set_views(&mut self, past_view: View, view: View, moved_m: f32) {
+        self.past_view = View {
+            highest: MARGIN_SHARE * past_view.highest,
+            farthest_m: past_view.farthest_m - MARGIN_M,
+            ..past_view
         };
-        self.now = now;
+        self.view = view;
         self.moved_m = moved_m;
         self.present.clear();
     }
 
-    pub(super) fn drop_past(&mut self) {
+    pub(super) fn clear_carried(&mut self) {
         self.past.clear();
     }
 
@@ -91,7 +91,7 @@ impl Hypotheses {
     #[inline(never)]
     pub fn staircase(&self, k: usize) -> Option<Staircase> {
         let mut s = self.past.get(k)?.staircase;
-        let seen = edges(&s, &self.now);
+        let seen = edges(&s, &self.view);
         let last = seen.iter().rposition(|e| e.seen).map_or(0, |k| k + 1);
         s.steps = last as u8;
         (s.kind == GroundKind::Stairs && last > 0).then_some(s)
@@ -100,11 +100,14 @@ impl Hypotheses {
     /// Returns the log-prior of a staircase from earlier scans, nats: at most 0, with a lower limit. A step that no
     /// earlier scan can have seen has no influence.
     #[inline(never)]
-    pub fn word(&self, s: &Staircase) -> f32 {
+    pub fn log_prior(&self, s: &Staircase) -> f32 {
         if self.past.is_empty() {
             return 0.0;
         }
-        let like = self.past.iter().filter(|h| self.alike(s, &h.staircase));
+        let like = self
+            .past
+            .iter()
+            .filter(|h| self.same_visible_steps(s, &h.staircase));
         let best = like
             .map(|h| h.log_weight)
             .fold(f32::NEG_INFINITY, math::max);
@@ -113,7 +116,7 @@ impl Hypotheses {
 
     /// Whether two staircases have the same steps, among those that were in view from the chair's earlier place.
     #[inline(never)]
-    pub fn alike(&self, a: &Staircase, b: &Staircase) -> bool {
+    pub fn same_visible_steps(&self, a: &Staircase, b: &Staircase) -> bool {
         let (a, b) = (shifted(a, self.moved_m), shifted(b, self.moved_m));
         self.holds(&a, &b) && self.holds(&b, &a)
     }
@@ -121,14 +124,14 @@ impl Hypotheses {
     /// Whether an edge at a place of this scan was well in view from the chair's earlier place.
     pub(super) fn could_see(&self, x_m: f32, y_m: f32) -> bool {
         let s = Staircase::nothing().with(0, x_m + self.moved_m, y_m);
-        edges(&s, &self.then).iter().any(|e| e.seen)
+        edges(&s, &self.past_view).iter().any(|e| e.seen)
     }
 
     /// Whether `a` has every step of `b` that was well in view.
     #[inline(never)]
     fn holds(&self, a: &Staircase, b: &Staircase) -> bool {
-        let has = edges(a, &self.then);
-        let wanted = edges(b, &self.then);
+        let has = edges(a, &self.past_view);
+        let wanted = edges(b, &self.past_view);
         let mut seen = wanted.iter().filter(|e| e.seen);
         seen.all(|e| {
             has.iter()

@@ -14,8 +14,8 @@ mod hypotheses;
 mod outlook;
 mod tracks;
 
-pub use hypotheses::{Hypotheses, Weighed};
-pub use outlook::Outlook;
+pub use hypotheses::{CarriedHypotheses, Weighed};
+pub use outlook::CarriedOdds;
 pub use tracks::Tracks;
 
 use crate::answer::Step;
@@ -38,11 +38,11 @@ pub struct History {
     /// Whether the evidence contradicted this scan.
     changed: bool,
     /// Staircases that may stand there.
-    pub hypotheses: Hypotheses,
+    pub hypotheses: CarriedHypotheses,
     /// Reported steps.
     pub tracks: Tracks,
     /// Log-odds of errors by cell.
-    pub outlook: Outlook,
+    pub carried_odds: CarriedOdds,
 }
 
 impl Default for History {
@@ -60,15 +60,15 @@ impl History {
             view: View::NOTHING,
             moved_m: 0.0,
             changed: false,
-            hypotheses: Hypotheses::new(),
+            hypotheses: CarriedHypotheses::new(),
             tracks: Tracks::new(),
-            outlook: Outlook::new(),
+            carried_odds: CarriedOdds::new(),
         }
     }
 
     /// Begins scan number `scan`. The evidence is moved by the displacement `moved_m` since the scan before. It is
     /// discarded if the displacement is unknown, or if the scan before was left out or made with another instrument.
-    /// `rode_m` is the displacement during this scan, metres.
+    /// `moved_during_scan_m` is the displacement during this scan, metres.
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -76,7 +76,7 @@ impl History {
         instrument: (MountConfig, RadarConfig),
         view: View,
         moved_m: Option<f32>,
-        rode_m: f32,
+        moved_during_scan_m: f32,
     ) {
         self.changed = false;
         let follows = self.scan.is_some_and(|last| last.wrapping_add(1) == scan);
@@ -84,20 +84,20 @@ impl History {
         match moved_m.filter(|_| follows && same) {
             Some(moved_m) => {
                 self.moved_m = moved_m;
-                self.hypotheses.go(moved_m);
-                self.tracks.go(moved_m, rode_m);
-                self.outlook.go(moved_m);
+                self.hypotheses.shift(moved_m);
+                self.tracks.shift(moved_m, moved_during_scan_m);
+                self.carried_odds.shift(moved_m);
             }
-            None => self.forget(),
+            None => self.clear(),
         }
-        self.hypotheses.seen_from(self.view, view, self.moved_m);
+        self.hypotheses.set_views(self.view, view, self.moved_m);
         self.scan = Some(scan);
         self.instrument = instrument;
         self.view = view;
     }
 
     /// Leaves scan number `scan` out: the scan after it follows on the one before it.
-    pub fn pass_over(&mut self, scan: u32) {
+    pub fn skip_scan(&mut self, scan: u32) {
         let before = scan.wrapping_sub(1);
         if let Some(last) = self.scan.as_mut().filter(|last| **last == before) {
             *last = scan;
@@ -105,17 +105,17 @@ impl History {
     }
 
     /// Discards everything: the next scan counts as the first one.
-    pub fn forget(&mut self) {
+    pub fn clear(&mut self) {
         self.scan = None;
         self.moved_m = 0.0;
-        self.drop_past();
+        self.clear_carried();
     }
 
     /// Discards the evidence that was carried to this scan.
-    fn drop_past(&mut self) {
-        self.hypotheses.drop_past();
-        self.tracks.drop_past();
-        self.outlook.drop_past();
+    fn clear_carried(&mut self) {
+        self.hypotheses.clear_carried();
+        self.tracks.clear_carried();
+        self.carried_odds.clear_carried();
     }
 
     /// Compares the steps of this scan's answer with the earlier ones, then combines them.
@@ -124,10 +124,10 @@ impl History {
         let Self {
             hypotheses,
             tracks,
-            outlook,
+            carried_odds,
             ..
         } = self;
-        outlook.compare(tracks.told(), steps, |x_m, y_m| {
+        carried_odds.compare(tracks.reported_steps(), steps, |x_m, y_m| {
             hypotheses.could_see(x_m, y_m)
         });
         tracks.combine(steps);
@@ -138,17 +138,17 @@ impl History {
     #[inline(never)]
     pub fn keep(&mut self, outlines: &[Weighed]) {
         let expected =
-            |o: &&Weighed| self.hypotheses.word(&o.staircase) > -current().carried_most_nats;
+            |o: &&Weighed| self.hypotheses.log_prior(&o.staircase) > -current().carried_most_nats;
         let most =
             |weights: &mut dyn Iterator<Item = f32>| weights.fold(f32::NEG_INFINITY, math::max);
         let alone = most(&mut outlines.iter().map(|o| o.log_weight));
         let known = most(&mut outlines.iter().filter(expected).map(|o| o.log_weight));
         if !self.is_empty() && alone > known + current().scene_changed_nats {
             self.changed = true;
-            self.drop_past();
+            self.clear_carried();
         }
         for o in outlines {
-            let word = self.hypotheses.word(&o.staircase);
+            let word = self.hypotheses.log_prior(&o.staircase);
             self.hypotheses.keep(&o.staircase, o.log_weight + word);
         }
         self.hypotheses.normalise();
@@ -161,8 +161,8 @@ impl History {
 
     /// Whether this scan has exactly the steps that were reported before, at the places expected from the
     /// displacement. This confirms the motion input.
-    pub fn confirms(&self) -> bool {
-        self.tracks.confirmed() && self.outlook.agrees()
+    pub fn confirms_motion(&self) -> bool {
+        self.tracks.confirmed() && self.carried_odds.agrees()
     }
 
     /// Whether no evidence was carried to this scan.

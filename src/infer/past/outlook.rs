@@ -3,20 +3,20 @@
 use crate::answer::Step;
 use crate::infer::cloud::{CELL_M, CELLS, FIRST_END_M};
 use crate::math;
-use crate::model::RIGHT_M;
+use crate::model::MIN_EXPANDED_M;
 use crate::params::carried::PastFeatures;
 use crate::params::current;
 
 /// Limit of log-odds of an error, nats, of either sign: odds of e^9 count as certain.
-const MOST_ODDS: f32 = 9.0;
+const MAX_ODDS: f32 = 9.0;
 /// Distance beyond which things behind a landing are mostly too faint to be detected, metres.
 const FAR_M: f32 = 2.0;
 /// Unit of the distance beyond [`FAR_M`] as a feature, metres.
 const FAR_CELLS_M: f32 = 0.5;
-/// Upper limit of [`RIGHT_M`] over the standard deviation of a step's height, as a feature.
-const MOST_SIGMAS: f32 = 4.0;
+/// Upper limit of [`MIN_EXPANDED_M`] over the standard deviation of a step's height, as a feature.
+const MAX_SIGMAS: f32 = 4.0;
 /// Maximum number of scans that are counted.
-const MOST_SCANS: f32 = 4.0;
+const MAX_SCANS: f32 = 4.0;
 
 /// Evidence of earlier scans about a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -80,7 +80,7 @@ impl Past {
                 mean: odds,
             };
         }
-        let scans = math::min(self.scans + 1.0, MOST_SCANS);
+        let scans = math::min(self.scans + 1.0, MAX_SCANS);
         Self {
             scans,
             least: math::min(self.least, odds),
@@ -91,14 +91,14 @@ impl Past {
 
 /// Evidence by cell, and the cells in which two successive answers differ.
 #[derive(Debug)]
-pub struct Outlook {
+pub struct CarriedOdds {
     /// Evidence of earlier scans, by the cells of the scan before.
     past: [PackedOdds; CELLS],
     present: [PackedOdds; CELLS],
     /// Displacement of the chair since then, metres; none where nothing was carried on.
     moved_m: Option<f32>,
     /// Cells in which this answer differs from the one before, one bit each.
-    differs: u32,
+    differing_cells: u32,
 }
 
 const _: () = assert!(CELLS <= u32::BITS as usize);
@@ -108,28 +108,28 @@ fn cell(x_m: f32) -> usize {
     math::max(math::ceil((x_m - FIRST_END_M) / CELL_M), 0.0) as usize
 }
 
-impl Outlook {
+impl CarriedOdds {
     /// Returns an empty outlook.
     pub(super) const fn new() -> Self {
         Self {
             past: [PackedOdds::NONE; CELLS],
             present: [PackedOdds::NONE; CELLS],
             moved_m: None,
-            differs: 0,
+            differing_cells: 0,
         }
     }
 
-    pub(super) fn go(&mut self, moved_m: f32) {
+    pub(super) fn shift(&mut self, moved_m: f32) {
         self.past = self.present;
         self.moved_m = Some(moved_m);
         self.present = [PackedOdds::NONE; CELLS];
-        self.differs = 0;
+        self.differing_cells = 0;
     }
 
-    pub(super) fn drop_past(&mut self) {
+    pub(super) fn clear_carried(&mut self) {
         self.moved_m = None;
         self.present = [PackedOdds::NONE; CELLS];
-        self.differs = 0;
+        self.differing_cells = 0;
     }
 
     /// Marks the cells in which the steps of this answer, before they are combined, differ from those reported
@@ -137,24 +137,26 @@ impl Outlook {
     #[inline(never)]
     pub(super) fn compare(
         &mut self,
-        told: impl Iterator<Item = (f32, f32)> + Clone,
+        reported: impl Iterator<Item = (f32, f32)> + Clone,
         steps: &[Step],
         seen: impl Fn(f32, f32) -> bool,
     ) {
         let mut differs = 0;
         let mut mark = |x_m: f32| {
-            differs |= 1_u32.checked_shl(cell(x_m - RIGHT_M) as u32).unwrap_or(0);
+            differs |= 1_u32
+                .checked_shl(cell(x_m - MIN_EXPANDED_M) as u32)
+                .unwrap_or(0);
         };
         for step in steps {
             let same = |(x, y): (f32, f32)| {
                 (x - step.distance_m).abs() <= current().same_step_m
-                    && (y - step.height_m).abs() <= RIGHT_M
+                    && (y - step.height_m).abs() <= MIN_EXPANDED_M
             };
-            if seen(step.distance_m, step.height_m) && !told.clone().any(same) {
+            if seen(step.distance_m, step.height_m) && !reported.clone().any(same) {
                 mark(step.distance_m);
             }
         }
-        for (x_m, _) in told {
+        for (x_m, _) in reported {
             if !steps
                 .iter()
                 .any(|s| (x_m - s.distance_m).abs() <= current().same_step_m)
@@ -162,23 +164,23 @@ impl Outlook {
                 mark(x_m);
             }
         }
-        self.differs = differs;
+        self.differing_cells = differs;
     }
 
     /// Whether this answer has the same steps as the one before.
     pub(super) fn agrees(&self) -> bool {
-        self.moved_m.is_some() && self.differs == 0
+        self.moved_m.is_some() && self.differing_cells == 0
     }
 
     /// Returns the evidence of earlier scans about cell `k`, which holds a step at `step_m`, metres, or none.
     #[inline(never)]
-    fn of(&self, k: usize, step_m: Option<f32>) -> Past {
+    fn carried_evidence(&self, k: usize, step_m: Option<f32>) -> Past {
         let Some(moved_m) = self.moved_m else {
             return Past::NONE;
         };
         let at = |k: usize| self.past.get(k).map_or(Past::NONE, |p| Past::unpack(*p));
         if let Some(x_m) = step_m {
-            return at(cell(x_m + moved_m - RIGHT_M));
+            return at(cell(x_m + moved_m - MIN_EXPANDED_M));
         }
         let place = k as f32 + moved_m / CELL_M;
         let (near, far) = (math::floor(place), math::ceil(place));
@@ -202,7 +204,7 @@ impl Outlook {
     /// this scan's log-odds of an error, nats; they are stored for the next scan. `step` is the step in the cell, if
     /// any; `behind` is whether no step lies farther away either.
     #[inline(never)]
-    pub fn look(
+    pub fn features(
         &mut self,
         k: usize,
         odds: f32,
@@ -210,13 +212,15 @@ impl Outlook {
         behind: bool,
     ) -> Option<PastFeatures> {
         let step_m = step.map(|s| s.distance_m);
-        let step_sure = step.map_or(0.0, |s| math::min(RIGHT_M / s.height_sigma_m, MOST_SIGMAS));
-        let odds = odds.clamp(-MOST_ODDS, MOST_ODDS);
-        let differs = self.differs.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
+        let step_sure = step.map_or(0.0, |s| {
+            math::min(MIN_EXPANDED_M / s.height_sigma_m, MAX_SIGMAS)
+        });
+        let odds = odds.clamp(-MAX_ODDS, MAX_ODDS);
+        let differs = self.differing_cells.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
         let past = if differs {
             Past::NONE
         } else {
-            self.of(k, step_m)
+            self.carried_evidence(k, step_m)
         };
         if let Some(place) = self.present.get_mut(k) {
             *place = past.with(odds).pack();

@@ -59,8 +59,8 @@ fn a_first_scan_is_as_it_is() {
     let mut memory = History::new();
     let told = scan(&mut memory, 1, 1.2, None);
     assert_eq!(told, steps(1.2, 0.01));
-    assert!(memory.is_empty() && !memory.confirms() && !memory.changed());
-    assert_eq!(memory.outlook.look(12, -3.0, None, true), None);
+    assert!(memory.is_empty() && !memory.confirms_motion() && !memory.changed());
+    assert_eq!(memory.carried_odds.features(12, -3.0, None, true), None);
 }
 
 #[test]
@@ -68,11 +68,11 @@ fn what_was_told_before_has_a_say_where_the_chair_is_now() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     let told = scan(&mut memory, 2, 1.1, Some(0.1));
-    assert!(memory.confirms());
-    assert_eq!(memory.hypotheses.word(&flight(1.1)), 0.0);
+    assert!(memory.confirms_motion());
+    assert_eq!(memory.hypotheses.log_prior(&flight(1.1)), 0.0);
     let worst = -current().carried_most_nats;
-    assert_eq!(memory.hypotheses.word(&flight(1.2)), worst);
-    assert_eq!(memory.hypotheses.word(&Staircase::nothing()), worst);
+    assert_eq!(memory.hypotheses.log_prior(&flight(1.2)), worst);
+    assert_eq!(memory.hypotheses.log_prior(&Staircase::nothing()), worst);
     for (told, alone) in told.iter().zip(&steps(1.1, 0.01)) {
         assert!((told.distance_m - alone.distance_m).abs() < 1e-4);
         // The height's standard deviation is below that of one scan and above that of two independent ones.
@@ -89,8 +89,8 @@ fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
     memory.begin(2, instrument(), VIEW, Some(0.2), 0.0);
     // The third step came into view in this scan; a fourth is not in view yet.
     let more = flight(1.8).with(3, 2.64, 0.68);
-    assert_eq!(memory.hypotheses.word(&more), 0.0);
-    assert_eq!(memory.hypotheses.word(&flight(1.8)), 0.0);
+    assert_eq!(memory.hypotheses.log_prior(&more), 0.0);
+    assert_eq!(memory.hypotheses.log_prior(&flight(1.8)), 0.0);
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn an_odometer_that_stands_still_is_not_confirmed() {
     scan(&mut memory, 1, 1.2, None);
     for (k, x_m) in (2..).zip([1.16, 1.12, 1.08]) {
         scan(&mut memory, k, x_m, Some(0.0));
-        assert!(!memory.confirms(), "{x_m}");
+        assert!(!memory.confirms_motion(), "{x_m}");
     }
 }
 
@@ -142,7 +142,7 @@ fn readings_that_disagree_make_no_one_surer() {
     told[1].height_m += 0.05;
     memory.combine(&mut told);
     assert!(told[1].height_sigma_m > 0.012, "{}", told[1].height_sigma_m);
-    assert!(!memory.confirms());
+    assert!(!memory.confirms_motion());
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn a_contradicted_memory_is_a_first_scan() {
     let mut told = steps(1.1, 0.01);
     memory.combine(&mut told);
     assert_eq!(told, steps(1.1, 0.01));
-    assert_eq!(memory.outlook.look(12, -3.0, None, true), None);
+    assert_eq!(memory.carried_odds.features(12, -3.0, None, true), None);
 }
 
 #[test]
@@ -163,10 +163,10 @@ fn a_cell_knows_how_many_scans_were_sure_of_it() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     for k in 0..CELLS {
-        memory.outlook.look(k, -4.0, None, true);
+        memory.carried_odds.features(k, -4.0, None, true);
     }
     scan(&mut memory, 2, 1.1, Some(0.1));
-    let known = memory.outlook.look(10, -1.0, None, true).unwrap();
+    let known = memory.carried_odds.features(10, -1.0, None, true).unwrap();
     let [unseen, _, seen, _, least, mean, scans, differs, ..] = known;
     assert_eq!((unseen, seen, scans, differs), (0.0, 1.0, 1.0, 0.0));
     assert!((least + 4.0).abs() < 0.1 && (mean + 4.0).abs() < 0.1);
@@ -188,7 +188,7 @@ fn what_this_scan_contradicts_does_not_live_on_in_its_own_weights() {
     memory.keep(&[other, like_before]);
     assert!(memory.changed() && memory.is_empty());
     memory.begin(3, instrument(), VIEW, Some(0.0), 0.0);
-    let word = memory.hypotheses.word(&like_before.staircase);
+    let word = memory.hypotheses.log_prior(&like_before.staircase);
     let alone = math::max(
         current().carried_share * like_before.log_weight,
         -current().carried_most_nats,

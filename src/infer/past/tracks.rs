@@ -22,7 +22,7 @@ use crate::params::current;
 use heapless::Vec;
 
 /// Difference of two readings, in standard deviations, beyond which their variances are enlarged.
-const DOUBTFUL: f32 = 2.0;
+const MAX_SIGMAS: f32 = 2.0;
 
 /// A mean over scans.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ struct Mean {
     value: f32,
     variance: f32,
     /// Covariance of its error with that of the last reading.
-    shared: f32,
+    covariance: f32,
     /// Variance of the last reading.
     last: f32,
 }
@@ -41,37 +41,37 @@ impl Mean {
         Self {
             value: reading.value,
             variance,
-            shared: variance,
+            covariance: variance,
             last: variance,
         }
     }
 
-    /// Returns the mean with one more reading, whose error has correlation `alike` with the last one's.
+    /// Returns the mean with one more reading, whose error has correlation `correlation` with the last one's.
     #[inline(never)]
-    fn with(&self, reading: Estimate, alike: f32) -> Self {
+    fn with(&self, reading: Estimate, correlation: f32) -> Self {
         let (v, u) = (
             self.variance,
             math::max(reading.variance, f32::MIN_POSITIVE),
         );
-        let q = alike * self.shared * math::sqrt(u / self.last);
+        let q = correlation * self.covariance * math::sqrt(u / self.last);
         let spread = math::max(v + u - 2.0 * q, f32::MIN_POSITIVE);
         let w = ((v - q) / spread).clamp(0.0, 1.0);
         let off = reading.value - self.value;
         // A difference beyond the limit enlarges the variance (Birge 1932).
-        let excess = math::max(off * off / (DOUBTFUL * DOUBTFUL * (v + u)), 1.0);
+        let excess = math::max(off * off / (MAX_SIGMAS * MAX_SIGMAS * (v + u)), 1.0);
         let rest = 1.0 - w;
         Self {
             value: self.value + w * off,
             variance: excess * (rest * rest * v + w * w * u + 2.0 * w * rest * q),
-            shared: rest * q + w * u,
+            covariance: rest * q + w * u,
             last: u,
         }
     }
 
     /// Returns the mean with one more reading, with a variance as if both errors were fully correlated. What hides a
     /// nosing's place, its overhang, does so from every distance.
-    fn with_same(&self, reading: Estimate, alike: f32) -> Self {
-        let mut out = self.with(reading, alike);
+    fn with_correlated(&self, reading: Estimate, correlation: f32) -> Self {
+        let mut out = self.with(reading, correlation);
         let off = reading.value - self.value;
         let w = if off == 0.0 {
             1.0
@@ -97,7 +97,7 @@ pub struct Tracks {
     past: Vec<StepTrack, MAX_STEPS>,
     moved_m: f32,
     /// Displacement of the chair during this scan, metres.
-    rode_m: f32,
+    moved_during_scan_m: f32,
     /// Maximum distance between this scan's steps and the earlier ones, metres; none without earlier ones.
     off_m: Option<f32>,
 }
@@ -108,7 +108,7 @@ impl Tracks {
         Self {
             past: Vec::new(),
             moved_m: 0.0,
-            rode_m: 0.0,
+            moved_during_scan_m: 0.0,
             off_m: None,
         }
     }
@@ -120,21 +120,21 @@ impl Tracks {
     }
 
     /// Moves the tracks by the chair's displacement `moved_m`, metres.
-    pub(super) fn go(&mut self, moved_m: f32, rode_m: f32) {
+    pub(super) fn shift(&mut self, moved_m: f32, moved_during_scan_m: f32) {
         self.moved_m = moved_m;
-        self.rode_m = rode_m;
+        self.moved_during_scan_m = moved_during_scan_m;
         for track in &mut self.past {
             track.place.value -= moved_m;
         }
     }
 
-    pub(super) fn drop_past(&mut self) {
+    pub(super) fn clear_carried(&mut self) {
         self.past.clear();
         self.off_m = None;
     }
 
     /// Returns the present distance and the height of each step that was reported before, metres.
-    pub fn told(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
+    pub fn reported_steps(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
         self.past.iter().map(|t| (t.place.value, t.level.value))
     }
 
@@ -148,7 +148,7 @@ impl Tracks {
 
     /// Returns the error of the odometer's displacement, estimated from the steps that were reported before.
     #[inline(never)]
-    fn slip(&self, steps: &[Step]) -> Estimate {
+    fn odometer_error(&self, steps: &[Step]) -> Estimate {
         let sigma_m = math::hypot(ODOMETER_SCALE_ERROR * self.moved_m, ODOMETER_WANDER_M);
         let mut weight = 1.0 / (sigma_m * sigma_m);
         let mut sum = 0.0;
@@ -171,16 +171,16 @@ impl Tracks {
         let off = |s: &Step| Some((self.of(s)?.place.value - s.distance_m).abs());
         let off_m = steps.iter().filter_map(off).reduce(math::max);
         self.off_m = off_m;
-        let slip = self.slip(steps);
+        let slip = self.odometer_error(steps);
         for track in &mut self.past {
             track.place.value += slip.value;
             track.place.variance += slip.variance;
         }
         let mut present = Vec::new();
-        let alike = |c: &Correlation| c.after(self.moved_m);
-        let alike = (alike(&counted::PLACES), alike(&counted::LEVELS));
+        let correlation = |c: &Correlation| c.after(self.moved_m);
+        let correlations = (correlation(&counted::PLACES), correlation(&counted::LEVELS));
         for step in steps {
-            let rode_m = ODOMETER_SCALE_ERROR * self.rode_m;
+            let rode_m = ODOMETER_SCALE_ERROR * self.moved_during_scan_m;
             let place_m = math::hypot(step.distance_sigma_m, rode_m);
             let place = Estimate::new(step.distance_m, place_m);
             let level = Estimate::new(step.height_m, step.height_sigma_m);
@@ -190,8 +190,8 @@ impl Tracks {
             };
             if let Some(past) = self.of(step) {
                 track = StepTrack {
-                    place: past.place.with_same(place, alike.0),
-                    level: past.level.with(level, alike.1),
+                    place: past.place.with_correlated(place, correlations.0),
+                    level: past.level.with(level, correlations.1),
                 };
                 step.distance_m = track.place.value;
                 step.distance_sigma_m = math::sqrt(track.place.variance);

@@ -67,7 +67,7 @@ pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Rol
 
 /// The tread before a riser.
 #[derive(Clone, Copy, Debug, Default)]
-struct Before {
+struct TreadScore {
     /// Score of the marks on it, nats.
     score: f32,
     /// Level of the strongest echo on it near the riser, dB.
@@ -106,7 +106,7 @@ pub struct Ascending<'e> {
     /// Indices of the marks near each column.
     spans: [Span; MAX_COLUMNS],
     /// Floor before each column, which is the same for every first riser there.
-    floors: [Before; MAX_COLUMNS],
+    floors: [TreadScore; MAX_COLUMNS],
     /// Cache of the landing's score, at the level that was evaluated last.
     landing: RefCell<Landing>,
     null: f32,
@@ -179,9 +179,9 @@ impl<'e> Ascending<'e> {
         let mut ascending = Self {
             scene,
             spans: [Span::default(); MAX_COLUMNS],
-            floors: [Before::default(); MAX_COLUMNS],
+            floors: [TreadScore::default(); MAX_COLUMNS],
             landing: RefCell::new(Landing::default()),
-            null: scene.flat(),
+            null: scene.level_ground_score(),
         };
         let nearest = scene.first_beyond(scene.params.nearest_riser_m);
         for (k, column) in scene.columns.iter().enumerate() {
@@ -208,7 +208,7 @@ impl<'e> Ascending<'e> {
     }
 
     /// Returns the tread before a riser, or the landing, scored over the marks of `range`.
-    fn tread(&self, riser: &Riser, range: Range<usize>) -> Before {
+    fn tread(&self, riser: &Riser, range: Range<usize>) -> TreadScore {
         let (scene, p) = (self.scene, self.scene.params);
         let (mut total, mut strongest_db) = (0.0, p.tread_background_db);
         for m in scene.marks.get(range).unwrap_or(&[]) {
@@ -219,14 +219,14 @@ impl<'e> Ascending<'e> {
                 strongest_db = math::max(strongest_db, m.snr_db);
             }
         }
-        Before {
+        TreadScore {
             score: total,
             strongest_db,
         }
     }
 
     /// Returns the score of one riser with `marks` near it and the tread `before` it.
-    fn riser(&self, riser: &Riser, marks: &[Mark], before: Before) -> f32 {
+    fn riser(&self, riser: &Riser, marks: &[Mark], before: TreadScore) -> f32 {
         let (scene, p) = (self.scene, self.scene.params);
         let mut total = before.score - p.step_nats;
         // Only the best echo in each role counts.
@@ -243,7 +243,7 @@ impl<'e> Ascending<'e> {
             } else if fit.top > top {
                 top = fit.top;
             } else if fit.corner <= 0.0 && fit.top <= 0.0 {
-                total -= p.stray_nats * m.weight;
+                total -= p.stray_nats * m.credibility;
             }
         }
         let corner_shows = !riser.open && !scene.hides_foot(riser);

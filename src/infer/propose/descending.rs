@@ -5,7 +5,7 @@
 //! best are kept. A tread without echoes may lie between two levels, or below the last. Each chain and each of its
 //! beginnings is a hypothesis, weighted by [`crate::model::treads`].
 
-use crate::infer::variants::Base;
+use crate::infer::variants::Hypothesis;
 use crate::math;
 use crate::model::Staircase;
 use crate::model::prior::prior;
@@ -96,14 +96,14 @@ impl LevelChain {
             // Cannot fail: a chain has no more rows than there is room for.
             let _ = treads.push(TreadAt {
                 y_m: before_m,
-                shown: row != UNSEEN,
+                has_echoes: row != UNSEEN,
             });
         }
         if let Some(rise_m) = self.rise_m() {
             // Left out where there is no room.
             let _ = treads.push(TreadAt {
                 y_m: self.last_m - rise_m,
-                shown: false,
+                has_echoes: false,
             });
         }
         treads
@@ -146,7 +146,7 @@ fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
         if fresh && centre.y_m < -BELOW_GROUND_M {
             let y_m = sum / weight;
             // A level that finds no room is weaker than all others.
-            let _ = levels.push((y_m, model.shown(y_m)));
+            let _ = levels.push((y_m, model.unlimited_tread_llr(y_m)));
         }
     }
     shell_sort(&mut levels, |a, b| a.0 > b.0);
@@ -180,13 +180,13 @@ fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
 /// Calls `each` with every hypothesis and its weight: chains of levels with their beginnings and one more tread,
 /// ground without stairs, and the likeliest ramp.
 #[inline(never)]
-pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Base)) {
+pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Hypothesis)) {
     let levels = levels(model, echoes);
     let chains = chains(&levels);
     let mut before: &[u8] = &[];
     for chain in &chains {
         let treads = chain.treads(&levels);
-        model.look(&treads);
+        model.evaluate(&treads);
         let known = before.iter().zip(&chain.rows);
         let known = known.take_while(|(a, b)| a == b).count();
         before = &chain.rows;
@@ -194,23 +194,26 @@ pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Bas
             let weighed = model.weigh(count);
             let treads = treads.iter().take(count).enumerate();
             let edges = treads.map(|(k, t)| (weighed.edge_m + k as f32 * weighed.going_m, t.y_m));
-            each(Base::weighed(Staircase::descent(edges), weighed.log_weight));
+            each(Hypothesis::weighed(
+                Staircase::descent(edges),
+                weighed.log_weight,
+            ));
         }
     }
-    model.look(&[]);
+    model.evaluate(&[]);
     let ground = model.weigh(0).log_weight;
-    each(Base::weighed(Staircase::nothing(), ground));
+    each(Hypothesis::weighed(Staircase::nothing(), ground));
     let slopes = SLOPES
         .into_iter()
         .flat_map(|slope| RAMPS_FROM_M.map(|from_m| (from_m, slope)));
     let ramps = slopes.map(|(from_m, slope)| {
         let ramp = Staircase::ramp(from_m, -slope);
-        Base::weighed(
+        Hypothesis::weighed(
             ramp,
             model.ramp(from_m, slope) + prior(&ramp) - prior(&Staircase::nothing()),
         )
     });
-    if let Some(ramp) = ramps.reduce(Base::likelier) {
+    if let Some(ramp) = ramps.reduce(Hypothesis::likelier) {
         each(ramp);
     }
 }

@@ -4,7 +4,7 @@ use super::scene::{Mark, Scene};
 
 impl Scene<'_> {
     /// Returns the score of level ground, nats.
-    pub fn flat(&self) -> f32 {
+    pub fn level_ground_score(&self) -> f32 {
         let p = self.params;
         let on_ground = |m: &Mark| {
             let z = m.y_m / m.y_sigma_m;
@@ -16,7 +16,7 @@ impl Scene<'_> {
             } else {
                 -p.stray_nats
             };
-            m.weight * nats
+            m.credibility * nats
         };
         let marks = self.between(p.nearest_riser_m, f32::INFINITY);
         marks.iter().map(on_ground).sum()

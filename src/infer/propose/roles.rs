@@ -55,7 +55,7 @@ impl Role {
             Self::Inside => "inside",
             Self::Above => "above",
             Self::Clutter => "clutter",
-            Self::Stray => "stray",
+            Self::Stray => "unexplained",
         }
     }
 }
@@ -164,22 +164,22 @@ impl Scene<'_> {
         let p = self.params;
         let on = self.as_tread(m, riser);
         if on > 0.0 {
-            return (Role::Tread, on * m.weight);
+            return (Role::Tread, on * m.credibility);
         }
         if m.y_m < self.sight(m.x_m, riser) - p.off_margin_m - 2.0 * m.y_sigma_m {
-            return (Role::Inside, -p.inside_nats * m.weight);
+            return (Role::Inside, -p.inside_nats * m.credibility);
         }
         let stands = m.y_m > riser.base_m + p.off_margin_m + m.y_sigma_m;
         if stands && riser.along_m.is_finite() {
-            return (Role::Clutter, -p.clutter_nats * m.weight);
+            return (Role::Clutter, -p.clutter_nats * m.credibility);
         }
-        (Role::Stray, -p.stray_nats * m.weight)
+        (Role::Stray, -p.stray_nats * m.credibility)
     }
 
     /// Returns the fit of a mark near a riser.
     pub fn on_riser(&self, m: &Mark, riser: &Riser) -> RoleFit {
         let p = self.params;
-        let (s, w) = (m.y_sigma_m, m.weight);
+        let (s, w) = (m.y_sigma_m, m.credibility);
         let off_mirror = (m.y_m - self.mount_height_m).abs();
         let flash_z = off_mirror / s;
         let flash = self.faces_mirror(riser) && flash_z < 2.0;
@@ -222,7 +222,7 @@ impl Scene<'_> {
     /// Returns the fit of a mark on a riser that is visible from foot to top. `flash` is its gain as a flash, nats.
     fn on_visible_riser(&self, m: &Mark, riser: &Riser, flash: f32) -> RoleFit {
         let p = self.params;
-        let (s, w) = (m.y_sigma_m, m.weight);
+        let (s, w) = (m.y_sigma_m, m.credibility);
         let corner = if riser.open {
             0.0
         } else {

@@ -27,7 +27,7 @@ pub struct Mark {
     /// Standard deviation of the height, metres.
     pub y_sigma_m: f32,
     /// Credibility, 0…1.
-    pub weight: f32,
+    pub credibility: f32,
     /// Power above the noise, dB.
     pub snr_db: f32,
     /// Range from the mirror, metres.
@@ -45,7 +45,7 @@ pub struct Column {
     /// Position of its strongest echo along the line of sight, metres.
     pub along_m: f32,
     /// Sum of the credibilities of the echoes off the floor.
-    pub weight: f32,
+    pub credibility: f32,
     /// Whether a flight may begin here: an echo lies off the ground, or one on it is as strong as a corner.
     pub begins: bool,
 }
@@ -110,11 +110,11 @@ impl<'p> Scene<'p> {
                 along_m: e.x_m,
                 y_sigma_m,
                 floor_nats: gain(p.tread_nats, e.y_m / y_sigma_m),
-                weight: credibility(e.snr_db, p),
+                credibility: credibility(e.snr_db, p),
                 ..Mark::new(k, e)
             }
         });
-        self.gather(marks, p.column_m, p.nearest_riser_m);
+        self.group_columns(marks, p.column_m, p.nearest_riser_m);
     }
 
     /// Takes in the echoes of the height plane, without columns.
@@ -123,7 +123,7 @@ impl<'p> Scene<'p> {
             // Cannot fail: there are as many marks as echoes.
             let _ = self.marks.push(Mark {
                 along_m: self.mount_height_m - e.y_m,
-                weight: credibility(e.snr_db, self.params),
+                credibility: credibility(e.snr_db, self.params),
                 ..Mark::new(k, e)
             });
         }
@@ -131,7 +131,7 @@ impl<'p> Scene<'p> {
 
     /// Sorts the marks and groups columns around the strongest remaining ones. Marks nearer than `nearest`, metres,
     /// are in no column.
-    fn gather(&mut self, marks: impl Iterator<Item = Mark>, width: f32, nearest: f32) {
+    fn group_columns(&mut self, marks: impl Iterator<Item = Mark>, width: f32, nearest: f32) {
         for mark in marks {
             // Cannot fail: there are as many marks as echoes.
             let _ = self.marks.push(mark);
@@ -147,14 +147,14 @@ impl<'p> Scene<'p> {
             let Some((centre, _)) = strongest else { break };
             let mut column = Column {
                 along_m: centre.along_m,
-                weight: 0.0,
-                begins: self.shines(centre),
+                credibility: 0.0,
+                begins: self.is_corner_level(centre),
             };
             for (mark, taken) in self.marks.iter().zip(&mut taken) {
                 if !*taken && (mark.along_m - column.along_m).abs() <= width {
                     *taken = true;
                     if mark.y_m.abs() > self.params.floor_reach_m {
-                        column.weight += mark.weight;
+                        column.credibility += mark.credibility;
                         column.begins = true;
                     }
                 }
@@ -167,7 +167,7 @@ impl<'p> Scene<'p> {
     }
 
     /// Whether an echo on the ground exceeds the level of those before it as a corner does.
-    fn shines(&self, centre: &Mark) -> bool {
+    fn is_corner_level(&self, centre: &Mark) -> bool {
         let p = self.params;
         let before = self.between(
             centre.along_m - p.corner_before_m,

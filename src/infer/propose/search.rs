@@ -17,13 +17,13 @@ const SKIPPED: [usize; 2] = [0, 1];
 
 /// The best beginnings so far.
 #[derive(Debug)]
-struct BestBeginnings {
+struct BestPartialFlights {
     flights: Vec<Flight, BEGINNINGS>,
     /// Index of the worst one, once the list is full.
     worst: usize,
 }
 
-impl BestBeginnings {
+impl BestPartialFlights {
     const fn new() -> Self {
         Self {
             flights: Vec::new(),
@@ -53,17 +53,17 @@ impl BestBeginnings {
 /// Working memory of a search: the beginnings of this round and of the next. It is too large for a small stack: the
 /// caller provides it.
 #[derive(Debug)]
-pub struct Beginnings {
-    now: BestBeginnings,
-    next: BestBeginnings,
+pub struct Beam {
+    now: BestPartialFlights,
+    next: BestPartialFlights,
 }
 
-impl Beginnings {
+impl Beam {
     /// Returns the memory without beginnings.
     pub const fn new() -> Self {
         Self {
-            now: BestBeginnings::new(),
-            next: BestBeginnings::new(),
+            now: BestPartialFlights::new(),
+            next: BestPartialFlights::new(),
         }
     }
 }
@@ -97,15 +97,15 @@ impl<'s, 'e> Search<'s, 'e> {
     }
 
     /// Returns the best score of a flight with another number of faces, nats; no stairs have the score 0.
-    pub fn rival(&self, faces: usize) -> f32 {
+    pub fn runner_up_score(&self, faces: usize) -> f32 {
         let others = self.leaders.iter().filter(|f| f.chain.len() != faces);
         others.map(|f| f.score).fold(0.0, math::max)
     }
 
     /// Runs the search and returns the best flight.
     #[inline(never)]
-    pub fn best(&mut self, memory: &mut Beginnings) -> Option<Flight> {
-        let Beginnings { now, next } = memory;
+    pub fn best(&mut self, memory: &mut Beam) -> Option<Flight> {
+        let Beam { now, next } = memory;
         let (mut now, mut next) = (now, next);
         now.flights.clear();
         for (k, shape) in self.stairs.beginnings() {
@@ -121,10 +121,10 @@ impl<'s, 'e> Search<'s, 'e> {
         while !now.flights.is_empty() {
             next.flights.clear();
             for flight in &now.flights {
-                if self.lead(flight) {
-                    self.grow_landing(flight, next);
+                if self.store_leader(flight) {
+                    self.extend_landing(flight, next);
                 }
-                self.grow(flight, next);
+                self.extend_by_next(flight, next);
             }
             core::mem::swap(&mut now, &mut next);
         }
@@ -145,7 +145,7 @@ impl<'s, 'e> Search<'s, 'e> {
     }
 
     /// Stores a flight if it is the best of its length so far, and returns whether it is.
-    fn lead(&mut self, flight: &Flight) -> bool {
+    fn store_leader(&mut self, flight: &Flight) -> bool {
         let same = |f: &&mut Flight| f.chain.len() == flight.chain.len();
         match self.leaders.iter_mut().find(same) {
             Some(leader) if leader.score >= flight.score => return false,
@@ -165,26 +165,26 @@ impl<'s, 'e> Search<'s, 'e> {
     }
 
     /// Extends a flight by its next faces.
-    fn grow(&self, flight: &Flight, next: &mut BestBeginnings) {
+    fn extend_by_next(&self, flight: &Flight, next: &mut BestPartialFlights) {
         let Some(last) = flight.chain.last() else {
             return;
         };
         let (spacing, _) = regular(&flight.chain, self.params().most_going_m);
         if spacing <= 0.0 {
-            return self.grow_second(flight, *last, next);
+            return self.extend_second(flight, *last, next);
         }
         for skipped in self.skipped() {
             let aim = last.along_m + (skipped + 1) as f32 * spacing;
             if let Some(link) = self.near(aim) {
                 let spacing = (link.along_m - last.along_m) / (skipped + 1) as f32;
-                self.grow_to(flight, link, spacing, skipped, next);
+                self.extend_to(flight, link, spacing, skipped, next);
                 break;
             }
         }
     }
 
     /// Extends a flight by the first face of a second flight, behind a landing.
-    fn grow_landing(&self, flight: &Flight, next: &mut BestBeginnings) {
+    fn extend_landing(&self, flight: &Flight, next: &mut BestPartialFlights) {
         let p = self.params();
         let Some(last) = flight.chain.last() else {
             return;
@@ -196,33 +196,33 @@ impl<'s, 'e> Search<'s, 'e> {
             let link = self.link(c);
             let away_m = link.along_m - last.along_m;
             if away_m > p.most_going_m && away_m < p.longest_landing_m {
-                self.grow_to(flight, link, away_m, 0, next);
+                self.extend_to(flight, link, away_m, 0, next);
             }
         }
     }
 
     /// Extends a first face by a second one: any column at a possible going.
-    fn grow_second(&self, flight: &Flight, first: ChainLink, next: &mut BestBeginnings) {
+    fn extend_second(&self, flight: &Flight, first: ChainLink, next: &mut BestPartialFlights) {
         let p = self.params();
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
             for skipped in self.skipped() {
                 let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
                 if (p.least_going_m..=p.most_going_m).contains(&spacing) {
-                    self.grow_to(flight, link, spacing, skipped, next);
+                    self.extend_to(flight, link, spacing, skipped, next);
                 }
             }
         }
     }
 
     /// Adds `link`, and `skipped` faces before it, to a flight, and offers it to the next round.
-    fn grow_to(
+    fn extend_to(
         &self,
         flight: &Flight,
         link: ChainLink,
         spacing: f32,
         skipped: usize,
-        next: &mut BestBeginnings,
+        next: &mut BestPartialFlights,
     ) {
         let mut flight = flight.clone();
         if skipped > 0 {
@@ -252,7 +252,7 @@ impl<'s, 'e> Search<'s, 'e> {
         let tolerance = self.params().riser_tolerance_m;
         let columns = scene.columns.iter().enumerate();
         let near = columns.filter(|(_, column)| (column.along_m - along).abs() < tolerance);
-        let best = near.max_by(|a, b| a.1.weight.total_cmp(&b.1.weight));
+        let best = near.max_by(|a, b| a.1.credibility.total_cmp(&b.1.credibility));
         best.map(|(k, _)| self.link(k))
     }
 }

@@ -1,6 +1,6 @@
 //! The cloud: independence of the particles' order and scale, sums of weights, and resampling.
 
-use crate::infer::cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ROOM, Told};
+use crate::infer::cloud::{CAPACITY, CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ReportedAnswer};
 use crate::model::tests::{Dice, VIEW, flight, regular, told};
 use crate::model::{MAX_STEPS, Staircase};
 
@@ -18,7 +18,7 @@ fn named(n: usize, name: usize) -> Staircase {
 /// Returns a cloud of (risers, log-weight), compared with an answer without steps.
 fn cloud(particles: &[(usize, f32)]) -> Cloud {
     let mut cloud = Cloud::new();
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
@@ -94,12 +94,12 @@ fn weights_that_are_none_are_left_out() {
                 (counts[1] - 0.5).abs() < 1e-6,
                 "{bad} at {place}: {counts:?}"
             );
-            assert!(cloud.doubts().iter().all(|d| d.is_finite()));
+            assert!(cloud.error_log_odds().iter().all(|d| d.is_finite()));
             assert_eq!(held(&cloud).len(), 2);
         }
         let alone = cloud(&[(3, bad)]);
         assert!(alone.counts().iter().all(|c| *c == 0.0));
-        assert!(alone.doubts().iter().all(|d| d.is_finite()));
+        assert!(alone.error_log_odds().iter().all(|d| d.is_finite()));
     }
 }
 
@@ -117,7 +117,7 @@ fn weights_a_million_apart_leave_the_heaviest() {
         let counts = cloud.counts();
         let k = logs.iter().position(|l| *l == heaviest).unwrap();
         assert_eq!(counts[k], 1.0, "{logs:?}");
-        assert!(cloud.doubts().iter().all(|d| d.is_finite()));
+        assert!(cloud.error_log_odds().iter().all(|d| d.is_finite()));
         let sum: f32 = held(&cloud).iter().map(|h| h.1).sum();
         assert!((sum - 1.0).abs() < 1e-5);
     }
@@ -126,7 +126,7 @@ fn weights_a_million_apart_leave_the_heaviest() {
 #[test]
 fn steps_that_cannot_be_seen_are_not_counted() {
     let mut cloud = Cloud::new();
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
@@ -140,7 +140,7 @@ fn steps_that_cannot_be_seen_are_not_counted() {
 fn an_emptied_cloud_is_as_new() {
     let mut cloud = cloud(&[(1, 50.0), (2, 49.0)]);
     cloud.clear();
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
@@ -156,7 +156,7 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     // eighth has no steps, an eighth has another step at 0.35 m.
     let one = flight(&[(0.75, 0.16)]);
     let edges = told(&[(0.75, 0.16)]);
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &edges,
         drop: None,
         view: VIEW,
@@ -167,22 +167,25 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     cloud.add(&one.with(1, 1.05, 0.3), log(0.25), &SURE, &told);
     cloud.add(&Staircase::nothing(), log(0.125), &SURE, &told);
     cloud.add(&one.with(0, 0.35, 0.08), log(0.125), &SURE, &told);
-    let doubts = cloud.doubts();
+    let log_odds = cloud.error_log_odds();
     let odds = |x_m: f32| {
         // An error is assigned to a place 3 cm nearer; a cell ends where its error may still lie.
         let k = ((x_m - 0.03 - FIRST_END_M) / CELL_M).ceil() as usize;
-        (k, doubts[k].exp())
+        (k, log_odds[k].exp())
     };
     let close = |(_, odds): (usize, f32), want: f32| (odds / want - 1.0).abs() < 1e-3;
-    assert!(close(odds(0.35), 0.125 / 0.875), "{doubts:?}");
-    assert!(close(odds(0.75), 0.125 / 0.75), "{doubts:?}");
-    assert!(close(odds(1.05), 0.25 / 0.5), "{doubts:?}");
+    assert!(close(odds(0.35), 0.125 / 0.875), "{log_odds:?}");
+    assert!(close(odds(0.75), 0.125 / 0.75), "{log_odds:?}");
+    assert!(close(odds(1.05), 0.25 / 0.5), "{log_odds:?}");
     let places = [odds(0.35).0, odds(0.75).0, odds(1.05).0];
-    for (k, doubt) in doubts.iter().enumerate() {
-        assert!(places.contains(&k) || *doubt < -8.0, "cell {k}: {doubt}");
+    for (k, log_odds_of_cell) in log_odds.iter().enumerate() {
+        assert!(
+            places.contains(&k) || *log_odds_of_cell < -8.0,
+            "cell {k}: {log_odds_of_cell}"
+        );
     }
     // The product of the survival probabilities of all cells is the probability of no error.
-    let right: f32 = doubts.iter().map(|d| 1.0 / (1.0 + d.exp())).product();
+    let right: f32 = log_odds.iter().map(|d| 1.0 / (1.0 + d.exp())).product();
     assert!((right - 0.5).abs() < 0.01, "{right}");
     let sum: f32 = cloud.counts().iter().sum();
     assert!((sum - 1.0).abs() < 1e-5);
@@ -192,27 +195,27 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
 fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
     let one = flight(&[(0.75, 0.16)]);
     let edges = told(&[(0.75, 0.16)]);
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &edges,
         drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();
     cloud.add(&one.with(1, 1.05, 0.3), 0.0, &[0.03; MAX_STEPS], &told);
-    let doubts = cloud.doubts();
+    let log_odds = cloud.error_log_odds();
     let k = ((0.72 - FIRST_END_M) / CELL_M).ceil() as usize;
-    let wrong = 1.0 / (1.0 + (-doubts[k]).exp());
+    let wrong = 1.0 / (1.0 + (-log_odds[k]).exp());
     assert!((wrong - 0.3173).abs() < 0.02, "{wrong}");
     // The particles without an error there have one at the missing step, with certainty.
-    assert_eq!(doubts.iter().copied().fold(f32::MIN, f32::max), 4.0);
-    assert_eq!(doubts.len(), CELLS);
+    assert_eq!(log_odds.iter().copied().fold(f32::MIN, f32::max), 4.0);
+    assert_eq!(log_odds.len(), CELLS);
 }
 
 #[test]
 fn resampling_keeps_the_heavy_exactly_and_no_more_than_there_is_room_for() {
     let mut dice = Dice::new(1);
     for round in 0..50 {
-        let particles: Vec<(usize, f32)> = (0..ROOM)
+        let particles: Vec<(usize, f32)> = (0..CAPACITY)
             .map(|k| match k % 5 {
                 0 => (k % 4, dice.even(-1.0, 0.0)),
                 _ => (k % 4, dice.even(-9.0, -4.0)),
@@ -220,13 +223,13 @@ fn resampling_keeps_the_heavy_exactly_and_no_more_than_there_is_room_for() {
             .collect();
         let mut cloud = cloud(&particles);
         let before = held(&cloud);
-        assert_eq!(before.len(), ROOM);
+        assert_eq!(before.len(), CAPACITY);
         cloud.resample();
         let after = held(&cloud);
         assert!(after.len() <= PARTICLES && after.len() > PARTICLES - 3);
         let weight = |name: usize| after.iter().find(|h| h.0 == name).map(|h| h.1);
         let first = (particles[0].1, weight(0).expect("a heavy one"));
-        for name in (0..ROOM).step_by(5) {
+        for name in (0..CAPACITY).step_by(5) {
             let (log, now) = (particles[name].1, weight(name).expect("a heavy one"));
             let ratio = (now / first.1).ln();
             assert!((ratio - (log - first.0)).abs() < 1e-4, "{round}: {name}");
@@ -258,7 +261,7 @@ fn resampling_leaves_every_share_what_it_was_on_the_mean() {
     let rounds = 600;
     let (mut off, mut squares) = ([0.0f32; 4], [0.0f32; 4]);
     for _ in 0..rounds {
-        let particles: Vec<(usize, f32)> = (0..ROOM)
+        let particles: Vec<(usize, f32)> = (0..CAPACITY)
             .map(|k| (k % 4, dice.even(-6.0, 0.0) - (k % 4) as f32))
             .collect();
         let before = cloud(&particles);
@@ -286,7 +289,7 @@ fn resampling_leaves_every_share_what_it_was_on_the_mean() {
 #[test]
 fn resampling_keeps_shares_where_all_weigh_about_the_same() {
     // More particles than are kept, the second half with another count: none is heavy.
-    let alike: Vec<(usize, f32)> = (0..ROOM).map(|k| (1 + 2 * k / ROOM, 0.0)).collect();
+    let alike: Vec<(usize, f32)> = (0..CAPACITY).map(|k| (1 + 2 * k / CAPACITY, 0.0)).collect();
     let long: Vec<(usize, f32)> = (0..40 * PARTICLES)
         .map(|k| (1 + k / (20 * PARTICLES), 0.001 * (k % 7) as f32))
         .collect();

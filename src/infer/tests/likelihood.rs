@@ -1,6 +1,6 @@
 //! The estimator on synthetic maps: known answers for some, plausibility for the rest.
 
-use crate::answer::{Direction, Maybe};
+use crate::answer::{Direction, PossibleStep};
 use crate::estimate::expanded;
 use crate::infer::*;
 use crate::signal::echoes::tests::{map, noise, scene};
@@ -280,15 +280,15 @@ fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
         let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
         let floor = answer(&points);
         // The floor's echoes end there: things may stand behind that place, and none before it.
-        let behind = |m: &Maybe| m.distance_m > x - 0.2;
+        let behind = |m: &PossibleStep| m.distance_m > x - 0.2;
         assert!(floor.answer.steps.is_empty());
-        assert!(floor.answer.maybes.iter().all(behind), "{floor:?}");
+        assert!(floor.answer.possible_steps.iter().all(behind), "{floor:?}");
         points.push((x, 0.0, 36.0));
         let kerb = answer(&points);
         assert!(kerb.answer.steps.is_empty(), "{kerb:?}");
         assert!(kerb.horizon_m().is_some_and(|end| end < x), "{kerb:?}");
-        let told = |m: &Maybe| (m.distance_m - x).abs() < 0.03;
-        let mut maybes = kerb.answer.maybes.iter();
+        let told = |m: &PossibleStep| (m.distance_m - x).abs() < 0.03;
+        let mut maybes = kerb.answer.possible_steps.iter();
         assert!(maybes.all(|m| told(m) || behind(m)), "{kerb:?}");
     }
 }

@@ -1,11 +1,11 @@
 //! Weights, refinement and variants of hypotheses, on the echoes of a known staircase and on random echoes.
 
 use crate::estimate::Estimate;
-use crate::infer::cloud::{Cloud, Told};
+use crate::infer::cloud::{Cloud, ReportedAnswer};
 use crate::infer::gauss::TreadLevels;
 use crate::infer::readings::Readings;
 use crate::infer::refine::refine;
-use crate::infer::variants::{Base, Variants, weight};
+use crate::infer::variants::{Hypothesis, Variants, weight};
 use crate::model::tests::{Dice, VIEW, echo, echoes, flight, geometry, model, regular, told};
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::Params;
@@ -38,7 +38,7 @@ fn a_flight_outweighs_what_did_not_make_its_echoes() {
             assert!(truth > rival + nats, "{what}: {truth} {rival} of {s:?}");
         };
         against(&Staircase::nothing(), 10.0, "nothing");
-        against(&s.less_last(), 3.0, "one less");
+        against(&s.without_last(), 3.0, "one less");
         let (n, next) = (s.len(), s.last_x() + s.going().unwrap());
         // Behind a nosing above the mirror little of it would be visible.
         let nats = if s.level(n) < VIEW.height_m { 1.9 } else { 0.5 };
@@ -149,7 +149,7 @@ fn a_base_weighs_what_the_whole_weighs() {
     for s in flights() {
         let echoes = echoes(&s, &mut Dice::new(7), 0.5);
         let model = model(&echoes, &geometry);
-        let base = Base::new(&model, s, [0.01; MAX_STEPS]);
+        let base = Hypothesis::new(&model, s, [0.01; MAX_STEPS]);
         assert!((base.log_weight - weight(&model, &s)).abs() < 1e-3);
     }
 }
@@ -163,20 +163,20 @@ fn variants_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
     let more = truth.with(3, 1.57, 0.64);
     let front = flight(&[(0.99, 0.32), (1.28, 0.48)]);
     let odd = flight(&[(0.7, 0.16), (0.99, 0.365), (1.28, 0.48)]);
-    for (start, n) in [(truth.less_last(), 3), (more, 3), (front, 3), (odd, 3)] {
+    for (start, n) in [(truth.without_last(), 3), (more, 3), (front, 3), (odd, 3)] {
         let mut cloud = Cloud::new();
-        let told = Told {
+        let told = ReportedAnswer {
             edges: &[],
             drop: None,
             view: VIEW,
         };
-        let base = Base::new(&model, start, [0.01; MAX_STEPS]);
+        let base = Hypothesis::new(&model, start, [0.01; MAX_STEPS]);
         let mut variants = Variants {
             model: &model,
-            told: &told,
+            reported: &told,
             cloud: &mut cloud,
         };
-        variants.around(&base);
+        variants.add_variants(&base);
         let counts = cloud.counts();
         assert!(counts[n] > 0.5, "{start:?}: {counts:?}");
     }
@@ -189,18 +189,18 @@ fn a_rise_that_is_odd_is_proposed() {
     let echoes = echoes(&truth, &mut Dice::new(13), 0.2);
     let model = model(&echoes, &geometry);
     let mut cloud = Cloud::new();
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
     };
-    let base = Base::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
+    let base = Hypothesis::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
     Variants {
         model: &model,
-        told: &told,
+        reported: &told,
         cloud: &mut cloud,
     }
-    .around(&base);
+    .add_variants(&base);
     let near: f32 = cloud
         .particles()
         .filter(|(s, _)| s.len() == 3 && (s.level(2) - 0.35).abs() < 0.005)
@@ -215,20 +215,20 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     let truth = regular(2, 0.7, 0.29, 0.16);
     let echoes = echoes(&truth, &mut Dice::new(17), 0.2);
     let model = model(&echoes, &geometry);
-    let told = Told {
+    let told = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();
     // Two steps too many, which are removed one after the other.
-    let base = Base::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
+    let base = Hypothesis::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
     Variants {
         model: &model,
-        told: &told,
+        reported: &told,
         cloud: &mut cloud,
     }
-    .around(&base);
+    .add_variants(&base);
     // A reference particle of the same weight.
     let mark = Staircase {
         kind: GroundKind::Box,
@@ -326,7 +326,7 @@ proptest! {
         let geometry = geometry();
         let model = model(&echoes, &geometry);
         for k in 0..=s.len() {
-            prop_assert!(model.step(&s, k).is_finite(), "riser {k} of {s:?}");
+            prop_assert!(model.riser_log_likelihood(&s, k).is_finite(), "riser {k} of {s:?}");
         }
         let all = weight(&model, &s);
         prop_assert!(all.is_finite(), "{all}");
@@ -337,11 +337,11 @@ proptest! {
         }
         let mut cloud = Cloud::new();
         let edges = told(&[(0.8, 0.16)]);
-        let told = Told { edges: &edges, drop: None, view: VIEW };
-        Variants { model: &model, told: &told, cloud: &mut cloud }
-            .around(&Base::new(&model, found, sigmas));
+        let told = ReportedAnswer { edges: &edges, drop: None, view: VIEW };
+        Variants { model: &model, reported: &told, cloud: &mut cloud }
+            .add_variants(&Hypothesis::new(&model, found, sigmas));
         cloud.resample();
-        prop_assert!(cloud.doubts().iter().all(|d| d.is_finite()));
+        prop_assert!(cloud.error_log_odds().iter().all(|d| d.is_finite()));
         let sum: f32 = cloud.counts().iter().sum();
         prop_assert!(sum == 0.0 || (sum - 1.0).abs() < 1e-4, "{sum}");
     }
@@ -359,10 +359,10 @@ fn a_wall_behind_changes_what_the_landing_says_and_nothing_else() {
         .collect();
     let model = model(&echoes, &geometry);
     for s in [Staircase::nothing(), regular(3, 0.6, 0.3, 0.17)] {
-        let base = Base::new(&model, s, [0.0; MAX_STEPS]);
+        let base = Hypothesis::new(&model, s, [0.0; MAX_STEPS]);
         for wall_m in [1.7, 2.3, f32::INFINITY] {
             let walled = base.walled(&model, wall_m);
-            let anew = Base::new(&model, Staircase { wall_m, ..s }, [0.0; MAX_STEPS]);
+            let anew = Hypothesis::new(&model, Staircase { wall_m, ..s }, [0.0; MAX_STEPS]);
             let off = walled.log_weight - anew.log_weight;
             assert!(off.abs() < 1e-2, "{wall_m}: {off}");
             // The change is reversible.

@@ -5,7 +5,7 @@ mod staircase;
 
 use super::feature::{Class, FeaturePlace};
 use super::points::Model;
-use super::staircase::{GroundKind, Staircase, ToldStep, View};
+use super::staircase::{GroundKind, ReportedStep, Staircase, View};
 use crate::config::Config;
 use crate::params::measured;
 use crate::signal::echoes::Echo;
@@ -38,8 +38,8 @@ pub(crate) fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Stai
 }
 
 /// Returns the steps of an exact answer.
-pub(crate) fn told(steps: &[(f32, f32)]) -> Vec<ToldStep> {
-    let step = |&step| ToldStep::new(step, (0.0, 0.0));
+pub(crate) fn told(steps: &[(f32, f32)]) -> Vec<ReportedStep> {
+    let step = |&step| ReportedStep::new(step, (0.0, 0.0));
     steps.iter().map(step).collect()
 }
 

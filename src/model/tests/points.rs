@@ -39,7 +39,7 @@ fn beyond_a_brink_no_floor_is_expected() {
     far.extend((0..6).map(|k| echo(0.9 + 0.06 * k as f32, 0.0, 18.0)));
     let odds = |echoes: &[Echo]| {
         let model = model(echoes, &geometry);
-        model.whole(&brink) - model.whole(&Staircase::nothing())
+        model.log_likelihood(&brink) - model.log_likelihood(&Staircase::nothing())
     };
     assert!(
         odds(&near) > 0.0 && odds(&far) < -5.0,

@@ -1,7 +1,7 @@
 //! Hypotheses: adding and removing risers, visibility of their edges, and conflicts with an answer.
 
 use super::*;
-use crate::model::staircase::{Conflict, Edge, MAX_STEPS, RIGHT_M};
+use crate::model::staircase::{Conflict, Edge, MAX_STEPS, MIN_EXPANDED_M};
 
 /// Standard deviations of levels that are exactly known, so that an error is certain or excluded.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
@@ -62,22 +62,22 @@ fn a_full_staircase_takes_no_more_risers() {
 #[test]
 fn the_last_riser_is_taken_away() {
     let s = regular(3, 0.6, 0.3, 0.16);
-    let less = s.less_last();
+    let less = s.without_last();
     assert_eq!((less.len(), less.last_x()), (2, s.x(1)));
     assert_eq!(less.kind, GroundKind::Stairs);
-    assert_eq!(s.with(3, 1.5, 0.6).less_last().len(), 3);
+    assert_eq!(s.with(3, 1.5, 0.6).without_last().len(), 3);
     let mut walled = Staircase {
         wall_m: 1.9,
         open: true,
         ..regular(1, 0.6, 0.3, 0.16)
     };
-    walled = walled.less_last();
+    walled = walled.without_last();
     let floor = Staircase {
         wall_m: 1.9,
         ..Staircase::nothing()
     };
     assert_eq!(walled, floor, "the wall stays, the flight goes");
-    assert!(walled.less_last().is_empty());
+    assert!(walled.without_last().is_empty());
 }
 
 #[test]
@@ -185,15 +185,15 @@ fn three_centimetres_are_the_difference_of_an_exact_answer() {
         assert_eq!(all.len(), 1);
         all[0]
     };
-    let near = only((1.0 + RIGHT_M - 0.001, 0.16), 0.0);
-    let far = only((1.0 - RIGHT_M - 0.001, 0.16), 0.0);
+    let near = only((1.0 + MIN_EXPANDED_M - 0.001, 0.16), 0.0);
+    let far = only((1.0 - MIN_EXPANDED_M - 0.001, 0.16), 0.0);
     assert!(near.probability < 1e-6 && far.probability == 1.0);
     assert!(
         (far.x_m - 0.969).abs() < 1e-6,
         "where the nearer of both is"
     );
-    let low = only((1.0, 0.16 + RIGHT_M - 0.002), 0.0);
-    let high = only((1.0, 0.16 - RIGHT_M - 0.002), 0.0);
+    let low = only((1.0, 0.16 + MIN_EXPANDED_M - 0.002), 0.0);
+    let high = only((1.0, 0.16 - MIN_EXPANDED_M - 0.002), 0.0);
     assert!(low.probability < 1e-3 && high.probability > 0.999);
 }
 
@@ -203,7 +203,7 @@ fn the_expanded_uncertainty_is_the_difference() {
     // Three standard deviations, between 3 and 8 cm.
     for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
         let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
-            let told = ToldStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
+            let told = ReportedStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
             s.conflicts(&[told], None, &VIEW, &SURE)[0].probability > 0.5
         };
         for (off_m, so) in [(within_m - 0.002, false), (within_m + 0.002, true)] {

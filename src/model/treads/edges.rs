@@ -15,9 +15,9 @@ pub(super) type EdgeDensity = [i16; PLACES];
 /// Units of a log-density per nat.
 pub(super) const PER_NAT: f32 = 64.0;
 /// Minimum log-density, nats: smaller ones count as this.
-pub(super) const LEAST_NATS: f32 = -20.0;
-/// Density at [`LEAST_NATS`].
-const LEAST_DENSITY: f32 = 2e-9;
+pub(super) const MIN_NATS: f32 = -20.0;
+/// Density at [`MIN_NATS`].
+const MIN_DENSITY: f32 = 2e-9;
 /// Share of edges that deviate from equal goings by up to [`ODD_PLACES`].
 const ODD: f32 = 0.05;
 /// Maximum deviation of an edge from equal goings, places.
@@ -76,10 +76,10 @@ pub(super) fn spread_all(density: &[f32; PLACES], out: &mut EdgeDensity) {
         let beside = at(place.checked_sub(1)) + at(Some(place + 1));
         let small = (1.0 - 2.0 * BESIDE) * at(Some(place)) + BESIDE * beside;
         let sum = (1.0 - ODD) * small + EACH_ODD * math::max(around, 0.0);
-        let nats = if sum > LEAST_DENSITY {
+        let nats = if sum > MIN_DENSITY {
             math::ln(sum)
         } else {
-            LEAST_NATS
+            MIN_NATS
         };
         // `as` saturates.
         *value = (nats * PER_NAT) as i16;

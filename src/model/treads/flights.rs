@@ -7,7 +7,7 @@ use super::edges::{EdgeDensity, EdgeSpread, FIRST_PLACE_M, PER_NAT, PLACE_M, PLA
 use super::{Descending, TreadAt, WeighedTreads};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
-use crate::model::prior::{GOES_ON, departure, ln};
+use crate::model::prior::{P_CONTINUES, departure, ln};
 use crate::params::posterior as number;
 
 /// Places of the first edge: up to 28 cm behind the mirror and 8 cm before it.
@@ -15,7 +15,7 @@ const FIRST_EDGES: core::ops::Range<usize> = 2..39;
 /// Goings of stairs, in places.
 const GOINGS: core::ops::Range<usize> = 20..63;
 /// Distance below the likeliest flight at which flights are left out: 9 nats, in 1/64 nat.
-const NOTHING: i32 = 9 * 64;
+const UNREACHABLE: i32 = 9 * 64;
 /// Maximum probability of an edge beyond three standard deviations.
 const OUTSIDE: f32 = 0.005;
 /// Below any log-density.
@@ -37,8 +37,9 @@ impl Descending {
     pub fn weigh(&self, count: usize) -> WeighedTreads {
         let treads = self.treads.get(..count + 1).unwrap_or(&self.treads);
         let deepest_m = treads.last().map_or(0.0, |t| t.y_m);
-        let shown = treads.iter().filter(|t| t.shown);
-        let mut log_weight = shown.map(|t| self.shown(t.y_m)).sum::<f32>() + prior(treads);
+        let shown = treads.iter().filter(|t| t.has_echoes);
+        let mut log_weight =
+            shown.map(|t| self.unlimited_tread_llr(t.y_m)).sum::<f32>() + prior(treads);
         log_weight += self.tops.iter().take(count).sum::<f32>();
         log_weight -= self.depth_m(deepest_m) * self.expected_to(f32::INFINITY);
         let mut sums = Sums::default();
@@ -92,12 +93,12 @@ impl Descending {
             }
         }
         for (from, &nats) in firsts() {
-            if i32::from(nats) < top - NOTHING {
+            if i32::from(nats) < top - UNREACHABLE {
                 continue;
             }
             for (&stride, going) in goings.iter().zip(GOINGS) {
                 let begun = i32::from(nats) + stride;
-                if begun < top - NOTHING {
+                if begun < top - UNREACHABLE {
                     continue;
                 }
                 if let Some(sum) = flight(begun, (from, going), others, top) {
@@ -176,7 +177,7 @@ fn flight(
     for edge in others {
         place = (place + going).min(PLACES - 1);
         sum += edge.get(place).map_or(0, |nats| i32::from(*nats));
-        if sum < top - NOTHING {
+        if sum < top - UNREACHABLE {
             return None;
         }
     }
@@ -195,9 +196,9 @@ fn prior(treads: &[TreadAt]) -> f32 {
     for (k, pair) in treads.windows(2).enumerate() {
         let [upper, lower] = pair else { continue };
         if k > 0 {
-            sum += const { ln(GOES_ON) };
+            sum += const { ln(P_CONTINUES) };
         }
-        if lower.shown {
+        if lower.has_echoes {
             sum += if k > 0 {
                 let off_m = upper.y_m - lower.y_m - rise_m;
                 departure(off_m, number::RISE_DEPARTS) + const { ln(VOLUME_M) }
@@ -244,7 +245,7 @@ impl Sums {
     }
 }
 
-/// Returns e^(nats/64) for a non-positive argument; 0 below -[`NOTHING`].
+/// Returns e^(nats/64) for a non-positive argument; 0 below -[`UNREACHABLE`].
 pub(super) fn share(nats: i32) -> f32 {
     // `as` saturates.
     let share = SHARES.get(nats.unsigned_abs() as usize);
@@ -252,10 +253,10 @@ pub(super) fn share(nats: i32) -> f32 {
 }
 
 /// Table of [`share`].
-static SHARES: [f32; NOTHING as usize + 1] = {
+static SHARES: [f32; UNREACHABLE as usize + 1] = {
     // e^(-1/64).
     const STEP: f64 = 0.984_496_437_005_408_4;
-    let mut shares = [0.0; NOTHING as usize + 1];
+    let mut shares = [0.0; UNREACHABLE as usize + 1];
     let (mut share, mut k) = (1.0, 0);
     while k < shares.len() {
         shares[k] = share as f32;

@@ -59,9 +59,9 @@ fn stairs(edges: &[f32]) -> List<Echo> {
 
 fn looked(echoes: &[Echo], levels: &[f32]) -> Box<Descending> {
     let mut model = Box::new(Descending::new(&MODEL.treads));
-    model.take(echoes, view());
+    model.set_echoes(echoes, view());
     let treads: List<_> = levels.iter().map(|y_m| model.tread(*y_m)).collect();
-    model.look(&treads);
+    model.evaluate(&treads);
     model
 }
 
@@ -107,9 +107,9 @@ fn what_is_looked_at_again_weighs_the_same() {
     let mut model = looked(&echoes, &levels(2));
     let before = (model.weigh(2).log_weight, model.place(2, 1));
     let other = [model.tread(-0.12), model.tread(-0.5)];
-    model.look(&other);
+    model.evaluate(&other);
     let treads: List<_> = levels(2).iter().map(|y_m| model.tread(*y_m)).collect();
-    model.look(&treads);
+    model.evaluate(&treads);
     assert_eq!((model.weigh(2).log_weight, model.place(2, 1)), before);
 }
 

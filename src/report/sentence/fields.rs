@@ -20,7 +20,7 @@ impl fmt::Display for ParseError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ParseError::Frame => f.write_str("not a $PSTR sentence"),
-            ParseError::Crc => f.write_str("CRC-32 does not fit"),
+            ParseError::Crc => f.write_str("CRC-32 is wrong"),
             ParseError::Field(field) => write!(f, "field {field} is missing or malformed"),
         }
     }

@@ -4,7 +4,7 @@ use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
 use super::lines::{parse_permille, permille};
 use super::writer::Writer;
-use crate::verdict::{Ending, GuardWord, Reasons, Status};
+use crate::verdict::{GuardResult, HazardKind, Reasons, Status};
 
 /// Free distance by the guard's last sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub struct GuardLine {
     /// Free distance from the mirror at the sweep's last row; `None` in a fault.
     pub free: Option<Tenths>,
     /// Kind of the hazard that ends the free distance.
-    pub ending: Ending,
+    pub hazard: HazardKind,
     /// Probability that no hazard is nearer, tenths of a per cent.
     pub confidence: u16,
     /// Reasons why the status is not `ok`, and limitations of an `ok`.
@@ -25,14 +25,14 @@ pub struct GuardLine {
 
 impl GuardLine {
     /// Creates the sentence of the result of sweep number `sweep`.
-    pub fn new(sweep: u32, word: &GuardWord) -> Self {
+    pub fn new(sweep: u32, result: &GuardResult) -> Self {
         Self {
             sweep,
-            status: word.status(),
-            free: word.free_m().map(Tenths::from_metres),
-            ending: word.ending(),
-            confidence: permille(word.confidence()),
-            reasons: word.reasons(),
+            status: result.status(),
+            free: result.free_m().map(Tenths::from_metres),
+            hazard: result.hazard(),
+            confidence: permille(result.confidence()),
+            reasons: result.reasons(),
         }
     }
 
@@ -42,7 +42,7 @@ impl GuardLine {
             .number(self.sweep)
             .text(self.status.as_str())
             .length(self.free)
-            .text(self.ending.as_str())
+            .text(self.hazard.as_str())
             .length(Some(Tenths(self.confidence.into())))
             .reasons(self.reasons)
             .finish()
@@ -58,7 +58,7 @@ impl GuardLine {
                 |s| s.as_str(),
             )?,
             free: fields.length("free")?,
-            ending: fields.word("ending", &Ending::ALL, |e| e.as_str())?,
+            hazard: fields.word("ending", &HazardKind::ALL, |e| e.as_str())?,
             confidence: parse_permille(fields, "confidence")?
                 .ok_or(ParseError::Field("confidence"))?,
             reasons: fields.reasons("reasons")?,

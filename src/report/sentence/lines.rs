@@ -3,7 +3,7 @@
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
 use super::writer::Writer;
-use crate::answer::{Direction, DropEdge, Maybe, Step};
+use crate::answer::{Direction, DropEdge, PossibleStep, Step};
 use crate::config::Plane;
 use crate::verdict::{Outcome, Reasons, Status};
 
@@ -107,7 +107,7 @@ pub struct ScanLine {
     /// Confidence: probability that the answer is right up to the horizon, tenths of a per cent.
     pub confidence: Option<u16>,
     /// Number of `MAYBE` sentences that follow.
-    pub maybes: u8,
+    pub possible_steps: u8,
     /// [`hash`](crate::scanner::Settings::hash) of the settings of the scan.
     pub settings: u32,
     /// Number of `DROP` sentences that follow: 0 or 1.
@@ -199,7 +199,7 @@ pub struct MaybeLine {
 
 impl MaybeLine {
     /// Creates the sentence of `maybe`.
-    pub fn new(scan: u32, index: u8, count: u8, maybe: &Maybe) -> Self {
+    pub fn new(scan: u32, index: u8, count: u8, maybe: &PossibleStep) -> Self {
         Self {
             scan,
             index,
@@ -245,7 +245,7 @@ pub(super) fn permille(p: f32) -> u16 {
 impl ScanLine {
     /// Returns the number of sentences of the scan that follow.
     pub fn following(&self) -> u8 {
-        let rest = self.drops.saturating_add(self.maybes);
+        let rest = self.drops.saturating_add(self.possible_steps);
         self.steps.saturating_add(rest)
     }
 
@@ -268,8 +268,8 @@ impl ScanLine {
                 .filter(|_| told)
                 .map(Tenths::from_metres),
             confidence: outcome.confidence().filter(|_| told).map(permille),
-            maybes: if told {
-                outcome.answer.maybes.len() as u8
+            possible_steps: if told {
+                outcome.answer.possible_steps.len() as u8
             } else {
                 0
             },
@@ -290,7 +290,7 @@ impl ScanLine {
             .reasons(self.reasons)
             .length(self.horizon)
             .length(self.confidence.map(|tenths| Tenths(tenths.into())))
-            .number(u32::from(self.maybes))
+            .number(u32::from(self.possible_steps))
             .hex(&[self.settings])
             .number(u32::from(self.drops));
         match self.plane {
@@ -319,7 +319,7 @@ impl ScanLine {
             reasons: fields.reasons("reasons")?,
             horizon: fields.length("horizon")?,
             confidence: parse_permille(fields, "confidence")?,
-            maybes: fields.number("maybes")?,
+            possible_steps: fields.number("maybes")?,
             settings: fields.hash("settings")?,
             drops: fields.number("drops")?,
             plane: match fields.ended() {

@@ -1,7 +1,7 @@
 use super::*;
-use crate::answer::{DropEdge, Maybe, Step};
+use crate::answer::{DropEdge, PossibleStep, Step};
 use crate::motion::Agreement;
-use crate::verdict::{Ending, Evidence, GuardWord, Sight, Validity};
+use crate::verdict::{Assessment, Evidence, GuardResult, HazardKind, Validity};
 use proptest::prelude::*;
 
 fn step() -> StepLine {
@@ -35,7 +35,7 @@ fn a_guard_sweep_reads_as_documented() {
         sweep: 7,
         status: Status::Ok,
         free: Some(Tenths(9_004)),
-        ending: Ending::Drop,
+        hazard: HazardKind::Drop,
         confidence: 998,
         reasons: Reasons::NONE.with(Reason::ScanNearer),
     })
@@ -44,7 +44,7 @@ fn a_guard_sweep_reads_as_documented() {
         line.starts_with("$PSTR,GUARD,7,ok,900.4,drop,99.8,scan-nearer*"),
         "{line}"
     );
-    let fault = GuardLine::new(8, &GuardWord::broken(Reason::MotorStall));
+    let fault = GuardLine::new(8, &GuardResult::broken(Reason::MotorStall));
     let line = Sentence::Guard(fault).write();
     assert!(
         line.starts_with("$PSTR,GUARD,8,fault,,unknown,0.0,motor-stall*"),
@@ -71,7 +71,7 @@ fn every_sentence_survives_the_way_out_and_back() {
         reasons,
         horizon: Some(Tenths(13_000)),
         confidence: Some(987),
-        maybes: 2,
+        possible_steps: 2,
         settings: 0x0123_abcd,
         drops: 1,
         plane: None,
@@ -102,11 +102,11 @@ fn every_sentence_survives_the_way_out_and_back() {
             sweep: u32::MAX,
             status: Status::Ok,
             free: Some(Tenths(12_345)),
-            ending: Ending::Obstacle,
+            hazard: HazardKind::Obstacle,
             confidence: 998,
             reasons,
         }),
-        Sentence::Guard(GuardLine::new(7, &GuardWord::broken(Reason::MotorStall))),
+        Sentence::Guard(GuardLine::new(7, &GuardResult::broken(Reason::MotorStall))),
         Sentence::Boot {
             version: "0.1.0",
             revision: "abc",
@@ -210,7 +210,7 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         reasons,
         horizon: Some(Tenths(-1_000_000)),
         confidence: Some(1000),
-        maybes: u8::MAX,
+        possible_steps: u8::MAX,
         settings: u32::MAX,
         drops: u8::MAX,
         plane: Some(crate::config::Plane::Height),
@@ -355,10 +355,10 @@ fn with_drop() -> Outcome {
         confidence: 0.995,
         first_step: 0.99,
     });
-    let sight = Sight {
-        heard: true,
+    let sight = Assessment {
+        echo_found: true,
         valid,
-        ..Sight::nothing(Agreement::STANDING)
+        ..Assessment::nothing(Agreement::STANDING)
     };
     outcome.answer.drop = Some(DropEdge {
         distance_m: 0.912_34,
@@ -367,9 +367,9 @@ fn with_drop() -> Outcome {
         probability: 0.9738,
     });
     let _ = outcome.answer.steps.push(Step::default());
-    let _ = outcome.answer.maybes.push(Maybe::default());
+    let _ = outcome.answer.possible_steps.push(PossibleStep::default());
     outcome.decide(&Evidence {
-        sight: Some(sight),
+        assessment: Some(sight),
         ..Evidence::default()
     });
     outcome

@@ -98,7 +98,7 @@ fn answers(mirror: &mut Encoded, reads: Vec<Result<u16, EncoderError>>) -> Resul
 /// Ends a sweep at this angle, with the shaft off by `off_deg` degrees.
 fn end(mirror: &mut Encoded, angle: i32, off_deg: f64) -> Result<(), MirrorError> {
     mirror.start_move(microsteps(angle), &with_encoder(-1));
-    assert!(mirror.prove(), "there is something to wait for");
+    assert!(mirror.check_position(), "there is something to wait for");
     still(mirror, off_deg)
 }
 
@@ -114,7 +114,7 @@ fn without_an_encoder_nothing_is_read_or_waited_for() {
     let mut mirror = encoded();
     mirror.start_home(&MotorConfig::default());
     assert_eq!(mirror.poll(Micros::default()), Ok(Motion::Still));
-    assert!(!mirror.prove());
+    assert!(!mirror.check_position());
     assert_eq!(mirror.home_reading(), None);
 }
 
@@ -178,15 +178,15 @@ fn home_elsewhere_than_before_is_no_home() {
 #[test]
 fn one_wrong_reading_is_no_slip_and_a_silent_encoder_is_told() {
     let mut mirror = homed(0.0);
-    let reading = mirror.seen[0].expects(mirror.position());
+    let reading = mirror.seen[0].expected_reading(mirror.position());
     let wrong = Ok(reading.wrapping_add(9_000));
     let silent = Err(EncoderError::Silent);
-    assert!(mirror.prove());
+    assert!(mirror.check_position());
     assert_eq!(
         answers(&mut mirror, vec![wrong, silent, Ok(reading)]),
         Ok(())
     );
-    assert!(mirror.prove());
+    assert!(mirror.check_position());
     let three = answers(&mut mirror, vec![silent, silent, silent]);
     assert_eq!(three, Err(MirrorError::Encoder));
     assert!(!mirror.homed());
@@ -213,7 +213,7 @@ proptest! {
     fn a_reading_in_thousandths_comes_back(reading: u16) {
         let kept = thousandths(reading);
         prop_assert!((0..360_000).contains(&kept));
-        prop_assert!(apart(reading_of(kept as u32), reading) <= 1);
+        prop_assert!(distance(reading_of(kept as u32), reading) <= 1);
     }
 
     /// Over a whole turn, including the wrap of the reading.
@@ -221,7 +221,7 @@ proptest! {
     fn places_and_readings_go_together(position in -26_000..26_000_i32, reading: u16) {
         let home = ShaftReading { position: -23_467, reading };
         let exact = f64::from(reading) + f64::from(position + 23_467) * 1.28;
-        let off = (f64::from(home.expects(position)) - exact).rem_euclid(65_536.0);
+        let off = (f64::from(home.expected_reading(position)) - exact).rem_euclid(65_536.0);
         prop_assert!(!(1.0..=65_535.0).contains(&off), "{}", off);
     }
 }

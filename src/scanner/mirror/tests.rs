@@ -293,7 +293,7 @@ impl MotorDriver for Wired {
     fn set_up(&mut self, _: &MotorConfig) {
         (self.set_ups, self.busy) = (self.set_ups + 1, 3);
     }
-    fn look(&mut self) {
+    fn read_status(&mut self) {
         (self.looks, self.busy) = (self.looks + 1, 3);
     }
     fn poll(&mut self, _: Micros) -> Poll<Result<(), DriverError>> {
@@ -424,7 +424,7 @@ fn a_switch_that_is_where_it_was_is_found_there_again() {
     let motor = MotorConfig::default();
     for by in [-2, 0, 1, 2] {
         let mut stepper = slipped(by, &motor);
-        stepper.cross_home(&motor);
+        stepper.check_home(&motor);
         assert_eq!(settle(&mut stepper), Ok(()), "{by}");
         let off = stepper.position() - microsteps(motor.home_angle);
         assert!(stepper.homed() && off == -by, "{off} after {by}");
@@ -439,7 +439,7 @@ fn a_shaft_that_has_slipped_is_found_out() {
     let motor = MotorConfig::default();
     for by in [-20_000, -400, -150, -64, -3, 3, 64, 150, 400, 20_000] {
         let mut stepper = slipped(by, &motor);
-        stepper.cross_home(&motor);
+        stepper.check_home(&motor);
         assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped), "{by}");
         assert!(!stepper.homed() && !stepper.port.enabled, "{by}");
     }
@@ -450,18 +450,18 @@ fn one_spike_on_the_way_to_the_switch_is_no_slip() {
     let motor = MotorConfig::default();
     let mut stepper = slipped(0, &motor);
     stepper.port.spikes.push(60);
-    stepper.cross_home(&motor);
+    stepper.check_home(&motor);
     assert_eq!(settle(&mut stepper), Ok(()));
     assert_eq!(stepper.position(), microsteps(motor.home_angle));
     // A switch that does not work any more counts as a slip, not as a spike.
     stepper.port.switch_works = false;
-    stepper.cross_home(&motor);
+    stepper.check_home(&motor);
     assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped));
 }
 
 #[test]
 fn without_a_home_there_is_nothing_to_look_for() {
     let mut stepper = Stepper::new(Bench::at(100));
-    stepper.cross_home(&MotorConfig::default());
+    stepper.check_home(&MotorConfig::default());
     assert_eq!(stepper.poll(Micros(0)), Err(MirrorError::NotHomed));
 }

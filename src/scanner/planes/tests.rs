@@ -4,7 +4,7 @@ use crate::drive::Retention;
 use crate::motion::{Agreement, Finding};
 use crate::scanner::Settings;
 use crate::track::{RowPose, Track};
-use crate::verdict::{Evidence, Sight};
+use crate::verdict::{Assessment, Evidence};
 
 /// Returns the configuration of a scanner on a pole that sweeps both planes.
 fn both(mount_height: i32) -> Config {
@@ -28,9 +28,9 @@ fn told(distance_m: f32, finding: Finding) -> Outcome {
         input: Input::Absent,
     };
     outcome.decide(&Evidence {
-        sight: Some(Sight {
-            heard: true,
-            ..Sight::nothing(agreement)
+        assessment: Some(Assessment {
+            echo_found: true,
+            ..Assessment::nothing(agreement)
         }),
         ..Evidence::default()
     });
@@ -94,18 +94,22 @@ fn the_document_says_how_far_the_height_plane_sees() {
 fn a_near_drop_before_a_standing_chair_asks_for_it() {
     let config = both(120_000);
     let asks = |distance_m, finding, drive: &Drive<'_>| {
-        asks_below(&config, &told(distance_m, finding), drive)
+        requests_height_plane(&config, &told(distance_m, finding), drive)
     };
     let standing = Drive::STANDING;
     assert!(asks(1.1, Finding::Agreed, &standing));
     assert!(!asks(1.5, Finding::Agreed, &standing), "too far to be seen");
-    assert!(!asks_below(&config, &Outcome::silent(), &standing));
+    assert!(!requests_height_plane(
+        &config,
+        &Outcome::silent(),
+        &standing
+    ));
     let auto = Drive {
         mode: Mode::Auto,
         ..standing
     };
     assert!(asks(1.1, Finding::Agreed, &auto));
-    assert!(!asks(1.1, Finding::Alone, &auto), "nobody knows");
+    assert!(!asks(1.1, Finding::Unconfirmed, &auto), "nobody knows");
     assert!(!asks(1.1, Finding::Moved, &auto));
     let required = Drive {
         mode: Mode::Required,
@@ -144,7 +148,11 @@ fn a_chair_that_moves_gets_none() {
             ..Drive::STANDING
         };
         let outcome = told(1.1, Finding::Agreed);
-        assert_eq!(asks_below(&config, &outcome, &drive), stands, "{way_m}");
+        assert_eq!(
+            requests_height_plane(&config, &outcome, &drive),
+            stands,
+            "{way_m}"
+        );
     }
 }
 

@@ -7,7 +7,7 @@ use crate::signal::grid::{BinWindow, MAX_CELLS};
 
 /// Minimum number of rows of a guard sweep: the noise is taken from every eighth row, and lost rows must be few
 /// among them.
-const LEAST_ROWS: i32 = 9;
+const MIN_ROWS: i32 = 9;
 
 settings! {
     /// Settings of the guard's coarse sweep. None of them enters the hash, since a scan's answer does not
@@ -18,17 +18,16 @@ settings! {
     rows {
         // Design contract: from 8 to 38 degrees in steps of one, a fifth of the beam.
         /// First angle of a guard sweep, below the horizontal.
-        first: i32 = 8_000, "guard-first" "0.001 deg" [-20_000 to 80_000] Pace;
+        first: i32 = 8_000, "guard-first" "0.001 deg" [-20_000 to 80_000] Operation;
         /// Last angle of a guard sweep.
-        last: i32 = 38_000, "guard-last" "0.001 deg" [-20_000 to 80_000] Pace;
-        /// From one angle of a guard sweep to the next.
-        step: u16 = 1_000, "guard-step" "0.001 deg" [100 to 5_000] Pace;
+        last: i32 = 38_000, "guard-last" "0.001 deg" [-20_000 to 80_000] Operation;
+        /// Angle step of a guard sweep.
+        step: u16 = 1_000, "guard-step" "0.001 deg" [100 to 5_000] Operation;
         // Reached at 3 Mbaud with every other setting at its default; an acceleration of 4,000,000 reaches 8.
-        /// Fewest sweeps a second: with settings, motor, module and link that do not reach them the guard does not
-        /// begin; 0: as many as there are.
-        rate: u8 = 7, "guard-rate" "sweeps/s" [0 to 50] Pace;
-        /// Distance from which on a rise or a drop that comes nearer makes `watch` take a full scan.
-        watch_distance: u32 = 150_000, "watch-distance" "0.01 mm" [20_000 to 240_000] Pace;
+        /// Minimum guard sweep rate; `guard` is refused if it cannot be reached; 0: no minimum.
+        rate: u8 = 7, "guard-rate" "sweeps/s" [0 to 50] Operation;
+        /// Distance below which a rise or drop triggers a full scan with `watch`.
+        watch_distance: u32 = 150_000, "watch-distance" "0.01 mm" [20_000 to 240_000] Operation;
     }
     also {}
 }
@@ -55,7 +54,7 @@ impl GuardConfig {
     pub fn validate(&self) -> Result<(), ConfigError> {
         let way = self.last.saturating_sub(self.first);
         check(
-            way >= (LEAST_ROWS - 1).saturating_mul(self.step.into()),
+            way >= (MIN_ROWS - 1).saturating_mul(self.step.into()),
             "guard-last",
             "beyond guard-first by 8 times guard-step or more",
         )
@@ -68,17 +67,17 @@ impl GuardConfig {
         check(
             config.mount.plane.first() == Plane::Depth,
             "plane",
-            "depth or both: the guard looks ahead",
+            "depth or both: the guard needs the depth plane",
         )?;
         check(
             config.estimator == EstimatorKind::Likelihood,
             "estimator",
-            "likelihood: no other has a guard",
+            "likelihood: the only estimator with a guard",
         )?;
         check(
             sweep.angle_step <= config.mount.beamwidth,
             "guard-step",
-            "beamwidth at most: else ground is not seen",
+            "beamwidth at most: otherwise the rows leave gaps",
         )?;
         let window = BinWindow::of_scan(&Config { sweep, ..*config });
         check(

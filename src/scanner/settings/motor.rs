@@ -41,9 +41,9 @@ settings! {
     parts {}
     rows {
         /// Absolute encoder on the mirror's shaft.
-        kind: Encoder = Encoder::None, "encoder" "" [] Pace;
-        /// Reading of the encoder at home, as calibration has found it; -1: not known.
-        home: i32 = -1, "encoder-home" "0.001 deg" [-1 to 359_999] Pace;
+        kind: Encoder = Encoder::None, "encoder" "" [] Operation;
+        /// Reading of the encoder at home, from calibration; -1: unknown.
+        home: i32 = -1, "encoder-home" "0.001 deg" [-1 to 359_999] Operation;
     }
     also {}
 }
@@ -54,35 +54,35 @@ settings! {
     pub struct DriverConfig
     parts {}
     rows {
-        /// How the motor's driver is told what to do: by STEP and DIR only, or set up and read over its wire, too.
-        kind: Driver = Driver::StepDir, "driver" "" [] Pace;
-        /// Microsteps of one turn that the driver makes; every other setting counts 51,200 a turn.
-        microsteps: u16 = FINEST, "microsteps-per-turn" "microsteps" [200 to 51_200] Answer;
-        /// Level of EN that switches the driver on.
-        enable_level: WireLevel = WireLevel::Low, "enable-level" "" [] Pace;
-        /// Level of STALL that is a stall.
-        stall_level: WireLevel = WireLevel::High, "stall-level" "" [] Pace;
+        /// Control of the motor driver: STEP/DIR only, or also over its UART.
+        kind: Driver = Driver::StepDir, "driver" "" [] Operation;
+        /// Microsteps per turn of the driver; every other setting counts 51,200 a turn.
+        microsteps: u16 = MAX_MICROSTEPS, "microsteps-per-turn" "microsteps" [200 to 51_200] Answer;
+        /// Active level of EN.
+        enable_level: WireLevel = WireLevel::Low, "enable-level" "" [] Operation;
+        /// Active level of STALL.
+        stall_level: WireLevel = WireLevel::High, "stall-level" "" [] Operation;
         // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). The interrupt lasts
         // as long as the pulse, and it delays the reading of the report port, whose next byte comes after 87 µs.
-        /// Shortest time for which STEP is high, and low.
-        pulse_width: u8 = 2, "pulse-width" "us" [1 to 50] Pace;
+        /// Minimum high and low time of STEP.
+        pulse_width: u8 = 2, "pulse-width" "us" [1 to 50] Operation;
         // Wake-up time of an A4988 from sleep (data sheet); for a TMC2209 the wait is longer. Such drivers take
         // some ms (DRV8825, sleep: 1.7 ms), and homing's deadline has a second to spare.
-        /// From EN to the first pulse.
-        enable_wake: u16 = 1_000, "enable-wake" "us" [0 to 60_000] Pace;
+        /// Wake-up time of the driver after EN.
+        enable_wake: u16 = 1_000, "enable-wake" "us" [0 to 60_000] Operation;
         // Half of the rated current of motors of this size (NEMA 14 and 17). The limits are those of a TMC2209
         // with 0.11 Ω (`crate::scanner::tmc2209`).
         /// Current of a phase, rms, with `tmc2209`.
-        current: u16 = 600, "motor-current" "mA" [100 to 1_767] Pace;
-        /// SGTHRS of the `tmc2209`, its threshold of a stall; 0: it reports no stalls.
-        stall_threshold: u8 = 0, "stall-threshold" "" [] Pace;
+        current: u16 = 600, "motor-current" "mA" [100 to 1_767] Operation;
+        /// SGTHRS of the `tmc2209`, its stall threshold; 0: off.
+        stall_threshold: u8 = 0, "stall-threshold" "" [] Operation;
     }
     also {}
 }
 
 /// Maximum microsteps a turn of a driver: the unit in which all positions are counted.
-pub const FINEST: u16 = MICROSTEPS_PER_TURN as u16;
-const _: () = assert!(FINEST as i32 == MICROSTEPS_PER_TURN);
+pub const MAX_MICROSTEPS: u16 = MICROSTEPS_PER_TURN as u16;
+const _: () = assert!(MAX_MICROSTEPS as i32 == MICROSTEPS_PER_TURN);
 
 impl DriverConfig {
     /// Unit of a driver's microsteps a turn, so that a microstep is a ratio of small numbers.
@@ -111,7 +111,7 @@ impl DriverConfig {
             "a multiple of 100 from 200 to 51200",
         )?;
         check(
-            self.kind == Driver::StepDir || self.halvings().is_some(),
+            self.kind == Driver::StepDir || self.mres().is_some(),
             "microsteps-per-turn",
             "51200, or its half, ... down to 200, with tmc2209",
         )
@@ -119,9 +119,9 @@ impl DriverConfig {
 
     /// Returns how often 256 microsteps of a full step must be halved to get the driver's; `None` if they never
     /// do.
-    pub fn halvings(&self) -> Option<u32> {
-        let times = (FINEST / self.microsteps.max(1)).trailing_zeros();
-        (FINEST >> times == self.microsteps).then_some(times)
+    pub fn mres(&self) -> Option<u32> {
+        let times = (MAX_MICROSTEPS / self.microsteps.max(1)).trailing_zeros();
+        (MAX_MICROSTEPS >> times == self.microsteps).then_some(times)
     }
 }
 
@@ -140,15 +140,15 @@ settings! {
         home_angle: i32 = -165_000, "home-angle" "0.001 deg" [-170_000 to 170_000] Answer;
         // One turn a second, reached within 20 ms.
         /// Top speed of moves.
-        speed: u32 = 51_200, "speed" "microsteps/s" [100 to 102_400] Pace;
+        speed: u32 = 51_200, "speed" "microsteps/s" [100 to 102_400] Operation;
         /// Acceleration of moves.
-        acceleration: u32 = 2_560_000, "acceleration" "microsteps/s2" [1_000 to 100_000_000] Pace;
+        acceleration: u32 = 2_560_000, "acceleration" "microsteps/s2" [1_000 to 100_000_000] Operation;
         // 100 full steps a second: below the pull-in rate of any motor of this size.
-        /// Speed of the search for home: the motor must be able to stop dead from it.
-        search_speed: u32 = 25_600, "search-speed" "microsteps/s" [800 to 51_200] Pace;
+        /// Speed of the search for home, from which the motor must be able to stop without a ramp.
+        search_speed: u32 = 25_600, "search-speed" "microsteps/s" [800 to 51_200] Operation;
         // In some mountings the switch is far from the sector.
-        /// Whether the home switch is looked for again at the end of every sweep that ends on its side.
-        home_check: bool = false, "home-check" "" [] Pace;
+        /// Whether the home switch is checked at the end of every sweep that ends on its side.
+        home_check: bool = false, "home-check" "" [] Operation;
     }
     also {}
 }
@@ -158,7 +158,7 @@ impl MotorConfig {
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.driver.validate()?;
         check(
-            self.busiest() <= MILLION,
+            self.pulse_time_per_second_us() <= MILLION,
             "pulse-width",
             "half of a step at top speed, or less",
         )
@@ -185,7 +185,7 @@ impl MotorConfig {
 
     /// Returns the total time for which STEP is high or low in a second at top speed, with the shortest pulses,
     /// µs.
-    fn busiest(&self) -> u32 {
+    fn pulse_time_per_second_us(&self) -> u32 {
         let (own, of) = self.driver.ratio();
         let fastest = self.speed.max(self.search_speed);
         let steps = fastest.saturating_mul(own as u32).div_ceil(of as u32);

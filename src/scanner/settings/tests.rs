@@ -213,7 +213,7 @@ fn a_tmc2209_has_halves_of_256_microsteps() {
         settings
             .set("microsteps-per-turn", &microsteps.to_string())
             .unwrap();
-        assert_eq!(settings.motor.driver.halvings(), Some(halvings));
+        assert_eq!(settings.motor.driver.mres(), Some(halvings));
     }
     let refused = settings.set("microsteps-per-turn", "10000");
     assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");

@@ -10,14 +10,14 @@ use crate::time::Micros;
 /// The port takes the bytes one by one as the link is polled, so a trigger leaves late if the scanner has been
 /// busy. The time therefore counts from when the last byte has been handed over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Hold {
+pub(super) struct CaptureTimer {
     /// Time at which the trigger was seen to be handed over.
     out: Option<Micros>,
 }
 
-impl Hold {
+impl CaptureTimer {
     /// Whether a chirp of `chirp_us` microseconds is captured by `now`; `false` if its duration is unknown (0).
-    pub fn over(&mut self, now: Micros, link: &impl RadarModule, chirp_us: u32) -> bool {
+    pub fn captured(&mut self, now: Micros, link: &impl RadarModule, chirp_us: u32) -> bool {
         if chirp_us == 0 || !link.sent() {
             return false;
         }
@@ -34,14 +34,14 @@ mod tests {
     use super::*;
     use crate::Iq;
     use crate::config::RadarConfig;
-    use crate::signal::radar::module::{LinkError, Wish};
+    use crate::signal::radar::module::{LinkError, RequestedSettings};
     use crate::signal::radar::wire::{RowTimes, Wire};
 
     /// Link stub: whether the trigger has been sent, and the wire.
     struct Link(bool, Option<Wire>);
 
     impl RadarModule for Link {
-        fn program(&mut self, _: Micros, _: &Wish, _: u32) {}
+        fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {}
         fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
             Poll::Pending
         }
@@ -58,8 +58,8 @@ mod tests {
     }
 
     fn held(link: &Link) -> u32 {
-        let (start, mut hold) = (Micros(u32::MAX - 500), Hold::default());
-        let found = (0..).find(|&us| hold.over(start.plus(us), link, 1_000));
+        let (start, mut hold) = (Micros(u32::MAX - 500), CaptureTimer::default());
+        let found = (0..).find(|&us| hold.captured(start.plus(us), link, 1_000));
         found.unwrap()
     }
 
@@ -79,19 +79,19 @@ mod tests {
 
     #[test]
     fn a_trigger_that_is_not_out_is_waited_for() {
-        let mut hold = Hold::default();
+        let mut hold = CaptureTimer::default();
         let link = Link(false, None);
-        assert!((0..1000).all(|k| !hold.over(Micros(1000 * k), &link, 1)));
+        assert!((0..1000).all(|k| !hold.captured(Micros(1000 * k), &link, 1)));
         // The time counts from the moment when it is out, not from the trigger's call.
         let link = Link(true, None);
-        assert!(!hold.over(Micros(2_000_000), &link, 1_000));
-        assert!(hold.over(Micros(2_001_100), &link, 1_000));
+        assert!(!hold.captured(Micros(2_000_000), &link, 1_000));
+        assert!(hold.captured(Micros(2_001_100), &link, 1_000));
     }
 
     #[test]
     fn a_chirp_of_unknown_length_is_waited_for() {
-        let mut hold = Hold::default();
+        let mut hold = CaptureTimer::default();
         let link = Link(true, None);
-        assert!((0..1000).all(|k| !hold.over(Micros(1000 * k), &link, 0)));
+        assert!((0..1000).all(|k| !hold.captured(Micros(1000 * k), &link, 0)));
     }
 }

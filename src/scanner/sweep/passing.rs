@@ -18,13 +18,16 @@ const LATE: i32 = 3;
 
 impl Sweep {
     /// Begins the turn once the mirror stands where the ramp begins.
-    pub(super) fn set_off(&mut self, now: Micros, mirror: &mut impl Mirror) {
-        if core::mem::take(&mut self.astray) {
+    pub(super) fn begin_turn(&mut self, now: Micros, mirror: &mut impl Mirror) {
+        if core::mem::take(&mut self.needs_second_move) {
             let target = self.target();
             return self.start_move(now, mirror, target);
         }
         // At the turning points of guard sweeps the shaft rests, so that an encoder can be read.
-        if self.guard && !core::mem::replace(&mut self.proven, true) && mirror.prove() {
+        if self.guard
+            && !core::mem::replace(&mut self.encoder_checked, true)
+            && mirror.check_position()
+        {
             self.deadline = now.plus(MARGIN_US);
             return;
         }
@@ -58,7 +61,10 @@ impl Sweep {
             data.row(row);
             return Poll::Pending;
         }
-        let flying = self.turning.as_ref().is_some_and(|t| !t.flying.is_empty());
+        let flying = self
+            .turning
+            .as_ref()
+            .is_some_and(|t| !t.in_flight.is_empty());
         if flying {
             return match link.poll(now, data.samples()) {
                 Poll::Ready(answer) => self.take(now, answer, data),
@@ -98,7 +104,7 @@ impl Sweep {
         loop {
             let row = self.untriggered()?;
             let turning = self.turning.as_mut()?;
-            let past = turning.past(&self.schedule, self.backward, row, position);
+            let past = turning.distance_past(&self.schedule, self.backward, row, position);
             if past < 0 {
                 return None;
             }
@@ -127,20 +133,20 @@ impl Sweep {
         let Some(turning) = &mut self.turning else {
             return;
         };
-        let timeout = turning.cruise.patience_us;
-        if turning.flying.is_full() || turning.skips {
+        let timeout = turning.cruise.chirp_timeout_us;
+        if turning.in_flight.is_full() || turning.skip_next {
             return;
         }
-        if turning.flying.is_empty() {
+        if turning.in_flight.is_empty() {
             link.trigger(now, angle, timeout);
         } else if !link.trigger_ahead(now, angle, timeout) {
             return;
         }
-        // `flying` is not full here.
-        let _ = turning.flying.push_back((row, now.plus(timeout)));
+        // `in_flight` is not full here.
+        let _ = turning.in_flight.push_back((row, now.plus(timeout)));
         turning.next += 1;
         turning.due = None;
-        self.fired = Some((row, now));
+        self.triggered = Some((row, now));
         self.deadline = later(self.deadline, now.plus(timeout).plus(MARGIN_US));
     }
 
@@ -149,7 +155,7 @@ impl Sweep {
         let row = self.untriggered()?;
         let turning = self.turning.as_mut()?;
         turning.next += 1;
-        (turning.due, turning.skips) = (None, false);
+        (turning.due, turning.skip_next) = (None, false);
         self.lose(row, data)
     }
 
@@ -171,7 +177,7 @@ impl Sweep {
         let Some(turning) = &mut self.turning else {
             return Poll::Pending;
         };
-        let Some((row, until)) = turning.flying.pop_front() else {
+        let Some((row, until)) = turning.in_flight.pop_front() else {
             return Poll::Pending;
         };
         match answer {
@@ -182,7 +188,7 @@ impl Sweep {
             Err(error) => {
                 self.streak += 1;
                 // The late answer has used wire time that the following chirps need.
-                turning.skips |= now.reached(until);
+                turning.skip_next |= now.reached(until);
                 let reason = self.lose(row, data);
                 if self.streak >= LOST_STREAK {
                     return self.end(Some(link_reason(error)));

@@ -15,9 +15,9 @@ pub(super) struct ContinuousSweep {
     /// Time of its trigger; `None` until its microstep is reached.
     pub due: Option<Micros>,
     /// Rows whose chirps are under way, in the order of their triggers, with the timeout of each.
-    pub flying: Deque<(u16, Micros), 2>,
+    pub in_flight: Deque<(u16, Micros), 2>,
     /// Whether the next row is skipped to let the wire catch up.
-    pub skips: bool,
+    pub skip_next: bool,
 }
 
 impl ContinuousSweep {
@@ -27,8 +27,8 @@ impl ContinuousSweep {
             cruise,
             next: 0,
             due: None,
-            flying: Deque::new(),
-            skips: false,
+            in_flight: Deque::new(),
+            skip_next: false,
         }
     }
 
@@ -39,7 +39,13 @@ impl ContinuousSweep {
 
     /// Returns the distance of a shaft at `position` behind the trigger position of `row`, microsteps; negative
     /// before it.
-    pub fn past(&self, schedule: &Schedule, backward: bool, row: u16, position: i32) -> i32 {
+    pub fn distance_past(
+        &self,
+        schedule: &Schedule,
+        backward: bool,
+        row: u16,
+        position: i32,
+    ) -> i32 {
         let direction = Cruise::direction(schedule, backward);
         let way = position.saturating_sub(schedule.position(row));
         direction

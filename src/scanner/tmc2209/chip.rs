@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 /// Fault of the chip or of the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mood {
+pub enum ChipFault {
     /// No fault.
     #[default]
     Well,
@@ -17,7 +17,7 @@ pub enum Mood {
     /// The chip answers for another register.
     Other,
     /// The chip ignores writes, but answers.
-    Deaf,
+    IgnoresWrites,
 }
 
 /// A chip on a single wire.
@@ -25,7 +25,7 @@ pub enum Mood {
 pub struct Chip {
     /// Register values by address.
     pub registers: BTreeMap<u8, u32>,
-    pub mood: Mood,
+    pub fault: ChipFault,
     /// Number of accepted writes (IFCNT).
     pub count: u8,
     /// Indices of bytes that will be lost on the wire, counted from the next one.
@@ -63,7 +63,7 @@ impl Default for Chip {
     fn default() -> Self {
         let mut chip = Self {
             registers: BTreeMap::new(),
-            mood: Mood::Well,
+            fault: ChipFault::Well,
             count: 0xfd,
             loses: Vec::new(),
             resets_after: None,
@@ -116,16 +116,16 @@ impl Chip {
     }
 
     /// Takes a byte from the scanner.
-    pub fn hear(&mut self, byte: u8) {
+    pub fn receive(&mut self, byte: u8) {
         self.idle = 0;
-        if self.mood != Mood::Cut {
+        if self.fault != ChipFault::Cut {
             // One wire: the byte is echoed.
             self.wire.push_back(byte);
         }
         let lost = self.loses.contains(&0);
         self.loses.retain(|&away| away > 0);
         self.loses.iter_mut().for_each(|away| *away -= 1);
-        if lost || matches!(self.mood, Mood::Silent | Mood::Cut) {
+        if lost || matches!(self.fault, ChipFault::Silent | ChipFault::Cut) {
             return;
         }
         if self.frame.is_empty() && byte & 0x0f != 5 {
@@ -149,7 +149,7 @@ impl Chip {
         if body.len() == 3 {
             return self.answer(address);
         }
-        if self.mood == Mood::Deaf {
+        if self.fault == ChipFault::IgnoresWrites {
             return;
         }
         let value = u32::from_be_bytes(body[3..7].try_into().unwrap());
@@ -172,15 +172,15 @@ impl Chip {
             0x02 => self.count.into(),
             _ => self.register(address),
         };
-        let about = match self.mood {
-            Mood::Other => address ^ 4,
+        let about = match self.fault {
+            ChipFault::Other => address ^ 4,
             _ => address,
         };
         let mut frame = vec![0x05, 0xff, about];
         frame.extend(value.to_be_bytes());
         let check = checksum(&frame);
-        frame.push(match self.mood {
-            Mood::WrongChecksum => check ^ 0x10,
+        frame.push(match self.fault {
+            ChipFault::WrongChecksum => check ^ 0x10,
             _ => check,
         });
         self.wire.extend(frame);

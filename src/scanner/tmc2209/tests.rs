@@ -1,6 +1,6 @@
 //! Tests of set-up and status with a chip that works, has a fault, or is reset in between.
 
-use super::chip::{Chip, Mood};
+use super::chip::{Chip, ChipFault};
 use super::*;
 use crate::scanner::settings::Driver;
 use proptest::prelude::*;
@@ -20,7 +20,7 @@ impl BytePort for Wire {
     fn write(&mut self, bytes: &[u8]) -> usize {
         let first = bytes.first();
         first.map_or(0, |&byte| {
-            self.0.borrow_mut().hear(byte);
+            self.0.borrow_mut().receive(byte);
             1
         })
     }
@@ -58,7 +58,7 @@ fn set_up(prepare: impl FnOnce(&mut Chip)) -> (Tmc2209<Wire>, Wire, Result<(), D
 }
 
 fn look(driver: &mut Tmc2209<Wire>) -> Result<(), DriverError> {
-    driver.look();
+    driver.read_status();
     let (done, us) = finish(driver);
     // Less than the 0.1 s of margin in a move's deadline.
     assert!(us < 50_000, "{us}");
@@ -129,11 +129,11 @@ type Wrong = (&'static str, fn(&mut Chip), DriverError);
 fn each_misbehaviour_is_told() {
     use DriverError::{Fault, Reset, Silent};
     let wrongs: [Wrong; 8] = [
-        ("silent", |c| c.mood = Mood::Silent, Silent),
-        ("cut", |c| c.mood = Mood::Cut, Silent),
-        ("checksum", |c| c.mood = Mood::WrongChecksum, Silent),
-        ("other register", |c| c.mood = Mood::Other, Silent),
-        ("deaf", |c| c.mood = Mood::Deaf, Silent),
+        ("silent", |c| c.fault = ChipFault::Silent, Silent),
+        ("cut", |c| c.fault = ChipFault::Cut, Silent),
+        ("checksum", |c| c.fault = ChipFault::WrongChecksum, Silent),
+        ("other register", |c| c.fault = ChipFault::Other, Silent),
+        ("deaf", |c| c.fault = ChipFault::IgnoresWrites, Silent),
         ("overtemperature", |c| c.put(0x6f, 1 << 1), Fault),
         ("short", |c| c.put(0x6f, 1 << 3), Fault),
         ("short of the low side", |c| c.put(0x6f, 1 << 5), Fault),
@@ -146,8 +146,8 @@ fn each_misbehaviour_is_told() {
         ("reset", Chip::reset, Reset),
         ("driver error", |c| c.put(0x01, 2), Fault),
         ("charge pump", |c| c.put(0x01, 4), Fault),
-        ("silent", |c| c.mood = Mood::Silent, Silent),
-        ("checksum", |c| c.mood = Mood::WrongChecksum, Silent),
+        ("silent", |c| c.fault = ChipFault::Silent, Silent),
+        ("checksum", |c| c.fault = ChipFault::WrongChecksum, Silent),
         ("short", |c| c.put(0x6f, 1 << 2), Fault),
     ];
     for (what, wrong, error) in later {
@@ -229,7 +229,7 @@ proptest! {
         let (done, _) = finish(&mut driver);
         // Random bytes do not form four valid answers.
         prop_assert_eq!(done, Err(DriverError::Silent));
-        driver.look();
+        driver.read_status();
         let _ = finish(&mut driver);
     }
 

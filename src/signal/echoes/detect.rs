@@ -6,7 +6,7 @@ use super::ghosts::{Ghosts, Suspect};
 use super::lobe::{Lobe, Responses};
 use super::maxima::{MAX_MAXIMA, MaximaFinder, Maximum};
 use super::noise::NoiseSamples;
-use super::place::Ride;
+use super::place::MotionCompensation;
 use crate::config::Config;
 use crate::math;
 use crate::params::Params;
@@ -15,9 +15,9 @@ use heapless::Vec;
 
 /// Minimum number of rows around a maximum with a CA-CFAR detection (binary integration over the beam), from
 /// which it counts as distinct in range.
-const HITS: usize = 3;
+const MIN_DETECTED_ROWS: usize = 3;
 /// Number of rows to each side of a maximum that are counted. With a false-alarm rate of 1.7e-4 per cell, three
-/// cells a row and 13 rows, noise alone reaches [`HITS`] once in 2·10⁷ positions.
+/// cells a row and 13 rows, noise alone reaches [`MIN_DETECTED_ROWS`] once in 2·10⁷ positions.
 const HIT_ROWS: usize = 6;
 
 /// Levels of the map without echoes.
@@ -40,9 +40,9 @@ pub fn least_level(noise: f32, gain: u16, spare_db: f32, params: &Params) -> u16
 
 /// Returns whether CA-CFAR has detections in enough rows around a maximum. Side lobes over all angles and
 /// oscillator noise raise whole stretches of range and give none.
-fn stands_out(map: &PolarMap, row: usize, bin: usize) -> bool {
+fn is_detected_in_range(map: &PolarMap, row: usize, bin: usize) -> bool {
     let rows = row.saturating_sub(HIT_ROWS)..row + HIT_ROWS + 1;
-    map.rows_hit(rows, bin) >= HITS
+    map.rows_detected(rows, bin) >= MIN_DETECTED_ROWS
 }
 
 /// Examines the maxima, strongest first, and keeps those that only a separate scatterer explains.
@@ -51,7 +51,7 @@ pub fn detect(
     map: &PolarMap,
     finder: &mut MaximaFinder,
     background: &Background<'_>,
-    (config, ride): (&Config, Option<&Ride<'_>>),
+    (config, motion): (&Config, Option<&MotionCompensation<'_>>),
     params: &Params,
     echoes: &mut Echoes,
 ) {
@@ -70,7 +70,7 @@ pub fn detect(
         resolution_m,
         offset_m: config.mount.mirror_offset_m(),
         responses: Responses::new(map, resolution_m, params),
-        ride,
+        motion,
         ghosts: Ghosts {
             params,
             lobe_sigma_rad: angle_filter::lobe_sigma_rad(map.geometry()),
@@ -99,7 +99,7 @@ struct Instrument<'a> {
     resolution_m: f32,
     offset_m: f32,
     responses: Responses,
-    ride: Option<&'a Ride<'a>>,
+    motion: Option<&'a MotionCompensation<'a>>,
     ghosts: Ghosts<'a>,
     params: &'a Params,
 }
@@ -118,7 +118,7 @@ impl Instrument<'_> {
         let (row, bin) = maximum.cell(map.bins());
         let above_gain = f32::from(maximum.level().saturating_sub(gain));
         let snr_db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
-        let stands_out = stands_out(map, row, bin);
+        let stands_out = is_detected_in_range(map, row, bin);
         let floor_db = math::max(f32::from(samples.floor(bin)) - noise, 0.0) * DB_PER_UNIT;
         let margin_db = if floor_db > params.side_lobes_seen_db && !stands_out {
             params.side_lobe_margin_db
@@ -130,11 +130,12 @@ impl Instrument<'_> {
         }
         let patch = angle_filter::patch(map, row, bin);
         let geometry = map.geometry();
-        let responses = match self.ride {
+        let responses = match self.motion {
             None => self.responses,
             Some(ride) => {
                 let range_m = geometry.range_m(bin as f32);
-                self.responses.of_walk(ride.walk(map, row, range_m))
+                self.responses
+                    .of_motion(ride.scatterer_motion(map, row, range_m))
             }
         };
         let lobe = Lobe::new(&patch, &responses, snr_db, params);

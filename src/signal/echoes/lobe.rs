@@ -16,9 +16,9 @@ use crate::signal::grid::PolarMap;
 /// Curvature of a Gaussian of unit variance in logarithmic power: 10 lg e / 2, dB.
 pub const GAUSSIAN_DB: f32 = 2.171_472_4;
 /// Maximum offset of a peak from the middle of its patch, rows: the extent of the patch plus one.
-const MOST_ROWS: f32 = 4.0;
+const MAX_PEAK_OFFSET_ROWS: f32 = 4.0;
 /// Minimum curvature of a peak, as a share of a point scatterer's.
-const LEAST_CURVED: f32 = 0.02;
+const MIN_CURVATURE: f32 = 0.02;
 /// Width reported without a peak, relative to a point scatterer's.
 const NO_LOBE: f32 = 9.0;
 
@@ -43,7 +43,7 @@ pub struct Responses {
 
 /// Motion of a scatterer from row to row.
 #[derive(Clone, Copy, Debug)]
-pub struct Walk {
+pub struct ScattererMotion {
     /// Change of range, stored bins per row; negative when it approaches.
     pub bins: f32,
     /// Steps by which the beam moves over it per row: 1 without motion.
@@ -64,7 +64,7 @@ impl Responses {
     }
 
     /// Separates the offsets of a sheared lobe, each of whose slopes contains a share of the other offset.
-    fn part(&self, row: Offset, bin: Offset) -> (Offset, Offset) {
+    fn decouple(&self, row: Offset, bin: Offset) -> (Offset, Offset) {
         let of_bin = self.cross_db / self.per_row_db;
         let of_row = self.cross_db / self.per_bin_db;
         // Positive, because the quadratic form is positive definite.
@@ -79,7 +79,7 @@ impl Responses {
 
     /// Returns the responses to a scatterer that moves: beam pattern and range main lobe, sheared, after the
     /// filter along the angle, all of them Gaussian.
-    pub fn of_walk(&self, walk: Walk) -> Self {
+    pub fn of_motion(&self, walk: ScattererMotion) -> Self {
         // Inverse variances in the unit of the curvatures. The filter is matched to the beam without motion.
         let filter = 2.0 * self.per_row_db;
         let beam = filter * walk.steps * walk.steps;
@@ -122,7 +122,7 @@ impl Lobe {
             (d * d - MEAN_SQUARE) * v / QUADRATIC
         });
         let bend: f32 = bend.sum();
-        let width = if bend < -LEAST_CURVED * responses.per_row_db {
+        let width = if bend < -MIN_CURVATURE * responses.per_row_db {
             math::sqrt(-responses.per_row_db / bend)
         } else {
             NO_LOBE
@@ -132,11 +132,11 @@ impl Lobe {
         let mut row = offset(&mut rows, &PATCH_ROWS, responses.per_row_db);
         let mut bin = offset(&mut bins, &PATCH_BINS, responses.per_bin_db);
         if responses.cross_db != 0.0 {
-            (row, bin) = responses.part(row, bin);
+            (row, bin) = responses.decouple(row, bin);
         }
         Self {
             row: Estimate {
-                value: row.0.clamp(-MOST_ROWS, MOST_ROWS),
+                value: row.0.clamp(-MAX_PEAK_OFFSET_ROWS, MAX_PEAK_OFFSET_ROWS),
                 variance: row.1 * sigma_db * sigma_db,
             },
             bin: Estimate {

@@ -32,8 +32,8 @@ use crate::signal::grid::PolarMap;
 pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
-pub use lobe::Walk;
-pub use place::Ride;
+pub use lobe::ScattererMotion;
+pub use place::MotionCompensation;
 pub(crate) use place::row_of;
 
 impl Default for Collector {
@@ -142,7 +142,7 @@ impl Collector {
             noise,
             gain: self.filter.gain(),
         };
-        let ride = Ride::of(drive, &config.radar);
+        let ride = MotionCompensation::of(drive, &config.radar);
         let seen = (config, ride.as_ref());
         detect::detect(map, &mut self.finder, &background, seen, params, echoes);
         noise

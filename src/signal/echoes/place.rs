@@ -5,7 +5,7 @@
 //! nearer than it is at mid chirp.
 
 use super::echo::Echo;
-use super::lobe::Walk;
+use super::lobe::ScattererMotion;
 use crate::config::{Plane, RadarConfig};
 use crate::drive::Drive;
 use crate::math;
@@ -14,17 +14,17 @@ use crate::track::{RowPose, Track};
 
 /// Motion of the chair during a scan.
 #[derive(Clone, Copy, Debug)]
-pub struct Ride<'a> {
+pub struct MotionCompensation<'a> {
     /// Time of each row, and position of the chair at that time.
     pub track: &'a Track,
     /// Steady forward speed that replaces the track's travel, m/s.
-    pub creep: Option<f32>,
+    pub steady_speed: Option<f32>,
     /// Range-Doppler coupling: metres by which a scatterer appears nearer, per m/s of approach. It is carrier
     /// times duration over bandwidth of the chirp, seconds.
     pub coupling_s: f32,
 }
 
-impl<'a> Ride<'a> {
+impl<'a> MotionCompensation<'a> {
     /// Returns the motion of a chair whose motion input is good.
     pub fn of(drive: &Drive<'a>, radar: &RadarConfig) -> Option<Self> {
         Some(Self::along(drive.known()?, drive, radar))
@@ -35,13 +35,13 @@ impl<'a> Ride<'a> {
         let ratio = radar.carrier_khz as f32 / radar.bandwidth_khz.max(1) as f32;
         Self {
             track,
-            creep: None,
+            steady_speed: None,
             coupling_s: drive.chirp_s * ratio,
         }
     }
 
     /// Returns the motion of a fixed scatterer at `range_m` metres from row to row around row `row`.
-    pub fn walk(&self, map: &PolarMap, row: usize, range_m: f32) -> Walk {
+    pub fn scatterer_motion(&self, map: &PolarMap, row: usize, range_m: f32) -> ScattererMotion {
         let geometry = map.geometry();
         let step = self.track.per_row(row as f32);
         let (x, down) = {
@@ -55,7 +55,7 @@ impl<'a> Ride<'a> {
             Plane::Depth => down_rad,
             Plane::Height => -down_rad,
         };
-        Walk {
+        ScattererMotion {
             bins: -step.travel_m * x / (math::max(range_m, f32::MIN_POSITIVE) * geometry.bin_m),
             steps: 1.0 - rad / geometry.step_rad,
         }
@@ -63,16 +63,16 @@ impl<'a> Ride<'a> {
 
     /// Returns time and position at row `row`.
     pub fn at(&self, row: f32) -> RowPose {
-        self.with_creep(self.track.at(row))
+        self.with_steady_speed(self.track.at(row))
     }
 
     /// Returns time and position at the last row.
     pub fn end(&self) -> RowPose {
-        self.with_creep(self.track.end())
+        self.with_steady_speed(self.track.end())
     }
 
-    fn with_creep(&self, place: RowPose) -> RowPose {
-        match self.creep {
+    fn with_steady_speed(&self, place: RowPose) -> RowPose {
+        match self.steady_speed {
             Some(speed) => RowPose {
                 travel_m: speed * place.time_s,
                 ..place
@@ -83,11 +83,11 @@ impl<'a> Ride<'a> {
 
     /// Returns the forward speed around `row`, m/s.
     pub fn speed(&self, row: f32) -> f32 {
-        self.creep.unwrap_or_else(|| self.track.speed(row))
+        self.steady_speed.unwrap_or_else(|| self.track.speed(row))
     }
 
     /// Moves an echo to where it lies as seen from the mirror at the last row.
-    pub fn place(&self, echo: &mut Echo, map: &PolarMap) {
+    pub fn compensate(&self, echo: &mut Echo, map: &PolarMap) {
         let geometry = map.geometry();
         let row = row_of(echo, map);
         let at = self.at(row);

@@ -220,7 +220,7 @@ fn a_sheared_lobe_gives_its_place_back() {
     let bins = f64::from(geometry.bin_m / resolution);
     let range = f64::from(lobe::GAUSSIAN_DB / params.range_curvature_db) / (bins * bins);
     for (walk_bins, steps) in [(0.0, 1.0), (-0.08, 0.98), (0.08, 1.05), (-0.3, 1.2)] {
-        let walk = Walk {
+        let walk = ScattererMotion {
             bins: walk_bins,
             steps,
         };
@@ -239,7 +239,7 @@ fn a_sheared_lobe_gives_its_place_back() {
         };
         let patch = angle_filter::PATCH_BINS
             .map(|b| angle_filter::PATCH_ROWS.map(|d| level(f64::from(d), f64::from(b))));
-        let lobe = Lobe::new(&patch, &standing.of_walk(walk), 30.0, params);
+        let lobe = Lobe::new(&patch, &standing.of_motion(walk), 30.0, params);
         let found = [lobe.row.value - row as f32, lobe.bin.value - bin as f32];
         assert!(
             found[0].abs() < 0.06 && found[1].abs() < 0.02,

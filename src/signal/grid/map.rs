@@ -173,7 +173,7 @@ impl PolarMap {
     }
 
     /// Returns the detections of the 32 bins of a row from `bin` on.
-    fn detections(&self, row: usize, bin: usize) -> u32 {
+    fn detection_bits(&self, row: usize, bin: usize) -> u32 {
         let (at, shift) = self.bit(row, bin);
         let words = self.mask.get(at..).and_then(|m| m.first_chunk());
         let Some(&[low, high]) = words.filter(|_| row < self.rows) else {
@@ -220,30 +220,30 @@ impl PolarMap {
     }
 
     /// Returns whether the cell is a CA-CFAR detection; false outside the map.
-    pub fn hit(&self, row: usize, bin: usize) -> bool {
-        self.detections(row, bin) & 1 != 0
+    pub fn is_detected(&self, row: usize, bin: usize) -> bool {
+        self.detection_bits(row, bin) & 1 != 0
     }
 
     /// Returns in how many of `rows` there is a detection at `bin` or beside it.
-    pub fn rows_hit(&self, rows: core::ops::Range<usize>, bin: usize) -> usize {
+    pub fn rows_detected(&self, rows: core::ops::Range<usize>, bin: usize) -> usize {
         let (first, beside) = (bin.saturating_sub(1), if bin == 0 { 0b011 } else { 0b111 });
-        rows.filter(|&row| self.detections(row, first) & beside != 0)
+        rows.filter(|&row| self.detection_bits(row, first) & beside != 0)
             .count()
     }
 
     /// Returns the detections of row `k`: bin and level, map units.
     #[inline(always)]
-    pub fn hits(&self, k: usize) -> impl Iterator<Item = (usize, u8)> {
+    pub fn detections(&self, k: usize) -> impl Iterator<Item = (usize, u8)> {
         let cells = self.row(k);
         (0..cells.len()).step_by(32).flat_map(move |first| {
-            Bits(self.detections(k, first))
+            Bits(self.detection_bits(k, first))
                 .filter_map(move |bit| Some((first + bit, *cells.get(first + bit)?)))
         })
     }
 
     /// Returns the cells with a detection in row `a` or in row `b`: bin, level in `a` and in `b`, map units.
     #[inline(always)]
-    pub fn hits_of(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, u8, u8)> {
+    pub fn detections_of(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, u8, u8)> {
         let (cells_a, cells_b) = (self.row(a), self.row(b));
         let words = self.words_of(a).zip(self.words_of(b));
         let firsts = (0..cells_a.len()).step_by(32);
@@ -355,11 +355,11 @@ mod tests {
         for (row, bin) in [(10, 31), (11, 32), (12, 33), (13, 34), (20, 0), (21, 1)] {
             map.fill(row, |row| row.mask[bin / 32] |= 1 << (bin % 32));
         }
-        assert_eq!(map.rows_hit(5..15, 32), 3);
-        assert_eq!(map.rows_hit(11..15, 32), 2);
-        assert_eq!(map.rows_hit(0..40, 0), 2);
-        assert_eq!(map.rows_hit(0..40, 2), 1);
-        assert_eq!(map.rows_hit(0..400, 250), 0);
+        assert_eq!(map.rows_detected(5..15, 32), 3);
+        assert_eq!(map.rows_detected(11..15, 32), 2);
+        assert_eq!(map.rows_detected(0..40, 0), 2);
+        assert_eq!(map.rows_detected(0..40, 2), 1);
+        assert_eq!(map.rows_detected(0..400, 250), 0);
     }
 
     proptest! {
@@ -382,10 +382,10 @@ mod tests {
             }
             for row in 0..map.rows() {
                 let wanted: Vec<usize> = (0..map.bins()).filter(|&b| hits.contains(&(row, b))).collect();
-                let found: Vec<usize> = map.hits(row).map(|h| h.0).collect();
+                let found: Vec<usize> = map.detections(row).map(|h| h.0).collect();
                 prop_assert_eq!(&found, &wanted);
                 for bin in 0..map.bins() {
-                    prop_assert_eq!(map.hit(row, bin), wanted.contains(&bin));
+                    prop_assert_eq!(map.is_detected(row, bin), wanted.contains(&bin));
                 }
             }
         }

@@ -13,7 +13,7 @@ const WRAP_BINS: f32 = 5.0;
 
 /// Minimum range of a map from the mirror, metres, unless the range axis ends before: twice the minimum horizon
 /// of an `ok`.
-const LEAST_RANGE_M: f32 = 2.0;
+const MIN_RANGE_M: f32 = 2.0;
 
 /// Range bins that the map keeps: from beyond the mirror's own echo to the wrap-around from negative
 /// frequencies.
@@ -51,7 +51,7 @@ impl BinWindow {
         let room = (MAX_CELLS / rows).min(usize::from(u16::MAX)) as u16;
         let spacing = config.radar.bin_spacing_m();
         let end_m = f32::from(whole.first.saturating_add(room)) * spacing;
-        let enough = end_m >= config.mount.mirror_offset_m() + LEAST_RANGE_M;
+        let enough = end_m >= config.mount.mirror_offset_m() + MIN_RANGE_M;
         Self {
             count: if enough {
                 whole.count.min(room)

@@ -6,7 +6,7 @@ use embedded_hal::spi::SpiDevice;
 
 use super::bgt60::Bgt60;
 use super::link::Frames;
-use super::module::{LinkError, ModuleKind, RadarModule, Wish};
+use super::module::{LinkError, ModuleKind, RadarModule, RequestedSettings};
 use super::sirad::SiRad;
 use super::wire::{RowTimes, Wire};
 use crate::Iq;
@@ -28,18 +28,18 @@ enum Protocol {
 
 /// Returns the times of a row of `samples` for a module with the requested settings: [`RadarModule::row_times`]
 /// before it has answered.
-pub fn row_times(wish: &Wish, samples: u16) -> Option<RowTimes> {
-    match wish.kind {
+pub fn row_times(requested: &RequestedSettings, samples: u16) -> Option<RowTimes> {
+    match requested.kind {
         ModuleKind::Pstr => {
             let wire = Wire {
-                baud: wish.baud,
+                baud: requested.baud,
                 ahead: true,
-                pin: wish.pin,
+                pin: requested.pin,
             };
             Some(wire.row_times(samples))
         }
         ModuleKind::SiRad => None,
-        ModuleKind::Bgt60 => Some(Bgt60::times(wish)),
+        ModuleKind::Bgt60 => Some(Bgt60::times(requested)),
     }
 }
 
@@ -75,13 +75,13 @@ impl<P: BytePort, S: SpiDevice<u8>> AnyModule<P, S> {
 }
 
 impl<P: BytePort, S: SpiDevice<u8>> RadarModule for AnyModule<P, S> {
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
-        self.become_(wish.kind);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
+        self.become_(requested.kind);
         let (port, spi) = (&mut self.port, &mut self.spi);
         match &mut self.protocol {
-            Protocol::Pstr(frames) => frames.program(port, now, wish, timeout_us),
-            Protocol::SiRad(sirad) => sirad.program(port, now, wish, timeout_us),
-            Protocol::Bgt60(chip) => chip.program(spi, now, wish, timeout_us),
+            Protocol::Pstr(frames) => frames.program(port, now, requested, timeout_us),
+            Protocol::SiRad(sirad) => sirad.program(port, now, requested, timeout_us),
+            Protocol::Bgt60(chip) => chip.program(spi, now, requested, timeout_us),
         }
     }
 

@@ -17,7 +17,7 @@ use core::task::Poll;
 
 use embedded_hal::spi::SpiDevice;
 
-use super::module::{LinkError, Wish};
+use super::module::{LinkError, RequestedSettings};
 use super::wire::RowTimes;
 use crate::Iq;
 use crate::config::RadarConfig;
@@ -31,9 +31,9 @@ use chip::{
 /// [`LinkError::Module`]: the SPI port failed.
 pub const PORT_FAILED: u8 = 1;
 /// [`LinkError::Module`]: another chip, or none.
-pub const STRANGER: u8 = 2;
+pub const WRONG_CHIP: u8 = 2;
 /// [`LinkError::Module`]: a register does not read back the value written.
-pub const NOT_HELD: u8 = 3;
+pub const VERIFY_FAILED: u8 = 3;
 /// [`LinkError::Module`]: overflow or underflow of the FIFO.
 pub const FIFO_FAILED: u8 = 4;
 /// [`LinkError::Module`]: the chip counted another number of clocks or words than were sent.
@@ -44,9 +44,9 @@ pub const SPI_FAILED: u8 = 5;
 const RESET_US: u32 = 10_000;
 /// Interval of polling the FIFO, microseconds. The first poll is at the expected end of the chirp: a transfer
 /// during sampling would couple into the converter.
-const LOOK_US: u32 = 50;
+const POLL_US: u32 = 50;
 /// Maximum number of FIFO words per transfer: 52 bytes with the command, 20 µs at 21 MHz.
-const PIECE: usize = 16;
+const BURST_WORDS: usize = 16;
 /// Time per transfer, microseconds: the transfer, its command and the scanner's loop around it.
 const PIECE_US: u32 = 40;
 /// Length of a command, bytes.
@@ -79,7 +79,7 @@ pub struct Bgt60 {
     stage: ChipStage,
     shape: ChirpShape,
     /// Time before which the chip is not accessed.
-    look: Micros,
+    next_poll: Micros,
     /// Deadline of the answer.
     until: Micros,
     /// FSTAT before the chirp.
@@ -98,7 +98,7 @@ impl Bgt60 {
         Self {
             stage: ChipStage::Idle,
             shape: ChirpShape::DEFAULT,
-            look: Micros(0),
+            next_poll: Micros(0),
             until: Micros(0),
             stale: 0,
         }
@@ -109,13 +109,13 @@ impl Bgt60 {
         &mut self,
         spi: &mut impl SpiDevice<u8>,
         now: Micros,
-        wish: &Wish,
+        requested: &RequestedSettings,
         timeout_us: u32,
     ) {
-        self.shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
+        self.shape = ChirpShape::of(requested.bandwidth_khz, requested.samples);
         self.until = now.plus(timeout_us);
-        self.look = now.plus(RESET_US);
-        self.stage = match greet(spi, &self.shape) {
+        self.next_poll = now.plus(RESET_US);
+        self.stage = match identify_and_reset(spi, &self.shape) {
             Ok(()) => ChipStage::Resetting,
             Err(error) => ChipStage::Failed(error),
         };
@@ -132,7 +132,7 @@ impl Bgt60 {
             ChipStage::Failed(error) => Err(error),
             _ if now.reached(self.until) => Err(LinkError::Timeout),
             ChipStage::Resetting => {
-                if now.reached(self.look) {
+                if now.reached(self.next_poll) {
                     self.stage = ChipStage::Writing(0);
                 }
                 return Poll::Pending;
@@ -162,7 +162,7 @@ impl Bgt60 {
         timeout_us: u32,
     ) {
         self.until = now.plus(timeout_us);
-        self.look = now.plus(self.shape.time_us());
+        self.next_poll = now.plus(self.shape.time_us());
         self.stage = match start(spi) {
             Ok(stale) => {
                 self.stale = stale;
@@ -179,14 +179,14 @@ impl Bgt60 {
             trigger_us: shape.ahead_us(),
             held_us: 0,
             chirp_us: Some(shape.acquisition_us()),
-            answer_us: LOOK_US + PIECE_US * u32::from(shape.pairs).div_ceil(PIECE as u32),
+            answer_us: POLL_US + PIECE_US * u32::from(shape.pairs).div_ceil(BURST_WORDS as u32),
             ahead: false,
         }
     }
 
     /// Returns the times of a row with the requested settings.
-    pub fn times(wish: &Wish) -> RowTimes {
-        let shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
+    pub fn times(requested: &RequestedSettings) -> RowTimes {
+        let shape = ChirpShape::of(requested.bandwidth_khz, requested.samples);
         Self {
             shape,
             ..Self::new()
@@ -211,7 +211,7 @@ impl Bgt60 {
             ChipStage::Failed(error) => Err(error),
             _ if now.reached(self.until) => Err(LinkError::Timeout),
             _ if samples.len() != usize::from(self.shape.pairs) => Err(LinkError::Answer),
-            ChipStage::Sampling if !now.reached(self.look) => Ok(false),
+            ChipStage::Sampling if !now.reached(self.next_poll) => Ok(false),
             ChipStage::Sampling => self.look_at_fifo(spi, now),
             ChipStage::Reading(done) => self.read_piece(spi, samples, done),
             _ => Err(LinkError::Answer),
@@ -239,7 +239,7 @@ impl Bgt60 {
         if state & FILLED != 0 {
             self.stage = ChipStage::Reading(0);
         } else {
-            self.look = now.plus(LOOK_US);
+            self.next_poll = now.plus(POLL_US);
         }
         Ok(false)
     }
@@ -261,7 +261,9 @@ impl Bgt60 {
         samples: &mut [Iq],
         done: u16,
     ) -> Result<bool, LinkError> {
-        let mut pieces = samples.chunks_mut(PIECE).skip(usize::from(done) / PIECE);
+        let mut pieces = samples
+            .chunks_mut(BURST_WORDS)
+            .skip(usize::from(done) / BURST_WORDS);
         let Some(piece) = pieces.next() else {
             return Ok(true);
         };
@@ -293,18 +295,18 @@ fn read(spi: &mut impl SpiDevice<u8>, address: u8) -> Result<u32, LinkError> {
 /// Writes a register and checks that it reads back correctly.
 fn set(spi: &mut impl SpiDevice<u8>, (address, value): (u8, u32)) -> Result<(), LinkError> {
     write(spi, address, value)?;
-    match (read(spi, address)? ^ value) & chip::holds(address) {
+    match (read(spi, address)? ^ value) & chip::readback_mask(address) {
         0 => Ok(()),
-        _ => Err(LinkError::Module(NOT_HELD)),
+        _ => Err(LinkError::Module(VERIFY_FAILED)),
     }
 }
 
 /// Checks the chip's identity and resets it. SFCTL is written first: after power-up the chip changes MISO with
 /// the edge at which it is sampled.
-fn greet(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
+fn identify_and_reset(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
     write(spi, SFCTL, shape.fifo())?;
     if read(spi, CHIP_ID)? != IDENTITY {
-        return Err(LinkError::Module(STRANGER));
+        return Err(LinkError::Module(WRONG_CHIP));
     }
     write(spi, MAIN, MAIN_AT_REST | SW_RESET)
 }
@@ -320,10 +322,10 @@ fn start(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
     Ok(state)
 }
 
-/// Reads as many words as `piece` has samples, at most [`PIECE`]. Returns the last word.
+/// Reads as many words as `piece` has samples, at most [`BURST_WORDS`]. Returns the last word.
 fn burst(spi: &mut impl SpiDevice<u8>, piece: &mut [Iq]) -> Result<u32, LinkError> {
-    let mut bytes = [0; COMMAND + WORD * PIECE];
-    let count = piece.len().min(PIECE);
+    let mut bytes = [0; COMMAND + WORD * BURST_WORDS];
+    let count = piece.len().min(BURST_WORDS);
     if let Some(command) = bytes.first_chunk_mut::<COMMAND>() {
         *command = (BURST | (count as u32) << 9).to_be_bytes();
     }

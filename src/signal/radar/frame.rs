@@ -33,7 +33,7 @@
 //! sends only on request, and discards a request whose bytes stop for 10 ms. Bytes that are no valid frame are
 //! skipped up to the next beginning of a frame.
 
-use super::module::{FrameError, Wish};
+use super::module::{FrameError, RequestedSettings};
 use super::wire::{HEADER, TRAILER};
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig};
@@ -172,10 +172,10 @@ pub fn parse_settings(payload: &[u8]) -> Option<(RadarConfig, Ability)> {
 }
 
 /// Returns the payload of a program frame.
-pub fn wish_payload(wish: &Wish) -> [u8; 8] {
-    let [b0, b1, b2, b3] = wish.bandwidth_khz.to_le_bytes();
-    let [n0, n1] = wish.samples.to_le_bytes();
-    [b0, b1, b2, b3, n0, n1, u8::from(wish.pin), 0]
+pub fn requested_payload(requested: &RequestedSettings) -> [u8; 8] {
+    let [b0, b1, b2, b3] = requested.bandwidth_khz.to_le_bytes();
+    let [n0, n1] = requested.samples.to_le_bytes();
+    [b0, b1, b2, b3, n0, n1, u8::from(requested.pin), 0]
 }
 
 /// Parses a chirp's payload into `samples`; false if the number of samples differs.

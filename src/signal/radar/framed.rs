@@ -6,7 +6,7 @@ use super::link::Frames;
 use crate::Iq;
 use crate::config::RadarConfig;
 use crate::port::BytePort;
-use crate::signal::radar::module::{LinkError, RadarModule, Wish};
+use crate::signal::radar::module::{LinkError, RadarModule, RequestedSettings};
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
@@ -28,8 +28,9 @@ impl<P> FrameLink<P> {
 }
 
 impl<P: BytePort> RadarModule for FrameLink<P> {
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
-        self.frames.program(&mut self.port, now, wish, timeout_us);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
+        self.frames
+            .program(&mut self.port, now, requested, timeout_us);
     }
 
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {

@@ -15,11 +15,11 @@
 use core::task::Poll;
 
 use super::frame::{self, Ability, Decoder, Frame, FrameKind, Progress};
-use super::module::{LinkError, Wish};
+use super::module::{LinkError, RequestedSettings};
 use super::wire::{LINK_BAUD, Wire};
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::port::{BytePort, MOST_READ};
+use crate::port::{BytePort, MAX_READ};
 use crate::time::Micros;
 
 /// A request whose answer is pending.
@@ -28,7 +28,7 @@ struct Request {
     kind: FrameKind,
     sequence: u16,
     deadline: Micros,
-    strangers: bool,
+    other_answers: bool,
 }
 
 /// Maximum time in which a module changes its rate, microseconds: some 10^4 instructions of a small processor.
@@ -38,11 +38,11 @@ const SWITCH_US: u32 = 1_000;
 const CHECK_US: u32 = 20_000;
 /// Maximum number of failed answers of one scan at a usable rate. At a bit error rate of 10^-7 fewer than one
 /// of 281 answers is damaged.
-const MOST_FAILURES: u16 = 3;
+const MAX_FAILURES: u16 = 3;
 /// Number of zero bytes that return a module to [`LINK_BAUD`]: it may receive only the end of the first one.
 const BREAKS: u8 = 2;
 /// Number of scans after which a failed rate is requested again: some minutes.
-const PENANCE: u8 = 200;
+const RETRY_SCANS: u8 = 200;
 
 /// Pending answer of [`Frames::settings`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,16 +76,16 @@ pub struct Frames {
     stage: SettingsStage,
     /// Deadline of the settings.
     until: Micros,
-    wish: Wish,
+    requested: RequestedSettings,
     /// Settings and abilities of the module.
     radar: RadarConfig,
     ability: Ability,
     /// Present rate of the wire, Mbaud.
     rate: u8,
     /// Maximum rate that is requested, Mbaud.
-    ceiling: u8,
+    max_rate: u8,
     /// Number of scans until a faster rate is requested again.
-    penance: u8,
+    retry_scans: u8,
     /// Number of failed answers since the last request for settings.
     failures: u16,
 }
@@ -106,12 +106,12 @@ impl Frames {
             unsure: true,
             stage: SettingsStage::Asked,
             until: Micros(0),
-            wish: Wish::DEFAULT,
+            requested: RequestedSettings::DEFAULT,
             radar: RadarConfig::DEFAULT,
             ability: Ability::NONE,
             rate: 1,
-            ceiling: u8::MAX,
-            penance: 0,
+            max_rate: u8::MAX,
+            retry_scans: 0,
             failures: 0,
         }
     }
@@ -147,7 +147,7 @@ impl Frames {
             kind: answer,
             sequence: self.sequence,
             deadline: now.plus(timeout_us),
-            strangers: false,
+            other_answers: false,
         }
     }
 
@@ -177,7 +177,7 @@ impl Frames {
         }
     }
 
-    /// Reads until there is an answer, an error or no byte left, or [`MOST_READ`] bytes have been read.
+    /// Reads until there is an answer, an error or no byte left, or [`MAX_READ`] bytes have been read.
     fn answer(&mut self, port: &mut impl BytePort, now: Micros) -> Poll<Result<(), LinkError>> {
         self.pump(port, now);
         let Some(request) = self.request else {
@@ -193,7 +193,7 @@ impl Frames {
         {
             return self.finish(result);
         }
-        for _ in 0..MOST_READ {
+        for _ in 0..MAX_READ {
             let Some(byte) = port.read() else { break };
             let result = match self.decoder.push(byte) {
                 Ok(Progress::Partial) => continue,
@@ -211,13 +211,13 @@ impl Frames {
                 return self.finish(Err(LinkError::Sequence));
             }
             if let Some(request) = &mut self.request {
-                request.strangers = true;
+                request.other_answers = true;
             }
         }
         if !now.reached(request.deadline) {
             return Poll::Pending;
         }
-        let strangers = self.request.is_some_and(|r| r.strangers);
+        let strangers = self.request.is_some_and(|r| r.other_answers);
         self.finish(Err(if strangers {
             LinkError::Sequence
         } else {
@@ -244,8 +244,8 @@ impl Frames {
 
     /// Returns the maximum rate that port, module and settings allow and that has not failed, Mbaud.
     fn best_rate(&self, port: &impl BytePort) -> u8 {
-        let most = self.ability.fastest.min(self.ceiling);
-        let wished = |rate: u8| u32::from(rate) * LINK_BAUD <= self.wish.baud;
+        let most = self.ability.fastest.min(self.max_rate);
+        let wished = |rate: u8| u32::from(rate) * LINK_BAUD <= self.requested.baud;
         let rates = [3, 2].into_iter();
         let mut fit = rates.filter(|&rate| rate <= most && wished(rate));
         fit.find(|&rate| port.has_rate(u32::from(rate) * LINK_BAUD))
@@ -266,16 +266,16 @@ impl Frames {
 
     /// Returns both ends to 1 Mbaud after a failure at `rate`: for some time only lower rates are requested.
     fn give_up(&mut self, port: &mut impl BytePort, rate: u8) {
-        self.ceiling = rate.max(2) - 1;
-        self.penance = PENANCE;
+        self.max_rate = rate.max(2) - 1;
+        self.retry_scans = RETRY_SCANS;
         self.fall_back(port);
     }
 
     /// Requests the settings, with other values if any are configured.
     fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
-        let wish = frame::wish_payload(&self.wish);
-        let (kind, payload) = match self.wish.is_of_module() {
-            true => (FrameKind::Program, &wish[..]),
+        let payload = frame::requested_payload(&self.requested);
+        let (kind, payload) = match self.requested.is_of_module() {
+            true => (FrameKind::Program, &payload[..]),
             false => (FrameKind::Configure, &[][..]),
         };
         self.send(port, now, (kind, FrameKind::Settings), payload, timeout_us);
@@ -284,13 +284,19 @@ impl Frames {
     /// Implements [`super::RadarModule::program`].
     // Not inlined: it would lie beneath the estimator on the stack.
     #[inline(never)]
-    pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
-        self.wish = *wish;
-        self.penance = self.penance.saturating_sub(1);
-        if self.penance == 0 {
-            self.ceiling = u8::MAX;
+    pub fn program(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        requested: &RequestedSettings,
+        timeout_us: u32,
+    ) {
+        self.requested = *requested;
+        self.retry_scans = self.retry_scans.saturating_sub(1);
+        if self.retry_scans == 0 {
+            self.max_rate = u8::MAX;
         }
-        if core::mem::take(&mut self.failures) > MOST_FAILURES && self.rate > 1 {
+        if core::mem::take(&mut self.failures) > MAX_FAILURES && self.rate > 1 {
             self.give_up(port, self.rate);
         } else if self.unsure {
             self.fall_back(port);
@@ -311,8 +317,8 @@ impl Frames {
             return Poll::Pending;
         };
         match self.stage {
-            SettingsStage::Asked => self.told(port, now, result),
-            SettingsStage::Raising(rate) => self.consented(port, now, rate, result),
+            SettingsStage::Asked => self.on_settings(port, now, result),
+            SettingsStage::Raising(rate) => self.on_rate_set(port, now, rate, result),
             SettingsStage::Checking => {
                 if result.and_then(|()| self.read_settings()).is_err() {
                     self.give_up(port, self.rate);
@@ -328,7 +334,7 @@ impl Frames {
     }
 
     /// Processes the answer with the module's settings.
-    fn told(
+    fn on_settings(
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
@@ -357,7 +363,7 @@ impl Frames {
     }
 
     /// Processes the module's confirmation of another rate.
-    fn consented(
+    fn on_rate_set(
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
@@ -427,7 +433,7 @@ impl Frames {
 
     /// Returns whether chirps begin at an edge of the TRIG pin.
     fn by_pin(&self) -> bool {
-        self.wish.pin && self.ability.pin
+        self.requested.pin && self.ability.pin
     }
 
     /// Returns whether the port has taken the whole request.

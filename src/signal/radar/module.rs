@@ -51,7 +51,7 @@ pub enum ModuleKind {
 impl ModuleKind {
     /// Returns the minimum timeouts for settings and for a chirp, microseconds, that leave the module time to
     /// answer.
-    pub fn patience_us(self) -> (u32, u32) {
+    pub fn min_timeouts_us(self) -> (u32, u32) {
         match self {
             // It is observed for 160 ms, and resynchronises within the time of a chirp ([`super::sirad`]).
             ModuleKind::SiRad => (400_000, 100_000),
@@ -65,24 +65,24 @@ words!(ModuleKind: "pstr" ModuleKind::Pstr, "sirad" ModuleKind::SiRad, "bgt60" M
 settings! {
     /// Requested settings of a module. Defaults: a module's own settings, at the fastest rate.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    pub struct Wish
+    pub struct RequestedSettings
     parts {}
     rows {
-        /// Radar module that hangs on the scanner.
-        kind: ModuleKind = ModuleKind::Pstr, "module" "" [] Pace;
-        /// Swept bandwidth that the module is to be set to; 0: as the module has it, or its protocol's default.
-        bandwidth_khz: u32 = 0, "module-bandwidth" "kHz" [0 to 100_000_000] Pace;
-        /// Samples per chirp, counted as `radar-samples`, 16 to 256; 0: as the module has it.
-        samples: u16 = 0, "module-samples" "samples" [0 to 256] Pace;
-        /// Fastest rate that the wire may be raised to: 1000000, 2000000 or 3000000.
-        baud: u32 = 3_000_000, "link-rate" "baud" [1_000_000 to 3_000_000] Pace;
-        /// Whether chirps begin at an edge of TRIG, where the module can.
-        pin: bool = false, "trigger-pin" "" [] Pace;
+        /// Connected radar module.
+        kind: ModuleKind = ModuleKind::Pstr, "module" "" [] Operation;
+        /// Requested swept bandwidth; 0: the module's own setting, or its protocol's default.
+        bandwidth_khz: u32 = 0, "module-bandwidth" "kHz" [0 to 100_000_000] Operation;
+        /// Requested samples per chirp, counted as `radar-samples`, 16 to 256; 0: the module's own setting.
+        samples: u16 = 0, "module-samples" "samples" [0 to 256] Operation;
+        /// Maximum rate of the radar link: 1000000, 2000000 or 3000000.
+        baud: u32 = 3_000_000, "link-rate" "baud" [1_000_000 to 3_000_000] Operation;
+        /// Whether chirps begin at an edge of TRIG, if the module supports it.
+        pin: bool = false, "trigger-pin" "" [] Operation;
     }
     also {}
 }
 
-impl Wish {
+impl RequestedSettings {
     /// Returns whether any setting of the module itself is requested.
     pub fn is_of_module(&self) -> bool {
         self.bandwidth_khz != 0 || self.samples != 0 || self.pin
@@ -95,7 +95,7 @@ impl Wish {
 /// scanner changes.
 pub trait RadarModule {
     /// Sets the module up as requested, as far as possible, and requests its settings.
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32);
     /// Returns the answer to [`RadarModule::program`]: the module's present settings.
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
     /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001°).
@@ -125,8 +125,8 @@ pub trait RadarModule {
 
 /// Allows a module that is too large for the stack to be used by reference.
 impl<R: RadarModule + ?Sized> RadarModule for &mut R {
-    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
-        (**self).program(now, wish, timeout_us);
+    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
+        (**self).program(now, requested, timeout_us);
     }
 
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {

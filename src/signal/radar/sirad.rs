@@ -20,10 +20,10 @@ mod tests;
 
 use core::task::Poll;
 
-use super::module::{FrameError, LinkError, Wish};
+use super::module::{FrameError, LinkError, RequestedSettings};
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig, SAMPLES};
-use crate::port::{BytePort, MOST_READ};
+use crate::port::{BytePort, MAX_READ};
 use crate::time::Micros;
 pub use reader::{Reader, ReaderEvent};
 
@@ -59,7 +59,7 @@ pub struct SiRad {
     stage: SiRadStage,
     deadline: Micros,
     /// Whether the last request failed, so that answers to it may still arrive.
-    doubtful: bool,
+    resync_needed: bool,
     /// The port's count of damaged bytes at the time of the trigger.
     errors: u16,
     /// Counter of the last accepted raw frame.
@@ -69,7 +69,7 @@ pub struct SiRad {
     /// Number of values of the first measurement's raw frame.
     count: u16,
     /// Time of that frame's end.
-    whole: Micros,
+    frame_end: Micros,
 }
 
 impl SiRad {
@@ -81,28 +81,34 @@ impl SiRad {
             sent: 0,
             stage: SiRadStage::Idle,
             deadline: Micros(0),
-            doubtful: false,
+            resync_needed: false,
             errors: 0,
             counter: None,
             bandwidth_khz: 0,
             count: 0,
-            whole: Micros(0),
+            frame_end: Micros(0),
         }
     }
 
     /// Sets the module up as requested, and starts one measurement. The bandwidth is at most 7 GHz, the maker's
     /// band. The number of samples is 32, 64, 128 or 256: no more than requested, but at least 32.
-    pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
-        self.bandwidth_khz = match wish.bandwidth_khz {
+    pub fn program(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        requested: &RequestedSettings,
+        timeout_us: u32,
+    ) {
+        self.bandwidth_khz = match requested.bandwidth_khz {
             0 => command::USUAL_KHZ,
-            khz => khz.clamp(command::STEP_KHZ, command::MOST_KHZ),
+            khz => khz.clamp(command::STEP_KHZ, command::MAX_KHZ),
         };
         self.counter = None;
         self.begin(port, now, timeout_us);
         self.stage = SiRadStage::Barrier;
         for line in [
             command::system(),
-            command::baseband(command::code(wish.samples)),
+            command::baseband(command::code(requested.samples)),
             command::ramp(self.bandwidth_khz),
         ] {
             // The buffer has room for all of them.
@@ -120,7 +126,7 @@ impl SiRad {
         let Poll::Ready(answer) = self.advance(port, now, None) else {
             return Poll::Pending;
         };
-        Poll::Ready(answer.and_then(|()| self.found()))
+        Poll::Ready(answer.and_then(|()| self.measured_settings()))
     }
 
     /// Triggers one chirp. The angle is not sent.
@@ -131,9 +137,9 @@ impl SiRad {
         _shaft_angle: i32,
         timeout_us: u32,
     ) {
-        let doubtful = self.doubtful;
+        let resync = self.resync_needed;
         self.begin(port, now, timeout_us);
-        if doubtful {
+        if resync {
             self.stage = SiRadStage::Barrier;
             self.send(port, command::INFO);
         } else {
@@ -169,7 +175,7 @@ impl SiRad {
         self.out.clear();
         self.sent = 0;
         self.deadline = now.plus(timeout_us);
-        self.doubtful = true;
+        self.resync_needed = true;
     }
 
     /// Triggers a measurement and waits for its raw frame.
@@ -194,7 +200,7 @@ impl SiRad {
         }
     }
 
-    /// Reads until there is a result or no byte left, or [`MOST_READ`] bytes have been read. `samples` is
+    /// Reads until there is a result or no byte left, or [`MAX_READ`] bytes have been read. `samples` is
     /// `None` for the first measurement.
     fn advance(
         &mut self,
@@ -206,7 +212,7 @@ impl SiRad {
         if self.stage == SiRadStage::Idle {
             return Poll::Ready(Err(LinkError::Timeout));
         }
-        for _ in 0..MOST_READ {
+        for _ in 0..MAX_READ {
             let Some(byte) = port.read() else { break };
             let Some(event) = self.reader.push(byte) else {
                 continue;
@@ -222,7 +228,7 @@ impl SiRad {
                 return self.finish(result);
             }
         }
-        if self.stage == SiRadStage::Alone && now.reached(self.whole.plus(ALONE_US)) {
+        if self.stage == SiRadStage::Alone && now.reached(self.frame_end.plus(ALONE_US)) {
             return self.finish(Ok(()));
         }
         if now.reached(self.deadline) {
@@ -233,7 +239,7 @@ impl SiRad {
 
     fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
         self.stage = SiRadStage::Idle;
-        self.doubtful = result.is_err();
+        self.resync_needed = result.is_err();
         Poll::Ready(result)
     }
 
@@ -255,11 +261,15 @@ impl SiRad {
             ReaderEvent::Raw(counter, count) => self.raw(port, now, (counter, count), samples),
             ReaderEvent::Broken => Some(Err(LinkError::Frame(FrameError::Crc))),
             ReaderEvent::Bandwidth(steps) => {
-                let told = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
+                let reported_khz = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
                 if samples.is_none() {
                     // A value above the requested bandwidth is invalid: the frame then has another format than
                     // assumed.
-                    self.bandwidth_khz = if told <= self.bandwidth_khz { told } else { 0 };
+                    self.bandwidth_khz = if reported_khz <= self.bandwidth_khz {
+                        reported_khz
+                    } else {
+                        0
+                    };
                 }
                 None
             }
@@ -290,14 +300,14 @@ impl SiRad {
             Some(samples) if usize::from(count) == 2 * samples.len() => Some(Ok(())),
             Some(_) => Some(Err(LinkError::Answer)),
             None => {
-                (self.stage, self.count, self.whole) = (SiRadStage::Alone, count, now);
+                (self.stage, self.count, self.frame_end) = (SiRadStage::Alone, count, now);
                 None
             }
         }
     }
 
     /// Returns the settings by the first measurement.
-    fn found(&self) -> Result<RadarConfig, LinkError> {
+    fn measured_settings(&self) -> Result<RadarConfig, LinkError> {
         let samples = self.count / 2;
         if !self.count.is_multiple_of(2) || !SAMPLES.contains(&samples) || self.bandwidth_khz == 0 {
             return Err(LinkError::Answer);
@@ -313,7 +323,7 @@ impl SiRad {
     }
 }
 
-const _: () = assert!(2 * MAX_SAMPLES as u64 * command::MOST_KHZ as u64 <= u32::MAX as u64);
+const _: () = assert!(2 * MAX_SAMPLES as u64 * command::MAX_KHZ as u64 <= u32::MAX as u64);
 
 impl Default for SiRad {
     fn default() -> Self {

@@ -145,7 +145,7 @@ pub(super) fn finish_any<A: Arithmetic, B: Bin>(
 
 /// Repeats the last stage of [`finish`] with complex bins as output: its input is still in one of the two
 /// buffers. Returns the buffer with the bins.
-pub(super) fn last_again<'b, A: Arithmetic>(
+pub(super) fn last_stage_complex<'b, A: Arithmetic>(
     data: &'b mut [Packed],
     spare: &'b mut [Packed],
 ) -> &'b [Packed] {

@@ -72,11 +72,11 @@ pub struct RowStats {
     /// Level at the mirror's negative frequency, where an I/Q imbalance shows an image of its echo, map units.
     pub image: u8,
     /// Level of the strongest self-echo of the scanner, leakage or mirror, map units.
-    pub inside: u8,
+    pub self_echo: u8,
     /// Level of the strongest bin between the mirror's echo and the first kept bin, map units.
-    pub near: u8,
+    pub before_window: u8,
     /// Number of CA-CFAR detections.
-    pub hits: u16,
+    pub detections: u16,
 }
 
 impl RowStats {
@@ -89,9 +89,9 @@ impl RowStats {
         mirror_echo: 0,
         mirror_place: 0,
         image: 0,
-        inside: 0,
-        near: 0,
-        hits: 0,
+        self_echo: 0,
+        before_window: 0,
+        detections: 0,
     };
 }
 
@@ -154,9 +154,9 @@ pub struct Processor<A> {
     /// Bins of the image of the mirror's echo, at its negative frequency.
     image: BinWindow,
     /// All bins up to the end of `mirror` except bin 0, which holds no echo.
-    inside: BinWindow,
+    self_echo: BinWindow,
     /// Bins between the end of `mirror` and the kept ones.
-    near: BinWindow,
+    before_window: BinWindow,
     /// Offset from log2 of a mantissa's power to the reference level, 1/256 octave, without gain and exponent.
     offset: i32,
     cfar: Cfar,
@@ -178,8 +178,8 @@ impl<A: Arithmetic> Processor<A> {
             mirror: BinWindow { first: 0, count: 0 },
             mirror_at: 0,
             image: BinWindow { first: 0, count: 0 },
-            inside: BinWindow { first: 0, count: 0 },
-            near: BinWindow { first: 0, count: 0 },
+            self_echo: BinWindow { first: 0, count: 0 },
+            before_window: BinWindow { first: 0, count: 0 },
             offset: 0,
             cfar: Cfar::empty(),
             power: [0; MAX_SAMPLES],
@@ -255,8 +255,8 @@ impl<A: Arithmetic> Processor<A> {
             0 => BinWindow::default(),
             _ => window(mirrored(end) + 1, mirrored(self.mirror.first) + 1),
         };
-        self.inside = window(1, end);
-        self.near = window(end + NEAR_GAP_BINS, kept.first);
+        self.self_echo = window(1, end);
+        self.before_window = window(end + NEAR_GAP_BINS, kept.first);
         let FrontEnd { points, window, .. } = &mut self.front_end;
         *points = radar.fft_len();
         match radar.real {
@@ -284,7 +284,7 @@ impl<A: Arithmetic> Processor<A> {
         let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
         log::fill_cells(self.kept.of(power), offset, row.cells);
         self.cfar.detect::<A>(self.kept.of(power), row.mask);
-        let hits = self.keep(power, row.mask);
+        let detections = self.keep(power, row.mask);
         let cell = |p: u32| log::to_cell(log::log2_fine(p) + offset);
         let strongest = |bins: BinWindow| bins.of(power).iter().copied().max().map_or(0, cell);
         Ok(RowStats {
@@ -295,9 +295,9 @@ impl<A: Arithmetic> Processor<A> {
             mirror_echo: strongest(self.mirror),
             mirror_place: self.mirror_place(offset),
             image: strongest(self.image),
-            inside: strongest(self.inside),
-            near: strongest(self.near),
-            hits,
+            self_echo: strongest(self.self_echo),
+            before_window: strongest(self.before_window),
+            detections,
         })
     }
 
@@ -348,11 +348,11 @@ impl<A: Arithmetic> Processor<A> {
             .zip(self.cfar.run(self.kept.of(power)))
         {
             *to = to_fine(cell.log_threshold().saturating_add(offset));
-            if let Some(word) = profile.hits.get_mut(k / 32) {
+            if let Some(word) = profile.detection_bits.get_mut(k / 32) {
                 *word |= u32::from(cell.is_hit()) << (k % 32);
             }
         }
-        self.keep(power, &mut profile.hits);
+        self.keep(power, &mut profile.detection_bits);
         Ok(())
     }
 
@@ -376,7 +376,7 @@ impl<A: Arithmetic> Processor<A> {
     /// images.
     fn keep(&self, power: &[u32], mask: &mut [u32]) -> u16 {
         match self.front_end.window.is_real() {
-            false => without_images(power, self.kept, mask),
+            false => remove_images(power, self.kept, mask),
             true => mask.iter().map(|word| word.count_ones() as u16).sum(),
         }
     }
@@ -440,7 +440,7 @@ impl FrontEnd {
         ) else {
             return 0;
         };
-        let seen = window::open::<A, N>(chirp, levels, &self.window, data);
+        let seen = window::window_and_first_stage::<A, N>(chirp, levels, &self.window, data);
         fft::finish::<A, B, N>(data, spare, bins, seen)
     }
 }
@@ -463,7 +463,7 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
 
 /// Removes the detections that are no stronger than the possible I/Q image of the echo at their negative
 /// frequency (the mirror's own echo, for example); returns the number of the others.
-fn without_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
+fn remove_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;
     for (first, word) in (usize::from(kept.first)..).step_by(32).zip(mask) {

@@ -13,7 +13,7 @@ pub struct Profile {
     pub(super) power: [i16; MAX_SAMPLES],
     pub(super) threshold: [i16; MAX_SAMPLES],
     /// Detections: bit k % 32 of word k / 32 for kept bin k.
-    pub(super) hits: [u32; MAX_SAMPLES / 32],
+    pub(super) detection_bits: [u32; MAX_SAMPLES / 32],
     points: usize,
     kept: BinWindow,
 }
@@ -32,7 +32,7 @@ impl Default for Profile {
         Self {
             power: [0; MAX_SAMPLES],
             threshold: [0; MAX_SAMPLES],
-            hits: [0; MAX_SAMPLES / 32],
+            detection_bits: [0; MAX_SAMPLES / 32],
             points: 0,
             kept: BinWindow::default(),
         }
@@ -50,7 +50,7 @@ impl Profile {
     pub(super) fn clear(&mut self, points: usize, kept: BinWindow) {
         self.points = points.min(MAX_SAMPLES);
         self.kept = kept;
-        self.hits.fill(0);
+        self.detection_bits.fill(0);
         self.threshold.fill(i16::MAX);
     }
 
@@ -88,7 +88,7 @@ impl Profile {
     /// Returns whether `bin` exceeds its threshold.
     pub fn is_hit(&self, bin: usize) -> bool {
         bin.checked_sub(self.kept.first.into())
-            .and_then(|k| Some(self.hits.get(k / 32)? >> (k % 32) & 1 != 0))
+            .and_then(|k| Some(self.detection_bits.get(k / 32)? >> (k % 32) & 1 != 0))
             .unwrap_or(false)
     }
 

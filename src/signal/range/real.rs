@@ -64,8 +64,8 @@ pub fn transform<A: Arithmetic, B: Bin>(
     let exponent = fft::finish_any::<A, B>(data, spare, bins, seen);
     let all = bins.iter().fold(0, |all, bin| all | bin.power::<A>());
     let half = all >= LARGE;
-    let z = fft::last_again::<A>(data, spare);
-    untangle::<A, B>(z, half, bins);
+    let z = fft::last_stage_complex::<A>(data, spare);
+    combine_even_odd::<A, B>(z, half, bins);
     exponent + i32::from(half)
 }
 
@@ -108,7 +108,7 @@ fn first_stage<A: Arithmetic>(src: &mut [Packed], dst: &mut [Packed]) -> Headroo
 
 /// Combines the transforms of even and odd values into that of all values, or into half of it.
 #[inline(always)]
-fn untangle<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut [B]) {
+fn combine_even_odd<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut [B]) {
     let step = MAX_SAMPLES / z.len().max(1);
     let (low, high) = z.split_at(z.len() / 2);
     let (low_bins, high_bins) = halves(bins);

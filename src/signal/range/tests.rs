@@ -276,7 +276,7 @@ fn leakage_mirror_and_wrapping_never_become_targets() {
     let mut hits = 0;
     for _ in 0..500 {
         let (_, _, stats) = row_of(&mut processor, &scene(&[], 5.0, &mut random));
-        hits += u32::from(stats.hits);
+        hits += u32::from(stats.detections);
         // The echo of 1500 of 32768 is 26.8 dB below full scale: 71 map units.
         assert!((i32::from(stats.mirror_echo) - (247 - 71)).abs() <= 4);
         assert_eq!(stats.saturated, 0);
@@ -319,7 +319,7 @@ fn rows_and_profiles_agree() {
         assert_eq!(mask[k / 32] >> (k % 32) & 1 != 0, profile.is_hit(first + k));
     }
     let ones: u32 = mask.iter().map(|w| w.count_ones()).sum();
-    assert_eq!(ones, u32::from(stats.hits));
+    assert_eq!(ones, u32::from(stats.detections));
     assert!(ones >= 4);
 }
 
@@ -328,7 +328,7 @@ fn faults_of_the_converter_show() {
     let mut processor = usual();
     let (cells, _, stats) = row_of(&mut processor, &[Iq::new(77, -5); 200]);
     assert!(cells.iter().all(|&c| c == 0));
-    assert_eq!((stats.hits, stats.mirror_echo), (0, 0));
+    assert_eq!((stats.detections, stats.mirror_echo), (0, 0));
     assert!(stats.swing <= 1);
     let mut chirp = [Iq::default(); 200];
     chirp[3] = Iq::new(i16::MIN, 0);
@@ -447,7 +447,7 @@ proptest! {
         let chirp: Vec<_> = (0..ns).map(|n| samples[n % period]).collect();
         let mut processor = bare(SIZES[size]);
         let (cells, _, stats) = row_of(&mut processor, &chirp);
-        prop_assert!(usize::from(stats.hits) <= cells.len());
+        prop_assert!(usize::from(stats.detections) <= cells.len());
         // The powers are below the bound of the overflow argument, and the total agrees with the reference
         // within the precision of 16 bits normalised before the window.
         prop_assert!(processor.power.iter().all(|&p| p < 1 << 30));

@@ -296,7 +296,7 @@ impl Weigher {
 /// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples a quarter of
 /// the transform apart. Taps in the zero padding are left out.
 #[inline(never)]
-pub fn open<A: Arithmetic, const N: usize>(
+pub fn window_and_first_stage<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
     levels: &ChirpLevels,
     window: &Window,

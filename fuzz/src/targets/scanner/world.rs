@@ -19,7 +19,8 @@ use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
 use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 use stairscan::verdict::{
-    Conditions, Ending, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+    Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, HazardKind,
+    MotionQuality, Outcome,
 };
 
 /// Settings of the module: few samples, so that a scan is short.
@@ -317,11 +318,11 @@ impl Board for Shared {
         self.0.borrow_mut().stopped = stopped;
     }
 
-    fn settings_before(&self) -> Option<u32> {
+    fn retained_settings_hash(&self) -> Option<u32> {
         None
     }
 
-    fn note_settings(&mut self, _: u32) {}
+    fn retain_settings_hash(&mut self, _: u32) {}
 
     fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
         match self.0.borrow().broken {
@@ -330,7 +331,7 @@ impl Board for Shared {
         }
     }
 
-    fn survived(&mut self) {}
+    fn clear_crashes(&mut self) {}
 
     fn measure(&self, _: Measure) -> u32 {
         0
@@ -392,14 +393,14 @@ impl DataPath for Rows {
             self.seen.iter().all(|&seen| seen),
             "concluded without all rows"
         );
-        let mut sight = Sight {
-            heard: true,
-            ..Sight::nothing(Agreement::STANDING)
+        let mut sight = Assessment {
+            echo_found: true,
+            ..Assessment::nothing(Agreement::STANDING)
         };
         let mut outcome = Outcome::silent();
         match self.world.0.borrow().verdict % 3 {
             0 => {}
-            1 => sight.heard = false,
+            1 => sight.echo_found = false,
             _ => {
                 outcome.answer.direction = Direction::Up;
                 while outcome.answer.steps.push(Step::default()).is_ok() {}
@@ -407,26 +408,26 @@ impl DataPath for Rows {
         }
         outcome.decide(&Evidence {
             conditions,
-            sight: Some(sight),
+            assessment: Some(sight),
             ..Evidence::default()
         });
         outcome
     }
 
-    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
         assert!(
             self.seen.iter().all(|&seen| seen),
             "a guard's word without all rows"
         );
         let ground = FreeGround {
             free_m: 0.9,
-            ending: Ending::Rise,
+            hazard: HazardKind::Rise,
             confidence: 0.999,
         };
         let verdict = self.world.0.borrow().verdict;
-        GuardWord::new(&GuardEvidence {
-            heard: verdict % 3 != 1,
-            motion: MotionDoubt::of(drive),
+        GuardResult::new(&GuardEvidence {
+            echo_found: verdict % 3 != 1,
+            motion: MotionQuality::of(drive),
             conditions,
             ground: Some(ground).filter(|_| !verdict.is_multiple_of(3)),
             ..GuardEvidence::default()

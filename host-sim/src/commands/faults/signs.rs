@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use stairscan::health::{Expected, Sign};
+use stairscan::health::{CheckResult, Expected};
 use stairscan::infer::Likelihood;
-use stairscan::mount::{Calibration, Floor};
+use stairscan::mount::{Calibration, GroundEvidence};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::Params;
 use stairscan::signal::echoes::Lobes;
@@ -43,7 +43,7 @@ const BELIEVING: Params = Params {
 /// Observer of the checks of ground, mounting and beam.
 #[derive(Default)]
 struct Witness {
-    floor: Option<Floor>,
+    floor: Option<GroundEvidence>,
     lobes: Option<Lobes>,
     calibration: Option<Calibration>,
 }
@@ -74,7 +74,7 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
         let believing = Likelihood::with(&BELIEVING);
         let drive = &scanned.drive;
         let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut seen);
-        let blind = health.verdict(config.mount.mirror_offset > 0).is_some();
+        let blind = health.fault(config.mount.mirror_offset > 0).is_some();
         let trusted = !blind && outcome.status() == Status::Ok;
         let mut add = |name: String, value: f64, alarm| {
             found.push((
@@ -86,27 +86,27 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
                 },
             ));
         };
-        health.signs(
+        health.report_checks(
             scanned.config,
             map,
             Expected::default(),
-            &mut |sign: Sign| {
+            &mut |sign: CheckResult| {
                 let unit = f64::from(sign.limit.max(1));
-                let value = f64::from(sign.seen) / unit;
+                let value = f64::from(sign.value) / unit;
                 add(
                     sign.reason.as_str().to_owned(),
                     value,
-                    sign.seen > sign.limit,
+                    sign.value > sign.limit,
                 );
             },
         );
         if let Some(floor) = seen.floor {
-            let more = floor.elsewhere - floor.here;
+            let more = floor.other - floor.configured;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
             add("mount, floor".to_owned(), value, !floor.in_place(p));
         }
         if let Some(found) = seen.calibration {
-            let value = f64::from(found.strain) / f64::from(p.calibration_strain);
+            let value = f64::from(found.chi_square) / f64::from(p.calibration_strain);
             add("mount, calibration".to_owned(), value, !found.fits(p));
         }
         if let Some(lobes) = seen.lobes {

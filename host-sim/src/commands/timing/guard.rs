@@ -6,7 +6,7 @@ use stairscan::config::Plane;
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::any::row_times;
-use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::signal::radar::wire::{RowTimes, Wire};
 
 /// Converts microseconds to milliseconds.
@@ -154,11 +154,11 @@ pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
         let link = format!("{:.1} Mbaud", f64::from(wire.baud) / 1e6);
         (("pstr", link), wire.row_times(samples))
     });
-    let wish = Wish {
+    let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
-        ..Wish::DEFAULT
+        ..RequestedSettings::DEFAULT
     };
-    let chip = row_times(&wish, samples).map(|times| (("bgt60", "SPI".into()), times));
+    let chip = row_times(&requested, samples).map(|times| (("bgt60", "SPI".into()), times));
     let mut times: Vec<GuardTime> = serial
         .chain(chip)
         .filter_map(|(names, times)| GuardTime::passing(&settings, &schedule, names, times))

@@ -3,7 +3,7 @@
 use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
-use stairscan::model::LEAST_DB;
+use stairscan::model::MIN_DB;
 
 /// Weight of the Gaussian core of the density with tails: see `stairscan::model::tailed`.
 const CORE: f64 = 0.92;
@@ -37,7 +37,7 @@ pub fn above(z: f64) -> f64 {
 /// Density of a level, truncated at the detection threshold.
 pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
     let z = (snr_db - mean) / sigma;
-    let tail = above((f64::from(LEAST_DB) - mean) / sigma).max(LEAST_TAIL);
+    let tail = above((f64::from(MIN_DB) - mean) / sigma).max(LEAST_TAIL);
     (1.0 - flat) * (-0.5 * z * z).exp_portable() / (TAU.sqrt() * sigma * tail) + flat / FLAT_DB
 }
 

@@ -4,7 +4,7 @@ use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
 use super::labels::{Hit, Level};
-use stairscan::model::{Class, LEAST_DB};
+use stairscan::model::{Class, MIN_DB};
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 
 use super::climb::{Peak, Prior, climb};
@@ -354,7 +354,7 @@ fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<N
     });
     p.rate = told.number("rate", peak.at[0], peak.errors[0]);
     if class == NOISE {
-        let above = samples.iter().map(|s| f64::from(s.0.snr_db - LEAST_DB));
+        let above = samples.iter().map(|s| f64::from(s.0.snr_db - MIN_DB));
         let count = samples.len().max(1) as f64;
         let mean = (above.sum::<f64>() / count).max(floor::NOISE_DB);
         p.snr_sigma_db = told.number("snr sigma dB", mean, mean / count.sqrt());

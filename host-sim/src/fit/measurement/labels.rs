@@ -10,8 +10,8 @@ use std::ops::Deref;
 use heapless::Vec;
 use stairscan::math;
 use stairscan::model::{
-    BEHIND_M, Class, FeaturePlace, LEAST_SEEN, MAX_SEEN, MAX_STEPS, MOST_SEEN, Model, NEAR, Seen,
-    Staircase, before, logistic,
+    BEHIND_M, Class, FeaturePlace, MAX_MODEL_ECHOES, MAX_P_DETECTED, MAX_STEPS, MIN_P_DETECTED,
+    Model, ModelEcho, NEAR, Staircase, excess_level, logistic,
 };
 use stairscan::params::generative::EXTENDED;
 use stairscan::params::posterior as number;
@@ -119,7 +119,7 @@ impl Labeller<'_, '_> {
         for k in 0..=s.len() {
             self.claim(s, k, &mut claims);
         }
-        let mut owner = [None; MAX_SEEN];
+        let mut owner = [None; MAX_MODEL_ECHOES];
         for (i, claim) in claims.iter().enumerate() {
             let Some((echo, share)) = claim.echo.filter(|e| self.most(s, e.0, e.1)) else {
                 continue;
@@ -156,7 +156,7 @@ impl Labeller<'_, '_> {
     }
 
     /// Returns the index of the riser behind the tread below an echo.
-    fn tread_of(&self, s: &Staircase, e: &Seen) -> usize {
+    fn tread_of(&self, s: &Staircase, e: &ModelEcho) -> usize {
         let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
         (0..s.len()).take_while(behind).count()
     }
@@ -180,8 +180,9 @@ impl Labeller<'_, '_> {
                 continue;
             };
             let q = self.expected_q(place.range_m);
-            let odds = p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0);
-            let seen = logistic(odds).clamp(LEAST_SEEN, MOST_SEEN);
+            let odds =
+                p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.separation_cells - 1.0);
+            let seen = logistic(odds).clamp(MIN_P_DETECTED, MAX_P_DETECTED);
             let mut gains = [0f32; NEAR];
             for ((e, gain), used) in near.iter().zip(&mut gains).zip(&used) {
                 let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
@@ -190,7 +191,10 @@ impl Labeller<'_, '_> {
             }
             let z = 1.0 - seen + gains.iter().sum::<f32>();
             for (used, gain) in used.iter_mut().zip(&gains) {
-                *used = math::min(*used + number::MOST_USED * gain / z, number::MOST_USED);
+                *used = math::min(
+                    *used + number::MAX_USED_SHARE * gain / z,
+                    number::MAX_USED_SHARE,
+                );
             }
             let shares = gains.iter().enumerate();
             let most = shares.max_by(|a, b| a.1.total_cmp(b.1));
@@ -207,12 +211,12 @@ impl Labeller<'_, '_> {
         s: &Staircase,
         k: usize,
         claims: &[Claim],
-        owner: &[Option<(usize, f32)>; MAX_SEEN],
+        owner: &[Option<(usize, f32)>; MAX_MODEL_ECHOES],
         tell: &mut dyn FnMut(Sample),
     ) {
         let (mut riser, mut nothing) = (None, true);
         for (i, claim) in claims.iter().enumerate().filter(|(_, c)| c.riser == k) {
-            let echo = claim.echo.map_or(MAX_SEEN, |e| e.0);
+            let echo = claim.echo.map_or(MAX_MODEL_ECHOES, |e| e.0);
             let mine = owner.get(echo).copied().flatten().is_some_and(|o| o.0 == i);
             let e = self.echoes.get(echo).filter(|_| mine);
             let q = self.expected_q(claim.place.range_m);
@@ -220,7 +224,7 @@ impl Labeller<'_, '_> {
                 class: claim.place.class,
                 riser: k,
                 q,
-                room: claim.place.room,
+                room: claim.place.separation_cells,
                 hit: e.map(|e| self.hit(s, k, &claim.place, e)),
             });
             nothing &= e.is_none();
@@ -230,13 +234,13 @@ impl Labeller<'_, '_> {
             tell(Sample::Riser {
                 q,
                 hidden,
-                before: before(self.shown(s, k)),
+                before: excess_level(self.level_before(s, k)),
                 nothing,
             });
         }
     }
 
-    fn hit(&self, s: &Staircase, k: usize, place: &FeaturePlace, e: &Seen) -> (Hit, Level) {
+    fn hit(&self, s: &Staircase, k: usize, place: &FeaturePlace, e: &ModelEcho) -> (Hit, Level) {
         let cos = e.x_m / e.range_m;
         let (low, top) = self.face_span(s, k);
         let (x, y) = (place.x_m, place.y_m - self.height_m);
@@ -264,14 +268,14 @@ impl Labeller<'_, '_> {
         (hit, level)
     }
 
-    fn tell_extended(&self, s: &Staircase, e: &Seen, tell: &mut dyn FnMut(Sample)) {
+    fn tell_extended(&self, s: &Staircase, e: &ModelEcho, tell: &mut dyn FnMut(Sample)) {
         let k = self.tread_of(s, e);
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let class = largest.map_or(EXTENDED - 1, |(class, _)| class);
-        let up = e.across_m * e.x_m / math::max(e.range_m, number::LEAST_RANGE_M);
+        let up = e.across_m * e.x_m / math::max(e.range_m, number::MIN_RANGE_M);
         let along =
-            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, number::LEAST_RANGE_M);
+            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, number::MIN_RANGE_M);
         let mut level = Level {
             snr_db: e.snr_db,
             fade_db: 0.0,

@@ -99,7 +99,7 @@ fn label(sighting: &Sighting, g: &Generative) -> Option<Labelled> {
         q: model.q(),
         exposure,
         samples,
-        likelihood: model.whole(&flight).into(),
+        likelihood: model.log_likelihood(&flight).into(),
     })
 }
 
@@ -130,7 +130,10 @@ pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
             let truth = standing(&model, &sighting.truth, sighting.build)?;
             (!sighting.truth.steps.is_empty()).then(|| {
                 let seen = sighting.truth.steps.len();
-                (f64::from(model.whole(&truth)), costs(&model, &truth, seen))
+                (
+                    f64::from(model.log_likelihood(&truth)),
+                    costs(&model, &truth, seen),
+                )
             })
         })
         .collect();
@@ -151,9 +154,9 @@ pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
 fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
     let mut truth = *truth;
     while truth.len() > seen {
-        truth = truth.less_last();
+        truth = truth.without_last();
     }
-    let of = |s: &Staircase| f64::from(model.whole(s));
+    let of = |s: &Staircase| f64::from(model.log_likelihood(s));
     let here = of(&truth);
     let n = truth.len();
     let odd = |by: f32| {
@@ -174,7 +177,7 @@ fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
     let more = truth.with(n, truth.x(last) + going, truth.level(n) + rise);
     let rivals = [
         vec![of(&nothing)],
-        vec![of(&truth.less_last())],
+        vec![of(&truth.without_last())],
         vec![of(&more)],
         vec![odd(ODD_M), odd(-ODD_M)],
     ];

@@ -72,7 +72,7 @@ pub fn write(g: &Generative) -> String {
     let mut out = String::from(
         "//! The measurement model, counted from simulated scans: written by `cargo sim fit`.\n\n\
          use super::generative::{Extended, Generative, Hidden, Point, TreadEnd, TreadNumbers};\n\n\
-         /// Of both planes.\npub static MODEL: Generative = Generative {\n    points: [\n",
+         /// Parameters of both planes.\npub static MODEL: Generative = Generative {\n    points: [\n",
     );
     for (p, name) in g.points.iter_mut().zip(POINT_NAMES) {
         entry(&mut out, "Point", name, &point(p));

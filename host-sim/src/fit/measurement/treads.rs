@@ -342,10 +342,10 @@ fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     let numbers: &'static TreadNumbers = Box::leak(Box::new(numbers));
     let of = |scan: &SeenScan<'_>| {
         let mut model = Descending::new(numbers);
-        model.take(&scan.sighting.echoes, scan.sighting.view);
+        model.set_echoes(&scan.sighting.echoes, scan.sighting.view);
         let below = scan.treads.iter().skip(1).take(MAX_TREADS);
         let treads: Vec<_> = below.map(|t| model.tread(t.y_m as f32)).collect();
-        model.look(&treads);
+        model.evaluate(&treads);
         let edges = scan.treads.iter().take(treads.len()).enumerate();
         let errors = edges.map(|(k, upper)| {
             let place = model.place(treads.len(), k);

@@ -48,7 +48,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> String {
         reasons,
         horizon: None,
         confidence: None,
-        maybes: 0,
+        possible_steps: 0,
         settings: 7,
         drops: 0,
         plane: None,

@@ -362,8 +362,8 @@ impl DataPath for Data {
         crate::verdict::Outcome::silent()
     }
 
-    fn guard(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::GuardWord {
-        crate::verdict::GuardWord::new(&crate::verdict::GuardEvidence::default())
+    fn guard(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::GuardResult {
+        crate::verdict::GuardResult::new(&crate::verdict::GuardEvidence::default())
     }
 
     fn calibrate(&mut self, _: f32) -> Result<Mounting, ConfigError> {
@@ -482,7 +482,7 @@ impl Bench {
             number: 1,
             plane: settings.config.mount.plane.first(),
             guard: false,
-            running: false,
+            mirror_moving: false,
         };
         let (start, asked) = (time(), self.world.0.borrow().now);
         let began = Sweep::start(start, settings, task, backward, &mut mirror, &mut link);
@@ -490,7 +490,7 @@ impl Bench {
         let (mut fired, mut polls) = (Vec::new(), 0_usize);
         let fault = loop {
             let polled = sweep.poll(time(), &mut mirror, &mut link, &mut data);
-            fired.extend(sweep.fired().map(|(row, at)| (row, at.since(start))));
+            fired.extend(sweep.triggered().map(|(row, at)| (row, at.since(start))));
             if let Poll::Ready(rows) = polled {
                 assert_eq!(usize::from(rows.lost), data.lost.len());
                 break rows.fault;

@@ -7,17 +7,17 @@ use super::bench::{MHZ, Shared};
 use crate::Iq;
 use crate::config::RadarConfig;
 use crate::signal::radar::any::row_times;
-use crate::signal::radar::module::{LinkError, ModuleKind, RadarModule, Wish};
+use crate::signal::radar::module::{LinkError, ModuleKind, RadarModule, RequestedSettings};
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
 /// Returns the row times of the driver.
 fn times() -> RowTimes {
-    let wish = Wish {
+    let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
-        ..Wish::DEFAULT
+        ..RequestedSettings::DEFAULT
     };
-    row_times(&wish, 0).unwrap()
+    row_times(&requested, 0).unwrap()
 }
 
 /// The chip on its bus.
@@ -37,7 +37,7 @@ impl SpiChip {
 }
 
 impl RadarModule for SpiChip {
-    fn program(&mut self, _: Micros, _: &Wish, _: u32) {}
+    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {}
 
     fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
         Poll::Ready(Ok(RadarConfig::default()))

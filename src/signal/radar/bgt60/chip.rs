@@ -156,7 +156,7 @@ const FIXED: [(Address, u32); 13] = [
 
 /// Returns a mask of the bits of a register that read back as written; the others belong to the state machine
 /// or clear themselves.
-pub fn holds(address: Address) -> u32 {
+pub fn readback_mask(address: Address) -> u32 {
     let other = match address {
         MAIN => 0xf,
         // OSCCLKEN, RFILTSEL.
@@ -313,9 +313,9 @@ mod tests {
 
     #[test]
     fn bandwidth_comes_as_near_as_the_slope_can_be_set() {
-        for (wish, pairs, least) in [(4_000_000, 128, 0.99), (2_500_000, 200, 0.99)] {
-            let radar = ChirpShape::of(wish, pairs).radar();
-            let share = f64::from(radar.bandwidth_khz) / f64::from(wish);
+        for (requested, pairs, least) in [(4_000_000, 128, 0.99), (2_500_000, 200, 0.99)] {
+            let radar = ChirpShape::of(requested, pairs).radar();
+            let share = f64::from(radar.bandwidth_khz) / f64::from(requested);
             assert!((least..=1.0).contains(&share), "{radar:?}");
         }
         let widest = ChirpShape::of(0, 0).radar();

@@ -62,9 +62,9 @@ fn samples_lie_left_and_the_ends_are_full_scale() {
 fn a_dead_bus_has_nobody_at_its_end() {
     for byte in [0x00, 0xff] {
         let (mut chip, mut spi) = (Bgt60::new(), Babble::new(vec![byte]));
-        chip.program(&mut spi, Micros(0), &Wish::DEFAULT, 100_000);
+        chip.program(&mut spi, Micros(0), &RequestedSettings::DEFAULT, 100_000);
         let answer = chip.settings(&mut spi, Micros(1));
-        assert_eq!(answer, Poll::Ready(Err(LinkError::Module(STRANGER))));
+        assert_eq!(answer, Poll::Ready(Err(LinkError::Module(WRONG_CHIP))));
     }
 }
 
@@ -75,11 +75,11 @@ proptest! {
         (bandwidth_khz, samples) in (any::<u32>(), any::<u16>()),
         (holds, step) in (0..600usize, 0u32..5_000),
     ) {
-        let wish = Wish { bandwidth_khz, samples, ..Wish::DEFAULT };
+        let requested = RequestedSettings { bandwidth_khz, samples, ..RequestedSettings::DEFAULT };
         let (mut chip, mut spi) = (Bgt60::new(), Babble::new(bytes));
         let mut iq = vec![Iq::default(); holds];
         let mut now = Micros(u32::MAX - 10_000);
-        chip.program(&mut spi, now, &wish, 100_000);
+        chip.program(&mut spi, now, &requested, 100_000);
         for _ in 0..100 {
             now = now.plus(step);
             let _ = chip.settings(&mut spi, now);
@@ -91,6 +91,6 @@ proptest! {
                 let _ = chip.poll(&mut spi, now, &mut iq);
             }
         }
-        prop_assert!(spi.longest <= COMMAND + WORD * PIECE);
+        prop_assert!(spi.longest <= COMMAND + WORD * BURST_WORDS);
     }
 }

@@ -43,7 +43,7 @@ const NOW: Micros = Micros(u32::MAX - 5);
 fn request_goes_out_in_pieces_and_settings_come_back() {
     let mut link = link();
     link.port.room = 5;
-    link.program(NOW, &Wish::DEFAULT, 100_000);
+    link.program(NOW, &RequestedSettings::DEFAULT, 100_000);
     // First the break, in case the module is at another rate, and a pause for the change of its rate.
     assert!(link.settings(NOW).is_pending());
     assert_eq!(link.port.outgoing, [0, 0]);
@@ -88,7 +88,7 @@ fn two_under_way() -> FrameLink<Wire> {
     link.frames.unsure = false;
     link.trigger(NOW, 0, 1000);
     assert!(!link.trigger_ahead(NOW, 0, 1000), "it never said it could");
-    link.program(NOW, &Wish::DEFAULT, 1000);
+    link.program(NOW, &RequestedSettings::DEFAULT, 1000);
     let ability = Ability {
         ahead: true,
         ..Ability::NONE
@@ -160,7 +160,7 @@ fn a_lost_chirp_costs_its_own_row_alone() {
     let mut link = two_under_way();
     answer(&mut link, FrameKind::Chirp, 2, &TWO);
     assert_eq!(link.poll(NOW, &mut samples), lost);
-    link.program(NOW, &Wish::DEFAULT, 1000);
+    link.program(NOW, &RequestedSettings::DEFAULT, 1000);
     assert!(link.settings(NOW).is_pending());
 }
 
@@ -182,11 +182,11 @@ fn a_module_that_never_falls_silent_is_a_timeout() {
     let mut link = FrameLink::new(Babble(0));
     let mut samples = [Iq::default(); 2];
     link.trigger(NOW, 0, 1000);
-    assert!(link.port.0 <= u64::from(MOST_READ));
+    assert!(link.port.0 <= u64::from(MAX_READ));
     while link.poll(NOW.plus(999), &mut samples).is_pending() && link.port.0 < 1 << 20 {}
     let late = link.poll(NOW.plus(1000), &mut samples);
     assert!(matches!(late, Poll::Ready(Err(_))), "{late:?}");
-    assert!(link.port.0 <= (1 << 20) + u64::from(2 * MOST_READ));
+    assert!(link.port.0 <= (1 << 20) + u64::from(2 * MAX_READ));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! the bits is that of firmware 1.4 (System & Protocol Description 2.4, command frames); reserved bits are 0.
 
 /// Maximum bandwidth that can be requested, kHz: the band of the chip, about 119 to 126 GHz.
-pub const MOST_KHZ: u32 = 7_000_000;
+pub const MAX_KHZ: u32 = 7_000_000;
 /// Default bandwidth, kHz: that of the kit's own captures, and below the result of its `!K`.
 pub const USUAL_KHZ: u32 = 6_000_000;
 /// Resolution of the bandwidth, kHz.
@@ -13,7 +13,7 @@ pub const STEP_KHZ: u32 = 2_000;
 /// Minimum number of samples of a ramp; a code counts its doublings.
 const FEWEST: u16 = 32;
 /// Code of 256 samples, the maximum of a chirp.
-const MOST_CODE: u32 = 3;
+const MAX_SAMPLES_CODE: u32 = 3;
 
 /// A command with 32 bits, as it is sent.
 pub type CommandLine = [u8; 12];
@@ -69,8 +69,8 @@ pub fn ramp(bandwidth_khz: u32) -> CommandLine {
 /// of the maximum for 0.
 pub fn code(samples: u16) -> u32 {
     match samples {
-        0 => MOST_CODE,
-        _ => (samples / FEWEST).max(1).ilog2().min(MOST_CODE),
+        0 => MAX_SAMPLES_CODE,
+        _ => (samples / FEWEST).max(1).ilog2().min(MAX_SAMPLES_CODE),
     }
 }
 
@@ -109,9 +109,9 @@ mod tests {
 
     #[test]
     fn no_more_samples_than_wished() {
-        let samples = |wish| 32 << code(wish);
+        let samples = |requested| 32 << code(requested);
         assert_eq!(samples(0), 256);
-        for (wish, got) in [
+        for (requested, got) in [
             (16, 32),
             (32, 32),
             (63, 32),
@@ -120,7 +120,7 @@ mod tests {
             (256, 256),
             (u16::MAX, 256),
         ] {
-            assert_eq!(samples(wish), got, "{wish}");
+            assert_eq!(samples(requested), got, "{requested}");
         }
     }
 }

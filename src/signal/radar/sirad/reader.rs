@@ -13,9 +13,9 @@ use crate::config::MAX_SAMPLES;
 
 const SYNC: u32 = 0xAAAA_BBCC;
 /// Maximum number of values of a raw frame.
-const MOST: u16 = 2 * MAX_SAMPLES as u16;
+const MAX_VALUES: u16 = 2 * MAX_SAMPLES as u16;
 /// Maximum length of a text frame that is parsed, except raw frames.
-const MOST_TEXT: u16 = 100;
+const MAX_TEXT_LENGTH: u16 = 100;
 /// Position of the bandwidth in a status frame, characters after its letter.
 const BANDWIDTH: core::ops::Range<u16> = 14..18;
 
@@ -141,7 +141,7 @@ impl Reader {
             return None;
         }
         (self.counter, self.count) = (self.number as u16, (self.number >> 16) as u16);
-        if self.count > MOST {
+        if self.count > MAX_VALUES {
             return self.leave(ReaderEvent::Raw(self.counter, self.count));
         }
         self.enter(if self.count == 0 {
@@ -204,7 +204,7 @@ impl Reader {
         match at {
             0 => self.counter = number as u16,
             1 => self.count = number as u16,
-            2.. if self.count <= MOST && at - 2 < self.count => {
+            2.. if self.count <= MAX_VALUES && at - 2 < self.count => {
                 return Some(ReaderEvent::Value(at - 2, value));
             }
             _ => return self.leave(ReaderEvent::Raw(self.counter, self.count.max(at - 1))),
@@ -233,7 +233,7 @@ impl Reader {
             self.digits = true;
         }
         self.at += 1;
-        if self.at > MOST_TEXT {
+        if self.at > MAX_TEXT_LENGTH {
             self.state = ReaderState::Hunt;
         }
         None

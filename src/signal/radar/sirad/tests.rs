@@ -7,9 +7,9 @@ use super::*;
 use crate::signal::radar::module::ModuleKind;
 
 const TIMEOUT: u32 = 500_000;
-const WISH: Wish = Wish {
+const WISH: RequestedSettings = RequestedSettings {
     kind: ModuleKind::SiRad,
-    ..Wish::DEFAULT
+    ..RequestedSettings::DEFAULT
 };
 
 #[derive(Default)]
@@ -74,8 +74,12 @@ impl Bench {
         self.module.settings(&mut self.port, Micros(self.now))
     }
 
-    fn program(&mut self, wish: &Wish, measured: &[u8]) -> Result<RadarConfig, LinkError> {
-        (self.module).program(&mut self.port, Micros(self.now), wish, TIMEOUT);
+    fn program(
+        &mut self,
+        requested: &RequestedSettings,
+        measured: &[u8],
+    ) -> Result<RadarConfig, LinkError> {
+        (self.module).program(&mut self.port, Micros(self.now), requested, TIMEOUT);
         for _ in 0..20 {
             assert!(self.settings().is_pending());
         }
@@ -122,12 +126,12 @@ fn ramp() -> [i16; 64] {
 #[test]
 fn programmed_as_wished_and_measured() {
     let mut bench = Bench::default();
-    let wish = Wish {
+    let requested = RequestedSettings {
         bandwidth_khz: 5_000_000,
         samples: 130,
         ..WISH
     };
-    let radar = bench.program(&wish, &binary(7, &[0; 256])).unwrap();
+    let radar = bench.program(&requested, &binary(7, &[0; 256])).unwrap();
     assert_eq!(
         String::from_utf8(bench.port.to).unwrap(),
         "!S08047C10\r\n!B20000010\r\n!P000009C4\r\n!I\r\n!N\r\n"

@@ -180,7 +180,7 @@ fn real_and_complex_chirps_of_a_scene_give_the_same_map() {
     assert!(s.mirror_echo.abs_diff(t.mirror_echo) <= 1);
     assert!((s.mirror_place - t.mirror_place).abs() <= 1);
     assert_eq!(t.image, 0);
-    assert!(t.hits > 4);
+    assert!(t.detections > 4);
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn a_strong_real_echo_takes_none_at_its_mirrored_bin() {
     assert!(profile.is_hit(100) && profile.is_hit(156));
     let (_, mask, stats) = row_of(&mut processor, &chirp);
     let ones: u32 = mask.iter().map(|w| w.count_ones()).sum();
-    assert_eq!(ones, u32::from(stats.hits));
+    assert_eq!(ones, u32::from(stats.detections));
 }
 
 #[test]
@@ -254,7 +254,7 @@ fn false_alarms_in_real_noise_come_at_the_configured_rate() {
             let chirp = real_tones(samples, &[], 60.0, &mut random);
             let (row, _, stats) = row_of(&mut processor, &chirp);
             cells += row.len();
-            hits += usize::from(stats.hits);
+            hits += usize::from(stats.detections);
         }
         let rate = hits as f64 / cells as f64 / 2e-3;
         println!("{samples} pairs: {rate:.2} of the configured rate");
@@ -301,7 +301,7 @@ proptest! {
         let chirp: Vec<_> = (0..ns).map(|n| samples[n % period]).collect();
         let mut processor = bare_real(SIZES[size]);
         let (cells, _, stats) = row_of(&mut processor, &chirp);
-        prop_assert!(usize::from(stats.hits) <= cells.len());
+        prop_assert!(usize::from(stats.detections) <= cells.len());
         prop_assert!(processor.power.iter().all(|&p| p < 1 << 30));
         let exact = total(&real_reference(&chirp));
         let total = total(&measured(&mut processor, &chirp));

@@ -164,7 +164,7 @@ impl BytePort for Far {
 struct Bench {
     link: FrameLink<Far>,
     now: Micros,
-    wish: Wish,
+    requested: RequestedSettings,
 }
 
 impl Bench {
@@ -172,7 +172,7 @@ impl Bench {
         Self {
             link: FrameLink::new(far),
             now: Micros(u32::MAX - 70_000),
-            wish: Wish::DEFAULT,
+            requested: RequestedSettings::DEFAULT,
         }
     }
 
@@ -181,7 +181,7 @@ impl Bench {
     }
 
     fn settings(&mut self) -> Result<RadarConfig, LinkError> {
-        self.link.program(self.now, &self.wish, 100_000);
+        self.link.program(self.now, &self.requested, 100_000);
         loop {
             if let Poll::Ready(result) = self.link.settings(self.now) {
                 return result;
@@ -220,7 +220,7 @@ fn the_fastest_rate_of_both_is_agreed_on() {
         (9, 3, 3),
     ] {
         let mut bench = Bench::new(Far::new(fastest, 1));
-        bench.wish.baud = wished * 1_000_000;
+        bench.requested.baud = wished * 1_000_000;
         assert!(bench.settings().is_ok());
         assert_eq!(bench.rate(), rate * 1_000_000);
         assert_eq!(bench.chirp(-20_000, false), Ok(-20_000));
@@ -228,7 +228,7 @@ fn the_fastest_rate_of_both_is_agreed_on() {
         assert!(bench.settings().is_ok());
         assert_eq!(bench.rate(), rate * 1_000_000);
         // A slower rate is requested.
-        bench.wish.baud = 1_000_000;
+        bench.requested.baud = 1_000_000;
         assert!(bench.settings().is_ok());
         assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
         assert_eq!(bench.chirp(50_000, false), Ok(50_000));
@@ -271,14 +271,14 @@ fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
 fn a_rate_that_fails_is_left_alone_for_a_while() {
     let mut bench = Bench::new(Far::new(3, 3));
     bench.settings().unwrap();
-    for angle in 0..=i32::from(MOST_FAILURES) {
+    for angle in 0..=i32::from(MAX_FAILURES) {
         bench.link.port.mute = true;
         assert!(bench.chirp(angle, false).is_err());
         bench.link.port.mute = false;
         assert_eq!(bench.chirp(angle, false), Ok(angle));
     }
     assert_eq!(bench.rate(), 3_000_000, "a sweep in passing keeps its rate");
-    for _ in 0..u16::from(PENANCE) {
+    for _ in 0..u16::from(RETRY_SCANS) {
         bench.settings().unwrap();
         assert_eq!(bench.rate(), 2_000_000);
     }
@@ -307,7 +307,7 @@ fn whichever_end_is_reset_they_find_each_other() {
 fn a_rate_that_only_the_module_can_hear_is_not_kept() {
     // The module confirms the rate and does not change it.
     let mut bench = Bench::new(Far::new(2, 6));
-    bench.link.program(bench.now, &bench.wish, 100_000);
+    bench.link.program(bench.now, &bench.requested, 100_000);
     let settings = loop {
         if bench.link.port.asked.contains(&FrameKind::Rate) {
             bench.link.port.rates[1] = 1;
@@ -332,7 +332,7 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
     let mut far = Far::new(1, 7);
     far.ability.pin = true;
     let mut bench = Bench::new(far);
-    bench.wish.pin = true;
+    bench.requested.pin = true;
     bench.settings().unwrap();
     assert_eq!(bench.chirp(3, false), Ok(3));
     assert_eq!(bench.link.port.asked[..1], [FrameKind::Program]);

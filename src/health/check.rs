@@ -13,11 +13,11 @@ pub const fn units(db: f32) -> i32 {
 
 /// Result of one health check: the measured value and its limit, in the check's own unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sign {
+pub struct CheckResult {
     /// Reason that is reported if the value exceeds the limit.
     pub reason: Reason,
     /// Measured value.
-    pub seen: i32,
+    pub value: i32,
     /// Maximum value of a healthy instrument.
     pub limit: i32,
 }

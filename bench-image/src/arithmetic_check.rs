@@ -51,10 +51,10 @@ impl Output {
             crc.update(&word.to_le_bytes());
         }
         let s = self.stats;
-        for value in [s.saturated, s.swing, s.hits, s.mirror_place as u16] {
+        for value in [s.saturated, s.swing, s.detections, s.mirror_place as u16] {
             crc.update(&value.to_le_bytes());
         }
-        crc.update(&[s.mirror_echo, s.image, s.inside, s.near]);
+        crc.update(&[s.mirror_echo, s.image, s.self_echo, s.before_window]);
         for x in [s.mean, s.extremes[0], s.extremes[1]] {
             crc.update(&x.i.to_le_bytes());
             crc.update(&x.q.to_le_bytes());
