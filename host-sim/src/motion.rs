@@ -36,23 +36,23 @@ const JUMP: i32 = 1_000;
 /// What is wrong with the motion sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Fault {
-    /// None is sent.
+    /// No sentence is sent.
     Absent,
-    /// 30 % do not arrive.
+    /// 30 % of the sentences are lost.
     Lost,
-    /// Every other one comes after the one that was sent after it.
+    /// Two consecutive sentences are exchanged, pair by pair.
     Swapped,
-    /// All come 300 ms late.
+    /// All sentences arrive 300 ms late.
     Delayed,
-    /// From the second scan's middle on the same sentence comes again and again.
+    /// From the middle of the second scan on, the same sentence is repeated.
     Stuck,
-    /// Travel and pitch never change, while sentences go on being counted.
+    /// Travel and pitch are constant, while the sentence number goes on.
     Frozen,
-    /// In the middle of each scan travel jumps by 10 cm.
+    /// Travel jumps by 10 cm in the middle of each scan.
     Jumping,
-    /// Forward is told as backward.
+    /// Forward travel is reported as backward.
     Reversed,
-    /// One in ten has a byte changed.
+    /// One sentence in ten has a changed byte.
     Garbled,
 }
 

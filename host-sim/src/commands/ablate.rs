@@ -26,23 +26,23 @@ const SIGNIFICANT: f64 = 0.05;
 /// Arguments of `ablate`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Rules to turn off; all without any
+    /// Rules to turn off; without any, all
     #[arg(value_name = "RULE")]
     rules: Vec<String>,
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Validation)]
     draw: Draw,
-    /// Scenes of each kind
+    /// Number of scenes of each kind
     #[arg(long, default_value_t = SCENES)]
     scenes: u64,
-    /// Scenes of each kind that every fault of the instrument is put into; those rules that tell of faults
-    /// are measured on them, too
+    /// Number of scenes of each kind to which every fault of the instrument is applied; rules that detect faults are
+    /// also measured on these
     #[arg(long, default_value_t = FAULTY)]
     faulty: u64,
     /// Turn all of the named rules off at once
     #[arg(long, requires = "rules")]
     together: bool,
-    /// Count in the emulator, too, what each rule costs in the first scene of each kind
+    /// Also count in the emulator the instructions that each rule takes in the first scene of each kind
     #[arg(long)]
     cost: bool,
 }

@@ -27,27 +27,26 @@ const HARMLESS_M: f64 = 0.015;
 /// Arguments of `accuracy`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t)]
     draw: Draw,
-    /// So many of each kind, in place of the draw's own numbers
+    /// Number of scenes of each kind, in place of the draw's own numbers
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     scenes: Option<u64>,
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the scenes that are not exact or wrong; not those for reporting, which nobody is to
-    /// look at
+    /// Also list the scenes that are not exact or wrong; not those of the reporting draw, which must not be inspected
     #[arg(long)]
     list: bool,
-    /// Write one line of JSON for each scene to this file, for `compare`; not of those for reporting
+    /// Write one line of JSON for each scene to this file, for `compare`; not for the reporting draw
     #[arg(long, value_name = "FILE")]
     each: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
     instrument: Instrument,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -25,7 +25,7 @@ use crate::setup;
 pub struct Args {
     /// Recordings to scan for the worst case [default: those of the repository]
     recordings: Vec<PathBuf>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

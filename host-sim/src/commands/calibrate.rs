@@ -33,12 +33,12 @@ pub struct Args {
     /// Horizontal distance from the mirror's centre to the wall, metres
     #[arg(long)]
     wall: f32,
-    /// The scanner's present setting `home-angle`, 0.001°
+    /// Current value of the scanner's setting `home-angle`, 0.001°
     #[arg(long, allow_negative_numbers = true, default_value_t = MotorConfig::default().home_angle)]
     home_angle: i32,
     #[command(flatten)]
     settings: Settings,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

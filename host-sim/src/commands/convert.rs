@@ -19,29 +19,29 @@ use crate::setup;
 /// Arguments of `convert`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// What to read: a recording or any SigMF of complex samples, an array of numpy (.npy), or a capture of
-    /// TI's DCA1000 (.bin with a .toml); for a table also several recordings, or directories of them
+    /// Input: a recording or any SigMF file of complex samples, a NumPy array (.npy), or a capture of TI's DCA1000
+    /// (.bin with a .toml); for a table also several recordings, or directories of them
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
-    /// What to write, as its suffix says: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
+    /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// What a .csv holds
+    /// Content of a .csv
     #[arg(long, value_enum, default_value_t)]
     table: Table,
-    /// A .npy of complex64, 1.0 for full scale, instead of 16-bit I and Q
+    /// Write a .npy of complex64, full scale 1.0, instead of 16-bit I and Q
     #[arg(long)]
     complex: bool,
-    /// How the radar of a DCA1000's capture was set (docs/formats.md); without it NAME.toml of NAME.bin
+    /// Radar settings of a DCA1000 capture (docs/formats.md); without it NAME.toml of NAME.bin
     #[arg(long, value_name = "FILE")]
     setup: Option<PathBuf>,
-    /// Angles of the beam, one a row and a row a chirp, degrees
+    /// Angles of the beam, degrees: one a line, one line a chirp
     #[arg(long, value_name = "FILE")]
     angles: Option<PathBuf>,
-    /// Take the keys from this recording where none is given
+    /// Take keys that are not given from this recording
     #[arg(long, value_name = "REC")]
     keys_of: Option<PathBuf>,
-    /// Value that is full scale; without it 1.0 for floating point, the format's range for whole numbers
+    /// Full-scale value of a sample; without it 1.0 for floating point, the format's range for integers
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f64>,
     #[command(flatten)]

@@ -25,16 +25,16 @@ is no `ok`. Exit status: 0 all well, 1 a fault, 3 a warning or something that co
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0
     port: String,
-    /// Do not move the mirror of a scanner that stands
+    /// Do not move the mirror of an idle scanner
     #[arg(long)]
     no_move: bool,
-    /// Wait so many seconds for a scan
+    /// Timeout of a scan, seconds
     #[arg(long, default_value_t = 45, value_parser = clap::value_parser!(u32).range(1..=3_600))]
     wait: u32,
-    /// Speed of the port; the scanner's is 115200
+    /// Baud rate of the port; the scanner uses 115200
     #[arg(long, default_value_t = REPORT_BAUD, value_parser = clap::value_parser!(u32).range(50..=4_000_000))]
     baud: u32,
-    /// For people or for programs
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -23,7 +23,7 @@ use crate::sweeps::scenes::Kind;
 /// Arguments of `drives`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
     /// Number of scenes of each kind, in place of the draw's own numbers
@@ -35,15 +35,15 @@ pub struct Args {
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the drives over a hazard, and those that stood where none was; not those for reporting, which nobody is
-    /// to look at
+    /// Also list the drives over a hazard, and those that stopped without one; not those of the reporting draw, which
+    /// must not be inspected
     #[arg(long)]
     list: bool,
-    /// Instead, drive once through each of the first scenes, so many, and replay each drive through the image in the
-    /// emulator: its sentences must be the host's to the byte
+    /// Instead, drive once through each of the first N scenes and replay each drive with the image in the emulator: its
+    /// sentences must equal the host's to the byte
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000))]
     emulate: Option<u64>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

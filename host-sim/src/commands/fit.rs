@@ -60,26 +60,26 @@ const BEFORE_TESTING: u64 = 100_000;
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Count from the recordings in these directories in place of simulated ones; every third is for
-    /// calibration and thresholds
+    /// Fit to the recordings in these directories in place of simulated ones; every third is for calibration and
+    /// thresholds
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Scenes of each kind that hazards are counted from; others for calibration and thresholds go with them
+    /// Number of scenes of each kind to which the hazards are fitted; further ones serve calibration and thresholds
     #[arg(long, default_value_t = TRAINING)]
     scenes: u64,
-    /// Write what was counted from, one JSON object a scan, to this file
+    /// Write the training data to this file, one JSON object a scan
     #[arg(long, value_name = "FILE")]
     dump: Option<PathBuf>,
-    /// Where to write the hazards; the firmware's source if not given, which takes --force
+    /// Output file of the hazards; without it the firmware's source, which takes --force
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Where to write the measurement model; `measured.rs` beside the hazards if not given
+    /// Output file of the measurement model; without it `measured.rs` beside the hazards
     #[arg(long, value_name = "FILE")]
     measured: Option<PathBuf>,
-    /// Keep the measurement model as it is and count the hazards only
+    /// Keep the measurement model and fit only the hazards
     #[arg(long, conflicts_with = "measured")]
     keep: bool,
-    /// Count the measurement model only
+    /// Fit only the measurement model
     #[arg(long, conflicts_with = "keep")]
     only_model: bool,
     #[command(flatten)]

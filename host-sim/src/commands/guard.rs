@@ -16,20 +16,20 @@ use crate::sweeps::{ground, truth};
 /// Arguments of `guard`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
-    /// So many recordings of each kind, in place of the draw's own numbers
+    /// Number of recordings of each kind, in place of the draw's own numbers
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     recordings: Option<u64>,
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the sweeps that are `ok` and wrong, and false rises and drops; not those for reporting, which
-    /// nobody is to look at
+    /// Also list the sweeps that are `ok` and wrong, and false rises and drops; not those of the reporting draw, which
+    /// must not be inspected
     #[arg(long)]
     list: bool,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -217,7 +217,7 @@ const WITH_REASONS: &[&str] = &["replay", "emulate", "inspect", "report", "conve
 /// Arguments of `completions`.
 #[derive(clap::Args, Debug)]
 pub struct CompletionsArgs {
-    /// The shell that reads them
+    /// Shell that reads the completions
     #[arg(value_enum)]
     shell: Shell,
 }
@@ -225,7 +225,7 @@ pub struct CompletionsArgs {
 /// Arguments of `man`.
 #[derive(clap::Args, Debug)]
 pub struct ManArgs {
-    /// Directory for the pages, which is made if there is none
+    /// Directory for the pages; created if missing
     dir: PathBuf,
     #[command(flatten)]
     overwrite: Overwrite,

@@ -21,10 +21,10 @@ const FACTORS: [f32; 2] = [0.8, 1.2];
 /// Arguments of `params`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Also move each number by a fifth either way, and count on tuning seeds what that does
+    /// Also change each number by a fifth up and down, and count the changed answers on tuning seeds
     #[arg(long)]
     sensitivity: bool,
-    /// So many scenes of each kind
+    /// Number of scenes of each kind
     #[arg(long, default_value_t = SCENES)]
     scenes: u64,
 }

@@ -51,31 +51,31 @@ hall.unfinished, which is left where the program is killed. Begin before the sca
 `replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md."
 )]
 pub struct Args {
-    /// Ports that hear the radar link: one a direction, or one for both
+    /// Ports that receive the radar link: one for each direction, or one for both
     #[arg(required_unless_present = "demo", num_args = 1..=2, value_name = "PORT")]
     ports: Vec<String>,
-    /// Record without hardware: a module on this machine that plays this recording
+    /// Record without hardware, from a radar module on this machine that plays this recording
     #[arg(long, value_name = "REC", conflicts_with_all = ["ports", "report", "module", "angles"])]
     demo: Option<PathBuf>,
     /// The recording to write, with or without suffix
     #[arg(short, long, value_name = "REC")]
     output: PathBuf,
-    /// The scanner's report port: its sentences are kept beside the recording
+    /// The scanner's report port; its sentences are written beside the recording
     #[arg(long, value_name = "PORT")]
     report: Option<String>,
-    /// Ask the scanner for its settings (`get`) over the report port, which must be able to send
+    /// Read the scanner's settings (`get`) over the report port, which must be able to send
     #[arg(long, requires = "report")]
     ask: bool,
-    /// The port is the module's own: ask it for chirps in the scanner's place
+    /// The port is the radar module's own; request chirps in place of the scanner
     #[arg(long, conflicts_with = "report")]
     module: bool,
     /// With --module: angles of the beam, FIRST:LAST:STEP in degrees
     #[arg(long, requires = "module", default_value = "-20:50:0.25", value_parser = angles, allow_hyphen_values = true)]
     angles: SweepConfig,
-    /// End after so many scans
+    /// Number of scans after which recording ends
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: Option<u32>,
-    /// Speed of the radar link
+    /// Baud rate of the radar link
     #[arg(long, default_value_t = LINK_BAUD)]
     baud: u32,
     #[command(flatten)]

@@ -20,17 +20,17 @@ use crate::sweeps::{ground, truth};
 /// Arguments of `score`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Directory of recordings with truth
+    /// Directory of recordings with ground truth
     dir: PathBuf,
     #[command(flatten)]
     settings: Settings,
-    /// Repeat with this many seeds, from --seed on, and show each figure's median too
+    /// Repeat with this number of seeds, from --seed on, and also show the median of each figure
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: u32,
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -26,26 +26,26 @@ use crate::seeds::Draw;
 /// Arguments of `sequences`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which seeds the scenes are drawn from
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t)]
     draw: Draw,
-    /// So many approaches and so many drives
+    /// Number of approaches, and of drives
     #[arg(long, default_value_t = 100)]
     count: u64,
-    /// Every fault of the motion sentences on `--count` sequences, approaches and drives by turns
+    /// Apply every fault of the motion sentences to `--count` sequences, alternately approaches and drives
     #[arg(long, conflicts_with = "fit")]
     faults: bool,
-    /// In place of simulated sequences the recordings of these directories
+    /// Use the recordings of these directories in place of simulated sequences
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Count hazards and correlations from sequences of tuning seeds, calibrate them on validation
-    /// seeds, and write the firmware's table
+    /// Fit hazards and correlations to sequences of tuning seeds, calibrate them on validation seeds, and write the
+    /// firmware's table
     #[arg(long, conflicts_with = "draw")]
     fit: bool,
     /// With --fit and --on: the recordings for calibration
     #[arg(long, value_name = "DIR", num_args = 1.., requires = "on", requires = "fit")]
     calibrate_on: Vec<PathBuf>,
-    /// Where --fit writes; the firmware's source if not given, which takes --force
+    /// Output file of --fit; without it the firmware's source, which takes --force
     #[arg(short, long, value_name = "FILE", requires = "fit")]
     output: Option<PathBuf>,
     #[command(flatten)]

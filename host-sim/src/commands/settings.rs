@@ -32,10 +32,10 @@ pub struct Args {
     port: String,
     #[command(flatten)]
     what: What,
-    /// With --set: keep the settings over loss of power; the scanner stops for it, and starts again if it was scanning
+    /// With --set: store the settings in flash; the scanner stops for it, and starts again if it was scanning
     #[arg(long, requires = "set")]
     save: bool,
-    /// Speed of the port; the scanner's is 115200
+    /// Baud rate of the port; the scanner uses 115200
     #[arg(long, default_value_t = REPORT_BAUD, value_parser = clap::value_parser!(u32).range(50..=4_000_000))]
     baud: u32,
     #[command(flatten)]
@@ -49,10 +49,10 @@ struct What {
     /// Write the scanner's settings to this file
     #[arg(long, value_name = "FILE")]
     get: Option<PathBuf>,
-    /// Set what this file holds; other settings stay as they are
+    /// Set the values in this file; other settings keep theirs
     #[arg(long, value_name = "FILE")]
     set: Option<PathBuf>,
-    /// Print where scanner and file differ; then the exit status is 1
+    /// Print the differences between scanner and file; the exit status is 1 if there are any
     #[arg(long, value_name = "FILE")]
     diff: Option<PathBuf>,
 }

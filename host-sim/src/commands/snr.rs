@@ -19,13 +19,13 @@ use super::{Format, emit};
 /// Arguments of `snr`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Chirps of each level
+    /// Number of chirps of each level
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     chirps: u32,
     /// Seed of tones and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

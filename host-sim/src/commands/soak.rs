@@ -17,7 +17,7 @@ const NAMED: usize = 10;
 /// Arguments of `soak`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// How many scans
+    /// Number of scans
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     scans: u64,
     /// Seed of scenes, faults and commands

@@ -9,7 +9,7 @@ pub struct Given {
     /// Swept bandwidth, Hz (stairscan:bandwidth_hz); the paper's radar: 10e9
     #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
     pub bandwidth_hz: Option<f64>,
-    /// Complex samples of one chirp (stairscan:samples_per_chirp), where the input does not say
+    /// Complex samples of one chirp (stairscan:samples_per_chirp), if the input does not contain it
     #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
     pub samples_per_chirp: Option<usize>,
     /// Rate of the converter, Hz (core:sample_rate)
@@ -33,7 +33,7 @@ pub struct Given {
     /// Scans in the recording, one after the other (stairscan:scans)
     #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
     pub scans: Option<u32>,
-    /// What it is a recording of (core:description)
+    /// Description (core:description)
     #[arg(long, value_name = "TEXT", help_heading = "Keys of a recording")]
     pub description: Option<String>,
 }

@@ -9,12 +9,12 @@ use super::scans::Scan;
 /// What a table holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Table {
-    /// A row a step; a scan without steps has one row with nothing in the step's columns
+    /// One row per step; a scan without steps has one row with empty columns of the step
     #[default]
     Steps,
-    /// A row an echo
+    /// One row per echo
     Echoes,
-    /// A row a cell of the polar map
+    /// One row per cell of the polar map
     Map,
 }
 

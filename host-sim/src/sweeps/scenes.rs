@@ -74,9 +74,9 @@ pub enum Kind {
     Ascending,
     /// A single platform of 18 to 30 cm.
     Platform,
-    /// Things that stand about.
+    /// Clutter: furniture, boxes, posts.
     Clutter,
-    /// What lies between street and foyer.
+    /// Kerbs, ramps, thresholds, paving and doors of entrances.
     Entrance,
     /// A level floor into which a person steps.
     Person,
