@@ -48,7 +48,7 @@ static void show_permit(stairscan_permit_t permit) {
         "made with other settings", "the answer is old",   "too far since the answer"};
     printf("  %s: %s", actions[permit.action], whys[permit.why]);
     if (permit.action == STAIRSCAN_GO) {
-        printf("; %.1f mm vouched for, %.1f mm of them level", millimetres(permit.vouched),
+        printf("; valid for %.1f mm, level for %.1f mm", millimetres(permit.vouched),
                millimetres(permit.clear));
     }
     printf("\n");

@@ -278,7 +278,7 @@ fn the_example_says_what_may_be_done_on_the_readme_s_report() {
         "{said}"
     );
     assert!(
-        said.contains("go: the answer is ok; 940.0 mm vouched for, 440.5 mm of them level"),
+        said.contains("go: the answer is ok; valid for 940.0 mm, level for 440.5 mm"),
         "{said}"
     );
     assert!(

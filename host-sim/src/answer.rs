@@ -264,10 +264,10 @@ impl Answer {
         });
         let vouched = match (self.horizon_m, self.scan.confidence) {
             (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
-                ", vouched for up to {horizon:.1} m ({:.1} %)",
+                ", valid up to {horizon:.1} m ({:.1} % confidence)",
                 f64::from(tenths) / 10.0
             ),
-            (Some(_), Some(_)) => ", vouched for nowhere".to_owned(),
+            (Some(_), Some(_)) => ", valid nowhere".to_owned(),
             _ => String::new(),
         };
         format!(

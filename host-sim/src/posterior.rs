@@ -82,7 +82,7 @@ fn name(staircase: &Staircase, seen: usize) -> String {
     let mut name = match staircase.kind {
         GroundKind::Nothing => "no stairs".to_owned(),
         GroundKind::Stairs => {
-            let kind = if staircase.open { "floating" } else { "closed" };
+            let kind = if staircase.open { "open" } else { "closed" };
             let rise = staircase.rise();
             format!("{} up, {kind}, rise {rise:.2} m", steps(seen))
         }
@@ -126,7 +126,7 @@ pub fn text(posterior: &PosteriorView) -> String {
         }
         text.push('\n');
     }
-    text.push_str("  hypothesis: what may stand there, as the particles weigh it, with distance and height of its edges, m\n");
+    text.push_str("  hypothesis: possible scene with its posterior probability; distance and height of its edges, m\n");
     text
 }
 
@@ -208,7 +208,7 @@ mod tests {
             ("2 steps up, closed, rise 0.15 m", 600.0),
             ("1 step up, closed, rise 0.15 m", 250.0),
             ("no stairs", 100.0),
-            ("2 steps up, floating, rise 0.15 m", 50.0),
+            ("2 steps up, open, rise 0.15 m", 50.0),
         ];
         assert_eq!(told, expected.map(|(name, p)| (name.to_owned(), p)));
         let counts: Vec<f64> = (posterior.counts.iter())

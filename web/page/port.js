@@ -45,7 +45,7 @@ function keepAnswer(answer) {
 function markStale() {
   const live = Boolean(chosen()?.live) && recording().scans.length > 0;
   const earlier = live && (chosen() !== port.item || state.scan < recording().scans.length - 1);
-  const [word, meaning] = earlier ? ["earlier", "an earlier answer, kept to look at"] : port.standing ?? ["fresh", ""];
+  const [word, meaning] = earlier ? ["earlier", "an earlier answer"] : port.standing ?? ["fresh", ""];
   const stale = live && word !== "fresh";
   document.body.classList.toggle("stale", stale);
   if (!stale) return;

@@ -111,8 +111,8 @@ impl Port {
 /// Returns the validity of the answer with regard to its age: a word and its meaning.
 fn standing(standing: Standing) -> [String; 2] {
     let [word, meaning] = match standing {
-        Standing::Fresh => ["fresh", "the present answer"],
-        Standing::Unplugged => ["unplugged", "the port has gone: this answer is stale"],
+        Standing::Fresh => ["fresh", "the current answer"],
+        Standing::Unplugged => ["unplugged", "the port is closed: this answer is stale"],
         Standing::Silent(_) => ["silent", "no sentence for 500 ms: this answer is stale"],
         Standing::Restarted => [
             "restarted",

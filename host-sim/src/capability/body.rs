@@ -85,7 +85,7 @@ impl Body {
             Self::Rise(cm) => format!(
                 "one edge of {cm} cm across the way, rounded by 3 mm, and a level top that goes on"
             ),
-            Self::Drop(cm) => format!("the ground ends, and goes on {cm} cm lower"),
+            Self::Drop(cm) => format!("the ground ends; the next floor is {cm} cm lower"),
             Self::Post => format!(
                 "steel, {:.0} cm thick and {:.0} cm high, its axis in the plane of the beam",
                 100.0 * POST_M,

@@ -80,7 +80,7 @@ fn bodies(measured: &Measured) -> Vec<Part> {
                 svg: figures::of(measured, body),
             },
             Part::Table(columns::table(
-                &["what changes", "to"],
+                &["changed condition", "to"],
                 rows,
                 &measured.head.times,
             )),

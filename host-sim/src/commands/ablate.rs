@@ -298,11 +298,12 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
         .count();
     let wrong = |scores: &[SceneScore]| scores.iter().filter(|s| s.ok_and_wrong()).count();
     format!(
-        "# What each rule is worth\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}{}`: each rule off by itself, \
-         the whole scanner on {} scenes ({} of each kind), {exact} exact, {ok} `ok`, {} of them wrong, and on {} scans \
-         with a fault of the instrument, {} of them `ok` and wrong. Cells: scenes gained and lost by turning the rule \
-         off, and in brackets McNemar's p of that; bold below {SIGNIFICANT}. Hazards are not counted anew. Lines are \
-         those of `src/` that mention what turns the rule off.\n",
+        "# Effect of each rule\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}{}`: \
+         each rule off by itself, the whole scanner on {} scenes ({} of each kind), {exact} exact, \
+         {ok} `ok`, {} of them wrong, and on {} scans with a fault of the instrument, {} of them \
+         `ok` and wrong. Cells: scenes gained and lost by turning the rule off, and in brackets \
+         McNemar's p of that; bold below {SIGNIFICANT}. Hazards are not fitted again. Lines are \
+         those of `src/` that contain the rule's switch or number.\n",
         args.draw,
         args.scenes,
         args.faulty,

@@ -24,8 +24,8 @@ use crate::replay::{self, Options, Scanned};
 /// Arguments of `calibrate`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "The scan shows a flat floor and one wall, nothing else. One to try it on: `cargo sim simulate \
-scenes/wall.toml -o wall`."
+    after_help = "The scene must contain only a flat floor and one wall. To simulate such a scan: \
+        `cargo sim simulate scenes/wall.toml -o wall`."
 )]
 pub struct Args {
     /// Recording of one scan, with or without suffix
@@ -95,7 +95,7 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
         .collect();
     ensure!(
         doubts.is_empty(),
-        "the instrument is not well: {}",
+        "the instrument failed health checks: {}",
         doubts.join(", ")
     );
     let mut echoes = Echoes::new();

@@ -138,7 +138,9 @@ fn times() -> Result<Times> {
     fast.motor.acceleration = ACCELERATION;
     let sweeps = timing::guard::sweeps(&fast, &[wire])?;
     let sweep = sweeps.iter().find(|time| time.module == "pstr");
-    let (scan, sweep) = scan.zip(sweep).context("no time of a turning mirror")?;
+    let (scan, sweep) = scan
+        .zip(sweep)
+        .context("no duration of a continuous sweep")?;
     Ok(Times {
         scan_s: 1e-6 * scan.total() as f64 + POST as f64 / CORE_HZ,
         sweep_s: 1e-6 * sweep.total() as f64,

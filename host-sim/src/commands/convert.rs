@@ -178,7 +178,7 @@ fn write_recording(args: &Args, path: &Path, outputs: &Outputs) -> Result<String
     outputs.write_recording(&args.output, &recording)?;
     let next = match setup::config(&recording, 0, &Config::default()) {
         Ok(_) => "next: cargo sim replay".to_owned(),
-        Err(error) => format!("not to be scanned: {error:#}; range profile: cargo sim profile"),
+        Err(error) => format!("cannot be scanned: {error:#}; range profile: cargo sim profile"),
     };
     Ok(format!(
         "{}; {next} {}",

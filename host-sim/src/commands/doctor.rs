@@ -18,9 +18,9 @@ const DOUBTFUL: u8 = 3;
 /// Arguments of `doctor`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Asks version, status and settings and listens to a scan. A scanner that stands is told to run its self-test and
-to scan twice, so that the mirror moves; --no-move leaves that out. Only what the scanner says is judged: `not seen`
-is no `ok`. Exit status: 0 all well, 1 a fault, 3 a warning or something that could not be seen."
+    after_help = "Reads version, status and settings, and waits for a scan. An idle scanner is commanded to run its self-test and
+two scans, so that the mirror moves; --no-move prevents that. Checks use only what the scanner reports: `not seen`
+is not `ok`. Exit status: 0 all ok, 1 a fault, 3 a warning or a check that could not be made."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0
@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let findings = match Talk::open(&args.port, args.baud) {
         Err(broken) => doctor::unusable(&broken),
         Ok(mut talk) => {
-            eprintln!("asking, and listening to a scan");
+            eprintln!("reading settings, waiting for a scan");
             let patience = Duration::from_secs(args.wait.into());
             doctor::examine(&Evidence::gather(
                 &mut talk,

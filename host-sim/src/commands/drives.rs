@@ -144,10 +144,10 @@ fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tall
 /// Returns heading and tables.
 fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     let mut out = format!(
-        "# Drives, {} scenes\n\n\
-         Made by `{}`: chairs whose joystick asks for 0.2 to 0.8 m/s drive by the free distance of the newest guard sentence. The \
-         chair's foremost point lies {FRONT_M:.2} m before the mirror; gaps count from there. A chair has stood that does not \
-         move for 1.5 s with the joystick forward.\n\n",
+        "# Drives, {} scenes\n\nMade by `{}`: chairs whose joystick asks for 0.2 to 0.8 m/s drive \
+         by the free distance of the newest guard sentence. The chair's foremost point lies \
+         {FRONT_M:.2} m before the mirror; gaps count from there. A chair has stopped when it does \
+         not move for 1.5 s with the joystick forward.\n\n",
         args.draw,
         args.command()
     );
@@ -161,7 +161,7 @@ fn line(log: &DriveLog) -> String {
     let last = log.sweeps.last();
     let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.0}", 100.0 * m));
     format!(
-        "{}: {:?}, hazard {} cm {}, travel {:.0} cm in {:.1} s, last free {} cm, ground shows to {} cm",
+        "{}: {:?}, hazard {} cm {}, travel {:.0} cm in {:.1} s, last free {} cm, ground echo up to {} cm",
         log.name,
         Outcome::of(log),
         cm(log.hazard.map(|hazard| hazard.at_m)),
@@ -187,7 +187,7 @@ fn listed(logs: &[DriveLog]) -> Vec<String> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !(args.list && args.draw == Draw::Reporting),
-        "--list: shows drives to look at, and those of the draw {} are to stay unseen; --draw {} holds others like them",
+        "--list: the drives of the draw {} must not be inspected; --draw {} has others like them",
         Draw::Reporting,
         Draw::Tuning
     );
@@ -211,7 +211,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let head = if list.is_empty() {
                 ""
             } else {
-                "\nTo look at:\n\n"
+                "\nTo inspect:\n\n"
             };
             lines.fold(text(args, &rows, &logs) + head, |all, line| all + &line)
         }

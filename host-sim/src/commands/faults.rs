@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     ensure!(
         !clean.recordings.is_empty(),
-        "none of {} recordings is ok and right without a fault: nothing to spoil",
+        "none of {} recordings is ok and right without a fault: no answer to test",
         clean.all
     );
     let jobs: Vec<(usize, usize, usize)> = (0..faults.len())
@@ -276,9 +276,9 @@ fn one(
 /// Returns the text table.
 fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bool) -> String {
     let mut out = format!(
-        "{} recordings, {} ok without a fault, {} of them right: these are spoilt.\n\n\
-         | fault | strength | runs | fault | degraded, named | degraded | ok and right | ok and wrong | named |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+        "{} recordings, {} ok without a fault, {} of them right: faults are applied to these.\n\n| \
+         fault | strength | runs | fault | degraded, named | degraded | ok and right | ok and wrong \
+         | named |\n|---|---|---|---|---|---|---|---|---|\n",
         clean.all,
         clean.ok,
         clean.recordings.len()

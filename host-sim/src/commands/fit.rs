@@ -190,8 +190,8 @@ fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
         let c = measurement::contrast(&held_back, table);
         let _ = writeln!(
             told,
-            "{name}: {} scans held back: log-likelihood {:.3}; cost against nothing {:.4}, the last \
-             step less {:.4}, one more {:.4}, an odd rise {:.4}",
+            "{name}: {} held-out scans: log-likelihood {:.3}; cost against no steps {:.4}, without \
+             the last step {:.4}, with one step more {:.4}, with an irregular rise {:.4}",
             c.scans, c.truth, c.cost[0], c.cost[1], c.cost[2], c.cost[3]
         );
     }

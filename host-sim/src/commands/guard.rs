@@ -108,14 +108,15 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
 /// Returns heading and table.
 fn text(args: &Args, rows: &[Group<'_>]) -> String {
     let mut out = format!(
-        "# Guard, {} sweeps\n\n\
-         Made by `{}`: {} sweeps of 31 rows in each recording, ten a second, alternately forward and backward, of random \
-         scenes; the chair drives at 0.1 to 0.6 m/s, stands in 15 %, and is pitched by up to 0.4° that the recording does \
-         not tell. Counted are the sweeps from the third on. Wrong is a free distance that ends more than 5 cm beyond the \
-         first hazard (from the second sweep on with a person who steps in); useful one that is `ok`, not wrong and at \
-         least the hazard's, or 1.2 m, less 25 cm. The ground shows where its echo, \
-         averaged over a beam's rows, 10 cm of it and three sweeps, stands 3 dB above the noise up to there. Things more than 8 cm beside the plane of the beam, or above the mirror, \
-         are no hazards.\n\n",
+        "# Guard, {} sweeps\n\nMade by `{}`: {} sweeps of 31 rows in each recording, ten a second, \
+         alternately forward and backward, of random scenes; the chair drives at 0.1 to 0.6 m/s, \
+         stands in 15 %, and has a pitch error of up to 0.4° that is not in the recording. Sweeps \
+         are counted from the third on. Wrong is a free distance that ends more than 5 cm beyond \
+         the first hazard (from the second sweep on with a person who steps in); useful one that is \
+         `ok`, not wrong and at least the hazard's, or 1.2 m, less 25 cm. With ground echo: the \
+         ground's echo, averaged over a beam's rows, 10 cm of range and three sweeps, exceeds the \
+         noise by 3 dB up to the hazard. Objects more than 8 cm beside the plane of the beam, or \
+         above the mirror, are no hazards.\n\n",
         args.draw,
         args.command(),
         scenes::SWEEPS
@@ -136,7 +137,7 @@ fn listed(scored: &[Scored]) -> Vec<String> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !(args.list && args.draw == Draw::Reporting),
-        "--list: shows sweeps to look at, and those of the draw {} are to stay unseen; --draw {} holds others like them",
+        "--list: the sweeps of the draw {} must not be inspected; --draw {} has others like them",
         Draw::Reporting,
         Draw::Tuning
     );
@@ -154,7 +155,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let head = if list.is_empty() {
                 ""
             } else {
-                "\nWrong, or made up:\n\n"
+                "\nWrong or false:\n\n"
             };
             lines.fold(text(args, &rows) + head, |all, line| all + &line)
         }

@@ -270,7 +270,7 @@ fn listed(command: &Command) -> String {
         }
         text.push('\n');
     }
-    text.push_str("`cargo sim COMMAND --help` tells a command's options, with examples.");
+    text.push_str("`cargo sim COMMAND --help` shows the options of a command, with examples.");
     text
 }
 
@@ -286,7 +286,7 @@ fn examples(name: &str) -> String {
 
 /// Returns every reason with its meaning.
 pub fn reasons() -> String {
-    let mut text = "Reasons, beside a status:".to_owned();
+    let mut text = "Reasons that accompany a status:".to_owned();
     for reason in Reason::ALL {
         let _ = write!(text, "\n  {:<17} {}", reason.as_str(), reason.meaning());
     }

@@ -58,7 +58,7 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
     };
     ensure!(
         options.config.estimator == EstimatorKind::Likelihood,
-        "--estimator: inspect looks over the shoulder of {} only",
+        "--estimator: inspect supports only {}",
         EstimatorKind::Likelihood.as_str()
     );
     let recording = Recording::read(path)?;

@@ -138,8 +138,8 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     {
         let path = path.display();
         bail!(
-            "{path}: samples without their keys, expected a recording: `cargo sim convert {path} … -o NAME` makes one \
-             (docs/formats.md)"
+            "{path}: samples without metadata, expected a recording: `cargo sim convert {path} … -o \
+             NAME` makes one (docs/formats.md)"
         );
     }
     let mut found: Vec<PathBuf> = Vec::new();

@@ -156,8 +156,8 @@ impl Comparison {
         }
         let [lost, distance, height] = self.worse().map(|share| 100.0 * share);
         out.push_str(&format!(
-            "continuous: {lost:+.1} % of all scenes less exact (1 may be), median errors {distance:+.1} % and \
-             {height:+.1} % (10 may be): {}\n",
+            "continuous: {lost:+.1} % of all scenes less exact (limit 1), median errors \
+             {distance:+.1} % and {height:+.1} % (limit 10): {}\n",
             if self.holds() { "no worse" } else { "worse" }
         ));
         out

@@ -124,9 +124,10 @@ fn heading(args: &Args, scans: usize, base: Tally) -> String {
     if args.sensitivity {
         let _ = write!(
             out,
-            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, {} of each kind, \
-             through the whole scanner. The last two columns say by how much a fifth less and a fifth more of a number \
-             change the exact scans (now {}), those that are `ok` (now {}) and those that are `ok` and wrong (now {}).\n",
+            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, \
+             {} of each kind, through the whole scanner. The last two columns are the effects of a \
+             fifth less and a fifth more of a number on the exact scans (now {}), those that are \
+             `ok` (now {}) and those that are `ok` and wrong (now {}).\n",
             args.scenes, args.scenes, base.exact, base.ok, base.wrong
         );
     }

@@ -46,8 +46,8 @@ const WORD_MS: Ms = 100;
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Ctrl-C ends it; what is whole by then is written. Until then each scan that has ended stands in
-hall.unfinished, which is left where the program is killed. Begin before the scanner's first scan (or `reset` it), and
+    after_help = "Ctrl-C ends the recording; complete scans are written. Until then each complete scan is kept in
+hall.unfinished, which remains if the program is killed. If it begins before the scanner's first scan (or a `reset`),
 `replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md."
 )]
 pub struct Args {
@@ -147,7 +147,7 @@ impl Heard {
             let sweep = session.sweep.or(mounting.sweep);
             let mounting = Mounting { sweep, ..mounting };
             if let Err(error) = session.unfinished.keep(&scan, mounting) {
-                eprintln!("note: {error:#}: this scan is lost if the session is cut off");
+                eprintln!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
             eprintln!("scan: {rows} rows, {lost} of them lost");
@@ -193,7 +193,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (None, false) => listen(&mut session, &stop)?,
     };
     if let Some(why) = &heard.gone {
-        eprintln!("{why}: what is whole is written");
+        eprintln!("{why}: complete scans are written");
     }
     write(session, &outputs, heard, scans)
 }
@@ -220,7 +220,7 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Heard, V
         threads.push(follow(path, port, started, &sender, stop, Came::Report));
     }
     drop(sender);
-    eprintln!("listening; Ctrl-C ends");
+    eprintln!("receiving; Ctrl-C ends");
     let found = collect(session, &came, started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
@@ -376,7 +376,7 @@ fn write(
     notes.for_each(|note| eprintln!("note: {note}"));
     if tap.damaged() > 0 || tap.strays() > 0 {
         eprintln!(
-            "note: {} damaged frames, {} answers to requests that were not heard",
+            "note: {} damaged frames, {} answers to requests that were not received",
             tap.damaged(),
             tap.strays()
         );
@@ -403,14 +403,14 @@ fn write(
 fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     match (tap.heard(), tap.damaged()) {
         (None, 0) => format!(
-            "nothing was heard on the radar link. Does the receiver's input hang on TX+/TX- or RX+/RX-, with a \
-             common ground? Does the scanner scan? Listened at {baud} baud"
+            "nothing was received on the radar link. Is the receiver's input connected to TX+/TX- \
+             or RX+/RX-, with a common ground? Does the scanner scan? Port speed: {baud} baud"
         ),
         (None, damaged) => format!(
-            "no whole frame was heard, {damaged} damaged ones: the link's speed is {LINK_BAUD} baud (listened at \
-             {baud}); can the adapter do that?"
+            "no intact frame was received, {damaged} damaged ones: the link's speed is {LINK_BAUD} \
+             baud (port speed {baud}); does the adapter support it?"
         ),
-        _ => format!("no scan was heard from its beginning to its end ({scans} in part)"),
+        _ => format!("no complete scan was received ({scans} in part)"),
     }
 }
 

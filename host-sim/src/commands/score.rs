@@ -93,8 +93,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     ensure!(
         runs.iter().any(|run| !run.is_empty()),
-        "{}: no recording says what is really there (stairscan:truth, or stairscan:truth_scans \
-         where it holds several scans)",
+        "{}: no recording has ground truth (stairscan:truth, or stairscan:truth_scans where it \
+         holds several scans)",
         args.dir.display()
     );
     emit(&text(args, &runs));

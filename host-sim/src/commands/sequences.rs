@@ -185,7 +185,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             out,
             "{}\n",
             match single {
-                false => "each scan with what those before it said",
+                false => "each scan with the evidence of earlier scans",
                 true => "each scan by itself",
             }
         );

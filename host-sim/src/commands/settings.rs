@@ -23,9 +23,9 @@ const PATIENCE: Duration = Duration::from_secs(15);
 /// Arguments of `settings`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Values are numbers with their unit in a string, mount-height = \"0.4 m\"; counts and words stand as they
+    after_help = "Values with a unit are strings, mount-height = \"0.4 m\"; counts and words have no unit and
 are: retries = 2, plane = \"depth\". `--get` writes each key with its range. All values are checked before the first is
-sent; then every key is read back and compared. What is set counts until the next reset: --save keeps it."
+sent; then every key is read back and compared. Set values hold until the next reset; --save stores them."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0
@@ -70,8 +70,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let version = talk.version()?;
             let told = talk.settings()?;
             let about = format!(
-                "Settings of a scanner, firmware {version}. Written by `cargo sim settings --get`; `--set` sends\n\
-                 them, `--diff` compares. Keys may be left out: those stay as they are."
+                "Settings of a scanner, firmware {version}. Written by `cargo sim settings --get`; \
+                 `--set` sends\nthem, `--diff` compares. Keys may be omitted; they keep their \
+                 values."
             );
             outputs.write(path, profile::text(&told, &about).as_bytes())?;
             emit(&format!("{}: {} settings\n", path.display(), told.len()));
@@ -138,7 +139,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     if let Some((key, error)) = broken {
         let sent = changes.iter().take_while(|change| change.0 != *key).count();
         bail!(
-            "{error}\n  {sent} of {} settings were set before {key}, and count until the next reset: repeat the command",
+            "{error}\n  {sent} of {} settings were set before {key}, and hold until the next reset: repeat the command",
             changes.len()
         );
     }
@@ -161,7 +162,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     emit(&lines.collect::<String>());
     if !(refused.is_empty() && astray.is_empty()) {
         bail!(
-            "the scanner does not hold what the file says; what was set counts until its next reset, and was not saved"
+            "the scanner's values differ from the file's; the set values hold until its next reset, and were not saved"
         );
     }
     emit(&format!(
@@ -172,7 +173,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     if save {
         keep(talk)?;
     } else {
-        eprintln!("note: they count until the next reset: --save keeps them");
+        eprintln!("note: they hold until the next reset; --save stores them");
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -190,7 +191,7 @@ fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
                 row.spoken(there),
                 row.spoken(&wanted)
             )),
-            None => Some(format!("{}: the scanner does not tell it", row.key)),
+            None => Some(format!("{}: not reported by the scanner", row.key)),
         }
     });
     lines.collect()

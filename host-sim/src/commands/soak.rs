@@ -65,7 +65,7 @@ fn text(tally: &Tally) -> String {
             early as f64 / f64::from(1 << 20),
             late as f64 / f64::from(1 << 20)
         ),
-        _ => writeln!(out, "resident memory: not told on this system"),
+        _ => writeln!(out, "resident memory: not available on this system"),
     };
     out
 }

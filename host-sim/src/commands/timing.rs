@@ -259,8 +259,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         );
     }
     out.push_str(&format!(
-        "{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at most at \
-         168 MHz, hides behind the wire; the report follows within {:.1} ms of the last row.\n",
+        "{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at \
+         most at 168 MHz, overlaps the transfer; the report follows within {:.1} ms of the last \
+         row.\n",
         settings.config.sweep.angle_count,
         ms(CHIRP / CORE_MHZ),
         ms(POST / CORE_MHZ)

@@ -75,8 +75,8 @@ impl Setup {
     fn check(&self) -> Result<()> {
         ensure!(
             self.complex,
-            "complex: false: real samples do not say on which side of the radar's tone an echo beats; \
-             expected a capture of complex samples (complex 1x or 2x)"
+            "complex: false: real samples do not contain the sign of the beat frequency; expected a \
+             capture of complex samples (complex 1x or 2x)"
         );
         ensure!(
             matches!(self.adc_bits, 12 | 14 | 16),

@@ -61,8 +61,8 @@ pub fn format(document: &Value) -> Result<Format> {
 fn parse(datatype: &str) -> Result<Format> {
     ensure!(
         !datatype.starts_with('r'),
-        "global core:datatype: found {datatype:?}: real samples do not say on which side of the radar's tone \
-         an echo beats; expected complex ones"
+        "global core:datatype: found {datatype:?}: real samples do not contain the sign of the beat \
+         frequency; expected complex ones"
     );
     let known = || {
         let (name, big) = match datatype.split_once('_') {

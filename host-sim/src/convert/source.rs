@@ -107,7 +107,7 @@ impl Source {
         if let Some(given) = self.given.samples_per_chirp {
             ensure!(
                 given == chirps.samples_per_chirp,
-                "{}: {} complex samples in a chirp, --samples-per-chirp says {given}{}",
+                "{}: {} complex samples in a chirp, --samples-per-chirp is {given}{}",
                 self.path.display(),
                 chirps.samples_per_chirp,
                 if given == 2 * chirps.samples_per_chirp {
@@ -123,7 +123,7 @@ impl Source {
     fn capture(&self) -> Result<Chirps> {
         ensure!(
             self.full_scale.is_none(),
-            "--full-scale: of a DCA1000's capture adc_bits says it"
+            "--full-scale: of a DCA1000's capture it is given by adc_bits"
         );
         let beside = self.path.with_extension("toml");
         let file = self.setup.as_ref().unwrap_or(&beside);

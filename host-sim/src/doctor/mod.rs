@@ -90,7 +90,7 @@ pub fn unusable(broken: &Broken) -> Vec<Finding> {
             observed: broken.what.clone(),
             fixes: broken.help.clone(),
         },
-        _ => unseen(check, "the port does not speak"),
+        _ => unseen(check, "no sentences at the port"),
     };
     Check::ALL.iter().map(finding).collect()
 }
@@ -144,7 +144,7 @@ pub fn text(findings: &[Finding]) -> String {
     };
     let _ = writeln!(
         text,
-        "{} ok, {} warnings, {} faults, {} could not be seen",
+        "{} ok, {} warnings, {} faults, {} not seen",
         count(Level::Ok),
         count(Level::Warning),
         count(Level::Fault),
@@ -291,9 +291,12 @@ fn why_unseen(evidence: &Evidence) -> String {
         .filter(|&r| r.effects().contains(&ReasonEffect::Fault));
     let words: Vec<&str> = faults.map(Reason::as_str).collect();
     match (words.is_empty(), evidence.scan) {
-        (false, _) => format!("the scanner does not get so far: {}", words.join(", ")),
+        (false, _) => format!(
+            "the scanner does not reach this check: {}",
+            words.join(", ")
+        ),
         (true, None) => "no scan came".to_owned(),
-        (true, Some(_)) => "nothing was said of it".to_owned(),
+        (true, Some(_)) => "not reported".to_owned(),
     }
 }
 
@@ -325,7 +328,7 @@ fn port(evidence: &Evidence) -> Finding {
 
 fn firmware(evidence: &Evidence) -> Finding {
     let Some(version) = &evidence.version else {
-        return unseen(Check::Firmware, "the scanner did not tell its version");
+        return unseen(Check::Firmware, "the scanner did not report its version");
     };
     let (number, revision) = version.split_once(' ').unwrap_or((version, "unknown"));
     let own = env!("CARGO_PKG_VERSION");
@@ -351,15 +354,12 @@ fn seal(evidence: &Evidence) -> Finding {
     // A scan reports an unsealed image, a failed self-test a damaged one.
     match evidence.scan {
         Some(scan) if scan.scan > 0 => good(Check::Seal, "the image is what was built".to_owned()),
-        _ => unseen(
-            Check::Seal,
-            "whether the image is sealed is told with a scan",
-        ),
+        _ => unseen(Check::Seal, "the seal is reported with a scan"),
     }
 }
 
 fn chip(evidence: &Evidence) -> Finding {
-    let clock = evidence.clock.as_deref().unwrap_or("not told");
+    let clock = evidence.clock.as_deref().unwrap_or("not reported");
     let told = format!("clock {clock}; supply and memory passed at boot");
     if clock == "hsi-16" {
         let why = format!("{told}; internal-clock is on");
@@ -379,7 +379,7 @@ fn motor(evidence: &Evidence) -> Finding {
     };
     let driver = match evidence.setting("driver") {
         Some("tmc2209") => "tmc2209 answers on its wire",
-        _ => "step-dir: the driver itself is not asked",
+        _ => "step-dir: the driver itself is not queried",
     };
     good(Check::Motor, format!("{seen}; {driver}"))
 }
@@ -428,7 +428,7 @@ fn module(evidence: &Evidence) -> Finding {
 fn mirror_echo(evidence: &Evidence) -> Finding {
     let spoken = |key| evidence.spoken(key);
     let told = format!(
-        "where mirror-offset {} puts it; calibrated range {}, level {}",
+        "at mirror-offset {}; calibrated range {}, level {}",
         spoken("mirror-offset"),
         spoken("mirror-echo"),
         spoken("mirror-level")
@@ -447,7 +447,7 @@ fn mirror_echo(evidence: &Evidence) -> Finding {
 fn mount(evidence: &Evidence) -> Finding {
     let spoken = |key| evidence.spoken(key);
     let told = format!(
-        "the floor is where mount-height {} says; calibrated {}",
+        "the ground is at mount-height {}; calibrated {}",
         spoken("mount-height"),
         spoken("calibrated")
     );
@@ -506,6 +506,6 @@ impl Evidence {
             Some(row) => row.spoken(value),
             None => value.to_owned(),
         });
-        spoken.unwrap_or_else(|| "not told".to_owned())
+        spoken.unwrap_or_else(|| "not reported".to_owned())
     }
 }

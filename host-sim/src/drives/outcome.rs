@@ -43,10 +43,10 @@ impl Cause {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::SteppedInTooNear => "stepped in nearer than the chair can stop",
-            Self::GroundDark => "ground before it dark",
+            Self::GroundDark => "no ground echo before the hazard",
             Self::BesideTheBeam => "beside the beam's axis",
             Self::LeftTheSector => "left the sector below the last row",
-            Self::FreeTooFar => "`ok` with a free distance beyond it",
+            Self::FreeTooFar => "`ok`, free distance beyond the hazard",
             Self::Chair => "within the free distance: chair",
         }
     }

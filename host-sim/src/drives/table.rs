@@ -91,9 +91,10 @@ impl Tally {
 }
 
 /// Heading of the table of [`row`]s.
-pub const HEADING: &str = "| drives in | drives | to a hazard | over it, ground shows | upper 95 % bound (Clopper-Pearson) \
-     | over it, ground dark | stood within 30 cm | the same where the ground shows | stood farther | gap, cm: 10 %, 50 %, 90 % | no \
-     hazard: to the end |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+pub const HEADING: &str = "| drives in | drives | to a hazard | drove over, with ground echo | \
+    upper 95 % bound (Clopper-Pearson) | drove over, without ground echo | stopped within 30 cm | \
+    of these, with ground echo | stopped farther away | gap, cm: 10 %, 50 %, 90 % | no hazard: \
+    completed |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// Returns one line of the table.
 pub fn row(name: &str, tally: &Tally) -> String {
@@ -140,7 +141,9 @@ pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
 /// Returns the table of causes.
 pub fn causes_text(logs: &[DriveLog]) -> String {
     let counts = causes(logs);
-    let mut out = String::from("| over a hazard | ground shows | ground dark |\n|---|---|---|\n");
+    let mut out = String::from(
+        "| drove over a hazard | with ground echo | without ground echo |\n|---|---|---|\n",
+    );
     let count = |cause, shows| counts.get(&(cause, shows)).copied().unwrap_or(0);
     for cause in Cause::ALL {
         let (shown, dark) = (count(cause, true), count(cause, false));
@@ -179,8 +182,8 @@ pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
 /// Returns the table of [`halts`].
 pub fn halts_text(logs: &[DriveLog]) -> String {
     let mut out = String::from(
-        "| last word of a chair that stood farther | hazard, ground shows up to it | hazard, ground dark | no hazard |\n\
-         |---|---|---|---|\n",
+        "| last sentence of chairs that stopped farther away | hazard, with ground echo | hazard, \
+         without ground echo | no hazard |\n|---|---|---|---|\n",
     );
     for (word, [shown, dark, free]) in halts(logs) {
         let _ = writeln!(out, "| {word} | {shown} | {dark} | {free} |");

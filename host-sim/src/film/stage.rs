@@ -173,7 +173,7 @@ impl Stage {
             .set("viewBox", format!("0 0 {width} {height}"))
             .set("font-family", "system-ui, sans-serif")
             .add(Title::new(format!(
-                "{}: what the scanner says as the chair comes nearer",
+                "{}: answers of the scanner during the approach",
                 film.name
             )))
             .add(
@@ -422,9 +422,9 @@ impl Stage {
 
     fn horizon(&self, x_m: f64) -> Vec<Group> {
         let (edge_m, label) = if x_m < self.x_m.1 {
-            (x_m, "vouched for up to here")
+            (x_m, "valid up to here")
         } else {
-            (self.x_m.1 - 0.01, "vouched for beyond the picture")
+            (self.x_m.1 - 0.01, "valid beyond the drawing")
         };
         let x = number(self.x(edge_m));
         let line = Line::new()
@@ -455,7 +455,7 @@ impl Stage {
                 .set("fill", fill)
         };
         let summary = shot.answer.summary();
-        // "ok (reason): steps, vouched for …"; the reasons go to the second line.
+        // "ok (reason): steps, valid up to …"; the reasons go to the second line.
         let (status, rest) = summary.split_once(": ").unwrap_or((&summary, ""));
         let (status, reasons) = status.split_once(" (").unwrap_or((status, ""));
         let (what, vouched) = rest.split_once(", ").unwrap_or((rest, ""));

@@ -40,7 +40,7 @@ fn each_scan_is_told_with_its_steps() {
         assert!(svg.contains(&told), "{told}");
     }
     assert!(svg.contains("ok: 3 steps up"));
-    assert!(svg.contains("vouched for up to 1."));
+    assert!(svg.contains("valid up to 1."));
     // As in the recording's angles.
     assert_eq!(film.shots[0].sweep_deg, (-20.0, 50.0));
     let (down, _) = self::film("descending");

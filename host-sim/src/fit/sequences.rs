@@ -296,7 +296,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
         let able = of_type().filter(|l| l.reach_m.is_finite());
         let _ = writeln!(
             told,
-            "{name}: ok from {:.3} on: {} of {} scans that nothing else takes it from, {} of them wrong",
+            "{name}: ok from {:.3} on: {} of {} scans without another reason against it, {} of them wrong",
             least.from,
             least.ok,
             able.count(),

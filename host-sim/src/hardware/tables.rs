@@ -15,7 +15,7 @@ pub fn parts(table: &Table) -> String {
             .collect();
         let _ = writeln!(
             text,
-            "| {title} | part number | about, € | mind |\n|---|---|---|---|"
+            "| {title} | part number | about, € | note |\n|---|---|---|---|"
         );
         for Part {
             what,
@@ -80,7 +80,8 @@ pub fn power(table: &Table) -> String {
             load.what, load.rail, load.typical_ma, load.most_ma, load.from
         );
     }
-    text += "\n| rail | made by | typical, mA | at most, mA | it gives, mA | used at most |\n|---|---|---|---|---|---|\n";
+    text += "\n| rail | made by | typical, mA | at most, mA | capacity, mA | used at most \
+        |\n|---|---|---|---|---|---|\n";
     for converter in &table.converters {
         let Current { typical, most } = current(table, &converter.output);
         let _ = writeln!(

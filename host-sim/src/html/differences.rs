@@ -189,7 +189,7 @@ fn steps(list: &mut List, both: [&Answer; 2]) {
 fn reasons(list: &mut List, both: [&Answer; 2]) {
     let sets = both.map(|a| a.scan.reasons);
     for reason in sets[0].and(sets[1]).iter() {
-        let told = |has: bool| if has { "told" } else { NONE }.to_owned();
+        let told = |has: bool| if has { "reported" } else { NONE }.to_owned();
         let what = format!("reason {}", reason.as_str());
         list.words(&what, sets.map(|set| told(set.has(reason))));
     }

@@ -399,10 +399,7 @@ impl State {
                 self.answers += 1;
                 self.restarted = false;
             }
-            Err(error) => self.note(
-                now,
-                &format!("an answer that contradicts itself: {error:#}"),
-            ),
+            Err(error) => self.note(now, &format!("an inconsistent answer: {error:#}")),
         }
     }
 

@@ -129,7 +129,7 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let age = span(state.age(now).unwrap_or(0));
     let old = match standing {
         Standing::Fresh => None,
-        Standing::Unplugged => Some("the port is gone".to_owned()),
+        Standing::Unplugged => Some("the port is closed".to_owned()),
         Standing::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
         Standing::Restarted => Some("the scanner has restarted since".to_owned()),
         Standing::Old => Some("too old to act on".to_owned()),
@@ -190,7 +190,7 @@ fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
     lines.into_iter()
 }
 
-/// Returns the summary of an answer without its status, for example `3 steps up, vouched for up to 1.0 m,
+/// Returns the summary of an answer without its status, for example `3 steps up, valid up to 1.0 m,
 /// confidence 98.9 %`.
 fn words(answer: &Answer) -> String {
     let summary = answer.summary();
@@ -217,7 +217,7 @@ fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool
     let mut lines = Vec::new();
     if let Some(answer) = answer.filter(|answer| !answer.steps.is_empty()) {
         lines.push(Line::styled(
-            " #   distance ±2σ     height ±2σ   seen",
+            " #   distance ±2σ     height ±2σ quality",
             style,
         ));
         for s in &answer.steps {
@@ -333,7 +333,7 @@ fn asked(state: &State, now: Ms) -> Line<'static> {
         }
         None if asked.overdue(now) => {
             let text = format!(
-                "   {}: no answer. Does the adapter's TX go to J2 pin 3 (REPORT_RX)?",
+                "   {}: no answer. Is the adapter's TX connected to J2 pin 3 (REPORT_RX)?",
                 asked.text
             );
             Line::styled(text, WARN)

@@ -129,8 +129,11 @@ impl Talk {
         let (what, help) = match self.state.strange(self.now()) {
             Some(strange) => strange.explain(self.baud),
             None => (
-                format!("{}: the scanner speaks, but does not answer", self.port),
-                vec!["Is the wire to REPORT_RX (J2 pin 3) there?".to_owned()],
+                format!(
+                    "{}: the scanner sends sentences but does not reply",
+                    self.port
+                ),
+                vec!["Is the wire to REPORT_RX (J2 pin 3) connected?".to_owned()],
             ),
         };
         Broken { what, help }

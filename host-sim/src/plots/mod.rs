@@ -172,7 +172,7 @@ pub fn write_inspect(
 ) -> Result<()> {
     let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
     let words = Words {
-        title: "Echoes with their roles, the winning reading and its rivals".into(),
+        title: "Echoes with their roles, the best hypothesis and its runners-up".into(),
         subtitle: format!(
             "{}: {}; 2.3 nats: ten times as likely",
             scan.recording.name,

@@ -98,7 +98,7 @@ pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Poi
 /// Returns the legend of the other hypotheses, `DROP` and `MAYBE`s.
 pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
     let rival = |(stroke, h): &(Stroke, &HypothesisView)| {
-        let label = format!("rival, {}: {}", percent(h.probability), h.name);
+        let label = format!("runner-up, {}: {}", percent(h.probability), h.name);
         (Swatch::Line(*stroke), label)
     };
     let mut legend: Vec<(Swatch, String)> = rivals.iter().map(rival).collect();
@@ -107,7 +107,7 @@ pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swa
         legend.push((Swatch::Area(CONCLUDED, BAND, drop_stroke()), label));
     }
     if !answer.maybes.is_empty() {
-        let label = "MAYBE: may stand there, with its probability".to_owned();
+        let label = "MAYBE: possible step with its probability".to_owned();
         legend.push((Swatch::Line(maybe_stroke()), label));
     }
     legend

@@ -166,7 +166,7 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
     }
     // Aliased echoes rise from the lower left.
     let corner = spot((far + end) / 2.0, bottom + 0.85 * (top - bottom));
-    sheet.text("wraps round", corner, face)
+    sheet.text("aliased", corner, face)
 }
 
 /// Writes the range of each peak beside it, the strongest first, if there is room beside all lines.

@@ -65,7 +65,7 @@ pub fn draw(
             .push((mark, "edge of a step, box of ±2σ".into()));
     }
     if reported.iter().any(|step| step.distance_m > horizon) {
-        let label = "beyond its horizon: no promise".to_owned();
+        let label = "beyond its horizon: not valid".to_owned();
         words.legend.push((Swatch::Line(no_promise), label));
     }
     if truth.is_some() {

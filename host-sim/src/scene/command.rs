@@ -93,8 +93,8 @@ impl Source {
         let Some(kind) = name.to_str().and_then(|text| text.strip_prefix("random:")) else {
             ensure!(
                 args.instrument.is_none() && args.effects.is_none(),
-                "--instrument, --effects: expected random:KIND as scene, not {}: a scene file says it \
-                 itself",
+                "--instrument, --effects: expected random:KIND as scene, not {}: a scene file \
+                 contains it",
                 name.display()
             );
             return Ok(Self::File(Box::new(Scene::read(name)?)));
@@ -237,8 +237,9 @@ fn told(output: &Path, chirps: usize, scans: usize) -> String {
     let plural = if scans == 1 { "" } else { "s" };
     let (meta, name) = (meta_path(output), output.display());
     format!(
-        "{}: {chirps} chirps, {scans} scan{plural}, with what is really there; samples beside it in .{DATA_SUFFIX}\n\
-         next: cargo sim replay {name} for the answer, cargo sim report {name} for a page to look at\n",
+        "{}: {chirps} chirps, {scans} scan{plural}, with ground truth; samples beside it in \
+         .{DATA_SUFFIX}\nnext: cargo sim replay {name} for the answer, cargo sim report {name} for \
+         an HTML report\n",
         meta.display()
     )
 }
@@ -252,8 +253,8 @@ fn told_many(pattern: &str, count: u32) -> String {
     let (first, last) = (0, count.saturating_sub(1));
     let name = |k| numbered(pattern, k);
     format!(
-        "{count} recordings, {} to {}, with what is really there\n\
-         next: cargo sim score {dir} for how good the answers are, cargo sim report {dir} for a page of all\n",
+        "{count} recordings, {} to {}, with ground truth\nnext: cargo sim score {dir} to evaluate \
+         the answers, cargo sim report {dir} for an HTML report of all\n",
         name(first),
         name(last)
     )

@@ -359,7 +359,7 @@ fn drops_are_counted_where_they_are_near() {
     assert_eq!((set.drops, set.false_drops), (5, 2));
     assert_eq!(set.false_drops_without, Share::new(1, 2));
     let text = table(std::slice::from_ref(&set));
-    let words = "set: drops nearer than 1.6 m told 1 of 4; false drops 2, 1 of them on 2 scenes without one\n";
+    let words = "set: drops nearer than 1.6 m reported 1 of 4; false drops 2, 1 of them on 2 scenes without one\n";
     assert!(text.contains(words), "{text}");
     assert_eq!(set.json()["told_drops"]["count"], 1);
     // Two of the `ok` answers report a drop; one of them is wrong.
@@ -415,7 +415,7 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
         (Share::new(4, 5), Share::new(1, 2))
     );
     let text = table(std::slice::from_ref(&set));
-    let words = "; depth told with 4 of 5, error of 2 that cover a true one: median 2.0 cm, 95 % 2.9 cm, \
+    let words = "; depth reported with 4 of 5, error of 2 that cover a true one: median 2.0 cm, 95 % 2.9 cm, \
                  more than 2 cm 1\n";
     assert!(text.contains(words), "{text}");
 }

@@ -69,13 +69,14 @@ pub fn drops(set: &SetScore) -> String {
     let Share { hits, of } = set.told_drops;
     let without = set.false_drops_without;
     let mut out = format!(
-        "drops nearer than {NEAR_DROP_M:.1} m told {hits} of {of}; false drops {}, {} of them on {} scenes without one",
+        "drops nearer than {NEAR_DROP_M:.1} m reported {hits} of {of}; false drops {}, {} of them \
+         on {} scenes without one",
         set.false_drops, without.hits, without.of
     );
     if set.depths.hits > 0 {
         let _ = write!(
             out,
-            "; depth told with {} of {}",
+            "; depth reported with {} of {}",
             set.depths.hits, set.depths.of
         );
     }
@@ -98,7 +99,7 @@ fn promise(set: &SetScore) -> String {
     let horizon = match set.ok_horizon_m {
         None => "no answer is ok".to_owned(),
         Some(m) if m.is_finite() => format!("median horizon of an ok {m:.2} m"),
-        Some(_) => "an ok has no horizon: it vouches for everything".to_owned(),
+        Some(_) => "an ok without a horizon is valid at any distance".to_owned(),
     };
     format!(
         "{}: ok and wrong {} of {} ok; ok of what is not wrong {}; {horizon}",

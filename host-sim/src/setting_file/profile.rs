@@ -143,7 +143,7 @@ impl Profile {
                     row.spoken(there)
                 )),
                 None => lines.push(format!(
-                    "{}: scanner does not know it, file {file} (line {line})",
+                    "{}: unknown to the scanner, file {file} (line {line})",
                     row.key
                 )),
             }

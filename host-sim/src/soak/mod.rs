@@ -307,7 +307,7 @@ impl Soak<'_> {
         };
         if expected != told.lines {
             let line = format!(
-                "scan {number} of {}: told {}, expected {}",
+                "scan {number} of {}: reported {}, expected {}",
                 reel.name,
                 told.lines.join(" "),
                 expected.join(" ")

@@ -261,10 +261,10 @@ impl Sums {
 }
 
 /// Heading of the table of [`row`]s.
-pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok` and wrong, of `ok` | upper 95 % \
-     bound (Clopper-Pearson) | useful | the same where the ground shows | named within two sweeps | the same where the ground \
-     shows | false rise or drop, without a hazard |\n\
-     |---|---|---|---|---|---|---|---|---|---|---|---|\n";
+pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok`, \
+    free beyond the hazard, of `ok` | upper 95 % bound (Clopper-Pearson) | useful | useful, with \
+    ground echo | named within two sweeps | named, with ground echo | false rise or drop, without a \
+    hazard |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// Returns one line of the table.
 pub fn row(name: &str, sums: &Sums) -> String {

@@ -114,7 +114,10 @@ pub fn scan(
     });
     let radar = match settings {
         Ok(radar) => radar,
-        Err(error) => bail!("the module does not tell its settings: {}", explain(error)),
+        Err(error) => bail!(
+            "the module does not report its settings: {}",
+            explain(error)
+        ),
     };
     let mut samples = vec![Iq::default(); usize::from(radar.samples)];
     let mut lost = 0;
@@ -129,7 +132,10 @@ pub fn scan(
         match chirp {
             Ok(()) => lost = 0,
             Err(error) if lost + 1 == LOST_IN_A_ROW => {
-                bail!("{LOST_IN_A_ROW} chirps did not come: {}", explain(error));
+                bail!(
+                    "{LOST_IN_A_ROW} chirps were not received: {}",
+                    explain(error)
+                );
             }
             Err(_) => lost += 1,
         }
@@ -161,14 +167,14 @@ fn wait<T>(mut poll: impl FnMut() -> Poll<Result<T, LinkError>>) -> Result<T, Li
 fn explain(error: LinkError) -> String {
     match error {
         LinkError::Timeout => {
-            "nothing came. Is it powered, and are its TX+/TX- and RX+/RX- the right way round?"
+            "nothing was received. Is it powered, and are its TX+/TX- and RX+/RX- the right way round?"
                 .to_owned()
         }
         LinkError::Frame(_) => {
-            "what came is damaged. The link's speed is 1,000,000 baud".to_owned()
+            "the received bytes are damaged. The link's speed is 1,000,000 baud".to_owned()
         }
         LinkError::Module(code) => format!("it reports error {code} (docs/link.md)"),
-        _ => "it answers something else".to_owned(),
+        _ => "it sends another reply".to_owned(),
     }
 }
 

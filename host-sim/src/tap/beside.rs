@@ -140,10 +140,14 @@ pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
     let all = mount_height.and(mirror_offset).and(beamwidth).is_some() && plane.is_some();
     let note = (!told && !all).then(|| {
         format!(
-            "the link does not tell how the scanner is mounted: taken are plane {}, mirror offset {} m, mount \
-             height {} m, beam {}°; say otherwise with --plane, --mirror-offset, --mount-height, --beamwidth, \
-             or let the scanner tell it with --report PORT --ask",
-            if setup.plane == Plane::Depth { "depth" } else { "height" },
+            "the link does not transmit the mounting: assumed are plane {}, mirror offset {} m, \
+             mount height {} m, beam {}°; give other values with --plane, --mirror-offset, \
+             --mount-height, --beamwidth, or read them from the scanner with --report PORT --ask",
+            if setup.plane == Plane::Depth {
+                "depth"
+            } else {
+                "height"
+            },
             setup.offset_m,
             setup.mount_height_m,
             setup.beamwidth_deg
@@ -196,6 +200,8 @@ pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> 
         true => {
             "the same steps, status and horizon; only the scan's number or the hash of the settings differs"
         }
-        false => "another answer: is the scanner set otherwise, or did it know earlier scans?",
+        false => {
+            "another answer: does the scanner have other settings, or did it use earlier scans?"
+        }
     })
 }

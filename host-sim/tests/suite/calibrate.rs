@@ -205,7 +205,8 @@ fn an_instrument_that_is_not_well_is_not_calibrated() {
         sample.q = sample.i;
     }
     let refusal = calibrated(&recording, 1.5).unwrap_err();
-    let named = refusal.contains("the instrument is not well") && refusal.contains("channel-dead");
+    let named =
+        refusal.contains("the instrument failed health checks") && refusal.contains("channel-dead");
     assert!(named, "{refusal}");
 }
 

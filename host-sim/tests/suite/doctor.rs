@@ -268,8 +268,8 @@ fn a_silent_port_and_one_that_is_not_there_are_told() {
     let silent = Pty::new().unwrap();
     let output = doctor(&silent.path, &[]);
     let text = told(&output);
-    has(&text, "port", "FAULT", "says nothing");
-    has(&text, "motor", "not seen", "the port does not speak");
+    has(&text, "port", "FAULT", "sends nothing");
+    has(&text, "motor", "not seen", "no sentences at the port");
     assert!(text.contains("-> Is the scanner powered?"), "{text}");
     assert_eq!(output.status.code(), Some(1));
     has(

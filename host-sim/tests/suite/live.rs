@@ -272,5 +272,5 @@ fn a_terminal_that_hung_up_ends_the_program() {
     let mut told = String::new();
     std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut told).unwrap();
     assert_eq!(status.code(), Some(1), "{told}");
-    assert!(told.contains("the terminal has gone"), "{told}");
+    assert!(told.contains("the terminal was closed"), "{told}");
 }

@@ -201,7 +201,7 @@ fn ports_that_cannot_be_used_are_explained() {
     let nothing = sim(&["settings", &silent.path, "--get", path]);
     assert_eq!(nothing.status.code(), Some(1));
     assert!(
-        told(&nothing).contains("says nothing"),
+        told(&nothing).contains("sends nothing"),
         "{}",
         told(&nothing)
     );

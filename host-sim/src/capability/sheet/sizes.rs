@@ -106,7 +106,7 @@ pub fn every_size(measured: &Measured) -> Vec<Part> {
         &measured.head.times,
     );
     vec![
-        Part::Heading(2, "Sizes, and what shrinks them".into()),
+        Part::Heading(2, "Detection by size and window loss".into()),
         Part::Text(words::SIZES.into()),
         Part::Table(table),
     ]

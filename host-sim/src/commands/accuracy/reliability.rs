@@ -11,7 +11,7 @@ pub fn horizon(set: &SetScore) -> String {
     match set.ok_horizon_m {
         None => "–".into(),
         Some(m) if m.is_finite() => format!("{m:.2} m"),
-        Some(_) => "not told".into(),
+        Some(_) => "not reported".into(),
     }
 }
 
@@ -52,16 +52,16 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "- all: {}\n", drops(all));
     }
     if all.confidence.all.actual.of == 0 {
-        out.push_str("No answer tells a confidence.\n");
+        out.push_str("No answer reports a confidence.\n");
         return out;
     }
     out.push_str(
-        "An answer's confidence is the probability that nothing is wrong up to its horizon, or over the \
-         first metre if that is farther; right is what is so up to there. The standard error is that of \
-         the actual share if every prediction is kept. Predicted and actual agree when they differ by at \
-         most 5 points or twice that; fewer than 30 say little and are not judged.\n\n\
-         | confidence | answers | predicted | right | standard error | agree |\n\
-         |---|---|---|---|---|---|\n",
+        "An answer's confidence is the probability that nothing is wrong up to its horizon, or over \
+         the first metre if that is farther; an answer is right if nothing is wrong up to there. \
+         The standard error is that of the actual share if the predictions are true. Predicted and \
+         actual agree when they differ by at most 5 points or twice that; bins of fewer than 30 \
+         answers are not compared.\n\n| confidence | answers | predicted | right | standard error | \
+         agree |\n|---|---|---|---|---|---|\n",
     );
     bins(&mut out, &all.confidence);
     let _ = write!(
@@ -77,10 +77,9 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "| {kind} | {figures} | {hits} of {of} |");
     }
     out.push_str(
-        "\nA `MAYBE` is right when a true step stands within 10 cm of it, or a drop where it says that \
-         the ground may end.\n\n\
-         | probability | `MAYBE`s | predicted | right | standard error | agree |\n\
-         |---|---|---|---|---|---|\n",
+        "\nA `MAYBE` is right when a true step stands within 10 cm of it, or a drop where it \
+         reports a possible end of the ground.\n\n| probability | `MAYBE`s | predicted | right | \
+         standard error | agree |\n|---|---|---|---|---|---|\n",
     );
     bins(&mut out, &all.maybes);
     let _ = writeln!(out, "| all | {} |", figures(&all.maybes.all));
@@ -189,7 +188,7 @@ mod tests {
             with.contains("| a drop ahead | 1 | 0 | 95.00 % |"),
             "{with}"
         );
-        let line = "- brink: drops nearer than 1.6 m told 1 of 1; false drops 0, 0 of them on 1 scenes without one\n";
+        let line = "- brink: drops nearer than 1.6 m reported 1 of 1; false drops 0, 0 of them on 1 scenes without one\n";
         assert!(with.contains(line), "{with}");
     }
 
@@ -200,9 +199,12 @@ mod tests {
         let set = SetScore::new("all", [silent].iter());
         let text = tables(&[], &set);
         assert!(
-            text.contains("median horizon of an `ok` not told"),
+            text.contains("median horizon of an `ok` not reported"),
             "{text}"
         );
-        assert!(text.ends_with("No answer tells a confidence.\n"), "{text}");
+        assert!(
+            text.ends_with("No answer reports a confidence.\n"),
+            "{text}"
+        );
     }
 }

@@ -138,8 +138,8 @@ pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
         }
     }
     let mut out = String::from(
-        "| sign | scenes | median | 95 % | 99 % | most | doubted | ok, 99 % | ok, most | ok, doubted |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+        "| health check | scenes | median | 95 % | 99 % | maximum | failed | ok, 99 % | ok, maximum \
+         | ok, failed |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (name, seen) in &signs {
         let values = |of: &dyn Fn(&Seen) -> bool| {
@@ -171,8 +171,8 @@ pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
     }
     let _ = writeln!(
         out,
-        "\nShares of the limit. {trusted} of {} answers are ok or would be but for a doubt, {doubted} of \
-         them are doubted.",
+        "\nValues relative to the limit. {trusted} of {} answers are ok, or would be without a \
+         failed health check; {doubted} of them have a failed check.",
         scenes.len()
     );
     Ok(out)

@@ -26,9 +26,9 @@ use crate::serve::address;
 /// Arguments of `live`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Commands are typed on the screen's last lines: status, scan, stop, start, get KEY ... `set`, `save` and
-`calibrate` count only inside a sentence with a CRC: the sentence is offered, and the next Enter sends it.
-DTR and RTS are never touched: nothing is reset."
+    after_help = "Commands are entered in the last lines of the screen: status, scan, stop, start, get KEY ... `set`, `save` and
+`calibrate` are accepted only as a sentence with a CRC: the sentence is shown, and the next Enter sends it.
+DTR and RTS are never changed, so that nothing is reset."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0; without it the ports of this machine are listed

@@ -198,7 +198,7 @@ fn mount(set: &MountConfig, own: &MirrorSetup, told: impl Fn(&str) -> bool) -> R
         (true, Planes::Depth) => Plane::Depth,
         (true, Planes::Height) => Plane::Height,
         (true, Planes::Both) => {
-            bail!("plane: found both, expected depth or height: a recording has one")
+            bail!("plane: found both, expected depth or height: a recording has one plane")
         }
     };
     Ok(MirrorSetup {

@@ -118,7 +118,10 @@ fn scans_that_were_not_heard_from_end_to_end_are_left_out() {
     let some = scanned.traffic[200..900].to_vec();
     let (parts, notes, _) = tapped(&scanned, &some);
     assert!(parts.is_empty());
-    assert!(notes[0].contains("the tap began within it"), "{notes:?}");
+    assert!(
+        notes[0].contains("the recording began within it"),
+        "{notes:?}"
+    );
     assert!(notes[1].contains("only, of -20° to 50°"), "{notes:?}");
 }
 

@@ -148,7 +148,7 @@ fn the_module_itself_is_asked() {
     let told = String::from_utf8(output_of.stderr).unwrap();
     assert!(output_of.status.success(), "{told}");
     assert!(
-        told.contains("taken are plane depth, mirror offset 0.22 m"),
+        told.contains("assumed are plane depth, mirror offset 0.22 m"),
         "{told}"
     );
     let recording = Recording::read(&output).unwrap();
@@ -165,7 +165,7 @@ fn a_module_that_is_not_there_is_told() {
     let told = String::from_utf8(output_of.stderr).unwrap();
     assert!(!output_of.status.success());
     assert!(
-        told.contains("does not tell its settings: nothing came"),
+        told.contains("does not report its settings: nothing was received"),
         "{told}"
     );
 }
