@@ -198,20 +198,20 @@ fn the_host_s_speed_limit_is_that_of_c() {
         let [
             free_mm,
             age_ms,
-            fastest_mm_s,
+            max_speed_mm_s,
             latency_ms,
             deceleration_mm_s2,
-            oldest_ms,
+            max_age_ms,
         ] = *case;
         let ground = FreeAhead {
             free_mm,
             age_ms,
-            fastest_mm_s,
+            max_speed_mm_s,
         };
         let chair = Brakes {
             latency_ms,
             deceleration_mm_s2,
-            oldest_ms,
+            max_age_ms,
         };
         assert_eq!(max_speed(&ground, &chair).to_string(), said, "{case:?}");
     }

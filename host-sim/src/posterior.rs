@@ -110,13 +110,13 @@ fn name(staircase: &Staircase, seen: usize) -> String {
 pub fn text(posterior: &PosteriorView) -> String {
     let mut text = String::from("\n  probability  number of steps\n");
     for (count, probability) in posterior.counts.iter().enumerate() {
-        if *probability >= LEAST_TOLD {
+        if *probability >= MIN_REPORTED {
             let _ = writeln!(text, "  {:9.1} %  {count}", 100.0 * probability);
         }
     }
     text.push_str("\n  probability  hypothesis\n");
     for hypothesis in &posterior.hypotheses {
-        if hypothesis.probability < LEAST_TOLD {
+        if hypothesis.probability < MIN_REPORTED {
             break;
         }
         let percent = 100.0 * hypothesis.probability;
@@ -131,7 +131,7 @@ pub fn text(posterior: &PosteriorView) -> String {
 }
 
 /// Minimum probability of a listed hypothesis: a smaller one rounds to 0.0 %.
-const LEAST_TOLD: f64 = 0.0005;
+const MIN_REPORTED: f64 = 0.0005;
 
 /// Returns the posterior as JSON: `counts` by number of steps from 0, `hypotheses` likeliest first.
 pub fn json(posterior: &PosteriorView) -> Value {

@@ -20,7 +20,7 @@ const SLAB_M: f64 = 0.04;
 const LEVEL_M: f64 = 4.0;
 /// Minimum height of a rise or depth of a drop that a scan must name, centimetres. From here on
 /// single rises count as steps.
-const LEAST_STEP_CM: u32 = 6;
+const MIN_STEP_CM: u32 = 6;
 
 /// A test body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,9 +112,9 @@ impl Body {
 
     /// Whether a scan detects the body by reporting a step or a drop at its place. For the others a
     /// free distance that ends before the body is enough.
-    pub const fn told_by_name(self) -> bool {
+    pub const fn needs_named_detection(self) -> bool {
         match self {
-            Self::Rise(cm) | Self::Drop(cm) => cm >= LEAST_STEP_CM,
+            Self::Rise(cm) | Self::Drop(cm) => cm >= MIN_STEP_CM,
             Self::Closed | Self::Open | Self::Down => true,
             Self::Post | Self::Level => false,
         }

@@ -42,14 +42,14 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
     /// Number of scenes of most cells; level ground takes four times as many, drives a quarter
-    #[arg(long, default_value_t = SCENES, value_parser = clap::value_parser!(u64).range(1..=plan::MOST_SCENES))]
+    #[arg(long, default_value_t = SCENES, value_parser = clap::value_parser!(u64).range(1..=plan::MAX_SCENES))]
     scenes: u64,
     /// Number of scenes of each size of a rise or drop at 1 m behind a clean window
-    #[arg(long, value_name = "SCENES", default_value_t = OF_A_SIZE, value_parser = clap::value_parser!(u64).range(1..=plan::MOST_OF_A_SIZE))]
+    #[arg(long, value_name = "SCENES", default_value_t = OF_A_SIZE, value_parser = clap::value_parser!(u64).range(1..=plan::MAX_OF_A_SIZE))]
     sizes: u64,
     /// Check the bounds against a second draw of validation seeds, with this number of scenes of most cells and ten
     /// times as many of each size
-    #[arg(long, value_name = "SCENES", value_parser = clap::value_parser!(u64).range(1..=plan::MOST_SCENES))]
+    #[arg(long, value_name = "SCENES", value_parser = clap::value_parser!(u64).range(1..=plan::MAX_SCENES))]
     second: Option<u64>,
     /// Only this test body (rise, drop, post, closed-stairs, open-stairs, stairs-down, level); may be given several times
     #[arg(long = "body", value_name = "BODY", value_parser = plan::KINDS)]
@@ -157,7 +157,7 @@ fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     };
     let jobs: Vec<(usize, usize, u64)> = cells.iter().enumerate().flat_map(of).collect();
     let seen = harness::each(&jobs, |&(k, turn, seed)| {
-        measure::seen(&cells[k], turn, seed)
+        measure::measure(&cells[k], turn, seed)
     })?;
     let mut rest = seen.as_slice();
     let tallies = cells.iter().map(|cell| {

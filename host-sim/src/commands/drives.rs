@@ -13,7 +13,7 @@ use crate::drives::controller::FRONT_M;
 use crate::drives::course::Course;
 use crate::drives::log::DriveLog;
 use crate::drives::outcome::{NEAR_M, Outcome};
-use crate::drives::scanner::{self, Manner};
+use crate::drives::scanner::{self, DriveOptions};
 use crate::drives::table::{self, Tally};
 use crate::emulate::session::Waits;
 use crate::emulate::{guarding, image};
@@ -86,7 +86,7 @@ impl Args {
 fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     let course = Course::new(kind, seed)?;
     let ways = course.ways();
-    let drive = |number| scanner::drive(&course, &ways, number, Manner::default());
+    let drive = |number| scanner::drive(&course, &ways, number, DriveOptions::default());
     (0..drives).map(|number| Ok(drive(number)?.log)).collect()
 }
 
@@ -100,11 +100,11 @@ fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     let mut out = String::from("| drive | sweeps | the image's sentences |\n|---|---|---|\n");
     for (kind, seed) in in_turn.take(drives as usize) {
         let course = Course::new(*kind, *seed)?;
-        let manner = Manner {
+        let options = DriveOptions {
             by_trigger: true,
             is_kept: true,
         };
-        let driven = scanner::drive(&course, &course.ways(), 0, manner)?;
+        let driven = scanner::drive(&course, &course.ways(), 0, options)?;
         let sweeps = driven.sentences.len();
         let with = (Waits::default(), &[][..]);
         let config = Config::default();
@@ -168,16 +168,19 @@ fn line(log: &DriveLog) -> String {
         log.hazard.map_or("none", |hazard| hazard.kind.as_str()),
         100.0 * log.travel_m,
         log.time_s,
-        cm(last.and_then(|sweep| sweep.word.free_m)),
-        cm(last.map(|sweep| sweep.shows_m)),
+        cm(last.and_then(|sweep| sweep.answer.free_m)),
+        cm(last.map(|sweep| sweep.ground_echo_range_m)),
     )
 }
 
 /// Returns the drives to inspect.
 fn listed(logs: &[DriveLog]) -> Vec<String> {
     let flawed = logs.iter().filter(|log| match Outcome::of(log) {
-        Outcome::Over { .. } | Outcome::Halted => true,
-        Outcome::Early { gap_m, shows } => shows && gap_m > NEAR_M,
+        Outcome::DroveOver { .. } | Outcome::StoppedWithoutHazard => true,
+        Outcome::StoppedEarly {
+            gap_m,
+            has_ground_echo,
+        } => has_ground_echo && gap_m > NEAR_M,
         _ => false,
     });
     flawed.map(line).collect()
@@ -219,7 +222,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let kinds: Vec<_> = rows.iter().map(|(name, tally)| tally.json(name)).collect();
             let causes = table::causes(&logs).into_iter();
             let causes: Vec<_> = causes
-                .map(|((cause, shows), n)| json!({"cause": cause.as_str(), "shows": shows, "drives": n}))
+                .map(|((cause, has_ground_echo), n)| json!({"cause": cause.as_str(), "shows": has_ground_echo, "drives": n}))
                 .collect();
             format!(
                 "{}\n",

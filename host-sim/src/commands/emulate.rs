@@ -10,7 +10,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use super::replay::{show, show_guarded};
 use super::{Format, Settings, live, progress};
 use crate::answer::Answer;
-use crate::emulate::module::Misdeed;
+use crate::emulate::module::InjectedFault;
 use crate::emulate::session::Waits;
 use crate::emulate::{Fault, Session, guarding, image};
 use crate::guarded::Guarded;
@@ -186,7 +186,7 @@ fn waits(args: &Args) -> Waits {
         // Missing answers are waited for: a shorter timeout, still enough for a busy host.
         (waits.chirp, waits.configure) = (10_000_000, 5_000_000);
     }
-    if args.faults.iter().any(|f| f.misdeed == Misdeed::Silent) {
+    if args.faults.iter().any(|f| f.kind == InjectedFault::Silent) {
         waits.connect = 20_000_000;
     }
     waits

@@ -18,7 +18,7 @@ use super::harness::{self, Drawn};
 use crate::emulate::image::workspace;
 use crate::fit::logistic::LogisticFit;
 use crate::fit::measurement::{self, Build};
-use crate::fit::{self, Lesson};
+use crate::fit::{self, TrainingSample};
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{self, Recording};
 use crate::scene::random::{Kind, random_with};
@@ -98,10 +98,10 @@ enum Source {
 }
 
 /// Samples for fitting the hazards, for calibrating them, and for testing thresholds.
-struct Lessons {
-    training: Vec<Lesson>,
-    calibration: Vec<Lesson>,
-    testing: Vec<Lesson>,
+struct TrainingSamples {
+    training: Vec<TrainingSample>,
+    calibration: Vec<TrainingSample>,
+    testing: Vec<TrainingSample>,
 }
 
 /// Number of scenes of each kind for the checksum of the tables.
@@ -116,10 +116,10 @@ const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 pub fn checksum() -> Result<u32> {
     let source = Source::simulated(CHECKED)?;
     let (model, text, _) = model(&source)?;
-    let lessons = Lessons::new(&source, model)?;
+    let samples = TrainingSamples::new(&source, model)?;
     let (up, down) = (
-        plane(&lessons, Plane::Depth).0,
-        plane(&lessons, Plane::Height).0,
+        plane(&samples, Plane::Depth).0,
+        plane(&samples, Plane::Height).0,
     );
     Ok(CHECK.checksum((text + &fit::write(&up, &down, 0)).as_bytes()))
 }
@@ -151,12 +151,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if args.only_model {
         return Ok(ExitCode::SUCCESS);
     }
-    let lessons = Lessons::new(&source, counted)?;
+    let samples = TrainingSamples::new(&source, counted)?;
     if let Some(path) = &args.dump {
-        outputs.write(path, dump(&lessons).as_bytes())?;
+        outputs.write(path, dump(&samples).as_bytes())?;
     }
-    let (up, told_up) = plane(&lessons, Plane::Depth);
-    let (down, told_down) = plane(&lessons, Plane::Height);
+    let (up, told_up) = plane(&samples, Plane::Depth);
+    let (down, told_down) = plane(&samples, Plane::Height);
     emit(&format!(
         "depth plane\n{told_up}\nheight plane\n{told_down}"
     ));
@@ -164,11 +164,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-impl Lessons {
+impl TrainingSamples {
     /// From all scans, with the measurement model `model`.
     fn new(source: &Source, model: &'static Generative) -> Result<Self> {
         let [training, calibration, testing] =
-            source.parts(3, |recording, _| fit::lesson(recording, model))?;
+            source.parts(3, |recording, _| fit::sample(recording, model))?;
         Ok(Self {
             training,
             calibration,
@@ -179,7 +179,7 @@ impl Lessons {
 
 /// Fits the measurement model. Returns it with its source file and a report.
 fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
-    let [training, held_back, _] = source.parts(2, fit::sighting)?;
+    let [training, held_back, _] = source.parts(2, fit::measurement_sample)?;
     let measured = measurement::measure(&training);
     let mut told = format!("measurement model: {} scans\n", measured.scans);
     for (k, likelihood) in measured.rounds.iter().enumerate() {
@@ -276,7 +276,7 @@ struct Counted {
 }
 
 /// Fits the hazards and their calibration; the threshold is determined later.
-fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
+fn count(training: &[&TrainingSample], calibration: &[&TrainingSample]) -> Counted {
     let hazards = fit::hazards(training);
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
@@ -290,13 +290,13 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     let mut maps = Vec::new();
     let bare = weights.clone();
     for (stairs, map) in [false, true].into_iter().zip(&mut weights.maps) {
-        let lessons = calibration.iter().filter(|l| l.stairs == stairs);
-        let lessons: Vec<_> = lessons.copied().collect();
-        let counted = fit::calibration(&lessons, &bare);
+        let samples = calibration.iter().filter(|l| l.stairs == stairs);
+        let samples: Vec<_> = samples.copied().collect();
+        let counted = fit::calibration(&samples, &bare);
         if let [slope, offset] = counted.weights[..] {
             (map.slope, map.offset) = (slope as f32, offset as f32);
         }
-        maps.push((lessons.len(), counted));
+        maps.push((samples.len(), counted));
     }
     let maybe = fit::maybes(training);
     if let [slope, offset] = maybe.weights[..] {
@@ -314,8 +314,8 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
 }
 
 /// Returns the weights of one plane with a report.
-fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
-    let parts = [&lessons.training, &lessons.calibration, &lessons.testing];
+fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
+    let parts = [&samples.training, &samples.calibration, &samples.testing];
     let [training, calibration, testing] =
         parts.map(|part| part.iter().filter(|l| l.plane == plane).collect::<Vec<_>>());
     let Counted {
@@ -353,7 +353,7 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
     let _ = writeln!(
         out,
         "{name}: {scans} scans, {} {samples} {}",
-        fit.samples, fit.happened
+        fit.samples, fit.positives
     );
     for (k, (weight, error)) in fit.weights.iter().zip(&fit.errors).enumerate() {
         let _ = writeln!(out, "  {k:>3} {weight:>9.3} ± {error:.3}");
@@ -361,24 +361,24 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
 }
 
 /// Returns the samples as text.
-fn dump(lessons: &Lessons) -> String {
+fn dump(samples: &TrainingSamples) -> String {
     let mut text = String::new();
-    for (part, lessons) in [
-        ("training", &lessons.training),
-        ("calibration", &lessons.calibration),
-        ("testing", &lessons.testing),
+    for (part, samples) in [
+        ("training", &samples.training),
+        ("calibration", &samples.calibration),
+        ("testing", &samples.testing),
     ] {
-        for lesson in lessons {
-            let cells: Vec<_> = lesson
+        for sample in samples {
+            let cells: Vec<_> = sample
                 .cells
                 .iter()
                 .map(|c| json!({"end_m": c.end_m, "features": c.features.to_vec()}))
                 .collect();
             let line = json!({
                 "part": part,
-                "plane": format!("{:?}", lesson.plane),
-                "name": lesson.name,
-                "wrong": lesson.wrong,
+                "plane": format!("{:?}", sample.plane),
+                "name": sample.name,
+                "wrong": sample.wrong,
                 "cells": cells,
             });
             let _ = writeln!(text, "{line}");

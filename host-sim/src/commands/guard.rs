@@ -10,7 +10,7 @@ use crate::replay::{self, Options};
 use crate::score::Share;
 use crate::seeds::Draw;
 use crate::sweeps::scenes::{self, Kind};
-use crate::sweeps::score::{self, Scored, Sums, Sweep, Word};
+use crate::sweeps::score::{self, GuardAnswer, Scored, Sums, Sweep};
 use crate::sweeps::{ground, truth};
 
 /// Arguments of `guard`.
@@ -69,9 +69,14 @@ fn one(kind: Kind, seed: u64) -> Result<Scored> {
     let recording = scenes::recording(kind, seed)?;
     let truth = truth::read(&recording)?.context("a simulated recording has its truth")?;
     let words = replay::guarded(&recording, &Options::default())?;
-    let words: Vec<Word> = words.iter().map(Word::of).collect();
-    let shows_m = ground::of(&recording)?;
-    Ok(score::recording(&recording.name, &words, &truth, &shows_m))
+    let words: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+    let ground_echo_range_m = ground::of(&recording)?;
+    Ok(score::recording(
+        &recording.name,
+        &words,
+        &truth,
+        &ground_echo_range_m,
+    ))
 }
 
 /// A row of the table: name and sums.
@@ -98,7 +103,7 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     let free = Sums {
         // The shares of named hazards are counted by recording, not by sweep.
         named: Share::default(),
-        named_shown: Share::default(),
+        named_with_echo: Share::default(),
         ..Sums::of(scored.iter(), |sweep| sweep.hazard.is_none())
     };
     rows.push(("all, without a hazard", free));
@@ -129,7 +134,7 @@ fn text(args: &Args, rows: &[Group<'_>]) -> String {
 /// Returns the sweeps to inspect.
 fn listed(scored: &[Scored]) -> Vec<String> {
     let sweeps = scored.iter().flat_map(|one| &one.sweeps);
-    let flawed = sweeps.filter(|sweep| sweep.wrong() || sweep.made_up());
+    let flawed = sweeps.filter(|sweep| sweep.free_beyond_hazard() || sweep.false_detection());
     flawed.map(Sweep::text).collect()
 }
 

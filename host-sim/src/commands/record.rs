@@ -27,7 +27,7 @@ use crate::recording::{self, Recording};
 use crate::replay;
 use crate::setup::{self, Kind};
 use crate::tap::ask;
-use crate::tap::beside::{self, Beside, Said};
+use crate::tap::beside::{self, Beside, MountingArgs};
 use crate::tap::demo::Demo;
 use crate::tap::gather::{Gather, Mounting, Part};
 use crate::tap::scans::{Scan, Tap, Wire};
@@ -79,7 +79,7 @@ pub struct Args {
     #[arg(long, default_value_t = LINK_BAUD)]
     baud: u32,
     #[command(flatten)]
-    said: Said,
+    said: MountingArgs,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
@@ -374,11 +374,11 @@ fn write(
     scans.iter().for_each(|scan| gather.take(scan));
     let notes = doubt.iter().chain(&gather.notes);
     notes.for_each(|note| eprintln!("note: {note}"));
-    if tap.damaged() > 0 || tap.strays() > 0 {
+    if tap.damaged() > 0 || tap.unmatched_count() > 0 {
         eprintln!(
             "note: {} damaged frames, {} answers to requests that were not received",
             tap.damaged(),
-            tap.strays()
+            tap.unmatched_count()
         );
     }
     if gather.recorded() == 0 {

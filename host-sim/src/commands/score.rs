@@ -14,7 +14,7 @@ use crate::recording::{self, Recording};
 use crate::replay;
 use crate::score::{self, SceneScore, SetScore};
 use crate::setup::{self, Kind};
-use crate::sweeps::score::{self as sweeps, Scored, Sums, Word};
+use crate::sweeps::score::{self as sweeps, GuardAnswer, Scored, Sums};
 use crate::sweeps::{ground, truth};
 
 /// Arguments of `score`.
@@ -117,13 +117,13 @@ fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<St
             ..*options
         };
         let words = replay::guarded(&recording, &options)?;
-        let words: Vec<Word> = words.iter().map(Word::of).collect();
-        let shows_m = ground::of(&recording)?;
+        let words: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+        let ground_echo_range_m = ground::of(&recording)?;
         Ok(Some(sweeps::recording(
             &recording.name,
             &words,
             &truth,
-            &shows_m,
+            &ground_echo_range_m,
         )))
     };
     let scored: Vec<Option<Scored>> = paths.par_iter().map(one).collect::<Result<_>>()?;
@@ -141,16 +141,16 @@ fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Vec<Sc
     if recording.truth(0).is_none() {
         return Ok(Vec::new());
     }
-    let harmful = recording
+    let misleading = recording
         .meta
         .disturbance
         .as_ref()
-        .is_some_and(|d| d.harmful);
+        .is_some_and(|d| d.misleading);
     let answers = replay::answers(&recording, options, |_| ())?;
     let scores = answers.iter().enumerate().filter_map(|(k, answer)| {
         let truth = recording.truth(k)?;
         Some(SceneScore {
-            harmful,
+            misleading,
             ..score::scene(answer, truth)
         })
     });

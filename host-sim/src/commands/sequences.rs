@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use super::{emit, harness};
 use crate::answer::Answer;
 use crate::emulate::image::workspace;
-use crate::fit::sequences::{self, Taught};
+use crate::fit::sequences::{self, SequenceSamples};
 use crate::motion::Fault;
 use crate::output::Overwrite;
 use crate::recording::{self, Recording};
@@ -296,21 +296,21 @@ fn fit(args: &Args) -> Result<ExitCode> {
         ],
         false => [read(&args.on)?, read(&args.calibrate_on)?],
     };
-    let mut taught = Vec::new();
+    let mut sequence_samples = Vec::new();
     for jobs in &parts {
-        let each = in_parallel(jobs, |_, recording| sequences::taught(recording))?;
-        let mut all = Taught::default();
+        let each = in_parallel(jobs, |_, recording| sequences::sequence_samples(recording))?;
+        let mut all = SequenceSamples::default();
         for one in each {
-            all.lessons.extend(one.lessons);
+            all.samples.extend(one.samples);
             all.pairs.extend(one.pairs);
         }
-        taught.push(all);
+        sequence_samples.push(all);
     }
-    let [training, calibration] = &taught[..] else {
+    let [training, calibration] = &sequence_samples[..] else {
         return Ok(ExitCode::FAILURE);
     };
     let correlations = sequences::correlations(&training.pairs);
-    let counted = sequences::count(&training.lessons, &calibration.lessons);
+    let counted = sequences::count(&training.samples, &calibration.samples);
     emit(&format!(
         "places, levels: {correlations:?} of {} pairs\n{}",
         training.pairs.len(),

@@ -132,13 +132,13 @@ impl Topic {
     pub fn message(self, scan: &Scan, frame: &str) -> Result<Option<Vec<u8>>> {
         let header = header(scan.stamp_ns, frame);
         Ok(Some(match self {
-            Self::Answer => scan.told.to_string().into_bytes(),
+            Self::Answer => scan.json.to_string().into_bytes(),
             Self::Echoes => match &scan.echoes {
                 Some(list) => encoded(&cloud(&header, list))?,
                 None => return Ok(None),
             },
             Self::Stairs => encoded(&MarkerArray {
-                markers: markers(&header, &scan.told),
+                markers: markers(&header, &scan.json),
             })?,
             Self::Status => encoded(&diagnostics(&header, scan))?,
             Self::Staircase => encoded(&Staircase::of(&header, scan))?,
@@ -375,7 +375,7 @@ fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>)
 
 /// Returns the status, and every reason with its meaning.
 fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
-    let (answer, told) = (&scan.answer, &scan.told);
+    let (answer, told) = (&scan.answer, &scan.json);
     let pair = |key: &str, value: &str| KeyValue {
         key: key.to_owned(),
         value: value.to_owned(),

@@ -69,7 +69,7 @@ impl Message for Staircase {
 impl Staircase {
     /// Converts the answer of a scan.
     pub fn of(header: &Header, scan: &Scan) -> Self {
-        let (answer, told) = (&scan.answer, &scan.told);
+        let (answer, told) = (&scan.answer, &scan.json);
         let steps = told["steps"].as_array().map_or(&[][..], Vec::as_slice);
         Self {
             header: header.clone(),
@@ -140,7 +140,7 @@ pub fn level(status: Status) -> u8 {
 /// Returns the free distance of a scan, metres. It is 0 if none is reported, so that no comparison
 /// takes it for free.
 pub fn free_m(scan: &Scan) -> f64 {
-    scan.told["free_m"].as_f64().unwrap_or(0.0)
+    scan.json["free_m"].as_f64().unwrap_or(0.0)
 }
 
 /// Returns a number of a JSON object; NaN if it is `null`.

@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 
 use stairscan::verdict::{Reason, ReasonEffect, Reasons, Status};
 
-use crate::live::talk::Broken;
+use crate::live::talk::PortFault;
 use crate::setting_file::table;
 pub use check::Check;
 use evidence::Evidence;
@@ -82,7 +82,7 @@ enum Reached {
 }
 
 /// Returns the list for a port that cannot be used.
-pub fn unusable(broken: &Broken) -> Vec<Finding> {
+pub fn unusable(broken: &PortFault) -> Vec<Finding> {
     let finding = |&check: &Check| match check {
         Check::Port => Finding {
             check,

@@ -8,14 +8,14 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use stairscan::verdict::Status;
 
 use super::Ms;
-use super::model::{Entry, Link, Pulse, Standing, State, Way};
+use super::model::{Entry, Link, Pulse, State, Validity, Way};
 use super::prompt::Prompt;
 use super::side;
 use super::trouble::Trouble;
 use crate::answer::{Answer, drop_words, maybe_words, metres};
 
 /// Minimum size of the terminal, columns and rows.
-const LEAST: (u16, u16) = (72, 22);
+const MIN_SIZE: (u16, u16) = (72, 22);
 /// Width of the table of steps.
 const TABLE: u16 = 43;
 /// Number of reasons that are explained; further ones are only counted.
@@ -29,10 +29,10 @@ const WARN: Style = Style::new().fg(Color::Yellow);
 /// Draws the state at `now`.
 pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     let area = frame.area();
-    if area.width < LEAST.0 || area.height < LEAST.1 {
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
         let text = format!(
             "This terminal has {} x {} characters; live needs {} x {}.",
-            area.width, area.height, LEAST.0, LEAST.1
+            area.width, area.height, MIN_SIZE.0, MIN_SIZE.1
         );
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
         return;
@@ -54,7 +54,7 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     head.extend(trouble);
     frame.render_widget(Paragraph::new(head), rows[0]);
     frame.render_widget(Paragraph::new(verdict), rows[1]);
-    let fresh = state.standing(now) == Standing::Fresh;
+    let fresh = state.standing(now) == Validity::Fresh;
     let middle =
         Layout::horizontal([Constraint::Min(30), Constraint::Length(TABLE)]).split(rows[2]);
     let answer = state.answer.as_ref().map(|(_, answer)| answer);
@@ -87,12 +87,12 @@ fn title(state: &State) -> Line<'static> {
 
 /// Returns the fault of the port and its remedies.
 fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
-    let (since, (what, helps)) = match (&state.link, state.strange(now)) {
+    let (since, (what, helps)) = match (&state.link, state.unexpected_data(now)) {
         (Link::Away(since, trouble), _) => {
             let gone = matches!(trouble, Trouble::Unplugged(_));
             (gone.then_some(*since), trouble.explain(&state.port))
         }
-        (_, Some(strange)) => (None, strange.explain(state.baud)),
+        (_, Some(unexpected_data)) => (None, unexpected_data.explain(state.baud)),
         _ => return Vec::new(),
     };
     let since = since.map(|since| format!(", {} ago", span(now.saturating_sub(since))));
@@ -128,11 +128,11 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let standing = state.standing(now);
     let age = span(state.age(now).unwrap_or(0));
     let old = match standing {
-        Standing::Fresh => None,
-        Standing::Unplugged => Some("the port is closed".to_owned()),
-        Standing::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
-        Standing::Restarted => Some("the scanner has restarted since".to_owned()),
-        Standing::Old => Some("too old to act on".to_owned()),
+        Validity::Fresh => None,
+        Validity::Unplugged => Some("the port is closed".to_owned()),
+        Validity::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
+        Validity::Restarted => Some("the scanner has restarted since".to_owned()),
+        Validity::Old => Some("too old to act on".to_owned()),
     };
     let (status, colour) = match answer.scan.status {
         Status::Ok => (" OK ", Color::Cyan),
@@ -266,7 +266,7 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
          refused {refused}, damaged {damaged}, link errors {link}"
     );
     let style = match state.standing(now) {
-        Standing::Unplugged | Standing::Silent(_) => GREY,
+        Validity::Unplugged | Validity::Silent(_) => GREY,
         _ => Style::new(),
     };
     Line::styled(text, style)

@@ -65,7 +65,7 @@ impl Trouble {
 
 /// Data of an open port that are not sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Strange<'a> {
+pub enum UnexpectedData<'a> {
     /// Nothing at all.
     Nothing,
     /// No more data.
@@ -81,7 +81,7 @@ pub enum Strange<'a> {
 /// Baud rate of the report port.
 pub const REPORT_BAUD: u32 = 115_200;
 
-impl Strange<'_> {
+impl UnexpectedData<'_> {
     /// Returns the fault and its remedies, one line each.
     pub fn explain(&self, baud: u32) -> (String, Vec<String>) {
         let speed = match baud {

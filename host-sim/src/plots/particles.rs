@@ -6,8 +6,8 @@ use stairscan::paper::cluster::Fate;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};
-use super::plane::{Ground, SagittalPlane, Words};
-use super::room::Room;
+use super::plane::{Background, PlotTexts, SagittalPlane};
+use super::room::LabelPlacer;
 use super::shape::{SOLID, Shape};
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::views::Point;
@@ -44,7 +44,11 @@ pub struct BeamView {
 }
 
 /// Draws particles over the raw map (figs. 5 and 6).
-pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) -> Result<Vec<u8>> {
+pub fn particles(
+    plane: &SagittalPlane<'_>,
+    words: &PlotTexts,
+    view: &ParticleView,
+) -> Result<Vec<u8>> {
     let mut words = words.clone();
     let rounds = match view.rounds {
         1 => "after 1 round of resampling (large: many copies)".to_owned(),
@@ -57,7 +61,7 @@ pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) 
         ),
         (Swatch::Mark(Shape::Dot, 5.0, CONCLUDED), rounds),
     ];
-    plane.draw(&words, Ground::Raw, Palette::Ground, |sheet, frame| {
+    plane.draw(&words, Background::Raw, Palette::Ground, |sheet, frame| {
         dots(sheet, frame, &view.initial, 2.6, (Shape::Diamond, HUES[5]))?;
         heaps(sheet, frame, &view.resampled, 2.6, (Shape::Dot, CONCLUDED))
     })
@@ -85,11 +89,11 @@ fn heaps(
     look: Look,
 ) -> Result<()> {
     /// Number of copies above which the dot does not grow.
-    const MOST: usize = 12;
+    const MAX_LABELS: usize = 12;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     for heap in sorted.chunk_by(|a, b| a == b) {
-        let copies = heap.len().min(MOST) as f64;
+        let copies = heap.len().min(MAX_LABELS) as f64;
         dots(sheet, frame, &heap[..1], radius * copies.sqrt(), look)?;
     }
     Ok(())
@@ -98,7 +102,7 @@ fn heaps(
 /// Draws the clusters, with the rejected ones marked (figs. 7 and 8).
 pub fn clusters(
     plane: &SagittalPlane<'_>,
-    words: &Words,
+    words: &PlotTexts,
     clusters: &[ClusterView],
 ) -> Result<Vec<u8>> {
     let mut words = words.clone();
@@ -130,7 +134,7 @@ pub fn clusters(
     if shown.is_empty() {
         words.subtitle.push_str("; no clusters");
     }
-    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+    plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
         for (look, cluster) in &shown {
             dots(sheet, frame, &cluster.points, 3.6, *look)?;
         }
@@ -151,7 +155,7 @@ pub fn clusters(
 fn draw_lost(
     sheet: &Sheet<'_>,
     frame: &Frame,
-    room: &mut Room,
+    room: &mut LabelPlacer,
     clusters: &[ClusterView],
 ) -> Result<()> {
     let lost = || clusters.iter().filter(|c| c.fate != Fate::Kept);
@@ -173,7 +177,7 @@ fn draw_lost(
 }
 
 /// Marks the places of particles as covered.
-fn cover_dots(room: &mut Room, frame: &Frame, points: &[Point]) {
+fn cover_dots(room: &mut LabelPlacer, frame: &Frame, points: &[Point]) {
     for &(x, y) in points {
         room.cover_mark(frame.spot(x, y), 5.0);
     }
@@ -229,7 +233,7 @@ fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
 /// Draws the correction from the top particle to the height by the 3 dB beam model (fig. 11).
 pub fn beam(
     plane: &SagittalPlane<'_>,
-    words: &Words,
+    words: &PlotTexts,
     clusters: &[ClusterView],
     beams: &[BeamView],
 ) -> Result<Vec<u8>> {
@@ -255,7 +259,7 @@ pub fn beam(
         words.subtitle.push_str("; no steps");
     }
     let mirror = plane.mirror();
-    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+    plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
         let mut room = plane.room(frame);
         for beam in beams {
             wedge(sheet, frame, &mut room, (mirror, half), beam)?;
@@ -277,7 +281,7 @@ pub fn beam(
 fn wedge(
     sheet: &Sheet<'_>,
     frame: &Frame,
-    room: &mut Room,
+    room: &mut LabelPlacer,
     (from, half): (Point, f64),
     beam: &BeamView,
 ) -> Result<()> {
@@ -300,7 +304,12 @@ fn wedge(
 }
 
 /// Draws the cluster's end and the reported edge.
-fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
+fn correction(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    room: &mut LabelPlacer,
+    beam: &BeamView,
+) -> Result<()> {
     let end = frame.spot(beam.end.0, beam.end.1);
     let edge = frame.spot(beam.edge.0, beam.edge.1);
     room.cover_line(&[end, edge]);
@@ -312,7 +321,7 @@ fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView
 }
 
 /// Writes the distance of the edge from the cluster's end, and its place.
-fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
+fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut LabelPlacer, beam: &BeamView) -> Result<()> {
     let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
     let cm = |v: f64| number(100.0 * v, 1);
     let (by, result) = if dy.abs() > dx.abs() {

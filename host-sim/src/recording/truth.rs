@@ -28,7 +28,7 @@ pub struct TrueDrop {
 }
 
 /// Minimum fall of a drop, metres.
-const LEAST_FALL_M: f64 = 0.04;
+const MIN_FALL_M: f64 = 0.04;
 
 /// The report of a perfect scanner.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,7 +49,7 @@ pub struct Disturbance {
     /// Kind of the disturbance.
     pub kind: String,
     /// Whether an answer from this recording may be off by more than 3 cm or in the count.
-    pub harmful: bool,
+    pub misleading: bool,
     /// Other keys, kept unchanged.
     pub extra: Map<String, Value>,
 }
@@ -87,7 +87,7 @@ impl Truth {
 
     /// Returns the uncounted edges that lead down.
     fn edges_down(&self) -> Vec<&TrueStep> {
-        let down = |s: &&TrueStep| s.height_m < -LEAST_FALL_M;
+        let down = |s: &&TrueStep| s.height_m < -MIN_FALL_M;
         self.uncounted.iter().filter(down).collect()
     }
 
@@ -197,7 +197,7 @@ impl Disturbance {
         let object = Keys::of(Some(value), "global stairscan:disturbance")?;
         object.check_spelling(&["kind", "harmful"])?;
         let kind = object.text("kind", "the disturbance's name")?.to_owned();
-        let harmful = object
+        let misleading = object
             .get("harmful")
             .and_then(Value::as_bool)
             .ok_or_else(|| object.wrong("harmful", "true or false"))?;
@@ -205,7 +205,7 @@ impl Disturbance {
         extra.retain(|key, _| key != "kind" && key != "harmful");
         Ok(Self {
             kind,
-            harmful,
+            misleading,
             extra,
         })
     }
@@ -213,7 +213,7 @@ impl Disturbance {
     pub(super) fn json(&self) -> Value {
         let mut object = Map::new();
         object.insert("kind".into(), json!(self.kind));
-        object.insert("harmful".into(), json!(self.harmful));
+        object.insert("harmful".into(), json!(self.misleading));
         object.extend(self.extra.clone());
         Value::Object(object)
     }

@@ -8,10 +8,10 @@ use core::f64::consts::TAU;
 use anyhow::Result;
 
 use super::maths::Random;
-use super::passing::{GRAIN_M, Passing, Shot};
+use super::passing::{FINE_STEP_M, Passing, Shot};
 use super::receiver::Receiver;
 use super::scatter::EVERYWHERE;
-use super::sequence::{READING_SD, ROW_S, SCALE_MOST, SCALE_SD, SCAN_STREAMS, digits};
+use super::sequence::{MAX_SCALE_ERROR, READING_SD, ROW_S, SCALE_SD, SCAN_STREAMS, digits};
 use super::{CHIRPS, Scene};
 use crate::recording::{Motion, Recording, Sequence};
 
@@ -46,13 +46,13 @@ impl Odometer {
     /// Draws the errors of an odometer.
     pub fn draw(rng: &mut Random) -> Self {
         Self {
-            scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST),
+            scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-MAX_SCALE_ERROR, MAX_SCALE_ERROR),
             slip: rng.between(0.0, TAU),
         }
     }
 
     /// Returns the reading after `travel` metres.
-    pub fn said(&self, travel: f64) -> f64 {
+    pub fn reading_m(&self, travel: f64) -> f64 {
         let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
         let said = travel * self.scale + slip(travel) - slip(0.0);
         libm::floor(said / TICK_M + 0.5) * TICK_M
@@ -156,8 +156,8 @@ impl Scene {
         let error = base.map_or(drawn, |_| self.spec.mount.pitch_error_deg);
         let rows = self.angles.len();
         let length = drive.length_m(rows).max(0.0);
-        let grains = (length / GRAIN_M) as usize + 1;
-        let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * GRAIN_M).collect();
+        let grains = (length / FINE_STEP_M) as usize + 1;
+        let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * FINE_STEP_M).collect();
         let relief = self.relief(seed, &eyes);
         let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
         let mut passing = Passing::new(self, &receiver, (seed, relief), (error, length));
@@ -185,7 +185,7 @@ impl Scene {
                 motion.pitch_deg.push(digits(reading, 1e3));
                 motion
                     .travel_m
-                    .push(digits(drive.odometer.said(travel), 1e4));
+                    .push(digits(drive.odometer.reading_m(travel), 1e4));
                 motion.time_s.push(digits(time, 1e5));
             }
             let end = drive.travel(drive.time(scan, rows - 1, rows));

@@ -15,7 +15,7 @@ pub const MATCH_M: f64 = 0.10;
 /// far beyond it.
 pub const LIMIT_M: f64 = 0.03;
 /// Maximum expanded uncertainty of a reported step, metres.
-const MOST_M: f64 = 0.08;
+const MAX_ERROR_M: f64 = 0.08;
 /// True drops nearer than this must be reported, metres.
 pub const NEAR_DROP_M: f64 = 1.6;
 /// Maximum error of a reported depth, metres.
@@ -82,7 +82,7 @@ pub struct SceneScore {
     /// True steps without a reported one.
     pub missed: Vec<TrueStep>,
     /// Distances of reported steps without a true one, metres.
-    pub invented: Vec<f64>,
+    pub false_steps: Vec<f64>,
     /// Whether every true step is matched and nothing else is reported.
     pub exact: bool,
     /// Whether something up to the horizon is missing, false, or off by more than its expanded uncertainty.
@@ -94,7 +94,7 @@ pub struct SceneScore {
     /// Whether stairs were reported in a scene without any.
     pub false_stair: bool,
     /// Whether the recording's fault causes an error of more than 3 cm or in the number of steps, if it is not detected.
-    pub harmful: bool,
+    pub misleading: bool,
 }
 
 impl SceneScore {
@@ -154,7 +154,7 @@ struct Sorted {
     /// Indices of true steps without a reported one.
     missed: Vec<usize>,
     /// Distances of reported steps that match neither a true nor an uncounted one, metres.
-    invented: Vec<f64>,
+    false_steps: Vec<f64>,
 }
 
 impl Sorted {
@@ -165,17 +165,17 @@ impl Sorted {
         let left = (0..reported.len()).filter(|r| pairs.iter().all(|p| p.0 != *r));
         let left: Vec<Reported> = left.map(|r| reported[r]).collect();
         let ignored = pair(&left, uncounted);
-        let invented = (0..left.len()).filter(|r| ignored.iter().all(|p| p.0 != *r));
+        let false_steps = (0..left.len()).filter(|r| ignored.iter().all(|p| p.0 != *r));
         Self {
             pairs,
             missed,
-            invented: invented.map(|r| left[r].distance).collect(),
+            false_steps: false_steps.map(|r| left[r].distance).collect(),
         }
     }
 
     /// Whether every true step is matched and nothing else is reported.
     fn exact(&self) -> bool {
-        self.missed.is_empty() && self.invented.is_empty()
+        self.missed.is_empty() && self.false_steps.is_empty()
     }
 }
 
@@ -185,12 +185,12 @@ fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
 }
 
 /// The scored part of an answer: its steps and its drop; empty for a `fault`.
-struct Told {
+struct ReportedAnswer {
     steps: Vec<Reported>,
     drop: Option<DropLine>,
 }
 
-impl Told {
+impl ReportedAnswer {
     fn of(answer: &Answer) -> Self {
         Self {
             steps: reported(answer),
@@ -199,7 +199,7 @@ impl Told {
     }
 
     /// Returns the reported drop if its probability is at least [`SURE_DROP`].
-    fn sure_drop(&self) -> Option<&DropLine> {
+    fn probable_drop(&self) -> Option<&DropLine> {
         let sure = |drop: &&DropLine| f64::from(drop.probability) >= 1000.0 * SURE_DROP;
         self.drop.as_ref().filter(sure)
     }
@@ -233,12 +233,12 @@ fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
 }
 
 /// Whether a reported drop covers no true one.
-fn is_made_up(drop: &DropLine, truth: &Truth) -> bool {
+fn is_false_drop(drop: &DropLine, truth: &Truth) -> bool {
     !truth.falls_near(metres(drop.distance), reach(drop))
 }
 
 /// Returns the errors up to `end` (metres) as text: missing, false, or off.
-fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
+fn errors_before(answer: &ReportedAnswer, truth: &Truth, end: f64) -> Vec<String> {
     let near = |step: &&TrueStep| step.distance_m <= end;
     let told: Vec<Reported> = (answer.steps.iter().copied())
         .filter(|r| r.distance <= end)
@@ -251,7 +251,7 @@ fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
     let off = sorted.pairs.iter().flat_map(|&(r, t)| {
         let (told, (distance, height)) = (&told[r], errors(&told[r], &real[t]));
         let off = |what: &str, error: f64, sigma: f64| {
-            let most = (3.0 * sigma).clamp(LIMIT_M, MOST_M);
+            let most = (3.0 * sigma).clamp(LIMIT_M, MAX_ERROR_M);
             let [at, error_cm, most_cm] = [told.distance, 100.0 * error, 100.0 * most];
             (error.abs() > most).then(|| {
                 format!("{what} of the step at {at:.2} m off by {error_cm:+.1} cm (more than {most_cm:.1})")
@@ -265,22 +265,22 @@ fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
     });
     let missed = sorted.missed.iter().map(|&t| real[t].distance_m);
     let missed = missed.map(|at| format!("the step at {at:.2} m is missing"));
-    let invented = sorted.invented.iter();
-    let invented = invented.map(|at| format!("there is no step at {at:.2} m"));
+    let false_steps = sorted.false_steps.iter();
+    let false_steps = false_steps.map(|at| format!("there is no step at {at:.2} m"));
     let missed_drop = |at: &f64| *at <= end && !covers(answer.drop.as_ref(), *at);
     let drops = truth.ground_ends().into_iter().filter(missed_drop);
     let drops = drops.map(|at| format!("the ground ends at {at:.2} m"));
-    let false_drop = |drop: &&DropLine| metres(drop.distance) <= end && is_made_up(drop, truth);
+    let false_drop = |drop: &&DropLine| metres(drop.distance) <= end && is_false_drop(drop, truth);
     let false_drop = answer.drop.iter().filter(false_drop);
     let false_drop =
         false_drop.map(|drop| format!("the ground does not end at {:.2} m", metres(drop.distance)));
-    let steps = off.chain(missed).chain(invented);
+    let steps = off.chain(missed).chain(false_steps);
     steps.chain(drops).chain(false_drop).collect()
 }
 
 /// Whether an answer is wrong up to `horizon` (metres from the mirror).
 pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
-    !flaws(&Told::of(answer), truth, horizon + LIMIT_M).is_empty()
+    !errors_before(&ReportedAnswer::of(answer), truth, horizon + LIMIT_M).is_empty()
 }
 
 /// Returns an answer's confidence, and whether the answer is correct over the distance that it applies to.
@@ -288,8 +288,8 @@ fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
     let permille = answer.scan.confidence.filter(|_| !answer.is_fault())?;
     let end = answer.horizon_m.unwrap_or(f64::INFINITY).max(CONFIDENCE_M);
     Some(Prediction {
-        told: f64::from(permille) / 1000.0,
-        so: !wrong_up_to(answer, truth, end),
+        predicted: f64::from(permille) / 1000.0,
+        outcome: !wrong_up_to(answer, truth, end),
     })
 }
 
@@ -300,8 +300,8 @@ pub fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
         let down = maybe.height.0 < 0;
         let mut real = truth.steps.iter().chain(&truth.uncounted);
         Prediction {
-            told: f64::from(maybe.probability) / 1000.0,
-            so: real.any(|step| {
+            predicted: f64::from(maybe.probability) / 1000.0,
+            outcome: real.any(|step| {
                 let apart = (step.distance_m - metres(maybe.distance)).abs();
                 apart <= MATCH_M && (step.height_m < 0.0) == down
             }),
@@ -331,7 +331,7 @@ pub fn false_stairs(answer: &Answer, truth: &Truth) -> bool {
 
 /// Scores one answer.
 pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
-    let told = Told::of(answer);
+    let told = ReportedAnswer::of(answer);
     let reported = &told.steps;
     let sorted = Sorted::new(reported, &truth.steps, &truth.uncounted);
     let matches = sorted.pairs.iter().map(|&(r, t)| {
@@ -351,7 +351,7 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let covered = truth.steps.iter().enumerate().filter(|(t, step)| {
         !answer.is_fault() && (step.distance_m <= end || !sorted.missed.contains(t))
     });
-    let mut flaws = flaws(&told, truth, end);
+    let mut flaws = errors_before(&told, truth, end);
     let ends = truth.ground_ends();
     let near_drops = ends.iter().filter(|at| **at < NEAR_DROP_M);
     let depth = told.drop.as_ref();
@@ -376,9 +376,9 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
         tells_drop: told.drop.is_some(),
         tells_depth: depth.is_some(),
         depth_error_m: depth.and_then(|(drop, told)| Some(told - true_depth(drop, truth)?)),
-        near_drops: Share::count(near_drops, |at| covers(told.sure_drop(), *at)),
+        near_drops: Share::count(near_drops, |at| covers(told.probable_drop(), *at)),
         without_drop: ends.is_empty(),
-        false_drop: (told.sure_drop()).is_some_and(|drop| is_made_up(drop, truth)),
+        false_drop: (told.probable_drop()).is_some_and(|drop| is_false_drop(drop, truth)),
         truth: truth.steps.clone(),
         exact: sorted.exact() && !false_stair,
         wrong: !flaws.is_empty(),
@@ -390,8 +390,8 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
             .iter()
             .map(|&t| truth.steps[t].clone())
             .collect(),
-        invented: sorted.invented,
+        false_steps: sorted.false_steps,
         false_stair,
-        harmful: false,
+        misleading: false,
     }
 }

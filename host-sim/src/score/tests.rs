@@ -77,7 +77,7 @@ fn nearest_pairs_come_first() {
         &answer(Status::Ok, &[(0.55, 0.1), (0.62, 0.1)]),
         &truth(&[(0.60, 0.1)], &[]),
     );
-    assert_eq!(score.invented, [0.55]);
+    assert_eq!(score.false_steps, [0.55]);
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn ok_and_wrong_is_counted_of_what_is_ok() {
     let set = SetScore::new("set", scenes.iter());
     assert_eq!((set.exact, set.ok), (Share::new(4, 5), Share::new(2, 5)));
     assert_eq!(set.ok_and_wrong, Share::new(1, 2));
-    assert_eq!(set.ok_of_right, Share::new(1, 2));
+    assert_eq!(set.ok_among_correct, Share::new(1, 2));
     assert_eq!(set.covered, Share::new(4, 5));
     assert_eq!(set.json()["ok_horizon_m"], serde_json::Value::Null);
     assert!(confusions(&scenes).contains("ok WRONG"));
@@ -230,7 +230,7 @@ fn confidence_is_held_against_what_it_speaks_of() {
     // The step missing at 0.9 m is beyond the horizon, but within the first metre.
     let short = vouching(0.7, first);
     assert!(!scene(&short, &real).wrong);
-    let so = |so, told| Some(Prediction { told, so });
+    let so = |outcome, predicted| Some(Prediction { predicted, outcome });
     assert_eq!(told(short, Some(873)), so(false, 0.873));
     // The step missing at 1.4 m is beyond both.
     let two = &[(0.6, 0.15), (0.9, 0.30)];
@@ -263,8 +263,8 @@ fn maybes_are_right_where_something_of_their_kind_stands() {
             })
             .collect();
         let told = scene(&answer, real).maybes;
-        assert!(told.iter().all(|m| m.told == 0.25));
-        told.iter().map(|m| m.so).collect::<Vec<_>>()
+        assert!(told.iter().all(|m| m.predicted == 0.25));
+        told.iter().map(|m| m.outcome).collect::<Vec<_>>()
     };
     let stairs = truth(&[(0.6, 0.15)], &[(1.8, 0.6)]);
     let told = [(690, 150), (710, 150), (600, -100), (1750, 300)];
@@ -355,7 +355,7 @@ fn drops_are_counted_where_they_are_near() {
         scene(&vouching(1.2, &[]), &none),
     ];
     let set = SetScore::new("set", scenes.iter());
-    assert_eq!(set.told_drops, Share::new(1, 4));
+    assert_eq!(set.reported_drops, Share::new(1, 4));
     assert_eq!((set.drops, set.false_drops), (5, 2));
     assert_eq!(set.false_drops_without, Share::new(1, 2));
     let text = table(std::slice::from_ref(&set));

@@ -137,7 +137,7 @@ impl Session<'_> {
     /// Plays one scan; `None` if the session has ended meanwhile.
     fn scan(&self, part: &Part, clock: &mut dyn Clock) -> Result<Option<Scan>> {
         let recording = self.times.recording;
-        let number = &part.scan.told["scan"];
+        let number = &part.scan.json["scan"];
         let mut stamp_ns = self.begin_ns;
         for k in recording.chirps_of(part.scan.answer.scan_of_recording()) {
             stamp_ns = self.begin_ns + self.times.chirp(k);

@@ -89,7 +89,7 @@ impl Beside {
 
 /// What people say of the mounting; none of it where they do not.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct Said {
+pub struct MountingArgs {
     /// Mirror centre above the ground, m
     #[arg(long, value_name = "M", value_parser = metres)]
     pub mount_height: Option<f64>,
@@ -121,16 +121,16 @@ fn plane(text: &str) -> Result<Plane, String> {
 
 /// Returns the mounting and a remark on its source: the user's values, else those reported by the scanner, else the
 /// defaults.
-pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
+pub fn mounting(args: &MountingArgs, beside: &Beside) -> (Mounting, Option<String>) {
     let (settings, told) = beside.settings();
     let mount = &settings.config.mount;
     let metres = |hundredths: i32| f64::from(hundredths) / 1e5;
-    let Said {
+    let MountingArgs {
         mount_height,
         mirror_offset,
         beamwidth,
         plane,
-    } = *said;
+    } = *args;
     let setup = MirrorSetup {
         offset_m: mirror_offset.unwrap_or(metres(mount.mirror_offset)),
         beamwidth_deg: beamwidth.unwrap_or(f64::from(mount.beamwidth) / 1000.0),
@@ -175,8 +175,8 @@ pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
 }
 
 /// Returns the difference between a replayed answer and the scanner's own; `None` if there is none.
-pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> {
-    if said == replayed {
+pub fn difference(args: &[String], replayed: &[String]) -> Option<&'static str> {
+    if args == replayed {
         return None;
     }
     // `SCAN` without number and hash, the other sentences without their scan's number.
@@ -196,7 +196,7 @@ pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> 
         };
         lines.iter().map(body).collect()
     };
-    Some(match bare(said) == bare(replayed) {
+    Some(match bare(args) == bare(replayed) {
         true => {
             "the same steps, status and horizon; only the scan's number or the hash of the settings differs"
         }

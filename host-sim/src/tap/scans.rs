@@ -11,7 +11,7 @@ use crate::live::Ms;
 
 /// Maximum number of answers that may be read before their request. The ports are read one after the other, and
 /// a busy machine may read one of them half a second late.
-const EARLY: usize = 64;
+const MAX_UNMATCHED: usize = 64;
 /// Time after which such an answer is assigned to a lost request, ms: sequence numbers repeat.
 const WAITS: Ms = 1_000;
 
@@ -117,11 +117,11 @@ pub enum Wire {
 pub struct Tap {
     wires: [Listener; 3],
     drafts: VecDeque<Draft>,
-    early: VecDeque<(Ms, u16, Heard)>,
+    unmatched: VecDeque<(Ms, u16, Heard)>,
     /// Last settings that the module reported.
     radar: Option<RadarConfig>,
     /// Number of answers whose requests were not received.
-    strays: u32,
+    unmatched_count: u32,
     done: VecDeque<Scan>,
     /// Time of the last frame.
     heard: Option<Ms>,
@@ -143,9 +143,12 @@ impl Tap {
                 }
             }
             // Its answer may have been read before it.
-            self.forget_early(now);
-            if let Some(place) = self.early.iter().position(|early| early.1 == sequence)
-                && let Some((_, sequence, answer)) = self.early.remove(place)
+            self.expire_unmatched(now);
+            if let Some(place) = self
+                .unmatched
+                .iter()
+                .position(|unmatched| unmatched.1 == sequence)
+                && let Some((_, sequence, answer)) = self.unmatched.remove(place)
             {
                 self.answer(sequence, answer);
             }
@@ -175,8 +178,8 @@ impl Tap {
     }
 
     /// Returns the number of answers whose requests were not received.
-    pub fn strays(&self) -> u32 {
-        self.strays + self.early.len() as u32
+    pub fn unmatched_count(&self) -> u32 {
+        self.unmatched_count + self.unmatched.len() as u32
     }
 
     fn trigger(&mut self, now: Ms, sequence: u16, angle: i32) {
@@ -204,19 +207,19 @@ impl Tap {
     }
 
     fn keep_early(&mut self, now: Ms, sequence: u16, answer: Heard) {
-        self.forget_early(now);
-        if self.early.len() == EARLY {
-            self.early.pop_front();
-            self.strays += 1;
+        self.expire_unmatched(now);
+        if self.unmatched.len() == MAX_UNMATCHED {
+            self.unmatched.pop_front();
+            self.unmatched_count += 1;
         }
-        self.early.push_back((now, sequence, answer));
+        self.unmatched.push_back((now, sequence, answer));
     }
 
     /// Discards answers whose requests have not been received in time.
-    fn forget_early(&mut self, now: Ms) {
-        let late = |early: &mut (Ms, u16, Heard)| now.saturating_sub(early.0) > WAITS;
-        while self.early.pop_front_if(late).is_some() {
-            self.strays += 1;
+    fn expire_unmatched(&mut self, now: Ms) {
+        let late = |unmatched: &mut (Ms, u16, Heard)| now.saturating_sub(unmatched.0) > WAITS;
+        while self.unmatched.pop_front_if(late).is_some() {
+            self.unmatched_count += 1;
         }
     }
 
@@ -372,7 +375,7 @@ mod tests {
         trigger(&mut tap, 5_000, 7, 0);
         tap.end();
         assert_eq!(values(&tap.scan().unwrap()), [None]);
-        assert_eq!(tap.strays(), 1);
+        assert_eq!(tap.unmatched_count(), 1);
     }
 
     #[test]

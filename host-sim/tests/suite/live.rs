@@ -12,7 +12,7 @@ use host_sim::emulate::session::Waits;
 use host_sim::live::model::{Entry, Link, State};
 use host_sim::live::port::Source;
 use host_sim::live::pty::Pty;
-use host_sim::live::trouble::{Strange, Trouble};
+use host_sim::live::trouble::{Trouble, UnexpectedData};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay;
@@ -140,7 +140,7 @@ fn wrong_ports_are_explained() {
     let silent = Pty::new().unwrap();
     let mut view = View::of(&silent.path);
     view.until("nothing", |state, now| {
-        state.strange(now) == Some(Strange::Nothing)
+        state.unexpected_data(now) == Some(UnexpectedData::Nothing)
     });
     let mut busy = View::of(&silent.path);
     let locked = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Busy));
@@ -151,7 +151,7 @@ fn wrong_ports_are_explained() {
     view.until("open", |state, _| state.is_open());
     noisy.write(b"\x80\xf8\x00\xff\n\xe0~\x1c\n");
     view.until("noise", |state, now| {
-        state.strange(now) == Some(Strange::Noise)
+        state.unexpected_data(now) == Some(UnexpectedData::Noise)
     });
 }
 

@@ -410,7 +410,7 @@ fn wrong_sequences_name_file_and_key() {
     let good = Recording::read(&spoilt(&scratch, |_| ())).unwrap();
     assert_eq!((good.scans(), good.chirps_per_scan()), (2, 3));
     let disturbance = good.meta.disturbance.unwrap();
-    assert!(disturbance.harmful && disturbance.extra["row"] == 3);
+    assert!(disturbance.misleading && disturbance.extra["row"] == 3);
     // A capture without a pitch uses the recording's.
     let mixed = spoilt(&scratch, |m| {
         m["global"]["stairscan:pitch_deg"] = json!(-1);

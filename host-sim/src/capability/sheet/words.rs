@@ -7,7 +7,7 @@ use super::super::plan::{Cell, ground_name};
 use super::super::results::{Heading, Times};
 
 /// Text above the table of bodies under the reference condition.
-pub const GLANCE: &str = "Reference condition: the body 1 m ahead, the chair standing, square to the edge and level, the \
+pub const REFERENCE: &str = "Reference condition: the body 1 m ahead, the chair standing, square to the edge and level, the \
     window clean, ground and body of wood, ceramic, concrete, carpet and grating in equal parts. `≥` and `≤` are one-sided 95 % \
     bounds by Clopper and Pearson. A full scan answers after the scan time; the last two columns are the guard's response time.";
 

@@ -21,7 +21,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     let mut out = format!(
         "All scenes together: `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
          an `ok` {}.\n\n",
-        all.ok_of_right.full(),
+        all.ok_among_correct.full(),
         all.ok_and_wrong.full(),
         horizon(all)
     );
@@ -45,7 +45,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     if all.drops > 0 {
         for (kind, set, _) in kinds
             .iter()
-            .filter(|(_, set, _)| set.told_drops.of + set.drops > 0)
+            .filter(|(_, set, _)| set.reported_drops.of + set.drops > 0)
         {
             let _ = writeln!(out, "- {kind}: {}", drops(set));
         }
@@ -72,7 +72,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         figures(&all.confidence.all)
     );
     for (kind, set, _) in kinds {
-        let Share { hits, of } = set.confidence.kept();
+        let Share { hits, of } = set.confidence.agreeing_bins();
         let figures = figures(&set.confidence.all);
         let _ = writeln!(out, "| {kind} | {figures} | {hits} of {of} |");
     }
@@ -120,7 +120,7 @@ mod tests {
     use stairscan::verdict::Status;
 
     /// An `ok` answer with its horizon and confidence, and a `MAYBE`.
-    fn scene(horizon_m: f64, told: f64, so: bool) -> SceneScore {
+    fn scene(horizon_m: f64, predicted: f64, outcome: bool) -> SceneScore {
         SceneScore {
             recording: String::new(),
             set: String::new(),
@@ -128,8 +128,11 @@ mod tests {
             direction: Direction::Up,
             reasons: String::new(),
             horizon_m,
-            confidence: Some(Prediction { told, so }),
-            maybes: vec![Prediction { told: 0.15, so }],
+            confidence: Some(Prediction { predicted, outcome }),
+            maybes: vec![Prediction {
+                predicted: 0.15,
+                outcome,
+            }],
             tells_drop: false,
             tells_depth: false,
             depth_error_m: None,
@@ -139,13 +142,13 @@ mod tests {
             truth: Vec::new(),
             matches: Vec::new(),
             missed: Vec::new(),
-            invented: Vec::new(),
-            exact: so,
-            wrong: !so,
+            false_steps: Vec::new(),
+            exact: outcome,
+            wrong: !outcome,
             flaws: Vec::new(),
             covered: 0,
             false_stair: false,
-            harmful: false,
+            misleading: false,
         }
     }
 

@@ -8,7 +8,7 @@ use stairscan::model::{Class, LEAST_DB};
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 
 use super::climb::{Peak, Prior, climb};
-use super::counts::{Chance, Counts, Scan};
+use super::counts::{Counts, DetectionTrial, Scan};
 use super::density::{above, level, log_tailed, tailed};
 use super::prior::{START, floor, sigma};
 use crate::fit::logistic;
@@ -36,7 +36,7 @@ const EXTENDED_FLAT: [f64; EXTENDED] = [0.05, 0.002, 0.005, 0.05, 0.01, 0.0];
 /// Variance of the visible ends of a hidden riser due to the beam, m², as in the model.
 const SOFT_M2: f64 = 0.000_144;
 /// Minimum visible height of a hidden riser, metres, as in the model.
-const LEAST_SPAN_M: f64 = 0.01;
+const MIN_SPAN_M: f64 = 0.01;
 
 /// A fitted number.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,7 +107,7 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
 pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) {
     let mut new = START;
     let mut numbers = Vec::new();
-    let seen = chances(counts, old);
+    let seen = trials(counts, old);
     for class in 0..POINTS {
         let hits = &counts.hits[class];
         let mut told = Told {
@@ -232,7 +232,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
             };
             let soft = (SOFT_M2 + va).sqrt();
             let within = (above(-low / soft) - above(-top / soft)).max(0.0);
-            let even = within / (low - top).max(LEAST_SPAN_M);
+            let even = within / (low - top).max(MIN_SPAN_M);
             let face =
                 shares[2] * even * log_tailed(dx * dx / vr).exp_portable() / (TAU * vr).sqrt();
             let at_low = end(shares[0], dx, low, x[4], x[5]);
@@ -302,9 +302,9 @@ const TEN_DB: f64 = 10.0;
 /// detected feature are therefore left out, and each of the others is weighted for those that are
 /// left out: risers with the same probabilities of detection of which all features stay undetected. A
 /// riser with a single feature carries no information here.
-fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFit>> {
+fn trials(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFit>> {
     let mut rows = vec![Vec::new(); POINTS];
-    for riser in counts.chances.iter().filter(|r| r.len() > 1) {
+    for riser in counts.trials.iter().filter(|r| r.len() > 1) {
         if riser.iter().all(|f| !f.seen) {
             continue;
         }
@@ -318,17 +318,17 @@ fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFi
     rows.iter().map(fit).collect()
 }
 
-fn probability(f: &Chance, g: &Generative) -> f64 {
+fn probability(f: &DetectionTrial, g: &Generative) -> f64 {
     let p = &g.points[f.class];
     let weights = [p.seen, p.seen_per_ten_db, p.seen_per_room].map(f64::from);
     let odds: f64 = weights.iter().zip(&f.on).map(|(w, x)| w * x).sum();
-    (1.0 / (1.0 + (-odds).exp_portable())).clamp(LEAST_SEEN, MOST_SEEN)
+    (1.0 / (1.0 + (-odds).exp_portable())).clamp(MIN_DETECTION, MAX_DETECTION)
 }
 
 /// Bounds of the probability of detection, as in the model.
-const LEAST_SEEN: f64 = 0.02;
-/// See [`LEAST_SEEN`].
-const MOST_SEEN: f64 = 0.985;
+const MIN_DETECTION: f64 = 0.02;
+/// See [`MIN_DETECTION`].
+const MAX_DETECTION: f64 = 0.985;
 
 /// Fits a class of extended features.
 fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<Number>) {

@@ -89,7 +89,7 @@ pub enum Sample {
 
 /// Assignment of an echo to a point feature.
 #[derive(Clone, Copy)]
-struct Claim {
+struct EchoAssignment {
     riser: usize,
     place: FeaturePlace,
     /// Index of the echo and the feature's share of it.
@@ -115,12 +115,13 @@ pub fn label(model: &Model<'_>, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> 
 
 impl Labeller<'_, '_> {
     fn label(&self, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
-        let mut claims: Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }> = Vec::new();
+        let mut assignments: Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }> =
+            Vec::new();
         for k in 0..=s.len() {
-            self.claim(s, k, &mut claims);
+            self.claim(s, k, &mut assignments);
         }
         let mut owner = [None; MAX_SEEN];
-        for (i, claim) in claims.iter().enumerate() {
+        for (i, claim) in assignments.iter().enumerate() {
             let Some((echo, share)) = claim.echo.filter(|e| self.most(s, e.0, e.1)) else {
                 continue;
             };
@@ -131,7 +132,7 @@ impl Labeller<'_, '_> {
             }
         }
         for k in 0..s.len() {
-            self.tell_riser(s, k, &claims, &owner, tell);
+            self.tell_riser(s, k, &assignments, &owner, tell);
         }
         let mut exposure = [0.0; number::SURFACES];
         for k in 0..=s.len() {
@@ -167,7 +168,7 @@ impl Labeller<'_, '_> {
         &self,
         s: &Staircase,
         k: usize,
-        claims: &mut Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }>,
+        assignments: &mut Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }>,
     ) {
         let x = if k < s.len() { s.x(k) } else { s.wall_m };
         let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
@@ -194,7 +195,7 @@ impl Labeller<'_, '_> {
             }
             let shares = gains.iter().enumerate();
             let most = shares.max_by(|a, b| a.1.total_cmp(b.1));
-            let _ = claims.push(Claim {
+            let _ = assignments.push(EchoAssignment {
                 riser: k,
                 place,
                 echo: most.map(|(i, gain)| (first + i, gain / z)),
@@ -206,12 +207,12 @@ impl Labeller<'_, '_> {
         &self,
         s: &Staircase,
         k: usize,
-        claims: &[Claim],
+        assignments: &[EchoAssignment],
         owner: &[Option<(usize, f32)>; MAX_SEEN],
         tell: &mut dyn FnMut(Sample),
     ) {
         let (mut riser, mut nothing) = (None, true);
-        for (i, claim) in claims.iter().enumerate().filter(|(_, c)| c.riser == k) {
+        for (i, claim) in assignments.iter().enumerate().filter(|(_, c)| c.riser == k) {
             let echo = claim.echo.map_or(MAX_SEEN, |e| e.0);
             let mine = owner.get(echo).copied().flatten().is_some_and(|o| o.0 == i);
             let e = self.echoes.get(echo).filter(|_| mine);

@@ -2,8 +2,8 @@ use stairscan::report::Sentence;
 use stairscan::verdict::{Reason, Status};
 
 use super::*;
-use crate::live::model::{Link, SILENCE, Standing, Way};
-use crate::live::trouble::{Strange, Trouble};
+use crate::live::model::{Link, SILENCE, Validity, Way};
+use crate::live::trouble::{Trouble, UnexpectedData};
 
 fn unplugged() -> Event {
     Event::Failed(Trouble::Unplugged("gone".to_owned()))
@@ -48,14 +48,14 @@ fn age_counts_from_the_last_row_as_live_tells_it() {
 #[test]
 fn an_answer_goes_stale_in_each_way_that_there_is() {
     let mut state = scanned();
-    assert_eq!(state.standing(3_200), Standing::Fresh);
-    assert_eq!(state.standing(3_100 + SILENCE), Standing::Fresh);
+    assert_eq!(state.standing(3_200), Validity::Fresh);
+    assert_eq!(state.standing(3_100 + SILENCE), Validity::Fresh);
     assert_eq!(
         state.standing(3_101 + SILENCE),
-        Standing::Silent(SILENCE + 1)
+        Validity::Silent(SILENCE + 1)
     );
     tell(&mut state, 30_000, &[&live(31_900, Some(27_000))]);
-    assert_eq!(state.standing(30_100), Standing::Old);
+    assert_eq!(state.standing(30_100), Validity::Old);
     let boot = line(&Sentence::Boot {
         version: "0.1.0",
         revision: "abc",
@@ -66,23 +66,23 @@ fn an_answer_goes_stale_in_each_way_that_there_is() {
         serial: [1, 2, 3],
     });
     tell(&mut state, 30_200, &[&boot]);
-    assert_eq!(state.standing(30_200), Standing::Restarted);
+    assert_eq!(state.standing(30_200), Validity::Restarted);
     tell(&mut state, 33_000, &STAIR_A);
-    assert_eq!(state.standing(33_000), Standing::Fresh);
+    assert_eq!(state.standing(33_000), Validity::Fresh);
     // A lost BOOT is detected by the uptime in LIVE.
     tell(
         &mut state,
         33_100,
         &[&live(40_000, Some(5)), &live(200, None)],
     );
-    assert_eq!(state.standing(33_100), Standing::Restarted);
+    assert_eq!(state.standing(33_100), Validity::Restarted);
 }
 
 #[test]
 fn a_pulled_plug_keeps_the_answer_and_says_so_until_it_comes_back() {
     let mut state = scanned();
     state.take(5_000, &unplugged());
-    assert_eq!(state.standing(5_000), Standing::Unplugged);
+    assert_eq!(state.standing(5_000), Validity::Unplugged);
     assert!(state.answer.is_some() && !state.is_open());
     // Further failures to open it are not new, and do not change the time.
     state.take(5_300, &Event::Failed(Trouble::Missing(Vec::new())));
@@ -98,7 +98,7 @@ fn a_pulled_plug_keeps_the_answer_and_says_so_until_it_comes_back() {
     state.take(6_000, &Event::Opened);
     assert_eq!((state.is_open(), state.reopened), (true, 1));
     tell(&mut state, 6_100, &STAIR_A);
-    assert_eq!(state.standing(6_100), Standing::Fresh);
+    assert_eq!(state.standing(6_100), Validity::Fresh);
 }
 
 #[test]
@@ -118,20 +118,36 @@ fn a_port_without_sentences_is_explained_by_what_comes_instead() {
         let mut state = State::new("p", 9_600);
         state.take(1_000, &Event::Opened);
         tell(&mut state, 1_100, lines);
-        assert_eq!(state.strange(2_000), None, "a scanner may be booting");
+        assert_eq!(
+            state.unexpected_data(2_000),
+            None,
+            "a scanner may be booting"
+        );
         state
     };
-    assert_eq!(open(&[]).strange(4_000), Some(Strange::Nothing));
     assert_eq!(
-        open(&["\\xfe\\x80\\x00x"]).strange(4_000),
-        Some(Strange::Noise)
+        open(&[]).unexpected_data(4_000),
+        Some(UnexpectedData::Nothing)
+    );
+    assert_eq!(
+        open(&["\\xfe\\x80\\x00x"]).unexpected_data(4_000),
+        Some(UnexpectedData::Noise)
     );
     let other = "Zephyr OS build v3";
-    assert_eq!(open(&[other]).strange(4_000), Some(Strange::Others(other)));
+    assert_eq!(
+        open(&[other]).unexpected_data(4_000),
+        Some(UnexpectedData::Others(other))
+    );
     let damaged = STAIR_A[0].replace("1000.0", "1900.0");
-    assert_eq!(open(&[&damaged]).strange(4_000), Some(Strange::Damaged));
-    assert_eq!(scanned().strange(3_500), None);
-    assert_eq!(scanned().strange(9_000), Some(Strange::Silence));
+    assert_eq!(
+        open(&[&damaged]).unexpected_data(4_000),
+        Some(UnexpectedData::Damaged)
+    );
+    assert_eq!(scanned().unexpected_data(3_500), None);
+    assert_eq!(
+        scanned().unexpected_data(9_000),
+        Some(UnexpectedData::Silence)
+    );
 }
 
 #[test]
@@ -225,9 +241,9 @@ fn an_emulated_scanner_is_slow_and_begins_without_its_module() {
         tell(&mut state, 28_000, &STAIR_A);
         tell(&mut state, 56_000, &[&live(60_000, Some(28_200))]);
         let expected = if emulated {
-            Standing::Fresh
+            Validity::Fresh
         } else {
-            Standing::Old
+            Validity::Old
         };
         assert_eq!(state.standing(56_100), expected);
     }

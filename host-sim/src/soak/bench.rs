@@ -10,7 +10,7 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
-use super::stage::{Link, Shaft, Shared, Stage};
+use super::stage::{Environment, Link, Shaft, Shared};
 use crate::volatile::{Volatile, identity};
 
 /// Time between two steps of the loop; the mirror has settled by then.
@@ -53,9 +53,9 @@ pub struct Told {
 }
 
 /// The scanner and its simulated environment.
-pub struct Desk<'a> {
+pub struct ScannerBench<'a> {
     /// The simulated environment.
-    pub stage: Rc<RefCell<Stage>>,
+    pub stage: Rc<RefCell<Environment>>,
     scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
     /// The scan that is being reported.
@@ -65,9 +65,9 @@ pub struct Desk<'a> {
     replies: Vec<String>,
 }
 
-impl<'a> Desk<'a> {
+impl<'a> ScannerBench<'a> {
     /// A scanner that has just booted and is stopped.
-    pub fn new(memory: &'a mut ScannerMemory, stage: Stage, settings: Settings) -> Self {
+    pub fn new(memory: &'a mut ScannerMemory, stage: Environment, settings: Settings) -> Self {
         let stage = Rc::new(RefCell::new(stage));
         let shared = Shared(stage.clone());
         let hardware = Hardware {
@@ -145,7 +145,7 @@ impl<'a> Desk<'a> {
     /// Runs steps until `done`.
     ///
     /// # Errors
-    /// Those of [`Desk::step`], or a timeout.
+    /// Those of [`ScannerBench::step`], or a timeout.
     pub fn until(&mut self, mut done: impl FnMut(&mut Self) -> bool) -> Result<()> {
         for _ in 0..PATIENCE {
             self.step()?;
@@ -165,15 +165,15 @@ impl<'a> Desk<'a> {
     /// first.
     ///
     /// # Errors
-    /// Those of [`Desk::until`].
+    /// Those of [`ScannerBench::until`].
     pub fn command(&mut self, command: &str) -> Result<bool> {
-        self.until(|desk| desk.stage.borrow().typed.is_empty())?;
+        self.until(|bench| bench.stage.borrow().typed.is_empty())?;
         (0..100).try_for_each(|_| self.step())?;
         self.replies.clear();
         self.type_in(&framed(&[command]));
         let mut carried_out = false;
-        self.until(|desk| {
-            let answer = desk.replies.iter().find_map(|line| answer(line));
+        self.until(|bench| {
+            let answer = bench.replies.iter().find_map(|line| answer(line));
             carried_out = answer.unwrap_or(false);
             answer.is_some()
         })?;
