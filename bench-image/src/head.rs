@@ -3,7 +3,7 @@
 use stairscan::config::{Config, Planes};
 
 /// Maximum number of rows of a guard sweep; a scan has more.
-pub const MOST_SWEEP_ROWS: u16 = 64;
+pub const MAX_SWEEP_ROWS: u16 = 64;
 
 /// Size of a header, bytes.
 pub const SIZE: usize = 32;

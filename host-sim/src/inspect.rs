@@ -53,7 +53,7 @@ pub struct Inspection {
 }
 
 /// Observer of the estimator's events.
-struct Witness {
+struct TraceObserver {
     mount_height_m: f64,
     noise_db: f64,
     calibration: Option<(f64, f64)>,
@@ -73,7 +73,7 @@ fn verdict(role: Role) -> Verdict {
     }
 }
 
-impl Witness {
+impl TraceObserver {
     /// Describes a hypothesis in words and returns the edges of its steps.
     fn explain(&self, candidate: &Candidate<'_>) -> (String, Vec<Point>) {
         let faces = candidate.faces;
@@ -115,7 +115,7 @@ impl Witness {
     }
 }
 
-impl Observer for Witness {
+impl Observer for TraceObserver {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Noise(units) => {
@@ -184,7 +184,7 @@ pub fn repeat_with(
 impl Inspection {
     /// Repeats the estimation of a finished map and records its events.
     pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
-        let mut witness = Witness {
+        let mut witness = TraceObserver {
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
             calibration: None,
@@ -282,10 +282,10 @@ impl Inspection {
             "  snr: power above the noise. distance: from the mirror, horizontal. height: above the ground.\n  \
              σ: standard deviation. width: of the lobe over the angle, a point's being 1. Roles here:\n",
         );
-        let mut told: Vec<&str> = Vec::new();
+        let mut printed: Vec<&str> = Vec::new();
         for role in self.scatterers.iter().map(|s| s.role.as_str()) {
-            if !told.contains(&role) {
-                told.push(role);
+            if !printed.contains(&role) {
+                printed.push(role);
                 let _ = writeln!(text, "    {role:<8} {}", meaning(role));
             }
         }
@@ -604,9 +604,9 @@ mod tests {
             depth_m: None,
             probability: 0.75,
         });
-        let told = &inspection.json(&answer)["drop"];
-        assert_eq!(told["distance_m"].as_f64(), Some(1.5));
-        assert!(told["depth_m"].is_null() && told["probability"].is_number());
+        let drop = &inspection.json(&answer)["drop"];
+        assert_eq!(drop["distance_m"].as_f64(), Some(1.5));
+        assert!(drop["depth_m"].is_null() && drop["probability"].is_number());
         let text = inspection.text(&answer);
         let words = "at 1.500 m, σ 0.0200 m, not before 1.440 m, depth -\n";
         assert!(text.contains(words), "{text}");

@@ -168,14 +168,14 @@ mod tests {
 
     /// Particles of these weights, with no answer to be held against.
     fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
-        let told = Told {
+        let reported = Told {
             edges: &[],
             drop: None,
             view: VIEW,
         };
         let mut cloud = Cloud::new();
         for (staircase, weight) in particles {
-            cloud.add(staircase, weight.ln(), &[0.01; MAX_STEPS], &told);
+            cloud.add(staircase, weight.ln(), &[0.01; MAX_STEPS], &reported);
         }
         view(&cloud, &VIEW)
     }
@@ -202,15 +202,15 @@ mod tests {
             (stairs(&[(0.6, 0.15)]), 0.25),
             (floating, 0.05),
         ]);
-        let told = |h: &HypothesisView| (h.name.clone(), (1000.0 * h.probability).round());
-        let told: Vec<(String, f64)> = posterior.hypotheses.iter().map(told).collect();
+        let reported = |h: &HypothesisView| (h.name.clone(), (1000.0 * h.probability).round());
+        let reported: Vec<(String, f64)> = posterior.hypotheses.iter().map(reported).collect();
         let expected = [
             ("2 steps up, closed, rise 0.15 m", 600.0),
             ("1 step up, closed, rise 0.15 m", 250.0),
             ("no stairs", 100.0),
             ("2 steps up, open, rise 0.15 m", 50.0),
         ];
-        assert_eq!(told, expected.map(|(name, p)| (name.to_owned(), p)));
+        assert_eq!(reported, expected.map(|(name, p)| (name.to_owned(), p)));
         let counts: Vec<f64> = (posterior.counts.iter())
             .map(|p| (1000.0 * p).round())
             .collect();

@@ -283,13 +283,13 @@ fn playback<'a>(recording: &'a Recording, options: &Options) -> Result<Playback<
     Ok(playback)
 }
 
-/// Runs one scanner over `scans` scans or guard sweeps. `told` is called with the sentences of each.
+/// Runs one scanner over `scans` scans or guard sweeps. `on_scan` is called with the sentences of each.
 fn run(
     recording: &Recording,
     options: &Options,
     playback: &Playback<'_>,
     scans: usize,
-    mut told: impl FnMut(&DataPathWithMotion, Vec<String>) -> Result<()>,
+    mut on_scan: impl FnMut(&DataPathWithMotion, Vec<String>) -> Result<()>,
 ) -> Result<()> {
     let name = &recording.name;
     let guard = playback.kind() == Kind::Guard;
@@ -357,7 +357,7 @@ fn run(
         let Some(sentences) = sentences else {
             continue;
         };
-        told(scanner.data(), sentences)?;
+        on_scan(scanner.data(), sentences)?;
         done += 1;
         if done == scans {
             return Ok(());

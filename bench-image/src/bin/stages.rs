@@ -209,7 +209,7 @@ mod image {
         let mut bytes = [0; head::SIZE];
         while file.read(&mut bytes) {
             let config = head::decode(&bytes);
-            if config.sweep.angle_count <= head::MOST_SWEEP_ROWS {
+            if config.sweep.angle_count <= head::MAX_SWEEP_ROWS {
                 sweep(counter, pipeline, &config, &mut file);
             } else {
                 scan(counter, pipeline, &config, &mut file);

@@ -178,17 +178,17 @@ impl Tally {
                 continue;
             }
             bounds += 2;
-            let told = |what: &str, was: Share, is: Share| {
+            let describe = |what: &str, was: Share, is: Share| {
                 format!(
                     "{name}, {what}: {}/{}, then {}/{}",
                     was.hits, was.of, is.hits, is.of
                 )
             };
             if !keeps_lower(lower(first.detected), second.detected) {
-                broken.push(told("detected", first.detected, second.detected));
+                broken.push(describe("detected", first.detected, second.detected));
             }
             if !keeps_upper(upper(first.free_beyond_body), second.free_beyond_body) {
-                broken.push(told(
+                broken.push(describe(
                     "free beyond",
                     first.free_beyond_body,
                     second.free_beyond_body,

@@ -63,11 +63,11 @@ impl Ablation {
         for rule in params::rules().filter(|rule| names.contains(&rule.name)) {
             rule.turn_off(&mut params);
         }
-        for doubt in DOUBTS
+        for check in DOUBTS
             .iter()
-            .filter(|doubt| names.contains(&doubt.as_str()))
+            .filter(|check| names.contains(&check.as_str()))
         {
-            params.rules.muted.add(*doubt);
+            params.rules.muted.add(*check);
         }
         let (group, meaning) = match listed {
             [(group, _, meaning)] => (*group, meaning.trim()),
@@ -83,7 +83,7 @@ impl Ablation {
     }
 
     /// Whether the rules detect faults of the instrument. These are then measured, too.
-    fn tells_of_faults(&self) -> bool {
+    fn detects_faults(&self) -> bool {
         matches!(self.group, "mount" | "health" | "together")
     }
 }
@@ -92,10 +92,10 @@ impl Ablation {
 /// instrument, by group.
 fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
-    let doubts = DOUBTS
+    let checks = DOUBTS
         .iter()
-        .map(|doubt| ("health", doubt.as_str(), doubt.meaning()));
-    let mut listed: Vec<_> = rules.chain(doubts).collect();
+        .map(|check| ("health", check.as_str(), check.meaning()));
+    let mut listed: Vec<_> = rules.chain(checks).collect();
     let mut groups: Vec<&str> = Vec::new();
     for (group, ..) in &listed {
         if !groups.contains(group) {
@@ -140,13 +140,10 @@ impl Scans {
                 jobs.push((fault, strength, recording, jobs.len() as u64));
             }
         }
-        let spoilt = harness::each(&jobs, |(fault, strength, clean, seed)| {
+        let faulty = harness::each(&jobs, |(fault, strength, clean, seed)| {
             fault.on(clean, *strength, *seed)
         })?;
-        Ok(Self {
-            clean,
-            faulty: spoilt,
-        })
+        Ok(Self { clean, faulty })
     }
 }
 
@@ -188,7 +185,7 @@ fn mentions(line: &str, word: &str) -> bool {
 }
 
 /// Formats a change as `+3 -5`, in bold if it is significant.
-fn told(change: Change) -> String {
+fn change_text(change: Change) -> String {
     let p = change.p();
     let bold = if p < SIGNIFICANT { "**" } else { "" };
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
@@ -259,10 +256,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let after = harness::answers(&scans.clean, ablation.params)?;
         let c = Comparison::new(&base, &after);
         let [distance, height] = [0, 1].map(|k| 100.0 * (c.errors_m[1][k] - c.errors_m[0][k]));
-        let faulty = match ablation.tells_of_faults() {
+        let faulty = match ablation.detects_faults() {
             true => {
                 let after = harness::answers(&scans.faulty, ablation.params)?;
-                told(Comparison::new(&base_faulty, &after).ok_wrong)
+                change_text(Comparison::new(&base_faulty, &after).ok_wrong)
             }
             false => String::new(),
         };
@@ -273,16 +270,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             out,
             "| `{name}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {cost} | {} |",
             ablation.meaning,
-            told(c.exact),
-            told(c.ok_right),
-            told(c.ok_wrong),
+            change_text(c.exact),
+            change_text(c.ok_right),
+            change_text(c.ok_wrong),
             lines(ablation)?
         );
         eprintln!(
             "{name}: exact {} ok {} wrong {}",
-            told(c.exact),
-            told(c.ok_right),
-            told(c.ok_wrong)
+            change_text(c.exact),
+            change_text(c.ok_right),
+            change_text(c.ok_wrong)
         );
     }
     emit(&out);

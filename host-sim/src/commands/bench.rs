@@ -174,7 +174,7 @@ impl Bench {
             for scan in 0..recording.scans() {
                 let config = append(&mut scans, recording, scan)?;
                 count += 1;
-                if config.sweep.angle_count > head::MOST_SWEEP_ROWS {
+                if config.sweep.angle_count > head::MAX_SWEEP_ROWS {
                     names.push(recording.scan(scan).name);
                 }
             }

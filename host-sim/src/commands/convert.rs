@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Output::Recording => outputs.check_recording(&args.output)?,
         _ => outputs.check(&args.output)?,
     }
-    let told = match output {
+    let summary = match output {
         Output::Recording => write_recording(args, only(&paths)?, &outputs)?,
         Output::Array => {
             let recording = read(args, only(&paths)?)?;
@@ -110,15 +110,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Output::Table => {
             let scans = scan_all(args, &paths)?;
             outputs.write(&args.output, &tables::write(&scans, args.table)?)?;
-            told(&scans, "rows of")
+            summary(&scans, "rows of")
         }
         Output::Messages => {
             let scans = scan_all(args, &paths)?;
             outputs.write(&args.output, &mcap::write(&scans)?)?;
-            told(&scans, "messages of")
+            summary(&scans, "messages of")
         }
     };
-    emit(&format!("{}: {told}\n", args.output.display()));
+    emit(&format!("{}: {summary}\n", args.output.display()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -195,7 +195,7 @@ fn chirps(recording: &Recording) -> String {
     )
 }
 
-fn told(scans: &[Scan], what: &str) -> String {
+fn summary(scans: &[Scan], what: &str) -> String {
     let plural = if scans.len() == 1 { "" } else { "s" };
     format!("{what} {} scan{plural}", scans.len())
 }

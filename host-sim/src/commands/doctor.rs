@@ -13,7 +13,7 @@ use crate::live::talk::Talk;
 use crate::live::trouble::REPORT_BAUD;
 
 /// Exit status if a check needs attention or could not be made.
-const DOUBTFUL: u8 = 3;
+const WARNING_STATUS: u8 = 3;
 
 /// Arguments of `doctor`.
 #[derive(clap::Args, Debug)]
@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     Ok(match doctor::worst(&findings) {
         Level::Ok | Level::Absent => ExitCode::SUCCESS,
-        Level::Unseen | Level::Warning => ExitCode::from(DOUBTFUL),
+        Level::Unseen | Level::Warning => ExitCode::from(WARNING_STATUS),
         Level::Fault => ExitCode::FAILURE,
     })
 }

@@ -254,8 +254,8 @@ fn one(
     seed: u64,
     options: &Options,
 ) -> Result<Run> {
-    let spoilt = fault.on(recording, strength, seed)?;
-    let answer = replay::answer(&spoilt, options)
+    let faulty = fault.on(recording, strength, seed)?;
+    let answer = replay::answer(&faulty, options)
         .with_context(|| format!("{} {strength} on {}", fault.name, recording.name))?;
     let reasons = answer.scan.reasons;
     let named = fault.reasons.iter().any(|&reason| reasons.has(reason));
@@ -263,7 +263,7 @@ fn one(
         Status::Fault => Fate::Fault,
         Status::Degraded if named => Fate::Named,
         Status::Degraded => Fate::Unnamed,
-        Status::Ok if wrong(&answer, &spoilt) => Fate::Wrong,
+        Status::Ok if wrong(&answer, &faulty) => Fate::Wrong,
         Status::Ok => Fate::Right,
     };
     let words = format!(

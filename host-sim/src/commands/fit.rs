@@ -143,8 +143,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let mut counted = &measured::MODEL;
     if !args.keep {
-        let (model, text, told) = model(&source)?;
-        emit(&told);
+        let (model, text, log) = model(&source)?;
+        emit(&log);
         write(&outputs, &model_path, &text)?;
         counted = model;
     }
@@ -155,11 +155,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(path) = &args.dump {
         outputs.write(path, dump(&samples).as_bytes())?;
     }
-    let (up, told_up) = plane(&samples, Plane::Depth);
-    let (down, told_down) = plane(&samples, Plane::Height);
-    emit(&format!(
-        "depth plane\n{told_up}\nheight plane\n{told_down}"
-    ));
+    let (up, log_up) = plane(&samples, Plane::Depth);
+    let (down, log_down) = plane(&samples, Plane::Height);
+    emit(&format!("depth plane\n{log_up}\nheight plane\n{log_down}"));
     write(&outputs, &output, &fit::write(&up, &down, checksum()?))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -181,15 +179,15 @@ impl TrainingSamples {
 fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
     let [training, held_back, _] = source.parts(2, fit::measurement_sample)?;
     let measured = measurement::measure(&training);
-    let mut told = format!("measurement model: {} scans\n", measured.scans);
+    let mut log = format!("measurement model: {} scans\n", measured.scans);
     for (k, likelihood) in measured.rounds.iter().enumerate() {
-        let _ = writeln!(told, "  round {k}: log-likelihood {likelihood:.3} a scan");
+        let _ = writeln!(log, "  round {k}: log-likelihood {likelihood:.3} a scan");
     }
-    told.push_str(&measurement::print(&measured.numbers));
+    log.push_str(&measurement::print(&measured.numbers));
     for (name, table) in [("compiled", &measured::MODEL), ("counted", &measured.table)] {
         let c = measurement::contrast(&held_back, table);
         let _ = writeln!(
-            told,
+            log,
             "{name}: {} held-out scans: log-likelihood {:.3}; cost against no steps {:.4}, without \
              the last step {:.4}, with one step more {:.4}, with an irregular rise {:.4}",
             c.scans, c.truth, c.cost[0], c.cost[1], c.cost[2], c.cost[3]
@@ -197,7 +195,7 @@ fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
     }
     let text = measurement::write(&measured.table);
     // Leaked, since the estimators need a `'static` model.
-    Ok((Box::leak(Box::new(measured.table)), text, told))
+    Ok((Box::leak(Box::new(measured.table)), text, log))
 }
 
 fn write(outputs: &Outputs, path: &Path, text: &str) -> Result<()> {
@@ -324,12 +322,12 @@ fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
         maps,
         maybe,
     } = count(&training, &calibration);
-    let mut told = String::new();
+    let mut log = String::new();
     for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
         let threshold = fit::threshold(&testing, &weights, stairs);
         weights.ok_from[usize::from(stairs)] = threshold.from;
         let _ = writeln!(
-            told,
+            log,
             "{name}: ok from {:.3} on: {} of {} scans, {} of them wrong",
             threshold.from,
             threshold.ok,
@@ -338,14 +336,14 @@ fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
         );
     }
     let cells = "cells, of them wrong";
-    table(&mut told, "hazard", (training.len(), cells), &hazards);
+    table(&mut log, "hazard", (training.len(), cells), &hazards);
     let cells = "cells, of them right";
     for (scans, map) in &maps {
-        table(&mut told, "calibration", (*scans, cells), map);
+        table(&mut log, "calibration", (*scans, cells), map);
     }
     let maybes = "MAYBEs, of them right";
-    table(&mut told, "MAYBE", (training.len(), maybes), &maybe);
-    (weights, told)
+    table(&mut log, "MAYBE", (training.len(), maybes), &maybe);
+    (weights, log)
 }
 
 /// Adds weights with their standard errors, and their numbers of `scans` and `samples`.

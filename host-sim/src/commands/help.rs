@@ -23,7 +23,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
     ("Watch a scanner", &["live", "doctor", "settings", "record"]),
     (
-        "Look",
+        "Inspect scans",
         &["report", "web", "inspect", "profile", "convert", "sirad"],
     ),
     (

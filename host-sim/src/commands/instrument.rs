@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::scene::spec::SceneSpec;
 
-/// What is not said stays as the scenes have it.
+/// Omitted values are those of the scenes.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub struct Instrument {
     /// Centre frequency of every scene's chirp, GHz

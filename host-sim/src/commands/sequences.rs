@@ -314,7 +314,7 @@ fn fit(args: &Args) -> Result<ExitCode> {
     emit(&format!(
         "places, levels: {correlations:?} of {} pairs\n{}",
         training.pairs.len(),
-        counted.told
+        counted.log
     ));
     let text = sequences::write(&counted.table, &correlations);
     outputs.write(&path, text.as_bytes())?;

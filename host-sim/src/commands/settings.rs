@@ -68,14 +68,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             outputs.check(path)?;
             let mut talk = open()?;
             let version = talk.version()?;
-            let told = talk.settings()?;
+            let reported = talk.settings()?;
             let about = format!(
                 "Settings of a scanner, firmware {version}. Written by `cargo sim settings --get`; \
                  `--set` sends\nthem, `--diff` compares. Keys may be omitted; they keep their \
                  values."
             );
-            outputs.write(path, profile::text(&told, &about).as_bytes())?;
-            emit(&format!("{}: {} settings\n", path.display(), told.len()));
+            outputs.write(path, profile::text(&reported, &about).as_bytes())?;
+            emit(&format!(
+                "{}: {} settings\n",
+                path.display(),
+                reported.len()
+            ));
             Ok(ExitCode::SUCCESS)
         }
         What {
@@ -88,10 +92,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             diff: Some(path), ..
         } => {
             let profile = read(path)?;
-            let told = open()?.settings()?;
-            let lines = profile.differences(&told);
+            let reported = open()?.settings()?;
+            let lines = profile.differences(&reported);
             lines.iter().for_each(|line| emit(&format!("{line}\n")));
-            let left = told
+            let left = reported
                 .keys()
                 .filter(|key| !profile.entries.iter().any(|e| e.row.key == **key));
             let left = left
@@ -144,10 +148,10 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
         );
     }
     let after = talk.settings()?;
-    let astray = astray(&wanted, &after);
+    let deviations = deviations(&wanted, &after);
     refused
         .iter()
-        .chain(&astray)
+        .chain(&deviations)
         .for_each(|line| emit(&format!("{line}\n")));
     let changed = after
         .iter()
@@ -156,11 +160,11 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
         let row = table::row(key)?;
         let was = before
             .get(key)
-            .map_or("?".to_owned(), |was| row.spoken(was));
-        Some(format!("{key}: {was} -> {}\n", row.spoken(value)))
+            .map_or("?".to_owned(), |was| row.with_unit(was));
+        Some(format!("{key}: {was} -> {}\n", row.with_unit(value)))
     });
     emit(&lines.collect::<String>());
-    if !(refused.is_empty() && astray.is_empty()) {
+    if !(refused.is_empty() && deviations.is_empty()) {
         bail!(
             "the scanner's values differ from the file's; the set values hold until its next reset, and were not saved"
         );
@@ -179,7 +183,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
 }
 
 /// Returns the settings of the scanner that differ from the wanted ones, one line each.
-fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
+fn deviations(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
     let rows = table::rows().iter().filter(|row| !row.read_only);
     let lines = rows.filter_map(|row| {
         let (wanted, there) = (wanted.get(row.key)?, after.get(row.key));
@@ -188,8 +192,8 @@ fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
             Some(there) => Some(format!(
                 "{}: scanner holds {}, expected {}",
                 row.key,
-                row.spoken(there),
-                row.spoken(&wanted)
+                row.with_unit(there),
+                row.with_unit(&wanted)
             )),
             None => Some(format!("{}: not reported by the scanner", row.key)),
         }

@@ -169,30 +169,30 @@ mod tests {
         let error = Given::default()
             .document(&Value::Null, (2, 16), None)
             .unwrap_err();
-        let told = error.to_string();
-        assert_eq!(told, "missing: stairscan:bandwidth_hz (--bandwidth-hz)");
+        let message = error.to_string();
+        assert_eq!(message, "missing: stairscan:bandwidth_hz (--bandwidth-hz)");
         let angles = [0.0, 1.0];
         let error = given()
             .document(&Value::Null, (2, 16), Some(&angles))
             .unwrap_err();
-        let told = error.to_string();
+        let message = error.to_string();
         assert!(
             MIRROR
                 .iter()
-                .all(|(key, flag)| told.contains(key) && told.contains(flag)),
-            "{told}"
+                .all(|(key, flag)| message.contains(key) && message.contains(flag)),
+            "{message}"
         );
         let height = Given {
             mount_height_m: Some(0.4),
             ..given()
         };
-        let told = height
+        let message = height
             .document(&Value::Null, (2, 16), None)
             .unwrap_err()
             .to_string();
         assert!(
-            told.contains("--angles") && !told.contains("mount-height"),
-            "{told}"
+            message.contains("--angles") && !message.contains("mount-height"),
+            "{message}"
         );
     }
 

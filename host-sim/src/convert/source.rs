@@ -45,12 +45,12 @@ impl Source {
         if matches!(suffix(&self.path), "npy" | "bin") {
             return Ok(false);
         }
-        let told = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
+        let has_options = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
         let metadata = sigmf::metadata(&self.path)?;
         let datatype = metadata["global"]["core:datatype"].as_str();
         // Real samples are taken unchanged or not at all: with other keys they are rejected.
         let ours = matches!(datatype, Some("ci16_le" | "ri16_le"));
-        Ok(ours && !told && self.full_scale.is_none())
+        Ok(ours && !has_options && self.full_scale.is_none())
     }
 
     /// Reads the recording, with the name `name`.

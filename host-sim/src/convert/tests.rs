@@ -86,12 +86,12 @@ fn keys_given_one_by_one_make_the_same_scan() {
         ..Source::default()
     };
     let made = source.read("stair_b").unwrap();
-    let told = |recording: &Recording| {
+    let summary = |recording: &Recording| {
         crate::replay::answer(recording, &Options::default())
             .unwrap()
             .sentences
     };
-    assert_eq!(told(&made), told(&recording));
+    assert_eq!(summary(&made), summary(&recording));
     let fewer = Source {
         angles: Some(scratch.put("fewer.csv", b"1\n2\n")),
         ..source.clone()
@@ -189,9 +189,9 @@ fn tables_say_what_the_json_says() {
         (head, rows)
     };
     let (head, rows) = read(tables::Table::Steps);
-    let told = scans[0].json["steps"].as_array().unwrap();
-    assert_eq!(rows.len(), told.len());
-    for (row, step) in rows.iter().zip(told) {
+    let steps = scans[0].json["steps"].as_array().unwrap();
+    assert_eq!(rows.len(), steps.len());
+    for (row, step) in rows.iter().zip(steps) {
         let column = head
             .iter()
             .position(|name| name == "distance_sigma_m")

@@ -71,7 +71,7 @@ impl Evidence {
             return Err(broken);
         }
         match self.state.as_deref() {
-            Some("idle") if moves => self.stir(talk, patience)?,
+            Some("idle") if moves => self.command_motion(talk, patience)?,
             Some("idle") => {}
             // It has already reported the cause.
             Some("fault") if !self.status_reasons.is_empty() => {}
@@ -99,7 +99,7 @@ impl Evidence {
     }
 
     /// Runs self-test and scans of a stopped scanner.
-    fn stir(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
+    fn command_motion(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
         match talk.slow_command(&["selftest"], SELF_TEST)? {
             Some(Reply::Good(_)) => self.passed = true,
             Some(Reply::Refused(field, _)) => {

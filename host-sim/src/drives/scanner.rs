@@ -188,8 +188,8 @@ fn guard(
         world.borrow_mut().check()?;
         now = timetable.borrow_mut().step(now);
         steps += 1;
-        if let Some(told) = scanner.port_mut().take_scan()? {
-            for word in Guarded::parse(0, told)? {
+        if let Some(lines) = scanner.port_mut().take_scan()? {
+            for word in Guarded::parse(0, lines)? {
                 let seen = score::GuardAnswer::of(&word);
                 world
                     .borrow_mut()

@@ -241,7 +241,7 @@ pub static ALL: &[Fault] = &[
     ),
     fault(
         "chair-creeps",
-        world::creeps,
+        world::chair_moves,
         &[0.01, 0.02, 0.04, 0.08],
         "m",
         &[Moving, Mount],

@@ -108,7 +108,7 @@ fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
 
 /// The chair creeps forward by `metres` during the scan. The ground truth is relative to the final
 /// position.
-pub fn creeps(signal: &mut Signal, metres: f64) {
+pub fn chair_moves(signal: &mut Signal, metres: f64) {
     let rows = signal.rows() as f64;
     shift(signal, |signal, row| {
         -metres * row as f64 / rows * libm::cos(signal.angle_deg(row).to_radians())

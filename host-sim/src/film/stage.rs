@@ -161,7 +161,7 @@ impl Stage {
 
     /// Returns the time at which the answer of shot `k` appears, and the time at which that of the
     /// next shot replaces it.
-    fn told(&self, k: usize) -> (f64, f64) {
+    fn answer_interval_s(&self, k: usize) -> (f64, f64) {
         let at = |k: usize| self.begins_s.get(k).map(|begin| begin + SWEEP_S);
         let end = self.ends_s + FADE_S;
         (at(k).unwrap_or(end), at(k + 1).unwrap_or(end))
@@ -342,7 +342,7 @@ impl Stage {
     /// Draws the answer: text above, the steps with their ±2σ, the drop, and the horizon.
     fn answer(&self, k: usize, shot: &Shot) -> Group {
         let hue = &hex(colour::status(shot.answer.scan.status));
-        let (from, to) = self.told(k);
+        let (from, to) = self.answer_interval_s(k);
         let mut group = Group::new()
             .set("opacity", 0)
             .add(self.shown(from, to - FADE_S));

@@ -98,8 +98,8 @@ fn step_errors(step: &Step, truth: &Truth, travel_m: f64) -> Option<StepErrors> 
     if off(near.distance_m) > 0.1 {
         return None;
     }
-    let z = |told: f32, sigma: f32, true_m: f64| {
-        ((f64::from(told) - true_m) / f64::from(sigma)).clamp(-MAX_SIGMAS, MAX_SIGMAS)
+    let z = |reported: f32, sigma: f32, true_m: f64| {
+        ((f64::from(reported) - true_m) / f64::from(sigma)).clamp(-MAX_SIGMAS, MAX_SIGMAS)
     };
     Some(StepErrors {
         height_mm: (1e3 * near.height_m).round() as i64,
@@ -246,7 +246,7 @@ pub struct Counted {
     /// The table.
     pub table: Carried,
     /// Report as text.
-    pub told: String,
+    pub log: String,
 }
 
 /// Fits the hazards to `training`, and their calibration and the threshold of `ok` to `calibration`.
@@ -268,14 +268,14 @@ pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Cou
     for (weight, &fitted) in table.hazard.iter_mut().zip(&hazards.weights) {
         *weight = fitted as f32;
     }
-    let mut told = format!(
+    let mut log = format!(
         "hazard: {} scans, {} cells, {} of them wrong\n",
         training.len(),
         hazards.samples,
         hazards.positives
     );
     for (k, (weight, error)) in hazards.weights.iter().zip(&hazards.errors).enumerate() {
-        let _ = writeln!(told, "  {k:>3} {weight:>9.3} ± {error:.3}");
+        let _ = writeln!(log, "  {k:>3} {weight:>9.3} ± {error:.3}");
     }
     for (stairs, k) in [(false, 0), (true, 1)] {
         let samples = calibration.iter().filter(|l| l.stairs == stairs);
@@ -286,11 +286,11 @@ pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Cou
                 slope: slope as f32,
                 offset: offset as f32,
             };
-            let _ = writeln!(told, "calibration, steps {stairs}: {slope:.3} {offset:.3}");
+            let _ = writeln!(log, "calibration, steps {stairs}: {slope:.3} {offset:.3}");
         }
     }
     for (p, name) in most_confident_errors(calibration, &table) {
-        let _ = writeln!(told, "  wrong with {p:.4}: {name}");
+        let _ = writeln!(log, "  wrong with {p:.4}: {name}");
     }
     for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
         let of_type = || calibration.iter().filter(|l| l.stairs == stairs);
@@ -302,7 +302,7 @@ pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Cou
         table.ok_from[usize::from(stairs)] = least.from;
         let able = of_type().filter(|l| l.reach_m.is_finite());
         let _ = writeln!(
-            told,
+            log,
             "{name}: ok from {:.3} on: {} of {} scans without another reason against it, {} of them wrong",
             least.from,
             least.ok,
@@ -310,7 +310,7 @@ pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Cou
             least.wrong
         );
     }
-    Counted { table, told }
+    Counted { table, log }
 }
 
 /// Returns for each cell the log-odds that the answer is correct up to it, and whether it is.
@@ -328,7 +328,7 @@ fn odds(sample: &SequenceSample, table: &Carried) -> Vec<(Vec<f64>, bool)> {
 }
 
 /// Number of wrong answers with the highest probability that are listed.
-const TOLD: usize = 12;
+const LISTED: usize = 12;
 
 /// Returns the names of the wrong answers with the highest probability of being correct up to their
 /// first error, with that probability.
@@ -349,7 +349,7 @@ fn most_confident_errors<'a>(
         })
         .collect();
     wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
-    wrong.truncate(TOLD);
+    wrong.truncate(LISTED);
     wrong
 }
 
@@ -446,12 +446,12 @@ mod tests {
         // Additional samples with the same log-odds that are wrong, but unconfirmed.
         samples.extend((0..30).map(|_| sample(5.0, true, f32::INFINITY)));
         let counted = count(&samples, &samples);
-        assert!(counted.table.ok_from[1] < 1.0, "{}", counted.told);
-        assert!(counted.told.contains("of 1500 scans"), "{}", counted.told);
+        assert!(counted.table.ok_from[1] < 1.0, "{}", counted.log);
+        assert!(counted.log.contains("of 1500 scans"), "{}", counted.log);
         for sample in &mut samples {
             sample.reach_m = 1.0;
         }
         let all = count(&samples, &samples);
-        assert!(all.table.ok_from[1] > 1.0, "{}", all.told);
+        assert!(all.table.ok_from[1] > 1.0, "{}", all.log);
     }
 }

@@ -54,11 +54,11 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
             Status::Fault => 2,
         });
     let status = worst.unwrap_or(Status::Fault);
-    let told: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+    let answers: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
     let ground_echo_range_m = sweeps::ground::of(recording).unwrap_or_default();
-    let scored = truth
-        .as_ref()
-        .map(|truth| sweeps::score::recording(&recording.name, &told, truth, &ground_echo_range_m));
+    let scored = truth.as_ref().map(|truth| {
+        sweeps::score::recording(&recording.name, &answers, truth, &ground_echo_range_m)
+    });
     let wrong = scored.map(|scored| {
         scored
             .sweeps
@@ -123,12 +123,12 @@ pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<A
 pub fn answered(answer: &Answer) -> Value {
     let reasons = answer.scan.reasons.iter();
     let reasons: Vec<Value> = reasons.map(|r| json!([r.as_str(), r.meaning()])).collect();
-    let told = json!({
+    let evaluation = json!({
         "summary": answer.summary(),
         "sentences": answer.sentences,
         "why": reasons,
     });
-    joined(answer.json(), told)
+    joined(answer.json(), evaluation)
 }
 
 /// Merges two objects.

@@ -51,7 +51,7 @@ impl Guard {
     }
 
     /// Whether status, hazard or reasons differ from the previous sentence. The distance is ignored.
-    pub fn is_news(&self, before: Option<&Self>) -> bool {
+    pub fn has_changed(&self, before: Option<&Self>) -> bool {
         let same = |other: &Self| {
             let (a, b) = (&self.line, &other.line);
             (a.status, a.ending, a.reasons) == (b.status, b.ending, b.reasons)
@@ -159,6 +159,10 @@ mod tests {
         let first = Guard::after(None, 0, word(1, "ok,1000.0,none,99.8,"));
         let same = Guard::after(Some(&first), 100, word(2, "ok,900.0,none,99.7,"));
         let other = Guard::after(Some(&same), 200, word(3, "ok,900.0,rise,99.7,"));
-        assert!(first.is_news(None) && !same.is_news(Some(&first)) && other.is_news(Some(&same)));
+        assert!(
+            first.has_changed(None)
+                && !same.has_changed(Some(&first))
+                && other.has_changed(Some(&same))
+        );
     }
 }

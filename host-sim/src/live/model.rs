@@ -22,7 +22,7 @@ const REPLY: Ms = 2_000;
 /// Timeout of commands with homing, self-test and a scan, ms.
 const LONG_REPLY: Ms = 60_000;
 /// Number of lines that are kept in the log.
-const KEPT: usize = 2_000;
+const MAX_LOG: usize = 2_000;
 /// Number of lines to scroll at once.
 pub const PAGE: usize = 5;
 
@@ -253,7 +253,7 @@ impl State {
     }
 
     fn keep(&mut self, at: Ms, way: Way, text: &str) {
-        if self.log.len() == KEPT {
+        if self.log.len() == MAX_LOG {
             self.log.pop_front();
         }
         let text = text.to_owned();
@@ -330,7 +330,7 @@ impl State {
             Sentence::Maybe(maybe) => self.belongs(now, maybe.scan, line),
             Sentence::Guard(sweep) => {
                 let guard = Guard::after(self.guard.as_ref(), now, *sweep);
-                if guard.is_news(self.guard.as_ref()) {
+                if guard.has_changed(self.guard.as_ref()) {
                     self.keep(now, Way::In, line);
                 }
                 self.guard = Some(guard);
@@ -438,13 +438,13 @@ impl State {
     /// arrival.
     pub fn age(&self, now: Ms) -> Option<Ms> {
         let (came, answer) = self.answer.as_ref()?;
-        let told = self
+        let reported = self
             .pulse
             .as_ref()
             .filter(|pulse| pulse.at >= *came && !answer.is_fault());
-        let told =
-            told.and_then(|pulse| Some(u64::from(pulse.age_ms?) + now.saturating_sub(pulse.at)));
-        Some(told.unwrap_or(now.saturating_sub(*came)))
+        let reported = reported
+            .and_then(|pulse| Some(u64::from(pulse.age_ms?) + now.saturating_sub(pulse.at)));
+        Some(reported.unwrap_or(now.saturating_sub(*came)))
     }
 
     /// Returns the validity of the displayed answer.

@@ -4,7 +4,7 @@ use stairscan::scanner::Settings;
 use stairscan::scanner::command::{self, Command, MAX_COMMAND, framed};
 
 /// Note for a command that is probably wrong; a second Enter sends it nevertheless.
-const ANYWAY: &str = "Press Enter again to send it, although";
+const CONFIRM: &str = "Press Enter again to send it, although";
 
 /// Result of the check.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub fn check(typed: &str) -> Checked {
     };
     if typed.len() > MAX_COMMAND {
         let why =
-            format!("{ANYWAY} the line is too long: expected at most {MAX_COMMAND} characters");
+            format!("{CONFIRM} the line is too long: expected at most {MAX_COMMAND} characters");
         return offer(typed, why);
     }
     let parsed = match command::parse(typed) {
@@ -38,13 +38,13 @@ pub fn check(typed: &str) -> Checked {
             let whose = if bad.command == "-" { "" } else { bad.command };
             let (field, expected) = (bad.error.field, bad.error.expected);
             let why = format!(
-                "{ANYWAY} it is wrong: {}: expected {expected}",
+                "{CONFIRM} it is wrong: {}: expected {expected}",
                 format!("{whose} {field}").trim_start()
             );
             return offer(typed, why);
         }
     };
-    let doubt = value_doubt(&parsed);
+    let refusal = refusal(&parsed);
     let line = match parsed {
         _ if command::is_framed(typed) => typed.to_owned(),
         Command::Set(key, value) => sentence(&["set", key, value]),
@@ -55,8 +55,8 @@ pub fn check(typed: &str) -> Checked {
         }
         _ => typed.to_owned(),
     };
-    match doubt {
-        Some(doubt) => offer(&line, format!("{ANYWAY} {doubt}")),
+    match refusal {
+        Some(refusal) => offer(&line, format!("{CONFIRM} {refusal}")),
         None if line != typed => {
             let word = parsed.word();
             offer(
@@ -75,7 +75,7 @@ fn sentence(words: &[&str]) -> String {
 
 /// Returns why a scanner with default settings would refuse a value. A scanner with other settings may
 /// accept it.
-fn value_doubt(command: &Command<'_>) -> Option<String> {
+fn refusal(command: &Command<'_>) -> Option<String> {
     let Command::Set(key, value) = command else {
         return None;
     };

@@ -3,7 +3,7 @@
 use super::offer::{self, Checked};
 
 /// Maximum number of lines in the history.
-const REMEMBERED: usize = 500;
+const MAX_HISTORY: usize = 500;
 
 /// Edit of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,7 +156,7 @@ impl Prompt {
         if self.history.last().is_none_or(|last| last != line) {
             self.history.push(line.to_owned());
         }
-        let surplus = self.history.len().saturating_sub(REMEMBERED);
+        let surplus = self.history.len().saturating_sub(MAX_HISTORY);
         self.history.drain(..surplus);
     }
 

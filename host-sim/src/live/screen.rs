@@ -160,8 +160,10 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     }
     let reasons: Vec<_> = answer.scan.reasons.iter().collect();
     for reason in reasons.iter().take(REASONS) {
-        let told = format!("{}: {}", reason.as_str(), reason.meaning());
-        lines.extend(wrapped(&told, width.saturating_sub(4)).map(|line| Line::styled(line, text)));
+        let meaning = format!("{}: {}", reason.as_str(), reason.meaning());
+        lines.extend(
+            wrapped(&meaning, width.saturating_sub(4)).map(|line| Line::styled(line, text)),
+        );
     }
     if let Some(more @ 1..) = reasons.len().checked_sub(REASONS) {
         lines.push(Line::styled(

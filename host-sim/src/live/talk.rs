@@ -233,16 +233,16 @@ impl Talk {
     /// # Errors
     /// The port has disappeared, or there was no reply.
     pub fn settings(&mut self) -> Result<BTreeMap<String, String>, PortFault> {
-        let mut told = BTreeMap::new();
+        let mut values = BTreeMap::new();
         self.ask("get", |sentence| {
             if let Sentence::Config { key, value } = sentence {
-                told.insert((*key).to_owned(), (*value).to_owned());
+                values.insert((*key).to_owned(), (*value).to_owned());
             }
             matches!(sentence, Sentence::Done { command: "get" }).then_some(())
         })?;
         let missing = Settings::KEYS
             .iter()
-            .filter(|key| !told.contains_key(**key));
+            .filter(|key| !values.contains_key(**key));
         for key in missing.copied().collect::<Vec<_>>() {
             let found = self.ask(&format!("get {key}"), |sentence| match sentence {
                 Sentence::Config { key: k, value } if *k == key => Some(Some((*value).to_owned())),
@@ -250,9 +250,9 @@ impl Talk {
                 _ => None,
             })?;
             // `None`: the firmware does not have this setting.
-            found.map(|value| told.insert(key.to_owned(), value));
+            found.map(|value| values.insert(key.to_owned(), value));
         }
-        Ok(told)
+        Ok(values)
     }
 }
 

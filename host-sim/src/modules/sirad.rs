@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     const TIMEOUT: u32 = 400_000;
-    const WISH: Wish = Wish {
+    const REQUEST: Wish = Wish {
         kind: ModuleKind::SiRad,
         samples: 64,
         ..Wish::DEFAULT
@@ -280,7 +280,7 @@ mod tests {
         }
 
         fn program(&mut self) -> Result<RadarConfig, LinkError> {
-            (self.module).program(&mut self.port, Micros(self.now), &WISH, TIMEOUT);
+            (self.module).program(&mut self.port, Micros(self.now), &REQUEST, TIMEOUT);
             loop {
                 self.now += 1_000;
                 let answer = self.module.settings(&mut self.port, Micros(self.now));
@@ -328,11 +328,11 @@ mod tests {
             let mut bench = Bench::new();
             assert!(bench.program().is_ok());
             bench.inject(fault);
-            let told = bench.chirp().unwrap_err();
+            let error = bench.chirp().unwrap_err();
             match fault {
-                Fault::Error => assert_eq!(told, LinkError::Module(4)),
-                Fault::Gap => assert!(matches!(told, LinkError::Frame(_) | LinkError::Timeout)),
-                _ => assert_eq!(told, LinkError::Timeout, "{fault:?}"),
+                Fault::Error => assert_eq!(error, LinkError::Module(4)),
+                Fault::Gap => assert!(matches!(error, LinkError::Frame(_) | LinkError::Timeout)),
+                _ => assert_eq!(error, LinkError::Timeout, "{fault:?}"),
             }
             assert!(bench.chirp().is_err(), "{fault:?}");
             bench.inject(Fault::None);

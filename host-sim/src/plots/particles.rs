@@ -63,7 +63,7 @@ pub fn particles(
     ];
     plane.draw(&words, Background::Raw, Palette::Ground, |sheet, frame| {
         dots(sheet, frame, &view.initial, 2.6, (Shape::Diamond, HUES[5]))?;
-        heaps(sheet, frame, &view.resampled, 2.6, (Shape::Dot, CONCLUDED))
+        particle_counts(sheet, frame, &view.resampled, 2.6, (Shape::Dot, CONCLUDED))
     })
 }
 
@@ -72,7 +72,7 @@ fn dots(
     frame: &Frame,
     points: &[Point],
     radius: f64,
-    (shape, ink): Look,
+    (shape, ink): MarkStyle,
 ) -> Result<()> {
     for &(x, y) in points.iter().filter(|p| frame.holds(p.0, p.1)) {
         sheet.marker(shape, frame.spot(x, y), radius, ink, WHITE)?;
@@ -81,20 +81,20 @@ fn dots(
 }
 
 /// Draws dots whose area is proportional to the number of particles at the same place.
-fn heaps(
+fn particle_counts(
     sheet: &Sheet<'_>,
     frame: &Frame,
     points: &[Point],
     radius: f64,
-    look: Look,
+    mark_style: MarkStyle,
 ) -> Result<()> {
     /// Number of copies above which the dot does not grow.
-    const MAX_LABELS: usize = 12;
+    const MAX_COPIES: usize = 12;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     for heap in sorted.chunk_by(|a, b| a == b) {
-        let copies = heap.len().min(MAX_LABELS) as f64;
-        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), look)?;
+        let copies = heap.len().min(MAX_COPIES) as f64;
+        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), mark_style)?;
     }
     Ok(())
 }
@@ -106,7 +106,8 @@ pub fn clusters(
     clusters: &[ClusterView],
 ) -> Result<Vec<u8>> {
     let mut words = words.clone();
-    let shown: Vec<(Look, &ClusterView)> = looks(clusters).into_iter().zip(clusters).collect();
+    let shown: Vec<(MarkStyle, &ClusterView)> =
+        mark_styles(clusters).into_iter().zip(clusters).collect();
     words.legend = shown
         .iter()
         .filter(|(_, c)| c.fate == Fate::Kept)
@@ -135,8 +136,8 @@ pub fn clusters(
         words.subtitle.push_str("; no clusters");
     }
     plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
-        for (look, cluster) in &shown {
-            dots(sheet, frame, &cluster.points, 3.6, *look)?;
+        for (mark_style, cluster) in &shown {
+            dots(sheet, frame, &cluster.points, 3.6, *mark_style)?;
         }
         let mut room = plane.room(frame);
         for (_, cluster) in &shown {
@@ -190,13 +191,13 @@ fn count_of(clusters: &[ClusterView], fate: Fate) -> usize {
 }
 
 /// Shape and colour of a marker.
-type Look = (Shape, RGBColor);
+type MarkStyle = (Shape, RGBColor);
 
 /// Assigns a look to each cluster, first to the kept ones, so that they look the same in all plots.
-fn looks(clusters: &[ClusterView]) -> Vec<Look> {
+fn mark_styles(clusters: &[ClusterView]) -> Vec<MarkStyle> {
     let kept = count_of(clusters, Fate::Kept);
     let (mut next_kept, mut next_other) = (0, kept);
-    let look = |c: &ClusterView| {
+    let mark_style = |c: &ClusterView| {
         let next = match c.fate {
             Fate::Kept => &mut next_kept,
             _ => &mut next_other,
@@ -205,7 +206,7 @@ fn looks(clusters: &[ClusterView]) -> Vec<Look> {
         let k = *next - 1;
         (SOLID[k % SOLID.len()], HUES[k % HUES.len()])
     };
-    clusters.iter().map(look).collect()
+    clusters.iter().map(mark_style).collect()
 }
 
 /// Returns the corners of the box around a cluster, the first one twice; empty for a cluster

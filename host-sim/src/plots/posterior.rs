@@ -36,18 +36,18 @@ fn percent(probability: f64) -> String {
 }
 
 /// Whether a hypothesis has the same edges as an answer.
-fn same_edges(hypothesis: &HypothesisView, told: &[Point]) -> bool {
-    let mut pairs = hypothesis.edges.iter().zip(told);
-    hypothesis.edges.len() == told.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
+fn same_edges(hypothesis: &HypothesisView, reported: &[Point]) -> bool {
+    let mut pairs = hypothesis.edges.iter().zip(reported);
+    hypothesis.edges.len() == reported.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
 }
 
 /// Returns the most probable hypotheses whose edges differ from the answer's, with their strokes.
 pub fn runners_up<'a>(
     posterior: &'a PosteriorView,
-    told: &[Point],
+    reported: &[Point],
 ) -> Vec<(Stroke, &'a HypothesisView)> {
     let likely = (posterior.hypotheses.iter()).filter(|h| h.probability >= MIN_PROBABILITY);
-    let runners_up = likely.filter(|h| !same_edges(h, told));
+    let runners_up = likely.filter(|h| !same_edges(h, reported));
     strokes().zip(runners_up).collect()
 }
 
@@ -74,11 +74,14 @@ pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
 
 /// Returns the posterior probability of an answer as text for the legend; empty without a
 /// posterior.
-pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
-    let alike = posterior.hypotheses.iter().filter(|h| same_edges(h, told));
+pub fn share(posterior: &PosteriorView, reported: &[Point]) -> String {
+    let matching = posterior
+        .hypotheses
+        .iter()
+        .filter(|h| same_edges(h, reported));
     match posterior.hypotheses.as_slice() {
         [] => String::new(),
-        _ => format!(", {}", percent(alike.map(|h| h.probability).sum())),
+        _ => format!(", {}", percent(matching.map(|h| h.probability).sum())),
     }
 }
 
@@ -299,8 +302,8 @@ mod tests {
                 hypothesis(0.004, &[(0.3, 0.1)]),
             ],
         };
-        let runners_up = |told: &[Point]| -> Vec<f64> {
-            let runners_up = runners_up(&posterior, told).into_iter();
+        let runners_up = |reported: &[Point]| -> Vec<f64> {
+            let runners_up = runners_up(&posterior, reported).into_iter();
             runners_up.map(|r| r.1.probability).collect()
         };
         assert_eq!(runners_up(&[(0.6, 0.15), (0.91, 0.31)]), [0.2, 0.1, 0.096]);

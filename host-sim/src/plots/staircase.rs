@@ -89,7 +89,7 @@ pub fn draw(
         posterior::draw_maybes(sheet, frame, answer)?;
         posterior::draw_counts(sheet, frame, posterior)?;
         if edges.is_empty() {
-            return say_none(sheet, frame, answer);
+            return draw_no_steps(sheet, frame, answer);
         }
         let [promised, beyond] = surface_up_to(frame, &edges, horizon);
         sheet.line(&beyond, no_promise)?;
@@ -184,7 +184,7 @@ fn write_step(
         }
     };
     let face = Face::plain(20.0);
-    let told = [
+    let values = [
         format!("{}: distance {} cm", k + 1, cm(x)),
         format!("height {} cm", cm(y)),
     ];
@@ -192,14 +192,14 @@ fn write_step(
         let off = [x - real.distance_m, y - real.height_m].map(signed);
         format!("off by {} and {} cm", off[0], off[1])
     });
-    let told = told.iter().map(|line| (line.as_str(), face.bold()));
+    let values = values.iter().map(|line| (line.as_str(), face.bold()));
     let off = off.iter().map(|line| (line.as_str(), face.ink(FAINT)));
-    let lines: Vec<(&str, Face)> = told.chain(off).collect();
+    let lines: Vec<(&str, Face)> = values.chain(off).collect();
     room.write(sheet, frame.spot(x, y), &lines)
 }
 
 /// Writes that there are no steps, and the reason.
-fn say_none(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
+fn draw_no_steps(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     let what = if answer.is_fault() {
         format!("no answer: {}", answer.scan.reasons)
     } else if answer.scan.direction == Direction::None {

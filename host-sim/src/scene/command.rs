@@ -210,7 +210,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         let bar = busy("the simulated radar scans");
         let (chirps, scans) = source.write(&outputs, &args.output, args.seed, approach)?;
         bar.finish_and_clear();
-        emit(&told(&args.output, chirps, scans));
+        emit(&summary(&args.output, chirps, scans));
         return Ok(());
     };
     let name = pattern(&args.scene, &args.output)?;
@@ -228,12 +228,12 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         });
     written.collect::<Result<()>>()?;
     bar.finish_and_clear();
-    emit(&told_many(&name, count));
+    emit(&summary_of_many(&name, count));
     Ok(())
 }
 
 /// Returns the text on what was written, and on the next commands.
-fn told(output: &Path, chirps: usize, scans: usize) -> String {
+fn summary(output: &Path, chirps: usize, scans: usize) -> String {
     let plural = if scans == 1 { "" } else { "s" };
     let (meta, name) = (meta_path(output), output.display());
     format!(
@@ -245,7 +245,7 @@ fn told(output: &Path, chirps: usize, scans: usize) -> String {
 }
 
 /// Returns the same text for many recordings.
-fn told_many(pattern: &str, count: u32) -> String {
+fn summary_of_many(pattern: &str, count: u32) -> String {
     let dir = Path::new(pattern)
         .parent()
         .filter(|dir| !dir.as_os_str().is_empty());
@@ -290,13 +290,13 @@ mod tests {
 
     #[test]
     fn it_says_what_it_wrote_and_what_to_do_next() {
-        let text = told(Path::new("my_stairs"), 281, 1);
+        let text = summary(Path::new("my_stairs"), 281, 1);
         assert!(
             text.starts_with("my_stairs.sigmf-meta: 281 chirps, 1 scan,"),
             "{text}"
         );
         assert!(text.contains("cargo sim replay my_stairs "), "{text}");
-        let text = told_many("many/stair_a_{}", 3);
+        let text = summary_of_many("many/stair_a_{}", 3);
         assert!(
             text.contains("many/stair_a_000 to many/stair_a_002"),
             "{text}"

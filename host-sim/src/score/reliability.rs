@@ -9,7 +9,7 @@ const CONFIDENCE: &[f64] = &[0.0, 0.5, 0.8, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0];
 /// Edges of the bins of a `MAYBE`'s probability, which is reported from 5 % on.
 const MAYBES: &[f64] = &[0.0, 0.1, 0.2, 0.5, 0.8, 1.0];
 /// Minimum number of predictions of a bin for a comparison.
-const JUDGED: usize = 30;
+const MIN_PREDICTIONS: usize = 30;
 /// Maximum difference between prediction and outcome that counts as agreement.
 const AGREES: f64 = 0.05;
 /// Maximum difference in standard errors that counts as agreement; the larger of both limits applies.
@@ -74,10 +74,10 @@ impl Bin {
     /// Whether predicted and actual share differ by at most 5 points or twice the standard error; `None`
     /// with fewer than 30 predictions.
     pub fn agrees(&self) -> Option<bool> {
-        let judged = self.actual.of >= JUDGED;
+        let is_compared = self.actual.of >= MIN_PREDICTIONS;
         let apart = (self.predicted()? - self.actual.value()?).abs();
         let most = AGREES.max(AGREES_ERRORS * self.standard_error()?);
-        judged.then_some(apart <= most)
+        is_compared.then_some(apart <= most)
     }
 
     /// The figures as JSON, probabilities 0…1.

@@ -87,7 +87,7 @@ impl AnswerType {
 
     fn of(scene: &SceneScore) -> Self {
         match scene.direction {
-            Direction::None if scene.tells_drop => Self::Drop,
+            Direction::None if scene.reports_drop => Self::Drop,
             Direction::None => Self::NoSteps,
             Direction::Up => Self::Up,
             Direction::Down => Self::Down,
@@ -229,8 +229,8 @@ impl SetScore {
                 s.false_drop
             }),
             false_drops: count(&|s| usize::from(s.false_drop)),
-            drops: count(&|s| usize::from(s.tells_drop)),
-            depths: Share::count(scenes.clone().filter(|s| s.tells_drop), |s| s.tells_depth),
+            drops: count(&|s| usize::from(s.reports_drop)),
+            depths: Share::count(scenes.clone().filter(|s| s.reports_drop), |s| s.tells_depth),
             depth: Spread::of(scenes.clone().filter_map(|s| s.depth_error_m)),
             depths_off: Share::count(scenes.clone().filter_map(|s| s.depth_error_m), |error| {
                 error.abs() > DEPTH_M

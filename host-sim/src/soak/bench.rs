@@ -45,7 +45,7 @@ impl Default for ScannerMemory {
 
 /// A reported scan.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct ReportedScan {
     /// Its head.
     pub head: ScanLine,
     /// All of its lines, including the head.
@@ -59,9 +59,9 @@ pub struct ScannerBench<'a> {
     scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
     /// The scan that is being reported.
-    telling: Option<Told>,
+    receiving: Option<ReportedScan>,
     to_come: u8,
-    told: Option<Told>,
+    reported: Option<ReportedScan>,
     replies: Vec<String>,
 }
 
@@ -83,9 +83,9 @@ impl<'a> ScannerBench<'a> {
             scanner: Scanner::new(hardware, data, lent, Some(settings), identity("soak"), now),
             stage,
             now,
-            telling: None,
+            receiving: None,
             to_come: 0,
-            told: None,
+            reported: None,
             replies: Vec::new(),
         }
     }
@@ -116,30 +116,30 @@ impl<'a> ScannerBench<'a> {
     fn hear(&mut self, line: &str) -> Result<()> {
         match Sentence::parse(line).with_context(|| line.to_owned())? {
             Sentence::Scan(head) => {
-                ensure!(self.telling.is_none(), "{line}: within another scan");
+                ensure!(self.receiving.is_none(), "{line}: within another scan");
                 self.to_come = head.following();
-                self.telling = Some(Told {
+                self.receiving = Some(ReportedScan {
                     head,
                     lines: vec![line.to_owned()],
                 });
             }
             Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
-                let telling = self.telling.as_mut().context("a step of no scan")?;
-                telling.lines.push(line.to_owned());
+                let receiving = self.receiving.as_mut().context("a step of no scan")?;
+                receiving.lines.push(line.to_owned());
                 self.to_come = self.to_come.checked_sub(1).context("one step too many")?;
             }
             Sentence::Live(_) => {}
             _ => self.replies.push(line.to_owned()),
         }
-        if self.to_come == 0 && self.telling.is_some() {
-            self.told = self.telling.take();
+        if self.to_come == 0 && self.receiving.is_some() {
+            self.reported = self.receiving.take();
         }
         Ok(())
     }
 
     /// Takes the last reported scan.
-    pub fn told(&mut self) -> Option<Told> {
-        self.told.take()
+    pub fn take_report(&mut self) -> Option<ReportedScan> {
+        self.reported.take()
     }
 
     /// Runs steps until `done`.

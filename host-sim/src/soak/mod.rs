@@ -25,15 +25,15 @@ use crate::recording::Recording;
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
-use bench::{ScannerBench, ScannerMemory, Told};
+use bench::{ReportedScan, ScannerBench, ScannerMemory};
 use stage::{Environment, Plan, ScanChirps};
 
 /// Random stream of the test, separate from those of scenes and faults.
 const STREAM: u64 = 0x534F_414B;
 /// Maximum number of simulated recordings that are kept. Simulating one takes as long as about twenty scans.
-const KEPT: usize = 12;
+const MAX_RECORDINGS: usize = 12;
 /// Number of visits after which one of them is replaced.
-const RENEWED: u64 = 10;
+const RENEWAL_VISITS: u64 = 10;
 /// Number of consecutive lost rows after which the sweep ends with a silent link, if they are the scan's last.
 const STREAK: usize = 8;
 /// Lines that must have no effect in any state of the scanner.
@@ -83,7 +83,7 @@ fn resident() -> Option<u64> {
 
 /// Recordings of the visits.
 struct Library {
-    kept: Vec<Recording>,
+    recordings: Vec<Recording>,
     visits: u64,
     next: u64,
 }
@@ -91,19 +91,19 @@ struct Library {
 impl Library {
     /// Returns a random recording, sometimes with a fault of the instrument, and whether it has one.
     fn choose(&mut self, random: &mut Random) -> Result<(Recording, bool)> {
-        if self.kept.len() < KEPT && self.visits >= self.kept.len() as u64
-            || self.visits.is_multiple_of(RENEWED)
+        if self.recordings.len() < MAX_RECORDINGS && self.visits >= self.recordings.len() as u64
+            || self.visits.is_multiple_of(RENEWAL_VISITS)
         {
             let kind = Kind::ALL[random.index(Kind::ALL.len())];
             let recording = random_scan(kind, kind.variety(), self.next)?;
             self.next += 1;
-            if self.kept.len() == KEPT {
-                self.kept.remove(0);
+            if self.recordings.len() == MAX_RECORDINGS {
+                self.recordings.remove(0);
             }
-            self.kept.push(recording);
+            self.recordings.push(recording);
         }
         self.visits += 1;
-        let clean = &self.kept[random.index(self.kept.len())];
+        let clean = &self.recordings[random.index(self.recordings.len())];
         if random.chance(0.6) {
             return Ok((clean.clone(), false));
         }
@@ -143,7 +143,7 @@ struct Soak<'a> {
 pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     let mut random = Random::new(seed, STREAM);
     let mut library = Library {
-        kept: Vec::new(),
+        recordings: Vec::new(),
         visits: 0,
         next: 1_000 * (seed % 100_000),
     };
@@ -202,7 +202,7 @@ impl Soak<'_> {
     fn begin(&mut self, chirps: &Rc<ScanChirps>) -> Result<()> {
         ensure!(self.bench.command("stop")?, "stop: refused");
         // The previous scan is discarded.
-        self.bench.told();
+        self.bench.take_report();
         {
             let mut stage = self.bench.stage.borrow_mut();
             stage.chirps = chirps.clone();
@@ -263,15 +263,15 @@ impl Soak<'_> {
             self.bench.type_in(&framed(&["set", "seed", &seed]));
             self.tally.typed += 1;
         }
-        let mut told = None;
+        let mut reported = None;
         self.bench.until(|bench| {
-            told = bench.told();
-            told.is_some()
+            reported = bench.take_report();
+            reported.is_some()
         })?;
         let shown = std::mem::take(&mut self.bench.stage.borrow_mut().shown);
         self.bench.stage.borrow_mut().plan = self::plan(&mut self.random, chirps.rows());
-        if let Some(told) = told {
-            self.compare(chirps, (number, &config), &plan, (&shown, &told));
+        if let Some(reported) = reported {
+            self.compare(chirps, (number, &config), &plan, (&shown, &reported));
         }
         Ok(())
     }
@@ -282,7 +282,7 @@ impl Soak<'_> {
         chirps: &ScanChirps,
         (number, config): (u32, &Config),
         plan: &Plan,
-        (shown, told): (&[(usize, bool)], &Told),
+        (shown, reported): (&[(usize, bool)], &ReportedScan),
     ) {
         self.tally.scans += 1;
         let lost = shown.iter().filter(|(_, came)| !came).count();
@@ -291,25 +291,26 @@ impl Soak<'_> {
         let whole = shown.len() == chirps.rows() && plan.stalls_at.is_none() && !silent;
         let expected = if whole && lost <= usize::from(Settings::default().timing.max_lost) {
             self.tally.lossy += u64::from(lost > 0);
-            self.tally.statuses[told.head.status as usize] += 1;
-            fresh(chirps, config, (number, told.head.settings), shown)
+            self.tally.statuses[reported.head.status as usize] += 1;
+            fresh(chirps, config, (number, reported.head.settings), shown)
         } else {
             self.tally.ended += 1;
-            let reasons = told.head.reasons;
+            let reasons = reported.head.reasons;
             let hardware = [Reason::MotorStall, Reason::LinkSilent, Reason::TooManyLost];
             let named = hardware.iter().any(|&reason| reasons.has(reason));
-            let right = told.head.status == Status::Fault && named && told.head.scan == number;
+            let right =
+                reported.head.status == Status::Fault && named && reported.head.scan == number;
             if right {
-                told.lines.clone()
+                reported.lines.clone()
             } else {
                 vec!["a fault of the hardware".into()]
             }
         };
-        if expected != told.lines {
+        if expected != reported.lines {
             let line = format!(
                 "scan {number} of {}: reported {}, expected {}",
                 chirps.name,
-                told.lines.join(" "),
+                reported.lines.join(" "),
                 expected.join(" ")
             );
             self.tally.differing.push(line);

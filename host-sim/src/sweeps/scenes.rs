@@ -56,7 +56,7 @@ const STREAM: u64 = 0x4755_4152_4400;
 /// Stream of the random numbers of scenes for drives.
 const APPROACHES: u64 = 0x4755_4152_4500;
 
-/// Kind of scene that random sweeps look at.
+/// Kind of scene of random sweeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 #[repr(u8)]
 pub enum Kind {

@@ -25,33 +25,33 @@ const TIMEOUT_US: u32 = 500_000;
 const RETRIES: u32 = 2;
 
 /// Bytes of a port with their direction, recorded since the last read.
-pub type Overheard = Rc<RefCell<Vec<(Wire, u8)>>>;
+pub type TappedBytes = Rc<RefCell<Vec<(Wire, u8)>>>;
 
 /// A port that records its bytes in both directions.
 #[derive(Debug)]
 pub struct Tapped<P> {
     port: P,
-    overheard: Overheard,
+    tapped: TappedBytes,
 }
 
 impl<P: BytePort> Tapped<P> {
     /// Records the bytes of `port`.
-    pub fn new(port: P, overheard: Overheard) -> Self {
-        Self { port, overheard }
+    pub fn new(port: P, tapped: TappedBytes) -> Self {
+        Self { port, tapped }
     }
 }
 
 impl<P: BytePort> BytePort for Tapped<P> {
     fn read(&mut self) -> Option<u8> {
         let byte = self.port.read()?;
-        self.overheard.borrow_mut().push((Wire::FromModule, byte));
+        self.tapped.borrow_mut().push((Wire::FromModule, byte));
         Some(byte)
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         let count = self.port.write(bytes);
         let taken = bytes.iter().take(count).map(|byte| (Wire::ToModule, *byte));
-        self.overheard.borrow_mut().extend(taken);
+        self.tapped.borrow_mut().extend(taken);
         count
     }
 }
@@ -179,6 +179,6 @@ fn explain(error: LinkError) -> String {
 }
 
 /// Returns a link over a recorded port.
-pub fn link<P: BytePort>(port: P, overheard: &Overheard) -> FrameLink<Tapped<P>> {
-    FrameLink::new(Tapped::new(port, overheard.clone()))
+pub fn link<P: BytePort>(port: P, tapped: &TappedBytes) -> FrameLink<Tapped<P>> {
+    FrameLink::new(Tapped::new(port, tapped.clone()))
 }

@@ -55,7 +55,7 @@ impl Beside {
     }
 
     /// Applies the settings that the scanner has reported.
-    fn tell(&self, settings: &mut Settings) {
+    fn apply_reported(&self, settings: &mut Settings) {
         // The angles are valid only in some orders: three passes cover them.
         for _ in 0..3 {
             for (key, value) in &self.settings {
@@ -68,7 +68,7 @@ impl Beside {
     /// Returns the scanner's settings as far as reported (`get`), and whether the mounting is among them.
     pub fn settings(&self) -> (Settings, bool) {
         let mut settings = Settings::default();
-        self.tell(&mut settings);
+        self.apply_reported(&mut settings);
         let mounting = ["plane", "mirror-offset", "mount-height", "beamwidth"];
         (
             settings,
@@ -77,7 +77,7 @@ impl Beside {
     }
 
     /// Returns the angles and the chirp's duration, if reported.
-    fn told(&self) -> (Option<SweepConfig>, Option<u32>) {
+    fn reported(&self) -> (Option<SweepConfig>, Option<u32>) {
         let (settings, _) = self.settings();
         let keys = ["first-angle", "angle-step", "angle-count"];
         let all = keys.iter().all(|key| self.settings.contains_key(*key));
@@ -87,7 +87,7 @@ impl Beside {
     }
 }
 
-/// What people say of the mounting; none of it where they do not.
+/// Mounting values given on the command line.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct MountingArgs {
     /// Mirror centre above the ground, m
@@ -122,7 +122,7 @@ fn plane(text: &str) -> Result<Plane, String> {
 /// Returns the mounting and a remark on its source: the user's values, else those reported by the scanner, else the
 /// defaults.
 pub fn mounting(args: &MountingArgs, beside: &Beside) -> (Mounting, Option<String>) {
-    let (settings, told) = beside.settings();
+    let (settings, has_mounting) = beside.settings();
     let mount = &settings.config.mount;
     let metres = |hundredths: i32| f64::from(hundredths) / 1e5;
     let MountingArgs {
@@ -138,7 +138,7 @@ pub fn mounting(args: &MountingArgs, beside: &Beside) -> (Mounting, Option<Strin
         plane: plane.unwrap_or(mount.plane.first()),
     };
     let all = mount_height.and(mirror_offset).and(beamwidth).is_some() && plane.is_some();
-    let note = (!told && !all).then(|| {
+    let note = (!has_mounting && !all).then(|| {
         format!(
             "the link does not transmit the mounting: assumed are plane {}, mirror offset {} m, \
              mount height {} m, beam {}°; give other values with --plane, --mirror-offset, \
@@ -153,7 +153,7 @@ pub fn mounting(args: &MountingArgs, beside: &Beside) -> (Mounting, Option<Strin
             setup.beamwidth_deg
         )
     });
-    let (sweep, chirp_us) = beside.told();
+    let (sweep, chirp_us) = beside.reported();
     let mounting = Mounting {
         setup,
         sweep,
@@ -169,7 +169,7 @@ pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
         config: *base,
         ..Settings::default()
     };
-    beside.tell(&mut settings);
+    beside.apply_reported(&mut settings);
     let word = settings.get("motion").map(|word| word.as_str().to_owned());
     (settings.config, settings.motion, word.unwrap_or_default())
 }

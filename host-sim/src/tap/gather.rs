@@ -111,17 +111,17 @@ impl Gather {
                 "the module's settings were not received: those of the previous scan are assumed",
             );
         }
-        let heard = scan.heard().count();
-        if heard < FEWEST {
-            return Err(format!("{heard} chirps were received ({})", scan.losses));
+        let received = scan.received().count();
+        if received < FEWEST {
+            return Err(format!("{received} chirps were received ({})", scan.losses));
         }
         let plane = self.mounting.setup.plane;
         let angles: Vec<i32> = scan.rows.iter().map(|row| row.angle).collect();
-        let told = self
+        let reported = self
             .mounting
             .sweep
-            .and_then(|told| sweep::follows(&told, &angles, plane));
-        let found = told.or_else(|| sweep::schedule(&angles, plane));
+            .and_then(|reported| sweep::follows(&reported, &angles, plane));
+        let found = reported.or_else(|| sweep::schedule(&angles, plane));
         self.check_end(found.as_ref())?;
         if found.is_none() {
             self.note("its angles follow no schedule of this motor: recorded as the shaft's own");

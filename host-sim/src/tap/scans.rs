@@ -6,7 +6,7 @@ use std::fmt;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 
-use super::listen::{Heard, Listener};
+use super::listen::{LinkEvent, Listener};
 use crate::live::Ms;
 
 /// Maximum number of answers that may be read before their request. The ports are read one after the other, and
@@ -22,7 +22,7 @@ struct Asked {
     /// Shaft angle of a trigger, 0.001°.
     angle: i32,
     at: Ms,
-    answer: Option<Heard>,
+    answer: Option<LinkEvent>,
 }
 
 /// A scan that is being received: a request for the settings, and the triggers up to the next such request.
@@ -90,14 +90,14 @@ pub struct Scan {
 
 impl Scan {
     /// Returns the rows with a chirp.
-    pub fn heard(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
+    pub fn received(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
         let rows = self.rows.iter();
         rows.filter_map(|row| Some((row, row.chirp.as_deref()?)))
     }
 
     /// Returns the number of rows without a chirp.
     pub fn lost(&self) -> usize {
-        self.rows.len() - self.heard().count()
+        self.rows.len() - self.received().count()
     }
 }
 
@@ -117,27 +117,27 @@ pub enum Wire {
 pub struct Tap {
     wires: [Listener; 3],
     drafts: VecDeque<Draft>,
-    unmatched: VecDeque<(Ms, u16, Heard)>,
+    unmatched: VecDeque<(Ms, u16, LinkEvent)>,
     /// Last settings that the module reported.
     radar: Option<RadarConfig>,
     /// Number of answers whose requests were not received.
     unmatched_count: u32,
     done: VecDeque<Scan>,
     /// Time of the last frame.
-    heard: Option<Ms>,
+    received: Option<Ms>,
 }
 
 impl Tap {
     /// Processes bytes received at `now`.
     pub fn push(&mut self, now: Ms, wire: Wire, bytes: &[u8]) {
-        for (sequence, heard) in self.wires[wire as usize].push(bytes) {
-            self.heard = Some(now);
-            match heard {
-                Heard::Configure => self.begin(Some(sequence)),
-                Heard::Trigger(angle) => self.trigger(now, sequence, angle),
+        for (sequence, received) in self.wires[wire as usize].push(bytes) {
+            self.received = Some(now);
+            match received {
+                LinkEvent::Configure => self.begin(Some(sequence)),
+                LinkEvent::Trigger(angle) => self.trigger(now, sequence, angle),
                 answer => {
                     if let Some(answer) = self.answer(sequence, answer) {
-                        self.keep_early(now, sequence, answer);
+                        self.keep_unmatched(now, sequence, answer);
                     }
                     continue;
                 }
@@ -168,8 +168,8 @@ impl Tap {
     }
 
     /// Returns the time of the last frame.
-    pub fn heard(&self) -> Option<Ms> {
-        self.heard
+    pub fn received(&self) -> Option<Ms> {
+        self.received
     }
 
     /// Returns the number of damaged frames on all wires.
@@ -206,7 +206,7 @@ impl Tap {
         });
     }
 
-    fn keep_early(&mut self, now: Ms, sequence: u16, answer: Heard) {
+    fn keep_unmatched(&mut self, now: Ms, sequence: u16, answer: LinkEvent) {
         self.expire_unmatched(now);
         if self.unmatched.len() == MAX_UNMATCHED {
             self.unmatched.pop_front();
@@ -217,17 +217,17 @@ impl Tap {
 
     /// Discards answers whose requests have not been received in time.
     fn expire_unmatched(&mut self, now: Ms) {
-        let late = |unmatched: &mut (Ms, u16, Heard)| now.saturating_sub(unmatched.0) > WAITS;
+        let late = |unmatched: &mut (Ms, u16, LinkEvent)| now.saturating_sub(unmatched.0) > WAITS;
         while self.unmatched.pop_front_if(late).is_some() {
             self.unmatched_count += 1;
         }
     }
 
     /// Assigns an answer to its request; returns it if there is none.
-    fn answer(&mut self, sequence: u16, answer: Heard) -> Option<Heard> {
+    fn answer(&mut self, sequence: u16, answer: LinkEvent) -> Option<LinkEvent> {
         for (place, draft) in self.drafts.iter_mut().enumerate().rev() {
             if draft.question == Some(sequence) {
-                if let Heard::Settings(radar) = answer {
+                if let LinkEvent::Settings(radar) = answer {
                     draft.radar = Some(radar);
                     self.radar = Some(radar);
                 }
@@ -262,11 +262,11 @@ impl Tap {
         let mut rows: Vec<Row> = Vec::new();
         for asked in draft.triggers {
             let chirp = match asked.answer {
-                Some(Heard::Chirp(chirp)) if samples.is_none_or(|n| n == chirp.len()) => {
+                Some(LinkEvent::Chirp(chirp)) if samples.is_none_or(|n| n == chirp.len()) => {
                     Some(chirp)
                 }
-                Some(Heard::Chirp(_)) => count(&mut losses.misshapen),
-                Some(Heard::Error(_)) => count(&mut losses.refused),
+                Some(LinkEvent::Chirp(_)) => count(&mut losses.misshapen),
+                Some(LinkEvent::Error(_)) => count(&mut losses.refused),
                 _ => count(&mut losses.unanswered),
             };
             let row = Row {
@@ -393,11 +393,11 @@ mod tests {
         trigger(&mut tap, 5, 6, 0);
         settings(&mut tap, 6, 7, &other);
         tap.end();
-        let heard: Vec<_> = std::iter::from_fn(|| tap.scan())
+        let received: Vec<_> = std::iter::from_fn(|| tap.scan())
             .map(|scan| (scan.radar, scan.settings_heard))
             .collect();
         assert_eq!(
-            heard,
+            received,
             [(None, false), (Some(RADAR), true), (Some(RADAR), false)]
         );
     }

@@ -319,8 +319,8 @@ fn the_example_calibrates() {
         .split(' ')
         .map(|word| if word == "wall" { wall } else { word });
     let done = sim(&words.collect::<Vec<_>>());
-    let told = String::from_utf8(done.stdout).unwrap();
+    let printed = String::from_utf8(done.stdout).unwrap();
     let message = String::from_utf8(done.stderr).unwrap();
     assert!(done.status.success(), "{message}");
-    assert!(told.contains("mount height"), "{told}");
+    assert!(printed.contains("mount height"), "{printed}");
 }

@@ -161,9 +161,9 @@ fn a_terminal_is_asked_for_and_a_port_listed() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("expected a terminal"), "{error}");
     let output = sim(&["live"]);
-    let told = [output.stdout, output.stderr].concat();
-    let told = String::from_utf8(told).unwrap();
-    assert!(told.contains("serial port"), "{told}");
+    let printed = [output.stdout, output.stderr].concat();
+    let printed = String::from_utf8(printed).unwrap();
+    assert!(printed.contains("serial port"), "{printed}");
 }
 
 /// Ends the emulator's thread, after a failure as well.
@@ -269,8 +269,8 @@ fn a_terminal_that_hung_up_ends_the_program() {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    let mut told = String::new();
-    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut told).unwrap();
-    assert_eq!(status.code(), Some(1), "{told}");
-    assert!(told.contains("the terminal was closed"), "{told}");
+    let mut printed = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut printed).unwrap();
+    assert_eq!(status.code(), Some(1), "{printed}");
+    assert!(printed.contains("the terminal was closed"), "{printed}");
 }

@@ -30,9 +30,9 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
          |---|---|---|---|\n",
     );
     // Without a reported drop there is no row and no line.
-    let told = |kind: AnswerType| kind != AnswerType::Drop || all.drops > 0;
+    let occurs = |kind: AnswerType| kind != AnswerType::Drop || all.drops > 0;
     let types = all.ok_and_wrong_by_type.into_iter();
-    for (kind, Share { hits, of }) in types.filter(|(kind, _)| told(*kind)) {
+    for (kind, Share { hits, of }) in types.filter(|(kind, _)| occurs(*kind)) {
         let name = kind.name();
         let bound = match of {
             0 => "–".to_owned(),
@@ -41,7 +41,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "| {name} | {of} | {hits} | {bound} |");
     }
     out.push('\n');
-    out.push_str(&weighted::table(kinds, &told));
+    out.push_str(&weighted::table(kinds, &occurs));
     if all.drops > 0 {
         for (kind, set, _) in kinds
             .iter()
@@ -133,7 +133,7 @@ mod tests {
                 predicted: 0.15,
                 outcome,
             }],
-            tells_drop: false,
+            reports_drop: false,
             tells_depth: false,
             depth_error_m: None,
             near_drops: Share::default(),
@@ -173,9 +173,9 @@ mod tests {
     #[test]
     fn drops_are_told_of_where_an_answer_tells_one() {
         let quiet = scene(1.25, 0.96, true);
-        let told = SceneScore {
+        let confident = SceneScore {
             direction: Direction::None,
-            tells_drop: true,
+            reports_drop: true,
             near_drops: Share::new(1, 1),
             without_drop: false,
             ..quiet.clone()
@@ -184,7 +184,10 @@ mod tests {
             let set = || SetScore::new("all", scenes.iter());
             tables(&[(Kind::Brink, set(), Share::default())], &set())
         };
-        let (without, with) = (text(std::slice::from_ref(&quiet)), text(&[quiet, told]));
+        let (without, with) = (
+            text(std::slice::from_ref(&quiet)),
+            text(&[quiet, confident]),
+        );
         let quiet = !without.contains("a drop ahead") && !without.contains("drops");
         assert!(quiet, "{without}");
         assert!(

@@ -54,8 +54,8 @@ impl Weighted {
     }
 }
 
-/// Returns the table by type of answer that is `told`, with equal weights of the kinds and with their frequencies.
-pub fn table(kinds: &[(Kind, SetScore, Share)], told: &dyn Fn(AnswerType) -> bool) -> String {
+/// Returns the table by type of answer that is `occurs`, with equal weights of the kinds and with their frequencies.
+pub fn table(kinds: &[(Kind, SetScore, Share)], occurs: &dyn Fn(AnswerType) -> bool) -> String {
     let mut out = String::from(
         "The same by type, weighted by kind of scene: all kinds alike, or as often as a chair meets \
          each (met; an assumption, in `host-sim/src/commands/accuracy/weighted.rs`). Share of the \
@@ -63,7 +63,7 @@ pub fn table(kinds: &[(Kind, SetScore, Share)], told: &dyn Fn(AnswerType) -> boo
          answers (Kish).\n\n| type of answer | alike | met |\n|---|---|---|\n",
     );
     let types = AnswerType::ALL.into_iter().enumerate();
-    for (k, kind) in types.filter(|(_, kind)| told(*kind)) {
+    for (k, kind) in types.filter(|(_, kind)| occurs(*kind)) {
         let by = |weight: &dyn Fn(Kind) -> f64| {
             let answers: Vec<(f64, Share)> = kinds
                 .iter()

@@ -84,12 +84,12 @@ pub fn one(
     number: usize,
     options: &Options,
 ) -> Result<Vec<Run>> {
-    let Some(spoilt) = on(fault, strength, recording, SEEDS + number as u64)? else {
+    let Some(faulty) = on(fault, strength, recording, SEEDS + number as u64)? else {
         return Ok(Vec::new());
     };
     let context = || format!("{} {strength} on {}", fault.name, recording.name);
-    let words = replay::guarded(&spoilt, options).with_context(context)?;
-    let found = scored(&spoilt, &words)?;
+    let words = replay::guarded(&faulty, options).with_context(context)?;
+    let found = scored(&faulty, &words)?;
     let run = |sweep: &score::Sweep| {
         let word = &words[sweep.number - 1].line;
         let named = fault.reasons.iter().any(|reason| word.reasons.has(*reason));
@@ -109,9 +109,9 @@ pub fn one(
 /// Returns the recording with the same fault applied to each of its sweeps; `None` if the fault removes rows or
 /// shifts them: the scanner would then guard with its own angles.
 fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
-    let mut spoilt = recording.clone();
-    spoilt.samples.clear();
-    spoilt.meta.angles_deg.clear();
+    let mut faulty = recording.clone();
+    faulty.samples.clear();
+    faulty.meta.angles_deg.clear();
     for sweep in 0..recording.scans() {
         let clean = recording.scan(sweep);
         let one = fault.on(&clean, strength, seed)?;
@@ -121,11 +121,11 @@ fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<
         if angles.len() != clean.len() || off.any(|off| (off - first).abs() > 1e-9) {
             return Ok(None);
         }
-        spoilt.meta.angles_deg.extend(angles);
-        spoilt.samples.extend_from_slice(&one.samples);
+        faulty.meta.angles_deg.extend(angles);
+        faulty.samples.extend_from_slice(&one.samples);
         // A fault of the mounting is in the metadata, for all sweeps.
-        spoilt.meta.mirror.clone_from(&one.meta.mirror);
-        spoilt.meta.bandwidth_hz = one.meta.bandwidth_hz;
+        faulty.meta.mirror.clone_from(&one.meta.mirror);
+        faulty.meta.bandwidth_hz = one.meta.bandwidth_hz;
     }
-    Ok(Some(spoilt))
+    Ok(Some(faulty))
 }

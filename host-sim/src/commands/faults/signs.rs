@@ -42,13 +42,13 @@ const CHECKS_OFF: Params = Params {
 
 /// Observer of the checks of ground, mounting and beam.
 #[derive(Default)]
-struct Witness {
+struct TraceObserver {
     floor: Option<Floor>,
     lobes: Option<Lobes>,
     calibration: Option<Calibration>,
 }
 
-impl Observer for Witness {
+impl Observer for TraceObserver {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Floor(floor) => self.floor = Some(floor),
@@ -70,7 +70,7 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValu
     replay::answers(recording, &first, |scanned| {
         let (health, map) = (scanned.pipeline.health(), scanned.pipeline.map());
         let (config, scan) = (scanned.config, scanned.answer.scan.scan);
-        let mut witness = Witness::default();
+        let mut witness = TraceObserver::default();
         let believing = Likelihood::with(&CHECKS_OFF);
         let drive = &scanned.drive;
         let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut witness);

@@ -107,14 +107,14 @@ impl<'p> Deref for Labeller<'_, 'p> {
     }
 }
 
-/// Passes the labels of the echoes and features under `s` to `tell`. Returns the exposures of face, tread and floor:
+/// Passes the labels of the echoes and features under `s` to `emit`. Returns the exposures of face, tread and floor:
 /// expected numbers of echoes over their rates.
-pub fn label(model: &Model<'_>, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
-    Labeller(model).label(s, tell)
+pub fn label(model: &Model<'_>, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> [f32; 3] {
+    Labeller(model).label(s, emit)
 }
 
 impl Labeller<'_, '_> {
-    fn label(&self, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
+    fn label(&self, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> [f32; 3] {
         let mut assignments: Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }> =
             Vec::new();
         for k in 0..=s.len() {
@@ -132,7 +132,7 @@ impl Labeller<'_, '_> {
             }
         }
         for k in 0..s.len() {
-            self.tell_riser(s, k, &assignments, &owner, tell);
+            self.label_riser(s, k, &assignments, &owner, emit);
         }
         let mut exposure = [0.0; number::SURFACES];
         for k in 0..=s.len() {
@@ -141,7 +141,7 @@ impl Labeller<'_, '_> {
             }
         }
         for (e, _) in self.echoes.iter().zip(&owner).filter(|(_, o)| o.is_none()) {
-            self.tell_extended(s, e, tell);
+            self.label_extended(s, e, emit);
         }
         exposure
     }
@@ -203,13 +203,13 @@ impl Labeller<'_, '_> {
         }
     }
 
-    fn tell_riser(
+    fn label_riser(
         &self,
         s: &Staircase,
         k: usize,
         assignments: &[EchoAssignment],
         owner: &[Option<(usize, f32)>; MAX_SEEN],
-        tell: &mut dyn FnMut(Sample),
+        emit: &mut dyn FnMut(Sample),
     ) {
         let (mut riser, mut nothing) = (None, true);
         for (i, claim) in assignments.iter().enumerate().filter(|(_, c)| c.riser == k) {
@@ -217,7 +217,7 @@ impl Labeller<'_, '_> {
             let mine = owner.get(echo).copied().flatten().is_some_and(|o| o.0 == i);
             let e = self.echoes.get(echo).filter(|_| mine);
             let q = self.expected_q(claim.place.range_m);
-            tell(Sample::Feature {
+            emit(Sample::Feature {
                 class: claim.place.class,
                 riser: k,
                 q,
@@ -228,7 +228,7 @@ impl Labeller<'_, '_> {
             riser = riser.or(Some((q, claim.place.class == Class::Hidden)));
         }
         if let Some((q, hidden)) = riser {
-            tell(Sample::Riser {
+            emit(Sample::Riser {
                 q,
                 hidden,
                 before: before(self.shown(s, k)),
@@ -265,7 +265,7 @@ impl Labeller<'_, '_> {
         (hit, level)
     }
 
-    fn tell_extended(&self, s: &Staircase, e: &Seen, tell: &mut dyn FnMut(Sample)) {
+    fn label_extended(&self, s: &Staircase, e: &Seen, emit: &mut dyn FnMut(Sample)) {
         let k = self.tread_of(s, e);
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
@@ -301,7 +301,7 @@ impl Labeller<'_, '_> {
             }
             _ => (0.0, 0.0),
         };
-        tell(Sample::Extended {
+        emit(Sample::Extended {
             class,
             level,
             off_m,

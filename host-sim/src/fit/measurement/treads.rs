@@ -266,7 +266,7 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
         below.filter(|measurement_sample| measurement_sample.geometry.plane == Plane::Height);
     let scans: Vec<_> = below.map(SeenScan::of).collect();
     let mut counts = TreadCounts::of(&scans);
-    let mut told = Listed {
+    let mut listed = Listed {
         numbers: Vec::new(),
     };
     let rates = from_means(&RATES, |weights| {
@@ -282,7 +282,7 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
         "rate_per_ten_deg",
         "rate_per_both",
     ];
-    told.take(&names, "treads", &rates, counts.stretches.len());
+    listed.take(&names, "treads", &rates, counts.stretches.len());
     for scan in &scans {
         counts.look_at_ends(scan, &rates.at);
     }
@@ -294,7 +294,7 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
         });
         each.sum()
     });
-    told.take(
+    listed.take(
         &["ln height_sigma_mm"],
         "treads",
         &height,
@@ -314,7 +314,7 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
             };
         };
         let peak = from_means(&END, |p| end_log_likelihood(p, *treads, echoes));
-        told.take(
+        listed.take(
             &["ln number", "off_cm", "ln sigma_cm"],
             name,
             &peak,
@@ -336,7 +336,7 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
         edge_sigma_scale: 1.0,
     };
     numbers.edge_sigma_scale = edge_sigma_scale(&scans, numbers) as f32;
-    (numbers, told.numbers)
+    (numbers, listed.numbers)
 }
 
 /// Returns the ratio of the 95 % quantile of the edges' normalised errors to that of a normal distribution. The
