@@ -98,13 +98,13 @@ impl Port {
     /// Returns the fault of the port and its remedies; `None` if there is no fault.
     fn trouble(&self, now: u64) -> (Option<String>, Vec<String>) {
         let state = &self.state;
-        let told = match &state.link {
+        let cause = match &state.link {
             Link::Away(_, trouble) => Some(trouble.explain(&state.port)),
             _ => state
                 .unexpected_data(now)
                 .map(|unexpected_data| unexpected_data.explain(state.baud)),
         };
-        told.map_or((None, Vec::new()), |(what, help)| (Some(what), help))
+        cause.map_or((None, Vec::new()), |(what, help)| (Some(what), help))
     }
 }
 

@@ -98,7 +98,7 @@ const fn ended(ending: Ending) -> &'static str {
         Ending::Rise => " to a rise",
         Ending::Drop => " to a drop",
         Ending::Obstacle => " to an obstacle",
-        Ending::Unknown => ", no farther seen",
+        Ending::Unknown => ", no ground detected beyond",
     }
 }
 

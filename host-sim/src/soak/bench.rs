@@ -153,7 +153,7 @@ impl<'a> ScannerBench<'a> {
                 return Ok(());
             }
         }
-        bail!("stands still in state {}", self.scanner.state())
+        bail!("does not move in state {}", self.scanner.state())
     }
 
     /// Sends a line without waiting for a reply.

@@ -240,7 +240,7 @@ fn a_killed_session_leaves_its_scans() {
     let printed = String::from_utf8(again.stderr).unwrap();
     assert!(!again.status.success(), "{printed}");
     assert!(
-        printed.contains("hall.unfinished: holds the scans of a session"),
+        printed.contains("hall.unfinished: holds the scans of an interrupted session"),
         "{printed}"
     );
 }
