@@ -43,12 +43,12 @@ static void show_answer(const stairscan_answer_t *answer) {
 static void show_permit(stairscan_permit_t permit) {
     static const char *const actions[] = {"stop", "hint", "go"};
     static const char *const whys[] = {
-        "the answer is ok",      "the answer is degraded", "it does not say how far",
+        "the answer is ok",      "the answer is degraded", "it has no horizon",
         "silence",               "the scanner has a fault", "there is no answer",
         "made with other settings", "the answer is old",   "too far since the answer"};
     printf("  %s: %s", actions[permit.action], whys[permit.why]);
     if (permit.action == STAIRSCAN_GO) {
-        printf("; %.1f mm vouched for, %.1f mm of them level", millimetres(permit.vouched),
+        printf("; valid for %.1f mm, level for %.1f mm", millimetres(permit.vouched),
                millimetres(permit.clear));
     }
     printf("\n");

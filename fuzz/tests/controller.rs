@@ -54,8 +54,8 @@ fn run(program: &Path, arguments: &[&str], input: &str) -> (String, bool) {
     stdin.write_all(input.as_bytes()).unwrap();
     drop(stdin);
     let output = child.wait_with_output().unwrap();
-    let said = [output.stdout, output.stderr].concat();
-    (String::from_utf8(said).unwrap(), output.status.success())
+    let text = [output.stdout, output.stderr].concat();
+    (String::from_utf8(text).unwrap(), output.status.success())
 }
 
 #[test]
@@ -81,16 +81,16 @@ fn c_holds_the_golden_vectors() {
     let Some(verdict) = compiled("test/verdict.c") else {
         return;
     };
-    let (said, content) = run(&verdict, &["vectors.tsv"], "");
+    let (text, content) = run(&verdict, &["vectors.tsv"], "");
     assert!(
-        content && said.contains("vectors of vectors.tsv hold"),
-        "{said}"
+        content && text.contains("vectors of vectors.tsv hold"),
+        "{text}"
     );
-    let spoilt = Path::new(env!("CARGO_TARGET_TMPDIR")).join("spoilt.tsv");
+    let changed = Path::new(env!("CARGO_TARGET_TMPDIR")).join("spoilt.tsv");
     let held = fs::read_to_string(vectors::path()).unwrap();
-    fs::write(&spoilt, held.replacen("distance=5005", "distance=5006", 1)).unwrap();
-    let (said, content) = run(&verdict, &[spoilt.to_str().unwrap()], "");
-    assert!(!content && said.contains("expected"), "{said}");
+    fs::write(&changed, held.replacen("distance=5005", "distance=5006", 1)).unwrap();
+    let (text, content) = run(&verdict, &[changed.to_str().unwrap()], "");
+    assert!(!content && text.contains("expected"), "{text}");
 }
 
 #[test]
@@ -160,8 +160,8 @@ fn the_rules_hold() {
     let Some(rules) = compiled("test/rules.c") else {
         return;
     };
-    let (said, content) = run(&rules, &[], "");
-    assert!(content, "{said}");
+    let (text, content) = run(&rules, &[], "");
+    assert!(content, "{text}");
 }
 
 #[test]
@@ -169,10 +169,10 @@ fn the_speed_limit_holds() {
     let Some(speed) = compiled("test/speed.c") else {
         return;
     };
-    let (said, content) = run(&speed, &[], "");
+    let (text, content) = run(&speed, &[], "");
     assert!(
-        content && said.starts_with("the speed limit holds"),
-        "{said}"
+        content && text.starts_with("the speed limit holds"),
+        "{text}"
     );
 }
 
@@ -192,28 +192,28 @@ fn the_host_s_speed_limit_is_that_of_c() {
         .map(|_| core::array::from_fn(|_| number()))
         .collect();
     let line = |case: &[u32; 6]| case.map(|n| n.to_string()).join(" ") + "\n";
-    let (said, content) = run(&limit, &[], &cases.iter().map(line).collect::<String>());
-    assert!(content && said.lines().count() == cases.len());
-    for (case, said) in cases.iter().zip(said.lines()) {
+    let (text, content) = run(&limit, &[], &cases.iter().map(line).collect::<String>());
+    assert!(content && text.lines().count() == cases.len());
+    for (case, text) in cases.iter().zip(text.lines()) {
         let [
             free_mm,
             age_ms,
-            fastest_mm_s,
+            max_speed_mm_s,
             latency_ms,
             deceleration_mm_s2,
-            oldest_ms,
+            max_age_ms,
         ] = *case;
         let ground = FreeAhead {
             free_mm,
             age_ms,
-            fastest_mm_s,
+            max_speed_mm_s,
         };
         let chair = Brakes {
             latency_ms,
             deceleration_mm_s2,
-            oldest_ms,
+            max_age_ms,
         };
-        assert_eq!(max_speed(&ground, &chair).to_string(), said, "{case:?}");
+        assert_eq!(max_speed(&ground, &chair).to_string(), text, "{case:?}");
     }
 }
 
@@ -258,8 +258,8 @@ fn the_joystick_is_only_held_back_and_the_page_shows_what_is_printed() {
         "{drive}"
     );
 
-    let (said, content) = run(&example, &["speeds"], "");
-    assert!(!content && said.contains("found: speeds"), "{said}");
+    let (text, content) = run(&example, &["speeds"], "");
+    assert!(!content && text.contains("found: speeds"), "{text}");
 }
 
 #[test]
@@ -271,23 +271,23 @@ fn the_example_says_what_may_be_done_on_the_readme_s_report() {
     // Without the lines that describe a sentence's fields.
     let is_sentence = |line: &&str| line.starts_with("$PSTR,") && !line.contains('<');
     let lines: Vec<&str> = readme.lines().map(str::trim).filter(is_sentence).collect();
-    let (said, content) = run(&example, &[], &(lines.join("\r\n") + "\r\n"));
-    assert!(content, "{said}");
+    let (text, content) = run(&example, &[], &(lines.join("\r\n") + "\r\n"));
+    assert!(content, "{text}");
     assert!(
-        said.starts_with("scan 1: ok\n") && said.contains("\n  step 1: distance 500.5 mm"),
-        "{said}"
+        text.starts_with("scan 1: ok\n") && text.contains("\n  step 1: distance 500.5 mm"),
+        "{text}"
     );
     assert!(
-        said.contains("go: the answer is ok; 940.0 mm vouched for, 440.5 mm of them level"),
-        "{said}"
+        text.contains("go: the answer is ok; valid for 940.0 mm, level for 440.5 mm"),
+        "{text}"
     );
     assert!(
-        said.ends_with("a second later:\n  stop: silence\n"),
-        "{said}"
+        text.ends_with("a second later:\n  stop: silence\n"),
+        "{text}"
     );
 
     let damaged = lines.join("\n").replacen("780.0", "790.0", 1) + "\n";
-    let (said, content) = run(&example, &[], &damaged);
-    assert!(!content && said.contains("a line is damaged"), "{said}");
-    assert!(!said.contains("go:"), "{said}");
+    let (text, content) = run(&example, &[], &damaged);
+    assert!(!content && text.contains("a line is damaged"), "{text}");
+    assert!(!text.contains("go:"), "{text}");
 }

@@ -264,10 +264,10 @@ impl Answer {
         });
         let vouched = match (self.horizon_m, self.scan.confidence) {
             (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
-                ", vouched for up to {horizon:.1} m ({:.1} %)",
+                ", valid up to {horizon:.1} m ({:.1} % confidence)",
                 f64::from(tenths) / 10.0
             ),
-            (Some(_), Some(_)) => ", vouched for nowhere".to_owned(),
+            (Some(_), Some(_)) => ", valid nowhere".to_owned(),
             _ => String::new(),
         };
         format!(
@@ -320,15 +320,15 @@ mod tests {
     #[test]
     fn a_drop_comes_out_as_json_and_in_words() {
         let answer = Answer::parse("brink", sentences()).unwrap();
-        let told = answer.json();
+        let json = answer.json();
         let drop = json!({
             "distance_m": 0.9123,
             "distance_sigma_m": 0.0151,
             "depth_m": 0.18,
             "probability": 0.974,
         });
-        assert_eq!((&told["status"], &told["drop"]), (&json!("ok"), &drop));
-        assert_eq!(told["free_m"], json!(0.867));
+        assert_eq!((&json["status"], &json["drop"]), (&json!("ok"), &drop));
+        assert_eq!(json["free_m"], json!(0.867));
         let text = answer.text();
         let words = "  drop     91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)\n";
         assert!(text.contains(words), "{text}");
@@ -356,8 +356,8 @@ mod tests {
         write_scan((1, 0), 0, &Outcome::silent(), |line| {
             lines.push(line.trim_end().to_owned());
         });
-        let told = Answer::parse("fault", lines).unwrap().json();
-        assert!(told["drop"].is_null() && told["free_m"].is_null(), "{told}");
+        let json = Answer::parse("fault", lines).unwrap().json();
+        assert!(json["drop"].is_null() && json["free_m"].is_null(), "{json}");
     }
 
     #[test]

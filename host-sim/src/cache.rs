@@ -23,7 +23,7 @@ use crate::recording::Recording;
 /// cache.
 pub const VARIABLE: &str = "STAIRSCAN_CACHE";
 /// Maximum size of the directory, bytes: enough for the scans of all draws.
-const MOST_BYTES: u64 = 12 << 30;
+const MAX_BYTES: u64 = 12 << 30;
 /// Size down to which entries are removed, percent of the maximum.
 const KEPT_PERCENT: u64 = 80;
 /// Number of writes between two checks of the directory's size.
@@ -62,7 +62,7 @@ pub fn recording(
             Some(directory) => PathBuf::from(directory),
             None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/simulated"),
         };
-        Some(Cache::new(directory, MOST_BYTES))
+        Some(Cache::new(directory, MAX_BYTES))
     });
     match shared {
         Some(cache) => cache.recording(name, key, simulate),

@@ -53,7 +53,7 @@ pub struct Inspection {
 }
 
 /// Observer of the estimator's events.
-struct Witness {
+struct TraceObserver {
     mount_height_m: f64,
     noise_db: f64,
     calibration: Option<(f64, f64)>,
@@ -73,7 +73,7 @@ fn verdict(role: Role) -> Verdict {
     }
 }
 
-impl Witness {
+impl TraceObserver {
     /// Describes a hypothesis in words and returns the edges of its steps.
     fn explain(&self, candidate: &Candidate<'_>) -> (String, Vec<Point>) {
         let faces = candidate.faces;
@@ -84,7 +84,7 @@ impl Witness {
         match candidate.explanation {
             Explanation::NoStairs => ("no stairs".into(), Vec::new()),
             Explanation::Up { rise_m, open } => {
-                let kind = if open { "floating" } else { "closed" };
+                let kind = if open { "open" } else { "closed" };
                 let edge =
                     |(k, x): (usize, f32)| (f64::from(x), (k + 1) as f64 * f64::from(rise_m));
                 let edges = faces.iter().map(|l| l.along_m).enumerate().map(edge);
@@ -115,7 +115,7 @@ impl Witness {
     }
 }
 
-impl Observer for Witness {
+impl Observer for TraceObserver {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Noise(units) => {
@@ -184,7 +184,7 @@ pub fn repeat_with(
 impl Inspection {
     /// Repeats the estimation of a finished map and records its events.
     pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
-        let mut witness = Witness {
+        let mut witness = TraceObserver {
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
             calibration: None,
@@ -249,7 +249,7 @@ impl Inspection {
         if let Some(Lobes { least, median, .. }) = self.lobes {
             let _ = write!(
                 text,
-                "; strong echoes are {least:.2} beams wide and more, {median:.2} in the middle"
+                "; width of strong echoes, beams: minimum {least:.2}, median {median:.2}"
             );
         }
         text
@@ -282,10 +282,10 @@ impl Inspection {
             "  snr: power above the noise. distance: from the mirror, horizontal. height: above the ground.\n  \
              σ: standard deviation. width: of the lobe over the angle, a point's being 1. Roles here:\n",
         );
-        let mut told: Vec<&str> = Vec::new();
+        let mut printed: Vec<&str> = Vec::new();
         for role in self.scatterers.iter().map(|s| s.role.as_str()) {
-            if !told.contains(&role) {
-                told.push(role);
+            if !printed.contains(&role) {
+                printed.push(role);
                 let _ = writeln!(text, "    {role:<8} {}", meaning(role));
             }
         }
@@ -309,8 +309,9 @@ impl Inspection {
             text.push('\n');
         }
         text.push_str(
-            "  *: has as many steps as the answer. nats: logarithm of how much likelier the search finds the echoes so than \
-             without\n  stairs; it only proposes. closed: stairs with risers; floating: with nothing between the treads.\n",
+            "  *: same number of steps as the answer. score: log-likelihood ratio of the search \
+             against no stairs; it only\n  proposes. closed: stairs with risers; open: without \
+             risers.\n",
         );
         text
     }
@@ -321,7 +322,7 @@ impl Inspection {
         let cells = self.way.iter();
         for cell in cells.filter(|c| (WAY_FROM_M..WAY_TO_M).contains(&c.end_m)) {
             if text.is_empty() {
-                text.push_str("\n  up to m  right so far  asked\n");
+                text.push_str("\n  up to m  P(correct)  required\n");
             }
             let (right, asked) = (100.0 * cell.p_correct, 100.0 * cell.required);
             let asked = if asked > 100.0 {
@@ -336,14 +337,15 @@ impl Inspection {
             };
             let _ = writeln!(
                 text,
-                "  {:7.1}  {right:10.1} %  {asked:>6}{short}",
+                "  {:7.1}  {right:8.1} %  {asked:>8}{short}",
                 cell.end_m
             );
         }
         if !text.is_empty() {
             text.push_str(
-                "  right so far: probability that nothing is wrong from the mirror up to there, by this scan alone. \
-                 asked: from\n  which on the answer is valid up to there; never where no threshold keeps the promise.\n",
+                "  P(correct): probability that nothing is wrong from the mirror up to there, by \
+                 this scan alone. required: threshold\n  from which on the answer is valid up to \
+                 there; never where no threshold meets the error limit.\n",
             );
         }
         text
@@ -470,14 +472,14 @@ fn ending(answer: &Answer) -> String {
     };
     let vouched = match (answer.horizon_m, answer.scan.confidence) {
         (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
-            ", and vouches for the way up to {horizon:.1} m from the mirror ({:.1} %)",
+            ", valid up to {horizon:.1} m from the mirror ({:.1} % confidence)",
             f64::from(tenths) / 10.0
         ),
-        (Some(_), Some(_)) => ", and vouches for none of the way".to_owned(),
+        (Some(_), Some(_)) => ", valid nowhere".to_owned(),
         _ => String::new(),
     };
     let status = answer.scan.status.as_str();
-    let mut text = format!("\nThe scanner says {what} with the status {status}{vouched}.\n");
+    let mut text = format!("\nThe scanner reports {what} with the status {status}{vouched}.\n");
     for reason in answer.scan.reasons.iter() {
         let _ = writeln!(text, "  {}: {}", reason.as_str(), reason.meaning());
     }
@@ -568,9 +570,9 @@ mod tests {
     fn the_ending_is_a_sentence_with_its_reasons() {
         let (inspection, answer) = inspection("stair_b");
         let text = inspection.text(&answer);
-        let (_, end) = text.split_once("The scanner says ").unwrap();
+        let (_, end) = text.split_once("The scanner reports ").unwrap();
         let status = answer.scan.status.as_str();
-        let beginning = format!("3 steps up with the status {status}, and vouches for");
+        let beginning = format!("3 steps up with the status {status}, valid");
         assert!(end.starts_with(&beginning), "{end}");
         for reason in answer.scan.reasons.iter() {
             assert!(end.contains(reason.meaning()), "{end}");
@@ -587,7 +589,7 @@ mod tests {
         let last = way.iter().rfind(enough).unwrap();
         assert_eq!(last["up_to_m"].as_f64(), answer.horizon_m);
         let text = inspection.text(&answer);
-        assert!(text.contains("  up to m  right so far  asked\n"), "{text}");
+        assert!(text.contains("  up to m  P(correct)  required\n"), "{text}");
         assert!(text.contains("  too little\n"), "{text}");
     }
 
@@ -602,9 +604,9 @@ mod tests {
             depth_m: None,
             probability: 0.75,
         });
-        let told = &inspection.json(&answer)["drop"];
-        assert_eq!(told["distance_m"].as_f64(), Some(1.5));
-        assert!(told["depth_m"].is_null() && told["probability"].is_number());
+        let drop = &inspection.json(&answer)["drop"];
+        assert_eq!(drop["distance_m"].as_f64(), Some(1.5));
+        assert!(drop["depth_m"].is_null() && drop["probability"].is_number());
         let text = inspection.text(&answer);
         let words = "at 1.500 m, σ 0.0200 m, not before 1.440 m, depth -\n";
         assert!(text.contains(words), "{text}");

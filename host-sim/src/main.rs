@@ -26,31 +26,31 @@ enum Command {
     Profile(commands::profile::Args),
     /// Check flash, RAM, stack and symbols of the image against its budgets
     Budget(commands::budget::Args),
-    /// Put the checksum into an image by which it knows at boot that it is whole
+    /// Add the checksum with which an image verifies itself at boot
     Seal(commands::seal::Args),
-    /// Show how long a scan takes and with what
+    /// Show the duration of a scan by parts
     Timing(commands::timing::Args),
-    /// Compare the answers by a mirror that stops at every angle with those by one that turns
+    /// Compare the sweep modes: stop at every angle, continuous
     Modes(commands::modes::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
-    /// Watch a scanner at a serial port: side view, status in words, age, a command line
+    /// Show a scanner at a serial port: side view, status in words, age, a command line
     Live(commands::live::Args),
-    /// Check a scanner at a serial port part by part: what is wrong, and what helps
+    /// Check a scanner at a serial port part by part, with remedies
     Doctor(commands::doctor::Args),
     /// Read a scanner's settings as a file with units, set them from one, or compare
     Settings(commands::settings::Args),
-    /// Listen on the radar link and write what goes over it as a recording, with the scanner's answers
+    /// Record the traffic of the radar link, with the scanner's answers
     Record(commands::record::Args),
-    /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
+    /// Show how an answer was found: scatterers with their roles, the best hypothesis and its runners-up
     Inspect(commands::inspect::Args),
-    /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
+    /// Write scans as one page for any browser: status, side view, range profiles, runners-up
     Report(commands::report::Args),
     /// Write the scanner itself, as WebAssembly, with recordings as one page for any browser
     Web(commands::web::Args),
-    /// Turn other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
+    /// Convert other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
     Convert(commands::convert::Args),
-    /// Turn the rules of the estimator off, one at a time, and count what that changes
+    /// Turn the rules of the estimator off, one at a time, and count the changed answers
     Ablate(commands::ablate::Args),
     /// Compare two files of `accuracy --each`, scene by scene
     Compare(commands::compare::Args),
@@ -60,26 +60,25 @@ enum Command {
     Guard(commands::guard::Args),
     /// Drive a simulated chair through random scenes by the free distance
     Drives(commands::drives::Args),
-    /// Measure what is detected of each hazard, with bounds and response times: the data sheet docs/capability.md
+    /// Measure the detection of each hazard, with bounds and response times: the data sheet docs/capability.md
     Capability(commands::capability::Args),
-    /// Measure the answers to all recordings of a directory against their truth
+    /// Measure the answers to all recordings of a directory against their ground truth
     Score(commands::score::Args),
     /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
     Sirad(commands::sirad::Args),
-    /// Tell how the scanner is mounted, from a scan of a floor and a wall at a measured distance
+    /// Estimate the mounting from a scan of the ground and a wall at a measured distance
     Calibrate(commands::calibrate::Args),
-    /// Put every fault of the instrument on recordings and count what the answers make of it
+    /// Apply every fault of the instrument to recordings and count the outcomes
     Faults(commands::faults::Args),
-    /// Let one scanner scan thousands of times, each answer held against a fresh scanner's
+    /// Run one scanner over thousands of scans and compare each answer with a new scanner's
     Soak(commands::soak::Args),
-    /// Print every tuned number, and what a fifth more or less of it does
+    /// Print every tuned number, and the effect of changing it by a fifth
     Params(commands::params::Args),
-    /// Count the verdict's hazards from simulated scans and write the firmware's table
+    /// Fit the verdict's hazards to simulated scans and write the firmware's table
     Fit(commands::fit::Args),
-    /// How answers better from scan to scan while the chair moves; --fit counts what one scan's word
-    /// counts in the next one
+    /// Measure how answers improve from scan to scan; --fit fits the parameters of carrying evidence
     Sequences(commands::sequences::Args),
-    /// Count the instructions of every stage in the emulator, beside its peers and budgets
+    /// Count the instructions of every stage in the emulator, with budgets and other libraries' figures
     Bench(commands::bench::Args),
     /// Measure the fixed-point transform's signal-to-error ratio over the input's level
     Snr(commands::snr::Args),
@@ -87,17 +86,17 @@ enum Command {
     Twins,
     /// Scan a scene file with the simulated radar and write the recording
     Simulate(commands::simulate::Args),
-    /// How fast the particles converge, beside the paper's numbers of rounds
+    /// Measure the convergence of the particles, with the paper's numbers of rounds
     Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
     Table1(commands::table1::Args),
-    /// What a scanner is built of: bill of materials, power budget, wiring, lens and mirror
+    /// Print the hardware of a scanner: bill of materials, power budget, wiring, lens and mirror
     Hardware(commands::hardware::Args),
     /// Print the crates of the image as CycloneDX, or the tables of docs/supply-chain.md
     Sbom(commands::sbom::Args),
-    /// Print the table of reasons: what each does to an answer, and when it is told
+    /// Print the table of reasons: effect and condition of each
     Reasons,
-    /// Print what lets a shell complete the program's commands and options
+    /// Print shell completions
     Completions(commands::help::CompletionsArgs),
     /// Write the manual's pages
     Man(commands::help::ManArgs),

@@ -36,31 +36,31 @@ const JUMP: i32 = 1_000;
 /// What is wrong with the motion sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Fault {
-    /// None is sent.
+    /// No sentence is sent.
     Absent,
-    /// 30 % do not arrive.
+    /// 30 % of the sentences are lost.
     Lost,
-    /// Every other one comes after the one that was sent after it.
+    /// Two consecutive sentences are exchanged, pair by pair.
     Swapped,
-    /// All come 300 ms late.
+    /// All sentences arrive 300 ms late.
     Delayed,
-    /// From the second scan's middle on the same sentence comes again and again.
+    /// From the middle of the second scan on, the same sentence is repeated.
     Stuck,
-    /// Travel and pitch never change, while sentences go on being counted.
+    /// Travel and pitch are constant, while the sentence number goes on.
     Frozen,
-    /// In the middle of each scan travel jumps by 10 cm.
+    /// Travel jumps by 10 cm in the middle of each scan.
     Jumping,
-    /// Forward is told as backward.
+    /// Forward travel is reported as backward.
     Reversed,
-    /// One in ten has a byte changed.
+    /// One sentence in ten has a changed byte.
     Garbled,
 }
 
 /// Motion sentences of one recording, or of one scan of it.
 #[derive(Clone, Debug)]
-pub struct Feed {
+pub struct MotionSentences {
     /// For each chirp: time, µs, travel, 0.1 mm, and pitch, 0.001°.
-    rows: Vec<(u64, Said)>,
+    rows: Vec<(u64, MotionReading)>,
     per_scan: usize,
     fault: Option<Fault>,
     sequence: u16,
@@ -70,12 +70,12 @@ pub struct Feed {
 
 /// Content of a sentence.
 #[derive(Clone, Copy, Debug)]
-struct Said {
+struct MotionReading {
     travel: f64,
     pitch: Option<f64>,
 }
 
-impl Feed {
+impl MotionSentences {
     /// Creates the sentences of `recording`; `None` if it has no travel.
     pub fn new(recording: &Recording, fault: Option<Fault>) -> Option<Self> {
         let sensors = &recording.meta.motion;
@@ -85,7 +85,7 @@ impl Feed {
         let per_scan = recording.chirps_per_scan().max(1);
         let mut time = LEAD_S;
         let start = sensors.time_s.first().copied().unwrap_or(0.0);
-        let mut rows: Vec<(u64, Said)> = Vec::new();
+        let mut rows: Vec<(u64, MotionReading)> = Vec::new();
         for (k, &travel_m) in sensors.travel_m.iter().enumerate() {
             if let (Some(before), true) = (k.checked_sub(1), sensors.time_s.is_empty()) {
                 time += ROW_S;
@@ -94,7 +94,7 @@ impl Feed {
                 }
             }
             let time = sensors.time_s.get(k).map_or(time, |t| LEAD_S + t - start);
-            let said = Said {
+            let said = MotionReading {
                 travel: travel_m * 1e4,
                 pitch: sensors.pitch_deg.get(k).map(|p| p * 1e3),
             };
@@ -112,7 +112,7 @@ impl Feed {
 
     /// Adds the next chirp of a chair that is simulated while it is fed.
     fn push(&mut self, row: &Place) {
-        let said = Said {
+        let said = MotionReading {
             travel: row.travel_m * 1e4,
             pitch: Some(row.pitch_deg * 1e3),
         };
@@ -146,12 +146,12 @@ impl Feed {
     }
 
     /// Returns the chair's place at `now`, before chirp `k` or with it.
-    fn said(&self, k: usize, now: u64) -> Option<Said> {
+    fn said(&self, k: usize, now: u64) -> Option<MotionReading> {
         let (to_us, to) = *self.rows.get(k).or(self.rows.last())?;
         let (from_us, from) = k.checked_sub(1).and_then(|k| self.rows.get(k)).copied()?;
         let share = (now.saturating_sub(from_us)) as f64 / (to_us - from_us).max(1) as f64;
         let mix = |a: f64, b: f64| a + share.min(1.0) * (b - a);
-        Some(Said {
+        Some(MotionReading {
             travel: mix(from.travel, to.travel),
             pitch: from.pitch.zip(to.pitch).map(|(a, b)| mix(a, b)),
         })
@@ -200,7 +200,7 @@ impl Feed {
 const GRAIN_US: u64 = 1_000;
 /// Number of scanner steps from the module's settings to the first trigger, and from row to row.
 const STEPS_TO_FIRST: u64 = 2;
-const STEPS_TO_NEXT: u64 = 4;
+const STEPS_PER_ROW: u64 = 4;
 /// Maximum time step while the scanner waits for a scan's first chirp, µs.
 const WAIT_US: u64 = 50_000;
 
@@ -211,7 +211,7 @@ const REST_US: u64 = 10_000;
 #[derive(Clone, Debug)]
 enum Source {
     /// At the times of the recording.
-    Timed(Feed),
+    Timed(MotionSentences),
     /// With each trigger.
     ByTrigger(ByTrigger),
 }
@@ -232,7 +232,7 @@ pub struct Timetable {
 
 impl Timetable {
     /// Creates the timetable of `feed`, before the first chirp.
-    pub fn new(feed: Feed) -> Self {
+    pub fn new(feed: MotionSentences) -> Self {
         Self::with(Source::Timed(feed))
     }
 
@@ -319,9 +319,9 @@ impl Timetable {
         }
         let next = match (self.ready(), self.fired, self.due(self.next)) {
             (Some(ready), _, _) if now < ready => ready.min(now + WAIT_US),
-            (None, Some((plan, at)), Some(due)) if self.steps < STEPS_TO_NEXT => {
+            (None, Some((plan, at)), Some(due)) if self.steps < STEPS_PER_ROW => {
                 self.steps += 1;
-                at + (due - plan) * self.steps / STEPS_TO_NEXT
+                at + (due - plan) * self.steps / STEPS_PER_ROW
             }
             _ => now + GRAIN_US,
         };

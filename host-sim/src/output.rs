@@ -49,7 +49,7 @@ impl Outputs {
         let place = fs::canonicalize(path);
         ensure!(
             place.is_err() || place.is_ok_and(|place| !self.inputs.contains(&place)),
-            "{}: is what is read: expected another name",
+            "{}: is an input: expected another name",
             path.display()
         );
         // Existing directories and special files are refused by `write_whole`, with or without the option.

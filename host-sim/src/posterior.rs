@@ -82,7 +82,7 @@ fn name(staircase: &Staircase, seen: usize) -> String {
     let mut name = match staircase.kind {
         GroundKind::Nothing => "no stairs".to_owned(),
         GroundKind::Stairs => {
-            let kind = if staircase.open { "floating" } else { "closed" };
+            let kind = if staircase.open { "open" } else { "closed" };
             let rise = staircase.rise();
             format!("{} up, {kind}, rise {rise:.2} m", steps(seen))
         }
@@ -110,13 +110,13 @@ fn name(staircase: &Staircase, seen: usize) -> String {
 pub fn text(posterior: &PosteriorView) -> String {
     let mut text = String::from("\n  probability  number of steps\n");
     for (count, probability) in posterior.counts.iter().enumerate() {
-        if *probability >= LEAST_TOLD {
+        if *probability >= MIN_REPORTED {
             let _ = writeln!(text, "  {:9.1} %  {count}", 100.0 * probability);
         }
     }
     text.push_str("\n  probability  hypothesis\n");
     for hypothesis in &posterior.hypotheses {
-        if hypothesis.probability < LEAST_TOLD {
+        if hypothesis.probability < MIN_REPORTED {
             break;
         }
         let percent = 100.0 * hypothesis.probability;
@@ -126,12 +126,12 @@ pub fn text(posterior: &PosteriorView) -> String {
         }
         text.push('\n');
     }
-    text.push_str("  hypothesis: what may stand there, as the particles weigh it, with distance and height of its edges, m\n");
+    text.push_str("  hypothesis: possible scene with its posterior probability; distance and height of its edges, m\n");
     text
 }
 
 /// Minimum probability of a listed hypothesis: a smaller one rounds to 0.0 %.
-const LEAST_TOLD: f64 = 0.0005;
+const MIN_REPORTED: f64 = 0.0005;
 
 /// Returns the posterior as JSON: `counts` by number of steps from 0, `hypotheses` likeliest first.
 pub fn json(posterior: &PosteriorView) -> Value {
@@ -168,14 +168,14 @@ mod tests {
 
     /// Particles of these weights, with no answer to be held against.
     fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
-        let told = ReportedAnswer {
+        let reported = ReportedAnswer {
             edges: &[],
             drop: None,
             view: VIEW,
         };
         let mut cloud = Cloud::new();
         for (staircase, weight) in particles {
-            cloud.add(staircase, weight.ln(), &[0.01; MAX_STEPS], &told);
+            cloud.add(staircase, weight.ln(), &[0.01; MAX_STEPS], &reported);
         }
         view(&cloud, &VIEW)
     }
@@ -202,15 +202,15 @@ mod tests {
             (stairs(&[(0.6, 0.15)]), 0.25),
             (floating, 0.05),
         ]);
-        let told = |h: &HypothesisView| (h.name.clone(), (1000.0 * h.probability).round());
-        let told: Vec<(String, f64)> = posterior.hypotheses.iter().map(told).collect();
+        let reported = |h: &HypothesisView| (h.name.clone(), (1000.0 * h.probability).round());
+        let reported: Vec<(String, f64)> = posterior.hypotheses.iter().map(reported).collect();
         let expected = [
             ("2 steps up, closed, rise 0.15 m", 600.0),
             ("1 step up, closed, rise 0.15 m", 250.0),
             ("no stairs", 100.0),
-            ("2 steps up, floating, rise 0.15 m", 50.0),
+            ("2 steps up, open, rise 0.15 m", 50.0),
         ];
-        assert_eq!(told, expected.map(|(name, p)| (name.to_owned(), p)));
+        assert_eq!(reported, expected.map(|(name, p)| (name.to_owned(), p)));
         let counts: Vec<f64> = (posterior.counts.iter())
             .map(|p| (1000.0 * p).round())
             .collect();

@@ -17,7 +17,7 @@ use stairscan::verdict::{Conditions, GuardResult, Outcome};
 use crate::answer::Answer;
 use crate::guarded::Guarded;
 use crate::motion::inlet::Inlet;
-use crate::motion::{Fault, Feed, Timetable};
+use crate::motion::{Fault, MotionSentences, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
 use crate::setup::{self, Kind};
@@ -150,13 +150,13 @@ pub fn answers(
 
 /// The scanner's data path, which also stores the motion used for its last answer: when the answer is
 /// reported, the scanner is already at its next scan.
-struct Noting {
+struct DataPathWithMotion {
     pipeline: Box<Pipeline>,
     drive: Drive<'static>,
     track: Option<Track>,
 }
 
-impl Noting {
+impl DataPathWithMotion {
     fn drive(&self) -> Drive<'_> {
         Drive {
             track: self.track.as_ref(),
@@ -165,7 +165,7 @@ impl Noting {
     }
 }
 
-impl DataPath for Noting {
+impl DataPath for DataPathWithMotion {
     fn begin(&mut self, config: &Config, scan: u32) -> std::result::Result<(), ConfigError> {
         self.pipeline.begin(config, scan)
     }
@@ -283,27 +283,27 @@ fn playback<'a>(recording: &'a Recording, options: &Options) -> Result<Playback<
     Ok(playback)
 }
 
-/// Runs one scanner over `scans` scans or guard sweeps. `told` is called with the sentences of each.
+/// Runs one scanner over `scans` scans or guard sweeps. `on_scan` is called with the sentences of each.
 fn run(
     recording: &Recording,
     options: &Options,
     playback: &Playback<'_>,
     scans: usize,
-    mut told: impl FnMut(&Noting, Vec<String>) -> Result<()>,
+    mut on_scan: impl FnMut(&DataPathWithMotion, Vec<String>) -> Result<()>,
 ) -> Result<()> {
     let name = &recording.name;
     let guard = playback.kind() == Kind::Guard;
     let mut settings = playback.settings();
     let timetable = match playback.motion() {
         Some(source) => Some(Timetable::by_trigger(source)),
-        None => Feed::new(recording, options.motion_fault).map(Timetable::new),
+        None => MotionSentences::new(recording, options.motion_fault).map(Timetable::new),
     };
     let timetable = timetable.map(|table| Rc::new(RefCell::new(table)));
     if timetable.is_some() && !options.by_trigger {
         // The timetable contains the settling of the mirror.
         settings.timing.settle = SHORTEST_SETTLE_US;
     }
-    let data = Noting {
+    let data = DataPathWithMotion {
         pipeline: Box::new(Pipeline::new()),
         drive: Drive::STANDING,
         track: None,
@@ -357,7 +357,7 @@ fn run(
         let Some(sentences) = sentences else {
             continue;
         };
-        told(scanner.data(), sentences)?;
+        on_scan(scanner.data(), sentences)?;
         done += 1;
         if done == scans {
             return Ok(());

@@ -13,16 +13,16 @@ use crate::scene::random::Kind;
 /// A draw of random scenes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Draw {
-    /// For fitting, looking at, trying things out.
+    /// Fit and inspection.
     Tuning,
-    /// For choosing between what was fitted.
+    /// Choice between fits.
     Validation,
-    /// What `fit` calibrates on and counts thresholds from.
+    /// Calibration and thresholds of `fit`.
     Calibration,
-    /// What CI measures at every change: seen so often that it counts as tuned on.
+    /// CI snapshot; measured at every change, so it counts as tuned on.
     #[default]
     Snapshot,
-    /// For the tables that are published, and for nothing else.
+    /// Published tables only.
     Reporting,
 }
 

@@ -88,13 +88,19 @@ pub struct PosteriorView {
 const MEANINGS: [(&str, &str); 10] = [
     ("corner", "foot of a riser"),
     ("nosing", "foremost edge of a step"),
-    ("flash", "face that looks straight at the mirror"),
+    ("flash", "face perpendicular to the beam"),
     ("face", "riser between foot and top"),
     ("tread", "tread, landing or floor"),
     ("edge", "end of a tread, seen from above"),
-    ("inside", "within the solid: against the winner"),
-    ("above", "above a riser's top: against the winner"),
-    ("clutter", "standing on a tread: against the winner"),
+    (
+        "inside",
+        "within the solid: contradicts the best hypothesis",
+    ),
+    (
+        "above",
+        "above a riser's top: contradicts the best hypothesis",
+    ),
+    ("clutter", "on a tread: contradicts the best hypothesis"),
     ("unexplained", "not explained by the best hypothesis"),
 ];
 

@@ -210,7 +210,7 @@ function picture() {
   const several = recording().scans.length > 1 ? `, scan ${state.scan + 1} of ${recording().scans.length}` : "";
   g.fillText(recording().name + several, 12 * ratio, 24 * ratio, canvas.width - 24 * ratio);
   g.font = `${14 * ratio}px system-ui, sans-serif`;
-  const stale = document.body.classList.contains("stale") ? "not the present answer; it was " : "";
+  const stale = document.body.classList.contains("stale") ? "not the current answer; it was " : "";
   g.fillText(stale + s.summary, 12 * ratio, 48 * ratio, canvas.width - 24 * ratio);
   g.drawImage(side, 0, top);
   if (s.map) g.drawImage(profile, 0, top + side.height);

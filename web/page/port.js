@@ -7,23 +7,23 @@ const port = { open: null, item: null, stop: false, standing: null };
 
 /** Passes an event of the port to the parser, and shows the new state. */
 async function news(what, more = {}, body = undefined) {
-  const told = await ask({ head: { do: "port", now: Math.round(performance.now()), what, ...more }, body });
-  if (told.error) return say(told.error, true);
-  const { pulse, standing, damaged, age_ms: age } = told;
-  for (const answer of told.answers) keepAnswer(answer);
+  const reply = await ask({ head: { do: "port", now: Math.round(performance.now()), what, ...more }, body });
+  if (reply.error) return say(reply.error, true);
+  const { pulse, standing, damaged, age_ms: age } = reply;
+  for (const answer of reply.answers) keepAnswer(answer);
   const parts = [port.item.answered ? standing.join(": ") : "no answer yet"];
   if (pulse) parts.push(`scanner ${pulse.state}, scan ${pulse.scan}, up ${(pulse.uptime_ms / 1000).toFixed(0)} s`);
   if (age !== null) parts.push(`answer ${(age / 1000).toFixed(1)} s old`);
   parts.push(damaged === 1 ? "1 damaged sentence" : `${damaged} damaged sentences`);
-  if (told.trouble) parts.push(told.trouble);
+  if (reply.trouble) parts.push(reply.trouble);
   at("live-state").textContent = parts.join("; ");
-  at("live-help").replaceChildren(...told.help.map((line) => element("li", line)));
-  fillLog(told.log);
+  at("live-help").replaceChildren(...reply.help.map((line) => element("li", line)));
+  fillLog(reply.log);
   const before = port.standing?.[0];
   port.standing = standing;
   const k = bench.items.indexOf(port.item);
   data.recordings[k].stale = port.item.answered && standing[0] !== "fresh";
-  if (told.answers.length || before !== standing[0]) refresh(k);
+  if (reply.answers.length || before !== standing[0]) refresh(k);
 }
 function fillLog(log) {
   const pre = at("live-log");
@@ -45,7 +45,7 @@ function keepAnswer(answer) {
 function markStale() {
   const live = Boolean(chosen()?.live) && recording().scans.length > 0;
   const earlier = live && (chosen() !== port.item || state.scan < recording().scans.length - 1);
-  const [word, meaning] = earlier ? ["earlier", "an earlier answer, kept to look at"] : port.standing ?? ["fresh", ""];
+  const [word, meaning] = earlier ? ["earlier", "an earlier answer"] : port.standing ?? ["fresh", ""];
   const stale = live && word !== "fresh";
   document.body.classList.toggle("stale", stale);
   if (!stale) return;

@@ -96,8 +96,8 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
     let chirps = Chirps::of_array(data, full_scale).with_context(file)?;
     let base: Option<Value> = match &files.meta {
         Some(text) => {
-            let told = || format!("{}.sigmf-meta: no JSON", files.name);
-            Some(serde_json::from_str(text).with_context(told)?)
+            let context = || format!("{}.sigmf-meta: no JSON", files.name);
+            Some(serde_json::from_str(text).with_context(context)?)
         }
         None => None,
     };
@@ -123,7 +123,7 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
 
 /// Returns one angle for each chirp, from a table or from the page; `None` if the metadata contain
 /// them.
-fn array_angles(files: &Files, chirps: usize, told: bool) -> Result<Option<Vec<f64>>> {
+fn array_angles(files: &Files, chirps: usize, is_described: bool) -> Result<Option<Vec<f64>>> {
     if let Some(text) = &files.angles {
         let table = angles::parse(text).context("table of angles")?;
         ensure!(
@@ -135,7 +135,7 @@ fn array_angles(files: &Files, chirps: usize, told: bool) -> Result<Option<Vec<f
         return Ok(Some(table));
     }
     let settings = &files.settings;
-    if told && settings.first_angle_deg.is_none() && settings.angle_step_deg.is_none() {
+    if is_described && settings.first_angle_deg.is_none() && settings.angle_step_deg.is_none() {
         return Ok(None);
     }
     let first = settings.first_angle_deg.unwrap_or(FIRST_ANGLE_DEG);
@@ -151,13 +151,13 @@ fn array_angles(files: &Files, chirps: usize, told: bool) -> Result<Option<Vec<f
 fn mount(recording: &mut Recording, settings: &Settings) -> Result<()> {
     let plane = match settings.plane.as_deref() {
         None => None,
-        Some(told) => {
+        Some(given) => {
             let known = [Plane::Depth, Plane::Height]
                 .into_iter()
-                .find(|p| word(*p) == told);
+                .find(|p| word(*p) == given);
             Some(
                 known
-                    .with_context(|| format!("plane: found {told:?}, expected depth or height"))?,
+                    .with_context(|| format!("plane: found {given:?}, expected depth or height"))?,
             )
         }
     };

@@ -3,7 +3,7 @@
 
 use host_sim::html;
 use host_sim::live::lines::Splitter;
-use host_sim::live::model::{self, Link, Standing, State, Way};
+use host_sim::live::model::{self, Link, Validity, State, Way};
 use host_sim::live::trouble::Trouble;
 use serde_json::{Value, json};
 
@@ -98,27 +98,27 @@ impl Port {
     /// Returns the fault of the port and its remedies; `None` if there is no fault.
     fn trouble(&self, now: u64) -> (Option<String>, Vec<String>) {
         let state = &self.state;
-        let told = match &state.link {
+        let cause = match &state.link {
             Link::Away(_, trouble) => Some(trouble.explain(&state.port)),
             _ => state
-                .strange(now)
-                .map(|strange| strange.explain(state.baud)),
+                .unexpected_data(now)
+                .map(|unexpected_data| unexpected_data.explain(state.baud)),
         };
-        told.map_or((None, Vec::new()), |(what, help)| (Some(what), help))
+        cause.map_or((None, Vec::new()), |(what, help)| (Some(what), help))
     }
 }
 
 /// Returns the validity of the answer with regard to its age: a word and its meaning.
-fn standing(standing: Standing) -> [String; 2] {
+fn standing(standing: Validity) -> [String; 2] {
     let [word, meaning] = match standing {
-        Standing::Fresh => ["fresh", "the present answer"],
-        Standing::Unplugged => ["unplugged", "the port has gone: this answer is stale"],
-        Standing::Silent(_) => ["silent", "no sentence for 500 ms: this answer is stale"],
-        Standing::Restarted => [
+        Validity::Fresh => ["fresh", "the current answer"],
+        Validity::Unplugged => ["unplugged", "the port is closed: this answer is stale"],
+        Validity::Silent(_) => ["silent", "no sentence for 500 ms: this answer is stale"],
+        Validity::Restarted => [
             "restarted",
             "the scanner has restarted: this answer is stale",
         ],
-        Standing::Old => ["old", "older than any controller may act on"],
+        Validity::Old => ["old", "older than any controller may act on"],
     };
     [word.to_owned(), meaning.to_owned()]
 }

@@ -37,7 +37,7 @@ pub fn shown(files: &Files, data: &[u8]) -> Result<Value> {
         Err(error) => html::failed(&own.name, &format!("{error:#}")),
     };
     entry.data["own"] = mount(&own);
-    entry.data["truth"] = truth::told(&own)?;
+    entry.data["truth"] = truth::of_scans(&own)?;
     Ok(entry.data)
 }
 

@@ -18,7 +18,7 @@ const TRUTH_SCANS: &str = "stairscan:truth_scans";
 ///
 /// # Errors
 /// The metadata cannot be written.
-pub fn told(recording: &Recording) -> Result<Value> {
+pub fn of_scans(recording: &Recording) -> Result<Value> {
     let document: Value = serde_json::from_str(&recording.metadata_text()?)?;
     let global = &document["global"];
     let scans = recording.scans();

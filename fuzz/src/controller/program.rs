@@ -52,8 +52,8 @@ pub fn compile(compiler: &str, source: &str, into: &Path, sanitized: bool) -> Re
         .arg(&program)
         .output()
         .with_context(|| compiler.to_owned())?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "{compiler} {source}: {said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{compiler} {source}: {stderr}");
     Ok(program)
 }
 
@@ -68,10 +68,10 @@ pub fn printed(program: &Path, arguments: &[&str]) -> Result<String> {
         .output()
         .with_context(|| program.display().to_string())?;
     let text = String::from_utf8(output.stdout)?;
-    let said = String::from_utf8_lossy(&output.stderr);
+    let stderr = String::from_utf8_lossy(&output.stderr);
     ensure!(
         output.status.success(),
-        "{}: {text}{said}",
+        "{}: {text}{stderr}",
         program.display()
     );
     Ok(text)
@@ -117,11 +117,11 @@ fn feed(pipe: impl Write, lines: impl Iterator<Item = (Way, Vec<u8>)>) -> io::Re
     pipe.flush()
 }
 
-fn compare(said: impl BufRead, lines: impl Iterator<Item = (Way, Vec<u8>)>) -> Result<Tally> {
-    let mut said = said.split(b'\n');
+fn compare(output: impl BufRead, lines: impl Iterator<Item = (Way, Vec<u8>)>) -> Result<Tally> {
+    let mut output = output.split(b'\n');
     let mut tally = Tally::new();
     for (number, (way, line)) in (1..).zip(lines) {
-        let Some(found) = said.next().transpose()? else {
+        let Some(found) = output.next().transpose()? else {
             bail!(
                 "the program ended at line {number}: {}",
                 line.escape_ascii()

@@ -35,9 +35,9 @@ fn carry_out(line: &str, settings: &mut Settings) {
         Ok(Command::Set(key, value)) => match settings.set(key, value) {
             Ok(()) => {
                 assert_eq!(settings.validate(), Ok(()), "{line}");
-                let told = settings.get(key).expect("a key that can be set");
+                let value = settings.get(key).expect("a key that can be set");
                 let mut again = before;
-                assert_eq!(again.set(key, &told), Ok(()), "{line}");
+                assert_eq!(again.set(key, &value), Ok(()), "{line}");
                 // A probability is a float in 1e-9; all other values are exact.
                 assert!(key == "cfar-false-alarm" || again == *settings, "{line}");
             }

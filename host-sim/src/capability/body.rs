@@ -20,7 +20,7 @@ const SLAB_M: f64 = 0.04;
 const LEVEL_M: f64 = 4.0;
 /// Minimum height of a rise or depth of a drop that a scan must name, centimetres. From here on
 /// single rises count as steps.
-const LEAST_STEP_CM: u32 = 6;
+const MIN_STEP_CM: u32 = 6;
 
 /// A test body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Body {
             Self::Rise(cm) => format!(
                 "one edge of {cm} cm across the way, rounded by 3 mm, and a level top that goes on"
             ),
-            Self::Drop(cm) => format!("the ground ends, and goes on {cm} cm lower"),
+            Self::Drop(cm) => format!("the ground ends; the next floor is {cm} cm lower"),
             Self::Post => format!(
                 "steel, {:.0} cm thick and {:.0} cm high, its axis in the plane of the beam",
                 100.0 * POST_M,
@@ -112,9 +112,9 @@ impl Body {
 
     /// Whether a scan detects the body by reporting a step or a drop at its place. For the others a
     /// free distance that ends before the body is enough.
-    pub const fn told_by_name(self) -> bool {
+    pub const fn needs_named_detection(self) -> bool {
         match self {
-            Self::Rise(cm) | Self::Drop(cm) => cm >= LEAST_STEP_CM,
+            Self::Rise(cm) | Self::Drop(cm) => cm >= MIN_STEP_CM,
             Self::Closed | Self::Open | Self::Down => true,
             Self::Post | Self::Level => false,
         }

@@ -115,7 +115,7 @@ fn draw(sheet: &mut Sheet, corner: Place, panel: &Panel) {
             &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" opacity=\"0.5\""),
         );
         for (k, (_, tally)) in values {
-            let (detected, beyond) = (counts(tally).detected, counts(tally).beyond);
+            let (detected, beyond) = (counts(tally).detected, counts(tally).free_beyond_body);
             if let Some(place) = at(k, detected) {
                 sheet.line((place.0, height(lower(detected))), place, colour);
                 mark(sheet, channel, place, colour);

@@ -8,7 +8,7 @@ use crate::replay::{self, Options};
 use crate::scene::Scene;
 use crate::scene::sequence::pushed;
 use crate::sweeps::scenes::{self as guard, coarse, drive, sweeps_of};
-use crate::sweeps::score::Word;
+use crate::sweeps::score::GuardAnswer;
 
 use super::condition::{Setup, scene};
 use super::outcome::{GuardOutcome, ScanOutcome};
@@ -20,7 +20,7 @@ pub const SWEEPS: usize = 8;
 
 /// The outcomes of one scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct SceneOutcome {
     /// Outcome of a full scan; `None` for a chair that drives.
     pub scan: Option<ScanOutcome>,
     /// Outcome of the guard sweeps.
@@ -31,7 +31,7 @@ pub struct Seen {
 ///
 /// # Errors
 /// Names a scene that cannot be built or scanned.
-pub fn seen(cell: &Cell, turn: usize, seed: u64) -> Result<Seen> {
+pub fn measure(cell: &Cell, turn: usize, seed: u64) -> Result<SceneOutcome> {
     let setup = scene(cell.body, &cell.condition, turn, seed);
     let name = format!("{}_{seed}", cell.body.kind());
     let outcomes = match cell.condition.speed {
@@ -42,19 +42,24 @@ pub fn seen(cell: &Cell, turn: usize, seed: u64) -> Result<Seen> {
 }
 
 /// Simulates one scan, and [`SWEEPS`] guard sweeps.
-fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<Seen> {
+fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<SceneOutcome> {
     let Setup { spec, at_m } = setup;
     let recording = Scene::new(spec.clone())?.simulate(name, seed);
     let answer = replay::answer(&recording, &Options::default())?;
     let words = words(&standing::sweeps(spec, SWEEPS, name, seed)?)?;
-    Ok(Seen {
+    Ok(SceneOutcome {
         scan: Some(ScanOutcome::of(&answer, cell.body, at_m)),
         guard: GuardOutcome::of(&words, cell.body, &[at_m; SWEEPS]),
     })
 }
 
 /// Simulates the guard sweeps of a chair that approaches the body.
-fn driving(cell: &Cell, setup: Setup, name: &str, (seed, speed): (u64, f64)) -> Result<Seen> {
+fn driving(
+    cell: &Cell,
+    setup: Setup,
+    name: &str,
+    (seed, speed): (u64, f64),
+) -> Result<SceneOutcome> {
     let drive = drive(seed, guard::SWEEPS, speed);
     let rows = {
         let mut spec = setup.spec.clone();
@@ -65,16 +70,16 @@ fn driving(cell: &Cell, setup: Setup, name: &str, (seed, speed): (u64, f64)) -> 
     let recording = sweeps_of(pushed(setup.spec, way), name, seed, &drive)?;
     let travel = &recording.meta.sequence.truth_travel_m;
     let places: Vec<f64> = travel.iter().map(|t| setup.at_m + way - t).collect();
-    Ok(Seen {
+    Ok(SceneOutcome {
         scan: None,
         guard: GuardOutcome::of(&words(&recording)?, cell.body, &places),
     })
 }
 
 /// Returns the answers on the sweeps of a recording.
-fn words(recording: &Recording) -> Result<Vec<Word>> {
+fn words(recording: &Recording) -> Result<Vec<GuardAnswer>> {
     let words = replay::guarded(recording, &Options::default())?;
-    Ok(words.iter().map(Word::of).collect())
+    Ok(words.iter().map(GuardAnswer::of).collect())
 }
 
 #[cfg(test)]
@@ -100,11 +105,17 @@ mod tests {
 
     #[test]
     fn plain_stairs_are_detected_by_scan_and_guard() {
-        let found = seen(&cell(Body::Closed), 0, 5).unwrap();
+        let found = measure(&cell(Body::Closed), 0, 5).unwrap();
         let scan = found.scan.unwrap();
-        assert!(scan.detected && scan.ok && !scan.beyond, "{scan:?}");
+        assert!(
+            scan.detected && scan.ok && !scan.free_beyond_body,
+            "{scan:?}"
+        );
         let guard = found.guard;
-        assert!(guard.named_at.is_some() && !guard.beyond, "{guard:?}");
-        assert_eq!(seen(&cell(Body::Closed), 0, 5).unwrap(), found);
+        assert!(
+            guard.named_at.is_some() && !guard.free_beyond_body,
+            "{guard:?}"
+        );
+        assert_eq!(measure(&cell(Body::Closed), 0, 5).unwrap(), found);
     }
 }

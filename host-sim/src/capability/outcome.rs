@@ -5,7 +5,7 @@ use stairscan::answer::Direction;
 use stairscan::verdict::HazardKind;
 
 use crate::answer::{Answer, metres};
-use crate::sweeps::score::Word;
+use crate::sweeps::score::GuardAnswer;
 
 use super::body::Body;
 
@@ -32,7 +32,7 @@ pub struct ScanOutcome {
     /// Whether the body is detected.
     pub detected: bool,
     /// Whether the answer is `ok` and its free ground ends beyond the body.
-    pub beyond: bool,
+    pub free_beyond_body: bool,
     /// Whether a step or a drop is reported at any place.
     pub alarm: bool,
     /// Free distance, metres; `None` if none is reported.
@@ -60,8 +60,8 @@ impl ScanOutcome {
         let ok = answer.scan.status == stairscan::verdict::Status::Ok;
         Self {
             ok,
-            detected: answered && (named || !body.told_by_name() && ends),
-            beyond: is_beyond(ok, free_m, at_m),
+            detected: answered && (named || !body.needs_named_detection() && ends),
+            free_beyond_body: is_beyond(ok, free_m, at_m),
             alarm: answered && (!answer.steps.is_empty() || answer.drop.is_some()),
             free_m,
         }
@@ -79,7 +79,7 @@ pub struct GuardOutcome {
     /// Distance of the body at that sweep, metres.
     pub named_m: Option<f64>,
     /// Whether a sweep from the third on is `ok` with free ground beyond the body.
-    pub beyond: bool,
+    pub free_beyond_body: bool,
     /// Whether a sweep names a rise, a drop or an obstacle.
     pub alarm: bool,
     /// Free distance of the last sweep, metres.
@@ -88,28 +88,31 @@ pub struct GuardOutcome {
 
 impl GuardOutcome {
     /// Classifies the answers on sweeps. `at_m` is the distance of `body` at each sweep, metres.
-    pub fn of(words: &[Word], body: Body, at_m: &[f64]) -> Self {
-        let detects = |(word, at_m): (&Word, &f64)| {
-            let ends = word.free_m.is_some_and(|free_m| free_m <= at_m + BEYOND_M);
-            ends && body.ending().is_some_and(|e| alike(e, word.ending))
+    pub fn of(answers: &[GuardAnswer], body: Body, at_m: &[f64]) -> Self {
+        let detects = |(answer, at_m): (&GuardAnswer, &f64)| {
+            let ends = answer
+                .free_m
+                .is_some_and(|free_m| free_m <= at_m + BEYOND_M);
+            ends && body.ending().is_some_and(|e| same_hazard(e, answer.ending))
         };
-        let mut sweeps = words.iter().zip(at_m);
+        let mut sweeps = answers.iter().zip(at_m);
         let first = sweeps.clone().position(detects);
-        let last = words.last();
-        let beyond = |(word, at_m): (&Word, &f64)| is_beyond(is_ok(word), word.free_m, *at_m);
+        let last = answers.last();
+        let beyond =
+            |(answer, at_m): (&GuardAnswer, &f64)| is_beyond(is_ok(answer), answer.free_m, *at_m);
         Self {
             ok: last.is_some_and(is_ok),
             named_at: first.map(|k| k + 1),
             named_m: first.and_then(|k| at_m.get(k).copied()),
-            beyond: sweeps.by_ref().skip(FIRST_SWEEPS).any(beyond),
-            alarm: words.iter().any(|word| names(word.ending)),
-            free_m: last.and_then(|word| word.free_m),
+            free_beyond_body: sweeps.by_ref().skip(FIRST_SWEEPS).any(beyond),
+            alarm: answers.iter().any(|answer| names(answer.ending)),
+            free_m: last.and_then(|answer| answer.free_m),
         }
     }
 }
 
-fn is_ok(word: &Word) -> bool {
-    word.status == stairscan::verdict::Status::Ok
+fn is_ok(answer: &GuardAnswer) -> bool {
+    answer.status == stairscan::verdict::Status::Ok
 }
 
 /// Whether an ending names a hazard.
@@ -122,7 +125,7 @@ fn names(ending: HazardKind) -> bool {
 
 /// Whether two endings name the same hazard. Rise and obstacle count as the same, because they
 /// differ by height only.
-fn alike(a: HazardKind, b: HazardKind) -> bool {
+fn same_hazard(a: HazardKind, b: HazardKind) -> bool {
     let stands = |e| matches!(e, HazardKind::Rise | HazardKind::Obstacle);
     a == b || stands(a) && stands(b)
 }
@@ -163,12 +166,12 @@ mod tests {
     #[test]
     fn a_step_at_the_place_detects_a_rise_and_no_drop() {
         let found = scan(&STEP_AT_95, Body::Rise(10));
-        assert!(found.detected && found.ok && !found.beyond && found.alarm);
+        assert!(found.detected && found.ok && !found.free_beyond_body && found.alarm);
         assert!(!scan(&STEP_AT_95, Body::Drop(10)).detected);
         let far = ScanOutcome::of(&answer(&STEP_AT_95), Body::Rise(10), 1.06);
-        assert!(!far.detected && !far.beyond);
+        assert!(!far.detected && !far.free_beyond_body);
         let near = ScanOutcome::of(&answer(&STEP_AT_95), Body::Rise(10), 0.88);
-        assert!(near.detected && near.beyond);
+        assert!(near.detected && near.free_beyond_body);
     }
 
     #[test]
@@ -178,15 +181,21 @@ mod tests {
             [Body::Post, Body::Rise(4), Body::Rise(6)].map(|body| scan(&[&line], body))
         };
         let [post, low, rise] = free("1040.0", "ok");
-        assert!(post.detected && low.detected && !rise.detected && !rise.beyond);
+        assert!(post.detected && low.detected && !rise.detected && !rise.free_beyond_body);
         let [post, low, rise] = free("1060.0", "ok");
-        assert!(!post.detected && !low.detected && post.beyond && low.beyond && rise.beyond);
+        assert!(
+            !post.detected
+                && !low.detected
+                && post.free_beyond_body
+                && low.free_beyond_body
+                && rise.free_beyond_body
+        );
         let [post, _, rise] = free("1060.0", "degraded");
-        assert!(!post.detected && !post.beyond && !rise.beyond && !rise.ok);
+        assert!(!post.detected && !post.free_beyond_body && !rise.free_beyond_body && !rise.ok);
     }
 
-    fn word(status: Status, free_m: f64, ending: HazardKind) -> Word {
-        Word {
+    fn sweep(status: Status, free_m: f64, ending: HazardKind) -> GuardAnswer {
+        GuardAnswer {
             status,
             free_m: Some(free_m),
             ending,
@@ -195,24 +204,24 @@ mod tests {
 
     #[test]
     fn the_first_sweep_that_ends_and_names_counts() {
-        let words = [
-            word(Status::Degraded, 0.9, HazardKind::Unknown),
-            word(Status::Ok, 1.2, HazardKind::Rise),
-            word(Status::Ok, 1.04, HazardKind::Obstacle),
+        let answers = [
+            sweep(Status::Degraded, 0.9, HazardKind::Unknown),
+            sweep(Status::Ok, 1.2, HazardKind::Rise),
+            sweep(Status::Ok, 1.04, HazardKind::Obstacle),
         ];
-        let found = GuardOutcome::of(&words, Body::Rise(10), &[1.0; 3]);
-        assert_eq!((found.named_at, found.beyond), (Some(3), false));
+        let found = GuardOutcome::of(&answers, Body::Rise(10), &[1.0; 3]);
+        assert_eq!((found.named_at, found.free_beyond_body), (Some(3), false));
         assert_eq!(found.named_m, Some(1.0));
-        let drop = GuardOutcome::of(&words, Body::Drop(10), &[1.0; 3]);
+        let drop = GuardOutcome::of(&answers, Body::Drop(10), &[1.0; 3]);
         assert_eq!((drop.named_at, drop.alarm), (None, true));
     }
 
     #[test]
     fn sweeps_are_dangerous_from_the_third_on() {
-        let free = word(Status::Ok, 1.2, HazardKind::None);
+        let free = sweep(Status::Ok, 1.2, HazardKind::None);
         let found = |n: usize| GuardOutcome::of(&vec![free; n], Body::Post, &vec![1.0; n]);
-        assert!(!found(2).beyond && found(3).beyond && !found(3).alarm);
+        assert!(!found(2).free_beyond_body && found(3).free_beyond_body && !found(3).alarm);
         let level = GuardOutcome::of(&[free; 3], Body::Level, &[f64::INFINITY; 3]);
-        assert!(level.ok && !level.beyond && !level.alarm);
+        assert!(level.ok && !level.free_beyond_body && !level.alarm);
     }
 }

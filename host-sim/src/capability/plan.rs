@@ -41,9 +41,9 @@ const DRIVE_SHARE: usize = 4;
 /// Number of seeds reserved for each cell.
 const CELL_SEEDS: u64 = 1000;
 /// Maximum number of scenes of a cell.
-pub const MOST_SCENES: u64 = CELL_SEEDS / LEVEL_TIMES as u64;
+pub const MAX_SCENES: u64 = CELL_SEEDS / LEVEL_TIMES as u64;
 /// Maximum number of scenes of a size at the reference condition.
-pub const MOST_OF_A_SIZE: u64 = CELL_SEEDS;
+pub const MAX_OF_A_SIZE: u64 = CELL_SEEDS;
 
 /// The quantity that changes within a group of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn no_seed_serves_two_cells_and_none_leaves_its_draw() {
-        let all = cells(MOST_SCENES as usize, MOST_OF_A_SIZE as usize);
+        let all = cells(MAX_SCENES as usize, MAX_OF_A_SIZE as usize);
         for draw in Draw::ALL {
             let mut seen = std::collections::HashSet::new();
             for seed in all.iter().flat_map(|cell| cell.seeds(draw)) {

@@ -18,7 +18,7 @@ pub use words::head;
 pub fn parts(measured: &Measured) -> Vec<Part> {
     [
         head(&measured.head),
-        glance(measured),
+        reference_table(measured),
         sizes::smallest(measured),
         sizes::every_size(measured),
         bodies(measured),
@@ -31,7 +31,7 @@ pub fn parts(measured: &Measured) -> Vec<Part> {
 }
 
 /// Returns the table of each body under the reference condition.
-fn glance(measured: &Measured) -> Vec<Part> {
+fn reference_table(measured: &Measured) -> Vec<Part> {
     let lines: Vec<(Body, Tally)> = Body::STANDARD
         .into_iter()
         .filter_map(|body| Some((body, measured.reference(body)?)))
@@ -43,7 +43,7 @@ fn glance(measured: &Measured) -> Vec<Part> {
     let table = columns::table(&["body at 1 m"], rows, &measured.head.times);
     vec![
         Part::Heading(2, "At a glance".into()),
-        Part::Text(words::GLANCE.into()),
+        Part::Text(words::REFERENCE.into()),
         Part::Table(table),
     ]
 }
@@ -80,7 +80,7 @@ fn bodies(measured: &Measured) -> Vec<Part> {
                 svg: figures::of(measured, body),
             },
             Part::Table(columns::table(
-                &["what changes", "to"],
+                &["changed condition", "to"],
                 rows,
                 &measured.head.times,
             )),

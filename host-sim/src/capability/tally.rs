@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::score::{Share, at_most, upper_bound};
 
-use super::measure::{SWEEPS, Seen};
+use super::measure::{SWEEPS, SceneOutcome};
 
 /// Probability of the second draw under a bound of the first below which that bound is
 /// contradicted.
@@ -36,7 +36,7 @@ pub struct Counts {
     /// Bodies detected.
     pub detected: Share,
     /// Answers that are `ok` with free ground beyond the body.
-    pub beyond: Share,
+    pub free_beyond_body: Share,
     /// Answers that are `ok`.
     pub ok: Share,
     /// Answers with an alarm.
@@ -50,7 +50,7 @@ impl Counts {
     fn add(&mut self, other: &Self) {
         let pairs = [
             (&mut self.detected, other.detected),
-            (&mut self.beyond, other.beyond),
+            (&mut self.free_beyond_body, other.free_beyond_body),
             (&mut self.ok, other.ok),
             (&mut self.alarm, other.alarm),
             (&mut self.short, other.short),
@@ -65,8 +65,8 @@ impl Counts {
             "detected": self.detected.hits,
             "of": self.detected.of,
             "detected_lower_95": lower(self.detected),
-            "free_beyond": self.beyond.hits,
-            "free_beyond_upper_95": upper(self.beyond),
+            "free_beyond": self.free_beyond_body.hits,
+            "free_beyond_upper_95": upper(self.free_beyond_body),
             "ok": self.ok.hits,
             "alarms": self.alarm.hits,
         })
@@ -91,20 +91,20 @@ const SHORT_M: f64 = super::condition::REFERENCE_M + 0.05;
 
 impl Tally {
     /// Counts the outcomes of scenes.
-    pub fn of(seen: &[Seen]) -> Self {
-        let scans: Vec<_> = seen.iter().filter_map(|s| s.scan).collect();
+    pub fn of(outcomes: &[SceneOutcome]) -> Self {
+        let scans: Vec<_> = outcomes.iter().filter_map(|s| s.scan).collect();
         let short = |free_m: Option<f64>| free_m.is_some_and(|m| m <= SHORT_M);
         let scan = Counts {
             detected: Share::count(&scans, |s| s.detected),
-            beyond: Share::count(&scans, |s| s.beyond),
+            free_beyond_body: Share::count(&scans, |s| s.free_beyond_body),
             ok: Share::count(&scans, |s| s.ok),
             alarm: Share::count(&scans, |s| s.alarm),
             short: Share::count(&scans, |s| short(s.free_m)),
         };
-        let guards = || seen.iter().map(|s| &s.guard);
+        let guards = || outcomes.iter().map(|s| &s.guard);
         let guard = Counts {
             detected: Share::count(guards(), |g| g.named_at.is_some()),
-            beyond: Share::count(guards(), |g| g.beyond),
+            free_beyond_body: Share::count(guards(), |g| g.free_beyond_body),
             ok: Share::count(guards(), |g| g.ok),
             alarm: Share::count(guards(), |g| g.alarm),
             short: Share::count(guards(), |g| short(g.free_m)),
@@ -178,17 +178,21 @@ impl Tally {
                 continue;
             }
             bounds += 2;
-            let told = |what: &str, was: Share, is: Share| {
+            let describe = |what: &str, was: Share, is: Share| {
                 format!(
                     "{name}, {what}: {}/{}, then {}/{}",
                     was.hits, was.of, is.hits, is.of
                 )
             };
             if !keeps_lower(lower(first.detected), second.detected) {
-                broken.push(told("detected", first.detected, second.detected));
+                broken.push(describe("detected", first.detected, second.detected));
             }
-            if !keeps_upper(upper(first.beyond), second.beyond) {
-                broken.push(told("free beyond", first.beyond, second.beyond));
+            if !keeps_upper(upper(first.free_beyond_body), second.free_beyond_body) {
+                broken.push(describe(
+                    "free beyond",
+                    first.free_beyond_body,
+                    second.free_beyond_body,
+                ));
             }
         }
         (broken, bounds)
@@ -200,8 +204,8 @@ mod tests {
     use super::*;
     use crate::capability::outcome::{GuardOutcome, ScanOutcome};
 
-    fn seen(detected: bool, named_at: Option<usize>) -> Seen {
-        Seen {
+    fn seen(detected: bool, named_at: Option<usize>) -> SceneOutcome {
+        SceneOutcome {
             scan: Some(ScanOutcome {
                 detected,
                 ..ScanOutcome::default()
@@ -247,7 +251,7 @@ mod tests {
     #[test]
     fn a_second_draw_contradicts_what_it_makes_unlikely() {
         let of = |hits: usize, all: usize| {
-            let seen: Vec<Seen> = (0..all).map(|k| seen(k < hits, Some(1))).collect();
+            let seen: Vec<SceneOutcome> = (0..all).map(|k| seen(k < hits, Some(1))).collect();
             Tally::of(&seen)
         };
         let first = of(40, 40);

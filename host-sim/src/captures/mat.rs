@@ -17,7 +17,7 @@ const COMPRESSED: u32 = 15;
 /// Flag of a complex matrix (table 1-3).
 const COMPLEX: f64 = 2048.0;
 /// Maximum size of an unpacked file, bytes.
-const MOST_BYTES: u64 = 256 << 20;
+const MAX_BYTES: u64 = 256 << 20;
 
 /// Returns the matrices of a file by their names, each in column order.
 ///
@@ -35,7 +35,7 @@ pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, Vec<Complex64>>> {
         let mut unpacked = Vec::new();
         if kind == COMPRESSED {
             ZlibDecoder::new(data)
-                .take(MOST_BYTES)
+                .take(MAX_BYTES)
                 .read_to_end(&mut unpacked)
                 .context("compressed element")?;
             let mut inner = &unpacked[..];

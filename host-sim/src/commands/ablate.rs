@@ -26,23 +26,23 @@ const SIGNIFICANT: f64 = 0.05;
 /// Arguments of `ablate`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Rules to turn off; all without any
+    /// Rules to turn off; without any, all
     #[arg(value_name = "RULE")]
     rules: Vec<String>,
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Validation)]
     draw: Draw,
-    /// Scenes of each kind
+    /// Number of scenes of each kind
     #[arg(long, default_value_t = SCENES)]
     scenes: u64,
-    /// Scenes of each kind that every fault of the instrument is put into; those rules that tell of faults
-    /// are measured on them, too
+    /// Number of scenes of each kind to which every fault of the instrument is applied; rules that detect faults are
+    /// also measured on these
     #[arg(long, default_value_t = FAULTY)]
     faulty: u64,
     /// Turn all of the named rules off at once
     #[arg(long, requires = "rules")]
     together: bool,
-    /// Count in the emulator, too, what each rule costs in the first scene of each kind
+    /// Also count in the emulator the instructions that each rule takes in the first scene of each kind
     #[arg(long)]
     cost: bool,
 }
@@ -63,11 +63,11 @@ impl Ablation {
         for rule in params::rules().filter(|rule| names.contains(&rule.name)) {
             rule.turn_off(&mut params);
         }
-        for doubt in INSTRUMENT_REASONS
+        for check in INSTRUMENT_REASONS
             .iter()
-            .filter(|doubt| names.contains(&doubt.as_str()))
+            .filter(|check| names.contains(&check.as_str()))
         {
-            params.rules.muted.add(*doubt);
+            params.rules.muted.add(*check);
         }
         let (group, meaning) = match listed {
             [(group, _, meaning)] => (*group, meaning.trim()),
@@ -83,7 +83,7 @@ impl Ablation {
     }
 
     /// Whether the rules detect faults of the instrument. These are then measured, too.
-    fn tells_of_faults(&self) -> bool {
+    fn detects_faults(&self) -> bool {
         matches!(self.group, "mount" | "health" | "together")
     }
 }
@@ -92,10 +92,10 @@ impl Ablation {
 /// instrument, by group.
 fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
-    let doubts = INSTRUMENT_REASONS
+    let checks = INSTRUMENT_REASONS
         .iter()
-        .map(|doubt| ("health", doubt.as_str(), doubt.meaning()));
-    let mut listed: Vec<_> = rules.chain(doubts).collect();
+        .map(|check| ("health", check.as_str(), check.meaning()));
+    let mut listed: Vec<_> = rules.chain(checks).collect();
     let mut groups: Vec<&str> = Vec::new();
     for (group, ..) in &listed {
         if !groups.contains(group) {
@@ -140,13 +140,10 @@ impl Scans {
                 jobs.push((fault, strength, recording, jobs.len() as u64));
             }
         }
-        let spoilt = harness::each(&jobs, |(fault, strength, clean, seed)| {
+        let faulty = harness::each(&jobs, |(fault, strength, clean, seed)| {
             fault.on(clean, *strength, *seed)
         })?;
-        Ok(Self {
-            clean,
-            faulty: spoilt,
-        })
+        Ok(Self { clean, faulty })
     }
 }
 
@@ -188,7 +185,7 @@ fn mentions(line: &str, word: &str) -> bool {
 }
 
 /// Formats a change as `+3 -5`, in bold if it is significant.
-fn told(change: Change) -> String {
+fn change_text(change: Change) -> String {
     let p = change.p();
     let bold = if p < SIGNIFICANT { "**" } else { "" };
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
@@ -259,10 +256,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let after = harness::answers(&scans.clean, ablation.params)?;
         let c = Comparison::new(&base, &after);
         let [distance, height] = [0, 1].map(|k| 100.0 * (c.errors_m[1][k] - c.errors_m[0][k]));
-        let faulty = match ablation.tells_of_faults() {
+        let faulty = match ablation.detects_faults() {
             true => {
                 let after = harness::answers(&scans.faulty, ablation.params)?;
-                told(Comparison::new(&base_faulty, &after).ok_wrong)
+                change_text(Comparison::new(&base_faulty, &after).ok_wrong)
             }
             false => String::new(),
         };
@@ -273,16 +270,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             out,
             "| `{name}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {cost} | {} |",
             ablation.meaning,
-            told(c.exact),
-            told(c.ok_right),
-            told(c.ok_wrong),
+            change_text(c.exact),
+            change_text(c.ok_right),
+            change_text(c.ok_wrong),
             lines(ablation)?
         );
         eprintln!(
             "{name}: exact {} ok {} wrong {}",
-            told(c.exact),
-            told(c.ok_right),
-            told(c.ok_wrong)
+            change_text(c.exact),
+            change_text(c.ok_right),
+            change_text(c.ok_wrong)
         );
     }
     emit(&out);
@@ -298,11 +295,12 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
         .count();
     let wrong = |scores: &[SceneScore]| scores.iter().filter(|s| s.ok_and_wrong()).count();
     format!(
-        "# What each rule is worth\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}{}`: each rule off by itself, \
-         the whole scanner on {} scenes ({} of each kind), {exact} exact, {ok} `ok`, {} of them wrong, and on {} scans \
-         with a fault of the instrument, {} of them `ok` and wrong. Cells: scenes gained and lost by turning the rule \
-         off, and in brackets McNemar's p of that; bold below {SIGNIFICANT}. Hazards are not counted anew. Lines are \
-         those of `src/` that mention what turns the rule off.\n",
+        "# Effect of each rule\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}{}`: \
+         each rule off by itself, the whole scanner on {} scenes ({} of each kind), {exact} exact, \
+         {ok} `ok`, {} of them wrong, and on {} scans with a fault of the instrument, {} of them \
+         `ok` and wrong. Cells: scenes gained and lost by turning the rule off, and in brackets \
+         McNemar's p of that; bold below {SIGNIFICANT}. Hazards are not fitted again. Lines are \
+         those of `src/` that contain the rule's switch or number.\n",
         args.draw,
         args.scenes,
         args.faulty,

@@ -27,27 +27,26 @@ const HARMLESS_M: f64 = 0.015;
 /// Arguments of `accuracy`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t)]
     draw: Draw,
-    /// So many of each kind, in place of the draw's own numbers
+    /// Number of scenes of each kind, in place of the draw's own numbers
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     scenes: Option<u64>,
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the scenes that are not exact or wrong; not those for reporting, which nobody is to
-    /// look at
+    /// Also list the scenes that are not exact or wrong; not those of the reporting draw, which must not be inspected
     #[arg(long)]
     list: bool,
-    /// Write one line of JSON for each scene to this file, for `compare`; not of those for reporting
+    /// Write one line of JSON for each scene to this file, for `compare`; not for the reporting draw
     #[arg(long, value_name = "FILE")]
     each: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
     #[command(flatten)]
     instrument: Instrument,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -166,17 +165,16 @@ pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
     let kinds: Vec<String> = selection.kinds().map(of).collect();
     let numbers = selection.options() + &instrument.options();
     format!(
-        "# Accuracy, {draw} scenes\n\n\
-         Made by `cargo sim accuracy --draw {draw}{numbers}`: random scenes of the project's own \
-         simulator, {}, each kind with the seeds from {} on (`host-sim/src/seeds.rs` says which \
-         seeds serve what). Materials and signal-to-noise ratios are mixed; \"none\" holds scenes in \
-         which the instrument is blind, where a `fault` is right. An answer is wrong when something up \
-         to its horizon is missing, made up or off by more than its expanded uncertainty \
-         U = max(3 cm, 3σ), at most 8 cm; covered are true steps within the \
-         horizon or reported. Without a horizon an answer vouches for everything.\n\n\
-         In brackets: 95 % intervals, of shares by Wilson's score, of quantiles between ranks. They \
-         take scenes, or steps, as drawn independently; the steps of one scene are not quite, so \
-         that intervals of steps are a little too narrow.\n",
+        "# Accuracy, {draw} scenes\n\nMade by `cargo sim accuracy --draw {draw}{numbers}`: random \
+         scenes of the project's own simulator, {}, each kind with the seeds from {} on \
+         (`host-sim/src/seeds.rs` lists the use of the seeds). Materials and signal-to-noise ratios \
+         are mixed; \"none\" holds scenes in which the instrument is blind, where a `fault` is \
+         right. An answer is wrong when something up to its horizon is missing, false or off by \
+         more than its expanded uncertainty U = max(3 cm, 3σ), at most 8 cm; covered are true steps \
+         within the horizon or reported. An answer without a horizon is valid at any \
+         distance.\n\nIn brackets: 95 % intervals, of shares by Wilson's score, of quantiles \
+         between ranks. They take scenes, or steps, as drawn independently; the steps of one scene \
+         are not quite, so that intervals of steps are a little too narrow.\n",
         kinds.join(", "),
         draw.seeds().start,
     )
@@ -263,11 +261,11 @@ fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
             "| {kind} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {ok} / {degraded} / {fault} |",
             set.exact.full(),
             set.false_stairs.full(),
-            set.invented,
+            set.false_steps,
             set.missed.full(),
             set.strong_missed.full(),
             set.ok.full(),
-            set.ok_of_right.full(),
+            set.ok_among_correct.full(),
             set.ok_and_wrong.full(),
             reliability::horizon(set),
             set.covered.full(),
@@ -325,8 +323,8 @@ fn harmless(scenes: &[SceneScore]) -> Share {
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !((args.list || args.each.is_some()) && args.draw == Draw::Reporting),
-        "--list, --each: show scenes to look at, and those of the draw {} are to stay unseen; --draw {} \
-         holds others like them",
+        "--list, --each: the scenes of the draw {} must not be inspected; --draw {} has others like \
+         them",
         Draw::Reporting,
         Draw::Tuning
     );

@@ -25,7 +25,7 @@ use crate::setup;
 pub struct Args {
     /// Recordings to scan for the worst case [default: those of the repository]
     recordings: Vec<PathBuf>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -69,17 +69,17 @@ const MEANING: [(&str, &str); 16] = [
     ),
     (
         POST_STAGES[0],
-        "of these: noise, echoes told from side lobes and ghosts, placed",
+        "of these: noise, echoes separated from side lobes and ghosts, positions",
     ),
     (
         POST_STAGES[1],
-        "calibration, search for the best flight and its rivals",
+        "calibration, search for the best flight and its runners-up",
     ),
     (POST_STAGES[2], "dimensions, sigmas, status"),
     (POST_STAGES[3], "sentences"),
     (
         "guard",
-        "last row of a guard sweep to its word, health included, worst sweep",
+        "last row of a guard sweep to its sentence, health included, worst sweep",
     ),
 ];
 
@@ -143,7 +143,7 @@ pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
     let counts = count(recordings)?;
     let post = counts.iter().find(|(stage, _)| stage == "post");
     post.map(|(_, n)| *n)
-        .context("the bench image told no `post`")
+        .context("the bench image printed no `post`")
 }
 
 /// Runs the image over the recordings.
@@ -330,7 +330,7 @@ fn table(counts: &Counts, size: &Image) -> String {
         let meaning = MEANING.iter().find(|(s, _)| s == stage).map_or("", |m| m.1);
         let _ = writeln!(text, "{stage:<20}{count:>12}{most:>10}   {meaning}");
     }
-    text.push_str("\nquoted peers, gcc 12 -O3 on the same emulator\n");
+    text.push_str("\nquoted figures of other libraries, gcc 12 -O3 on the same emulator\n");
     for (peer, count) in QUOTED {
         let _ = writeln!(text, "{count:>32}             {peer}");
     }

@@ -21,15 +21,15 @@ use crate::recording::Recording;
 /// Arguments of `budget`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings to scan in the emulator for the stack's high-water mark, with every estimator, and for the
-    /// instructions after the last row
+    /// Recordings to scan in the emulator with every estimator, for the stack's high-water mark and the instructions
+    /// after the last row
     recordings: Vec<PathBuf>,
-    /// The image; without it the workspace's is built
+    /// The image; without it the workspace's image is built
     #[arg(long)]
     elf: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -24,8 +24,8 @@ use crate::replay::{self, Options, Scanned};
 /// Arguments of `calibrate`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "The scan shows a flat floor and one wall, nothing else. One to try it on: `cargo sim simulate \
-scenes/wall.toml -o wall`."
+    after_help = "The scene must contain only a flat floor and one wall. To simulate such a scan: \
+        `cargo sim simulate scenes/wall.toml -o wall`."
 )]
 pub struct Args {
     /// Recording of one scan, with or without suffix
@@ -33,12 +33,12 @@ pub struct Args {
     /// Horizontal distance from the mirror's centre to the wall, metres
     #[arg(long)]
     wall: f32,
-    /// The scanner's present setting `home-angle`, 0.001°
+    /// Current value of the scanner's setting `home-angle`, 0.001°
     #[arg(long, allow_negative_numbers = true, default_value_t = MotorConfig::default().home_angle)]
     home_angle: i32,
     #[command(flatten)]
     settings: Settings,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -95,7 +95,7 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
         .collect();
     ensure!(
         doubts.is_empty(),
-        "the instrument is not well: {}",
+        "the instrument failed health checks: {}",
         doubts.join(", ")
     );
     let mut echoes = Echoes::new();

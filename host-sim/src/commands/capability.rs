@@ -38,22 +38,23 @@ const DRAWINGS: &str = "capability";
 /// Arguments of `capability`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
-    /// Scenes of most cells; level ground takes four times as many, drives a fourth
-    #[arg(long, default_value_t = SCENES, value_parser = clap::value_parser!(u64).range(1..=plan::MOST_SCENES))]
+    /// Number of scenes of most cells; level ground takes four times as many, drives a quarter
+    #[arg(long, default_value_t = SCENES, value_parser = clap::value_parser!(u64).range(1..=plan::MAX_SCENES))]
     scenes: u64,
-    /// Scenes of each size of a rise or drop at 1 m behind a clean window
-    #[arg(long, value_name = "SCENES", default_value_t = OF_A_SIZE, value_parser = clap::value_parser!(u64).range(1..=plan::MOST_OF_A_SIZE))]
+    /// Number of scenes of each size of a rise or drop at 1 m behind a clean window
+    #[arg(long, value_name = "SCENES", default_value_t = OF_A_SIZE, value_parser = clap::value_parser!(u64).range(1..=plan::MAX_OF_A_SIZE))]
     sizes: u64,
-    /// Hold the bounds against a second draw: validation seeds, so many scenes of most cells, ten times as many of each size
-    #[arg(long, value_name = "SCENES", value_parser = clap::value_parser!(u64).range(1..=plan::MOST_SCENES))]
+    /// Check the bounds against a second draw of validation seeds, with this number of scenes of most cells and ten
+    /// times as many of each size
+    #[arg(long, value_name = "SCENES", value_parser = clap::value_parser!(u64).range(1..=plan::MAX_SCENES))]
     second: Option<u64>,
     /// Only this test body (rise, drop, post, closed-stairs, open-stairs, stairs-down, level); may be given several times
     #[arg(long = "body", value_name = "BODY", value_parser = plan::KINDS)]
     bodies: Vec<String>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
     /// Also write the sheet as a page for any browser
@@ -137,7 +138,9 @@ fn times() -> Result<Times> {
     fast.motor.acceleration = ACCELERATION;
     let sweeps = timing::guard::sweeps(&fast, &[wire])?;
     let sweep = sweeps.iter().find(|time| time.module == "pstr");
-    let (scan, sweep) = scan.zip(sweep).context("no time of a turning mirror")?;
+    let (scan, sweep) = scan
+        .zip(sweep)
+        .context("no duration of a continuous sweep")?;
     Ok(Times {
         scan_s: 1e-6 * scan.total() as f64 + POST as f64 / CORE_HZ,
         sweep_s: 1e-6 * sweep.total() as f64,
@@ -154,7 +157,7 @@ fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     };
     let jobs: Vec<(usize, usize, u64)> = cells.iter().enumerate().flat_map(of).collect();
     let seen = harness::each(&jobs, |&(k, turn, seed)| {
-        measure::seen(&cells[k], turn, seed)
+        measure::measure(&cells[k], turn, seed)
     })?;
     let mut rest = seen.as_slice();
     let tallies = cells.iter().map(|cell| {

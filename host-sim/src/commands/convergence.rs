@@ -24,13 +24,13 @@ pub struct Args {
     /// Seed of the first scan's particles
     #[arg(long, default_value_t = 1)]
     seed: u32,
-    /// Scans of each staircase, with the seeds 0, 1, … for surfaces, noise and particles
+    /// Number of scans of each staircase, with the seeds 0, 1, … for surfaces, noise and particles
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: u32,
-    /// Rounds of resampling
+    /// Number of rounds of resampling
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u8).range(1..=50))]
     rounds: u8,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

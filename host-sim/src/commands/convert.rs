@@ -19,29 +19,29 @@ use crate::setup;
 /// Arguments of `convert`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// What to read: a recording or any SigMF of complex samples, an array of numpy (.npy), or a capture of
-    /// TI's DCA1000 (.bin with a .toml); for a table also several recordings, or directories of them
+    /// Input: a recording or any SigMF file of complex samples, a NumPy array (.npy), or a capture of TI's DCA1000
+    /// (.bin with a .toml); for a table also several recordings, or directories of them
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
-    /// What to write, as its suffix says: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
+    /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// What a .csv holds
+    /// Content of a .csv
     #[arg(long, value_enum, default_value_t)]
     table: Table,
-    /// A .npy of complex64, 1.0 for full scale, instead of 16-bit I and Q
+    /// Write a .npy of complex64, full scale 1.0, instead of 16-bit I and Q
     #[arg(long)]
     complex: bool,
-    /// How the radar of a DCA1000's capture was set (docs/formats.md); without it NAME.toml of NAME.bin
+    /// Radar settings of a DCA1000 capture (docs/formats.md); without it NAME.toml of NAME.bin
     #[arg(long, value_name = "FILE")]
     setup: Option<PathBuf>,
-    /// Angles of the beam, one a row and a row a chirp, degrees
+    /// Angles of the beam, degrees: one a line, one line a chirp
     #[arg(long, value_name = "FILE")]
     angles: Option<PathBuf>,
-    /// Take the keys from this recording where none is given
+    /// Take keys that are not given from this recording
     #[arg(long, value_name = "REC")]
     keys_of: Option<PathBuf>,
-    /// Value that is full scale; without it 1.0 for floating point, the format's range for whole numbers
+    /// Full-scale value of a sample; without it 1.0 for floating point, the format's range for integers
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f64>,
     #[command(flatten)]
@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Output::Recording => outputs.check_recording(&args.output)?,
         _ => outputs.check(&args.output)?,
     }
-    let told = match output {
+    let summary = match output {
         Output::Recording => write_recording(args, only(&paths)?, &outputs)?,
         Output::Array => {
             let recording = read(args, only(&paths)?)?;
@@ -110,15 +110,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Output::Table => {
             let scans = scan_all(args, &paths)?;
             outputs.write(&args.output, &tables::write(&scans, args.table)?)?;
-            told(&scans, "rows of")
+            summary(&scans, "rows of")
         }
         Output::Messages => {
             let scans = scan_all(args, &paths)?;
             outputs.write(&args.output, &mcap::write(&scans)?)?;
-            told(&scans, "messages of")
+            summary(&scans, "messages of")
         }
     };
-    emit(&format!("{}: {told}\n", args.output.display()));
+    emit(&format!("{}: {summary}\n", args.output.display()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -178,7 +178,7 @@ fn write_recording(args: &Args, path: &Path, outputs: &Outputs) -> Result<String
     outputs.write_recording(&args.output, &recording)?;
     let next = match setup::config(&recording, 0, &Config::default()) {
         Ok(_) => "next: cargo sim replay".to_owned(),
-        Err(error) => format!("not to be scanned: {error:#}; range profile: cargo sim profile"),
+        Err(error) => format!("cannot be scanned: {error:#}; range profile: cargo sim profile"),
     };
     Ok(format!(
         "{}; {next} {}",
@@ -195,7 +195,7 @@ fn chirps(recording: &Recording) -> String {
     )
 }
 
-fn told(scans: &[Scan], what: &str) -> String {
+fn summary(scans: &[Scan], what: &str) -> String {
     let plural = if scans.len() == 1 { "" } else { "s" };
     format!("{what} {} scan{plural}", scans.len())
 }

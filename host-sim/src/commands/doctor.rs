@@ -13,28 +13,28 @@ use crate::live::talk::Talk;
 use crate::live::trouble::REPORT_BAUD;
 
 /// Exit status if a check needs attention or could not be made.
-const DOUBTFUL: u8 = 3;
+const WARNING_STATUS: u8 = 3;
 
 /// Arguments of `doctor`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Asks version, status and settings and listens to a scan. A scanner that stands is told to run its self-test and
-to scan twice, so that the mirror moves; --no-move leaves that out. Only what the scanner says is judged: `not seen`
-is no `ok`. Exit status: 0 all well, 1 a fault, 3 a warning or something that could not be seen."
+    after_help = "Reads version, status and settings, and waits for a scan. An idle scanner is commanded to run its self-test and
+two scans, so that the mirror moves; --no-move prevents that. Checks use only what the scanner reports: `not seen`
+is not `ok`. Exit status: 0 all ok, 1 a fault, 3 a warning or a check that could not be made."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0
     port: String,
-    /// Do not move the mirror of a scanner that stands
+    /// Do not move the mirror of an idle scanner
     #[arg(long)]
     no_move: bool,
-    /// Wait so many seconds for a scan
+    /// Timeout of a scan, seconds
     #[arg(long, default_value_t = 45, value_parser = clap::value_parser!(u32).range(1..=3_600))]
     wait: u32,
-    /// Speed of the port; the scanner's is 115200
+    /// Baud rate of the port; the scanner uses 115200
     #[arg(long, default_value_t = REPORT_BAUD, value_parser = clap::value_parser!(u32).range(50..=4_000_000))]
     baud: u32,
-    /// For people or for programs
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let findings = match Talk::open(&args.port, args.baud) {
         Err(broken) => doctor::unusable(&broken),
         Ok(mut talk) => {
-            eprintln!("asking, and listening to a scan");
+            eprintln!("reading settings, waiting for a scan");
             let patience = Duration::from_secs(args.wait.into());
             doctor::examine(&Evidence::gather(
                 &mut talk,
@@ -60,7 +60,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     Ok(match doctor::worst(&findings) {
         Level::Ok | Level::Absent => ExitCode::SUCCESS,
-        Level::Unseen | Level::Warning => ExitCode::from(DOUBTFUL),
+        Level::Unseen | Level::Warning => ExitCode::from(WARNING_STATUS),
         Level::Fault => ExitCode::FAILURE,
     })
 }

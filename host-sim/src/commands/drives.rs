@@ -13,7 +13,7 @@ use crate::drives::controller::FRONT_M;
 use crate::drives::course::Course;
 use crate::drives::log::DriveLog;
 use crate::drives::outcome::{NEAR_M, Outcome};
-use crate::drives::scanner::{self, Manner};
+use crate::drives::scanner::{self, DriveOptions};
 use crate::drives::table::{self, Tally};
 use crate::emulate::session::Waits;
 use crate::emulate::{guarding, image};
@@ -23,7 +23,7 @@ use crate::sweeps::scenes::Kind;
 /// Arguments of `drives`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
     /// Number of scenes of each kind, in place of the draw's own numbers
@@ -35,15 +35,15 @@ pub struct Args {
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the drives over a hazard, and those that stood where none was; not those for reporting, which nobody is
-    /// to look at
+    /// Also list the drives over a hazard, and those that stopped without one; not those of the reporting draw, which
+    /// must not be inspected
     #[arg(long)]
     list: bool,
-    /// Instead, drive once through each of the first scenes, so many, and replay each drive through the image in the
-    /// emulator: its sentences must be the host's to the byte
+    /// Instead, drive once through each of the first N scenes and replay each drive with the image in the emulator: its
+    /// sentences must equal the host's to the byte
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000))]
     emulate: Option<u64>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -86,7 +86,7 @@ impl Args {
 fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     let course = Course::new(kind, seed)?;
     let ways = course.ways();
-    let drive = |number| scanner::drive(&course, &ways, number, Manner::default());
+    let drive = |number| scanner::drive(&course, &ways, number, DriveOptions::default());
     (0..drives).map(|number| Ok(drive(number)?.log)).collect()
 }
 
@@ -100,11 +100,11 @@ fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     let mut out = String::from("| drive | sweeps | the image's sentences |\n|---|---|---|\n");
     for (kind, seed) in in_turn.take(drives as usize) {
         let course = Course::new(*kind, *seed)?;
-        let manner = Manner {
+        let options = DriveOptions {
             by_trigger: true,
             is_kept: true,
         };
-        let driven = scanner::drive(&course, &course.ways(), 0, manner)?;
+        let driven = scanner::drive(&course, &course.ways(), 0, options)?;
         let sweeps = driven.sentences.len();
         let with = (Waits::default(), &[][..]);
         let config = Config::default();
@@ -144,10 +144,10 @@ fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tall
 /// Returns heading and tables.
 fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     let mut out = format!(
-        "# Drives, {} scenes\n\n\
-         Made by `{}`: chairs whose joystick asks for 0.2 to 0.8 m/s drive by the free distance of the newest guard sentence. The \
-         chair's foremost point lies {FRONT_M:.2} m before the mirror; gaps count from there. A chair has stood that does not \
-         move for 1.5 s with the joystick forward.\n\n",
+        "# Drives, {} scenes\n\nMade by `{}`: chairs whose joystick asks for 0.2 to 0.8 m/s drive \
+         by the free distance of the newest guard sentence. The chair's foremost point lies \
+         {FRONT_M:.2} m before the mirror; gaps count from there. A chair has stopped when it does \
+         not move for 1.5 s with the joystick forward.\n\n",
         args.draw,
         args.command()
     );
@@ -161,23 +161,26 @@ fn line(log: &DriveLog) -> String {
     let last = log.sweeps.last();
     let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.0}", 100.0 * m));
     format!(
-        "{}: {:?}, hazard {} cm {}, travel {:.0} cm in {:.1} s, last free {} cm, ground shows to {} cm",
+        "{}: {:?}, hazard {} cm {}, travel {:.0} cm in {:.1} s, last free {} cm, ground echo up to {} cm",
         log.name,
         Outcome::of(log),
         cm(log.hazard.map(|hazard| hazard.at_m)),
         log.hazard.map_or("none", |hazard| hazard.kind.as_str()),
         100.0 * log.travel_m,
         log.time_s,
-        cm(last.and_then(|sweep| sweep.word.free_m)),
-        cm(last.map(|sweep| sweep.shows_m)),
+        cm(last.and_then(|sweep| sweep.answer.free_m)),
+        cm(last.map(|sweep| sweep.ground_echo_range_m)),
     )
 }
 
 /// Returns the drives to inspect.
 fn listed(logs: &[DriveLog]) -> Vec<String> {
     let flawed = logs.iter().filter(|log| match Outcome::of(log) {
-        Outcome::Over { .. } | Outcome::Halted => true,
-        Outcome::Early { gap_m, shows } => shows && gap_m > NEAR_M,
+        Outcome::DroveOver { .. } | Outcome::StoppedWithoutHazard => true,
+        Outcome::StoppedEarly {
+            gap_m,
+            has_ground_echo,
+        } => has_ground_echo && gap_m > NEAR_M,
         _ => false,
     });
     flawed.map(line).collect()
@@ -187,7 +190,7 @@ fn listed(logs: &[DriveLog]) -> Vec<String> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !(args.list && args.draw == Draw::Reporting),
-        "--list: shows drives to look at, and those of the draw {} are to stay unseen; --draw {} holds others like them",
+        "--list: the drives of the draw {} must not be inspected; --draw {} has others like them",
         Draw::Reporting,
         Draw::Tuning
     );
@@ -211,7 +214,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let head = if list.is_empty() {
                 ""
             } else {
-                "\nTo look at:\n\n"
+                "\nTo inspect:\n\n"
             };
             lines.fold(text(args, &rows, &logs) + head, |all, line| all + &line)
         }
@@ -219,7 +222,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let kinds: Vec<_> = rows.iter().map(|(name, tally)| tally.json(name)).collect();
             let causes = table::causes(&logs).into_iter();
             let causes: Vec<_> = causes
-                .map(|((cause, shows), n)| json!({"cause": cause.as_str(), "shows": shows, "drives": n}))
+                .map(|((cause, has_ground_echo), n)| json!({"cause": cause.as_str(), "shows": has_ground_echo, "drives": n}))
                 .collect();
             format!(
                 "{}\n",

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use super::replay::{show, show_guarded};
 use super::{Format, Settings, live, progress};
 use crate::answer::Answer;
-use crate::emulate::module::Misdeed;
+use crate::emulate::module::InjectedFault;
 use crate::emulate::session::Waits;
 use crate::emulate::{Fault, Session, guarding, image};
 use crate::guarded::Guarded;
@@ -28,32 +28,32 @@ use crate::setup::{self, Kind};
 /// Arguments of `emulate`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings, with or without suffix; each is scan 1 after a boot of its own
+    /// Recordings, with or without suffix; each begins with scan 1 after its own boot
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// The image; without it the workspace's is built
+    /// The image; without it the workspace's image is built
     #[arg(long)]
     elf: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// Scans one after the other, each the other way round; without it those of the recording
+    /// Number of consecutive scans in alternating direction; without it those of the recording
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100))]
     scans: Option<u32>,
-    /// Treat every scan of a recording as if it were the first, after a boot of its own
+    /// Treat every scan of a recording as if it were the first, after its own boot
     #[arg(long)]
     single: bool,
-    /// What the radar module does wrong in the first scan: KIND[@ROW[-LAST]][xTIMES] with KIND one
-    /// of lost, corrupt, repeat, late, error, silent, config
+    /// Fault of the radar module in the first scan: KIND[@ROW[-LAST]][xTIMES] with KIND one of lost, corrupt, repeat,
+    /// late, error, silent, config
     #[arg(long = "fault")]
     faults: Vec<Fault>,
-    /// Watch the image over a pseudo-terminal, as `live` watches a scanner at a port: one recording, again and
-    /// again
+    /// Show the image in the terminal through a pseudo-terminal, as `live` shows a scanner at a port: one recording,
+    /// repeated
     #[arg(long, conflicts_with_all = ["scans", "single", "format"])]
     live: bool,
-    /// With --live: keep every sentence with its time in a new file of this directory
+    /// With --live: write every sentence with its time to a new file in this directory
     #[arg(long, value_name = "DIR", requires = "live")]
     record: Option<PathBuf>,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -186,7 +186,7 @@ fn waits(args: &Args) -> Waits {
         // Missing answers are waited for: a shorter timeout, still enough for a busy host.
         (waits.chirp, waits.configure) = (10_000_000, 5_000_000);
     }
-    if args.faults.iter().any(|f| f.misdeed == Misdeed::Silent) {
+    if args.faults.iter().any(|f| f.kind == InjectedFault::Silent) {
         waits.connect = 20_000_000;
     }
     waits

@@ -28,16 +28,16 @@ use fate::{Clean, Fate, Run, SEEDS};
 /// Arguments of `faults`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings with truth in this directory in place of simulated scenes
+    /// Recordings with ground truth in this directory in place of simulated scenes
     #[arg(long)]
     on: Option<PathBuf>,
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t)]
     draw: Draw,
-    /// So many scenes of each kind that has answers to spoil
+    /// Number of scenes of each kind with answers that a fault can change
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     scenes: u64,
-    /// The scanner knows where each recording's mirror echo is without a fault, as by calibration
+    /// The mirror echo of each recording is calibrated, from the recording without a fault
     #[arg(long)]
     calibrated: bool,
     /// Only these kinds of faults
@@ -46,22 +46,23 @@ pub struct Args {
     /// One line for each strength
     #[arg(long)]
     strengths: bool,
-    /// What health sees in the scenes without a fault, and how often that raises a doubt; nothing is spoilt
+    /// Print the values of the health checks in scenes without a fault, and how often a check fails; no fault is
+    /// applied
     #[arg(long)]
     signs: bool,
     /// On guard sweeps: those of the kinds of `guard`, or with --on the recordings of them; counted from the third
-    /// sweep on; faults that leave rows out or move them against each other are not put on
+    /// sweep on; without the faults that remove or shift rows
     #[arg(long, conflicts_with_all = ["calibrated", "signs"])]
     guard: bool,
-    /// Fail where more than so many per cent of all runs are ok and wrong
+    /// Fail if more than this percentage of all runs is `ok` and wrong
     #[arg(long, default_value_t = 100.0)]
     most: f64,
-    /// Name every run that is ok and wrong
+    /// List every run that is `ok` and wrong
     #[arg(long)]
     list: bool,
     #[command(flatten)]
     settings: Settings,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -122,7 +123,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     ensure!(
         !clean.recordings.is_empty(),
-        "none of {} recordings is ok and right without a fault: nothing to spoil",
+        "none of {} recordings is ok and right without a fault: no answer to test",
         clean.all
     );
     let jobs: Vec<(usize, usize, usize)> = (0..faults.len())
@@ -253,8 +254,8 @@ fn one(
     seed: u64,
     options: &Options,
 ) -> Result<Run> {
-    let spoilt = fault.on(recording, strength, seed)?;
-    let answer = replay::answer(&spoilt, options)
+    let faulty = fault.on(recording, strength, seed)?;
+    let answer = replay::answer(&faulty, options)
         .with_context(|| format!("{} {strength} on {}", fault.name, recording.name))?;
     let reasons = answer.scan.reasons;
     let named = fault.reasons.iter().any(|&reason| reasons.has(reason));
@@ -262,7 +263,7 @@ fn one(
         Status::Fault => Fate::Fault,
         Status::Degraded if named => Fate::Named,
         Status::Degraded => Fate::Unnamed,
-        Status::Ok if wrong(&answer, &spoilt) => Fate::Wrong,
+        Status::Ok if wrong(&answer, &faulty) => Fate::Wrong,
         Status::Ok => Fate::Right,
     };
     let words = format!(
@@ -275,9 +276,9 @@ fn one(
 /// Returns the text table.
 fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bool) -> String {
     let mut out = format!(
-        "{} recordings, {} ok without a fault, {} of them right: these are spoilt.\n\n\
-         | fault | strength | runs | fault | degraded, named | degraded | ok and right | ok and wrong | named |\n\
-         |---|---|---|---|---|---|---|---|---|\n",
+        "{} recordings, {} ok without a fault, {} of them right: faults are applied to these.\n\n| \
+         fault | strength | runs | fault | degraded, named | degraded | ok and right | ok and wrong \
+         | named |\n|---|---|---|---|---|---|---|---|---|\n",
         clean.all,
         clean.ok,
         clean.recordings.len()

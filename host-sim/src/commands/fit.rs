@@ -18,7 +18,7 @@ use super::harness::{self, Drawn};
 use crate::emulate::image::workspace;
 use crate::fit::logistic::LogisticFit;
 use crate::fit::measurement::{self, Build};
-use crate::fit::{self, Lesson};
+use crate::fit::{self, TrainingSample};
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{self, Recording};
 use crate::scene::random::{Kind, random_with};
@@ -60,26 +60,26 @@ const BEFORE_TESTING: u64 = 100_000;
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Count from the recordings in these directories in place of simulated ones; every third is for
-    /// calibration and thresholds
+    /// Fit to the recordings in these directories in place of simulated ones; every third is for calibration and
+    /// thresholds
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Scenes of each kind that hazards are counted from; others for calibration and thresholds go with them
+    /// Number of scenes of each kind to which the hazards are fitted; further ones serve calibration and thresholds
     #[arg(long, default_value_t = TRAINING)]
     scenes: u64,
-    /// Write what was counted from, one JSON object a scan, to this file
+    /// Write the training data to this file, one JSON object a scan
     #[arg(long, value_name = "FILE")]
     dump: Option<PathBuf>,
-    /// Where to write the hazards; the firmware's source if not given, which takes --force
+    /// Output file of the hazards; without it the firmware's source, which takes --force
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Where to write the measurement model; `measured.rs` beside the hazards if not given
+    /// Output file of the measurement model; without it `measured.rs` beside the hazards
     #[arg(long, value_name = "FILE")]
     measured: Option<PathBuf>,
-    /// Keep the measurement model as it is and count the hazards only
+    /// Keep the measurement model and fit only the hazards
     #[arg(long, conflicts_with = "measured")]
     keep: bool,
-    /// Count the measurement model only
+    /// Fit only the measurement model
     #[arg(long, conflicts_with = "keep")]
     only_model: bool,
     #[command(flatten)]
@@ -98,10 +98,10 @@ enum Source {
 }
 
 /// Samples for fitting the hazards, for calibrating them, and for testing thresholds.
-struct Lessons {
-    training: Vec<Lesson>,
-    calibration: Vec<Lesson>,
-    testing: Vec<Lesson>,
+struct TrainingSamples {
+    training: Vec<TrainingSample>,
+    calibration: Vec<TrainingSample>,
+    testing: Vec<TrainingSample>,
 }
 
 /// Number of scenes of each kind for the checksum of the tables.
@@ -116,10 +116,10 @@ const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 pub fn checksum() -> Result<u32> {
     let source = Source::simulated(CHECKED)?;
     let (model, text, _) = model(&source)?;
-    let lessons = Lessons::new(&source, model)?;
+    let samples = TrainingSamples::new(&source, model)?;
     let (up, down) = (
-        plane(&lessons, Plane::Depth).0,
-        plane(&lessons, Plane::Height).0,
+        plane(&samples, Plane::Depth).0,
+        plane(&samples, Plane::Height).0,
     );
     Ok(CHECK.checksum((text + &fit::write(&up, &down, 0)).as_bytes()))
 }
@@ -143,32 +143,30 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let mut counted = &measured::MODEL;
     if !args.keep {
-        let (model, text, told) = model(&source)?;
-        emit(&told);
+        let (model, text, log) = model(&source)?;
+        emit(&log);
         write(&outputs, &model_path, &text)?;
         counted = model;
     }
     if args.only_model {
         return Ok(ExitCode::SUCCESS);
     }
-    let lessons = Lessons::new(&source, counted)?;
+    let samples = TrainingSamples::new(&source, counted)?;
     if let Some(path) = &args.dump {
-        outputs.write(path, dump(&lessons).as_bytes())?;
+        outputs.write(path, dump(&samples).as_bytes())?;
     }
-    let (up, told_up) = plane(&lessons, Plane::Depth);
-    let (down, told_down) = plane(&lessons, Plane::Height);
-    emit(&format!(
-        "depth plane\n{told_up}\nheight plane\n{told_down}"
-    ));
+    let (up, log_up) = plane(&samples, Plane::Depth);
+    let (down, log_down) = plane(&samples, Plane::Height);
+    emit(&format!("depth plane\n{log_up}\nheight plane\n{log_down}"));
     write(&outputs, &output, &fit::write(&up, &down, checksum()?))?;
     Ok(ExitCode::SUCCESS)
 }
 
-impl Lessons {
+impl TrainingSamples {
     /// From all scans, with the measurement model `model`.
     fn new(source: &Source, model: &'static Generative) -> Result<Self> {
         let [training, calibration, testing] =
-            source.parts(3, |recording, _| fit::lesson(recording, model))?;
+            source.parts(3, |recording, _| fit::sample(recording, model))?;
         Ok(Self {
             training,
             calibration,
@@ -179,25 +177,25 @@ impl Lessons {
 
 /// Fits the measurement model. Returns it with its source file and a report.
 fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
-    let [training, held_back, _] = source.parts(2, fit::sighting)?;
+    let [training, held_back, _] = source.parts(2, fit::measurement_sample)?;
     let measured = measurement::measure(&training);
-    let mut told = format!("measurement model: {} scans\n", measured.scans);
+    let mut log = format!("measurement model: {} scans\n", measured.scans);
     for (k, likelihood) in measured.rounds.iter().enumerate() {
-        let _ = writeln!(told, "  round {k}: log-likelihood {likelihood:.3} a scan");
+        let _ = writeln!(log, "  round {k}: log-likelihood {likelihood:.3} a scan");
     }
-    told.push_str(&measurement::print(&measured.numbers));
+    log.push_str(&measurement::print(&measured.numbers));
     for (name, table) in [("compiled", &measured::MODEL), ("counted", &measured.table)] {
         let c = measurement::contrast(&held_back, table);
         let _ = writeln!(
-            told,
-            "{name}: {} scans held back: log-likelihood {:.3}; cost against nothing {:.4}, the last \
-             step less {:.4}, one more {:.4}, an odd rise {:.4}",
+            log,
+            "{name}: {} held-out scans: log-likelihood {:.3}; cost against no steps {:.4}, without \
+             the last step {:.4}, with one step more {:.4}, with an irregular rise {:.4}",
             c.scans, c.truth, c.cost[0], c.cost[1], c.cost[2], c.cost[3]
         );
     }
     let text = measurement::write(&measured.table);
     // Leaked, since the estimators need a `'static` model.
-    Ok((Box::leak(Box::new(measured.table)), text, told))
+    Ok((Box::leak(Box::new(measured.table)), text, log))
 }
 
 fn write(outputs: &Outputs, path: &Path, text: &str) -> Result<()> {
@@ -276,7 +274,7 @@ struct Counted {
 }
 
 /// Fits the hazards and their calibration; the threshold is determined later.
-fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
+fn count(training: &[&TrainingSample], calibration: &[&TrainingSample]) -> Counted {
     let hazards = fit::hazards(training);
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
@@ -290,13 +288,13 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     let mut maps = Vec::new();
     let bare = weights.clone();
     for (stairs, map) in [false, true].into_iter().zip(&mut weights.maps) {
-        let lessons = calibration.iter().filter(|l| l.stairs == stairs);
-        let lessons: Vec<_> = lessons.copied().collect();
-        let counted = fit::calibration(&lessons, &bare);
+        let samples = calibration.iter().filter(|l| l.stairs == stairs);
+        let samples: Vec<_> = samples.copied().collect();
+        let counted = fit::calibration(&samples, &bare);
         if let [slope, offset] = counted.weights[..] {
             (map.slope, map.offset) = (slope as f32, offset as f32);
         }
-        maps.push((lessons.len(), counted));
+        maps.push((samples.len(), counted));
     }
     let maybe = fit::maybes(training);
     if let [slope, offset] = maybe.weights[..] {
@@ -314,8 +312,8 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
 }
 
 /// Returns the weights of one plane with a report.
-fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
-    let parts = [&lessons.training, &lessons.calibration, &lessons.testing];
+fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
+    let parts = [&samples.training, &samples.calibration, &samples.testing];
     let [training, calibration, testing] =
         parts.map(|part| part.iter().filter(|l| l.plane == plane).collect::<Vec<_>>());
     let Counted {
@@ -324,12 +322,12 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
         maps,
         maybe,
     } = count(&training, &calibration);
-    let mut told = String::new();
+    let mut log = String::new();
     for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
         let threshold = fit::threshold(&testing, &weights, stairs);
         weights.ok_from[usize::from(stairs)] = threshold.from;
         let _ = writeln!(
-            told,
+            log,
             "{name}: ok from {:.3} on: {} of {} scans, {} of them wrong",
             threshold.from,
             threshold.ok,
@@ -338,14 +336,14 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
         );
     }
     let cells = "cells, of them wrong";
-    table(&mut told, "hazard", (training.len(), cells), &hazards);
+    table(&mut log, "hazard", (training.len(), cells), &hazards);
     let cells = "cells, of them right";
     for (scans, map) in &maps {
-        table(&mut told, "calibration", (*scans, cells), map);
+        table(&mut log, "calibration", (*scans, cells), map);
     }
     let maybes = "MAYBEs, of them right";
-    table(&mut told, "MAYBE", (training.len(), maybes), &maybe);
-    (weights, told)
+    table(&mut log, "MAYBE", (training.len(), maybes), &maybe);
+    (weights, log)
 }
 
 /// Adds weights with their standard errors, and their numbers of `scans` and `samples`.
@@ -353,7 +351,7 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
     let _ = writeln!(
         out,
         "{name}: {scans} scans, {} {samples} {}",
-        fit.samples, fit.happened
+        fit.samples, fit.positives
     );
     for (k, (weight, error)) in fit.weights.iter().zip(&fit.errors).enumerate() {
         let _ = writeln!(out, "  {k:>3} {weight:>9.3} ± {error:.3}");
@@ -361,24 +359,24 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
 }
 
 /// Returns the samples as text.
-fn dump(lessons: &Lessons) -> String {
+fn dump(samples: &TrainingSamples) -> String {
     let mut text = String::new();
-    for (part, lessons) in [
-        ("training", &lessons.training),
-        ("calibration", &lessons.calibration),
-        ("testing", &lessons.testing),
+    for (part, samples) in [
+        ("training", &samples.training),
+        ("calibration", &samples.calibration),
+        ("testing", &samples.testing),
     ] {
-        for lesson in lessons {
-            let cells: Vec<_> = lesson
+        for sample in samples {
+            let cells: Vec<_> = sample
                 .cells
                 .iter()
                 .map(|c| json!({"end_m": c.end_m, "features": c.features.to_vec()}))
                 .collect();
             let line = json!({
                 "part": part,
-                "plane": format!("{:?}", lesson.plane),
-                "name": lesson.name,
-                "wrong": lesson.wrong,
+                "plane": format!("{:?}", sample.plane),
+                "name": sample.name,
+                "wrong": sample.wrong,
                 "cells": cells,
             });
             let _ = writeln!(text, "{line}");

@@ -10,26 +10,26 @@ use crate::replay::{self, Options};
 use crate::score::Share;
 use crate::seeds::Draw;
 use crate::sweeps::scenes::{self, Kind};
-use crate::sweeps::score::{self, Scored, Sums, Sweep, Word};
+use crate::sweeps::score::{self, GuardAnswer, Scored, Sums, Sweep};
 use crate::sweeps::{ground, truth};
 
 /// Arguments of `guard`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which scenes
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
-    /// So many recordings of each kind, in place of the draw's own numbers
+    /// Number of recordings of each kind, in place of the draw's own numbers
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     recordings: Option<u64>,
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the sweeps that are `ok` and wrong, and false rises and drops; not those for reporting, which
-    /// nobody is to look at
+    /// Also list the sweeps that are `ok` and wrong, and false rises and drops; not those of the reporting draw, which
+    /// must not be inspected
     #[arg(long)]
     list: bool,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -69,9 +69,14 @@ fn one(kind: Kind, seed: u64) -> Result<Scored> {
     let recording = scenes::recording(kind, seed)?;
     let truth = truth::read(&recording)?.context("a simulated recording has its truth")?;
     let words = replay::guarded(&recording, &Options::default())?;
-    let words: Vec<Word> = words.iter().map(Word::of).collect();
-    let shows_m = ground::of(&recording)?;
-    Ok(score::recording(&recording.name, &words, &truth, &shows_m))
+    let words: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+    let ground_echo_range_m = ground::of(&recording)?;
+    Ok(score::recording(
+        &recording.name,
+        &words,
+        &truth,
+        &ground_echo_range_m,
+    ))
 }
 
 /// A row of the table: name and sums.
@@ -98,7 +103,7 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     let free = Sums {
         // The shares of named hazards are counted by recording, not by sweep.
         named: Share::default(),
-        named_shown: Share::default(),
+        named_with_echo: Share::default(),
         ..Sums::of(scored.iter(), |sweep| sweep.hazard.is_none())
     };
     rows.push(("all, without a hazard", free));
@@ -108,14 +113,15 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
 /// Returns heading and table.
 fn text(args: &Args, rows: &[Group<'_>]) -> String {
     let mut out = format!(
-        "# Guard, {} sweeps\n\n\
-         Made by `{}`: {} sweeps of 31 rows in each recording, ten a second, alternately forward and backward, of random \
-         scenes; the chair drives at 0.1 to 0.6 m/s, stands in 15 %, and is pitched by up to 0.4° that the recording does \
-         not tell. Counted are the sweeps from the third on. Wrong is a free distance that ends more than 5 cm beyond the \
-         first hazard (from the second sweep on with a person who steps in); useful one that is `ok`, not wrong and at \
-         least the hazard's, or 1.2 m, less 25 cm. The ground shows where its echo, \
-         averaged over a beam's rows, 10 cm of it and three sweeps, stands 3 dB above the noise up to there. Things more than 8 cm beside the plane of the beam, or above the mirror, \
-         are no hazards.\n\n",
+        "# Guard, {} sweeps\n\nMade by `{}`: {} sweeps of 31 rows in each recording, ten a second, \
+         alternately forward and backward, of random scenes; the chair drives at 0.1 to 0.6 m/s, \
+         stands in 15 %, and has a pitch error of up to 0.4° that is not in the recording. Sweeps \
+         are counted from the third on. Wrong is a free distance that ends more than 5 cm beyond \
+         the first hazard (from the second sweep on with a person who steps in); useful one that is \
+         `ok`, not wrong and at least the hazard's, or 1.2 m, less 25 cm. With ground echo: the \
+         ground's echo, averaged over a beam's rows, 10 cm of range and three sweeps, exceeds the \
+         noise by 3 dB up to the hazard. Objects more than 8 cm beside the plane of the beam, or \
+         above the mirror, are no hazards.\n\n",
         args.draw,
         args.command(),
         scenes::SWEEPS
@@ -128,7 +134,7 @@ fn text(args: &Args, rows: &[Group<'_>]) -> String {
 /// Returns the sweeps to inspect.
 fn listed(scored: &[Scored]) -> Vec<String> {
     let sweeps = scored.iter().flat_map(|one| &one.sweeps);
-    let flawed = sweeps.filter(|sweep| sweep.wrong() || sweep.made_up());
+    let flawed = sweeps.filter(|sweep| sweep.free_beyond_hazard() || sweep.false_detection());
     flawed.map(Sweep::text).collect()
 }
 
@@ -136,7 +142,7 @@ fn listed(scored: &[Scored]) -> Vec<String> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !(args.list && args.draw == Draw::Reporting),
-        "--list: shows sweeps to look at, and those of the draw {} are to stay unseen; --draw {} holds others like them",
+        "--list: the sweeps of the draw {} must not be inspected; --draw {} has others like them",
         Draw::Reporting,
         Draw::Tuning
     );
@@ -154,7 +160,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let head = if list.is_empty() {
                 ""
             } else {
-                "\nWrong, or made up:\n\n"
+                "\nWrong or false:\n\n"
             };
             lines.fold(text(args, &rows) + head, |all, line| all + &line)
         }

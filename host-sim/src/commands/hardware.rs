@@ -17,7 +17,7 @@ pub struct Args {
     /// Table or drawing to make
     #[arg(value_enum)]
     what: What,
-    /// Write it to this file instead
+    /// Write it to this file instead of stdout
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -27,7 +27,7 @@ pub struct Args {
 /// A table or drawing of the hardware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum What {
-    /// Bill of materials with its cost, as Markdown
+    /// Bill of materials with costs, as Markdown
     Parts,
     /// Power budget, as Markdown
     Power,

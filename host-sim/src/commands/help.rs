@@ -23,7 +23,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
     ("Watch a scanner", &["live", "doctor", "settings", "record"]),
     (
-        "Look",
+        "Inspect scans",
         &["report", "web", "inspect", "profile", "convert", "sirad"],
     ),
     (
@@ -217,7 +217,7 @@ const WITH_REASONS: &[&str] = &["replay", "emulate", "inspect", "report", "conve
 /// Arguments of `completions`.
 #[derive(clap::Args, Debug)]
 pub struct CompletionsArgs {
-    /// The shell that reads them
+    /// Shell that reads the completions
     #[arg(value_enum)]
     shell: Shell,
 }
@@ -225,7 +225,7 @@ pub struct CompletionsArgs {
 /// Arguments of `man`.
 #[derive(clap::Args, Debug)]
 pub struct ManArgs {
-    /// Directory for the pages, which is made if there is none
+    /// Directory for the pages; created if missing
     dir: PathBuf,
     #[command(flatten)]
     overwrite: Overwrite,
@@ -270,7 +270,7 @@ fn listed(command: &Command) -> String {
         }
         text.push('\n');
     }
-    text.push_str("`cargo sim COMMAND --help` tells a command's options, with examples.");
+    text.push_str("`cargo sim COMMAND --help` shows the options of a command, with examples.");
     text
 }
 
@@ -286,7 +286,7 @@ fn examples(name: &str) -> String {
 
 /// Returns every reason with its meaning.
 pub fn reasons() -> String {
-    let mut text = "Reasons, beside a status:".to_owned();
+    let mut text = "Reasons that accompany a status:".to_owned();
     for reason in Reason::ALL {
         let _ = write!(text, "\n  {:<17} {}", reason.as_str(), reason.meaning());
     }

@@ -24,12 +24,12 @@ pub struct Args {
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// Draw scatterers, winner and rivals into this directory, one picture a scan
+    /// Draw scatterers, best hypothesis and runners-up into this directory, one picture a scan
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -58,7 +58,7 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
     };
     ensure!(
         options.config.estimator == EstimatorKind::Likelihood,
-        "--estimator: inspect looks over the shoulder of {} only",
+        "--estimator: inspect supports only {}",
         EstimatorKind::Likelihood.as_str()
     );
     let recording = Recording::read(path)?;

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use crate::scene::spec::SceneSpec;
 
-/// What is not said stays as the scenes have it.
+/// Omitted values are those of the scenes.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
 pub struct Instrument {
-    /// Centre of every scene's sweep, GHz
+    /// Centre frequency of every scene's chirp, GHz
     #[arg(long, value_name = "GHZ", value_parser = above_nothing)]
     carrier: Option<f64>,
-    /// Bandwidth between a chirp's first sample and its last, GHz
+    /// Bandwidth between the first and the last sample of a chirp, GHz
     #[arg(long, value_name = "GHZ", value_parser = above_nothing)]
     bandwidth: Option<f64>,
     /// Complex samples of a chirp

@@ -32,8 +32,7 @@ fn list() -> Result<ExitCode> {
     let ports = ports::list();
     if ports.is_empty() {
         bail!(
-            "no serial port here. Is the adapter plugged in? `dmesg | tail` shows whether the system has seen \
-             it. Without hardware: `cargo sim live --demo recordings/stair_a`"
+            "no serial port here. Is the adapter plugged in? `dmesg | tail` shows whether the system has detected it. Without hardware: `cargo sim live --demo recordings/stair_a`"
         );
     }
     emit(&format!(

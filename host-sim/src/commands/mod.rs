@@ -60,10 +60,10 @@ use crate::setup;
 /// How results are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Format {
-    /// For people.
+    /// Text
     #[default]
     Text,
-    /// For programs; nothing else goes to stdout.
+    /// JSON; nothing else goes to stdout
     Json,
 }
 
@@ -138,8 +138,8 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     {
         let path = path.display();
         bail!(
-            "{path}: samples without their keys, expected a recording: `cargo sim convert {path} … -o NAME` makes one \
-             (docs/formats.md)"
+            "{path}: samples without metadata, expected a recording: `cargo sim convert {path} … -o \
+             NAME` makes one (docs/formats.md)"
         );
     }
     let mut found: Vec<PathBuf> = Vec::new();
@@ -175,7 +175,7 @@ pub fn full_scans(dir: &Path) -> Result<Vec<PathBuf>> {
 /// What can be chosen for every scan.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Settings {
-    /// From map to steps: `paper`, ...
+    /// Estimator of the steps
     #[arg(long, value_parser = parse_estimator, default_value = EstimatorKind::default().as_str())]
     estimator: EstimatorKind,
     /// Seed of the particles' random numbers

@@ -28,25 +28,25 @@ const ERRORS: f64 = 0.10;
 /// included, and compares the answers.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which seeds
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t = Draw::Validation)]
     draw: Draw,
-    /// What the scenes show
+    /// Kind of the scenes
     #[arg(long, default_value_t = Kind::Ascending)]
     kind: Kind,
-    /// How many
+    /// Number of scenes
     #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     scenes: u32,
-    /// Rate of the link, which says how fast the mirror turns
+    /// Rate of the link, which limits the mirror's speed, baud
     #[arg(long, default_value_t = 2_000_000, value_parser = clap::value_parser!(u32).range(9_600..=12_000_000))]
     baud: u32,
-    /// Amplitude of the turning shaft's vibration, degrees
+    /// Amplitude of the shaft's vibration while it turns, degrees
     #[arg(long, default_value_t = 0.05)]
     vibration: f64,
-    /// Fails unless continuous sweeping is no worse: 1 % of exact counts, 10 % of median errors
+    /// Fail if continuous sweeping is worse by more than 1 % of exact counts or 10 % of the median errors
     #[arg(long)]
     check: bool,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -156,8 +156,8 @@ impl Comparison {
         }
         let [lost, distance, height] = self.worse().map(|share| 100.0 * share);
         out.push_str(&format!(
-            "continuous: {lost:+.1} % of all scenes less exact (1 may be), median errors {distance:+.1} % and \
-             {height:+.1} % (10 may be): {}\n",
+            "continuous: {lost:+.1} % of all scenes less exact (limit 1), median errors \
+             {distance:+.1} % and {height:+.1} % (limit 10): {}\n",
             if self.holds() { "no worse" } else { "worse" }
         ));
         out

@@ -21,10 +21,10 @@ const FACTORS: [f32; 2] = [0.8, 1.2];
 /// Arguments of `params`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Also move each number by a fifth either way, and count on tuning seeds what that does
+    /// Also change each number by a fifth up and down, and count the changed answers on tuning seeds
     #[arg(long)]
     sensitivity: bool,
-    /// So many scenes of each kind
+    /// Number of scenes of each kind
     #[arg(long, default_value_t = SCENES)]
     scenes: u64,
 }
@@ -124,9 +124,10 @@ fn heading(args: &Args, scans: usize, base: Tally) -> String {
     if args.sensitivity {
         let _ = write!(
             out,
-            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, {} of each kind, \
-             through the whole scanner. The last two columns say by how much a fifth less and a fifth more of a number \
-             change the exact scans (now {}), those that are `ok` (now {}) and those that are `ok` and wrong (now {}).\n",
+            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, \
+             {} of each kind, through the whole scanner. The last two columns are the effects of a \
+             fifth less and a fifth more of a number on the exact scans (now {}), those that are \
+             `ok` (now {}) and those that are `ok` and wrong (now {}).\n",
             args.scenes, args.scenes, base.exact, base.ok, base.wrong
         );
     }

@@ -32,7 +32,7 @@ pub struct Args {
     plot: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -9,20 +9,19 @@ use stairscan::verdict::{Reason, ReasonEffect};
 use super::emit;
 
 /// Heading and introduction of the page.
-const HEAD: &str = "\
-# Reasons
+const HEAD: &str = "# Reasons
 
-Made by `cargo sim reasons` from the one table of them, [`src/verdict/reasons.rs`](../src/verdict/reasons.rs).
-What they mean stands in the [README](../README.md#what-comes-out-and-what-to-do-with-it), the C header and `--help`.
-A status is decided by [`src/verdict/status.rs`](../src/verdict/status.rs) from plain values, and by no reason.
+Made by `cargo sim reasons` from the table [`src/verdict/reasons.rs`](../src/verdict/reasons.rs).
+Their meanings are in the [README](../README.md#what-comes-out-and-what-to-do-with-it), the C header and `--help`.
+[`src/verdict/status.rs`](../src/verdict/status.rs) decides the status from plain values, not from reasons.
 Names in the conditions are those of [parameters.md](parameters.md) and [hardware.md](hardware.md#settings).
 
 | effect | on the answer |
 |---|---|
-| **fault** | there is none |
-| **instrument** | instrument fault: `degraded`, with a horizon and a confidence of 0 |
+| **fault** | no answer |
+| **instrument** | failed health check: `degraded`, with a horizon and a confidence of 0 |
 | **degraded** | `degraded`, with its horizon |
-| **info** | none: for logs and displays, also beside `ok` |
+| **info** | none: information for people and logs, also with `ok` |
 
 A reason with two effects has a condition for each.
 
@@ -36,7 +35,7 @@ pub fn run() -> Result<ExitCode> {
 
 /// Returns the page: each reason with its effect and its condition.
 fn page() -> String {
-    let mut out = format!("{HEAD}| reason | effect | reported when |\n|---|---|---|\n");
+    let mut out = format!("{HEAD}| reason | effect | condition |\n|---|---|---|\n");
     for reason in Reason::ALL {
         let effects: Vec<&str> = (reason.effects().iter())
             .map(|effect: &ReasonEffect| effect.as_str())

@@ -27,7 +27,7 @@ use crate::recording::{self, Recording};
 use crate::replay;
 use crate::setup::{self, Kind};
 use crate::tap::ask;
-use crate::tap::beside::{self, Beside, Said};
+use crate::tap::beside::{self, Beside, MountingArgs};
 use crate::tap::demo::Demo;
 use crate::tap::gather::{Gather, Mounting, Part};
 use crate::tap::scans::{Scan, Tap, Wire};
@@ -46,40 +46,40 @@ const WORD_MS: Ms = 100;
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Ctrl-C ends it; what is whole by then is written. Until then each scan that has ended stands in
-hall.unfinished, which is left where the program is killed. Begin before the scanner's first scan (or `reset` it), and
+    after_help = "Ctrl-C ends the recording; complete scans are written. Until then each complete scan is kept in
+hall.unfinished, which remains if the program is killed. If it begins before the scanner's first scan (or a `reset`),
 `replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md."
 )]
 pub struct Args {
-    /// Ports that hear the radar link: one a direction, or one for both
+    /// Ports that receive the radar link: one for each direction, or one for both
     #[arg(required_unless_present = "demo", num_args = 1..=2, value_name = "PORT")]
     ports: Vec<String>,
-    /// Record without hardware: a module on this machine that plays this recording
+    /// Record without hardware, from a radar module on this machine that plays this recording
     #[arg(long, value_name = "REC", conflicts_with_all = ["ports", "report", "module", "angles"])]
     demo: Option<PathBuf>,
     /// The recording to write, with or without suffix
     #[arg(short, long, value_name = "REC")]
     output: PathBuf,
-    /// The scanner's report port: its sentences are kept beside the recording
+    /// The scanner's report port; its sentences are written beside the recording
     #[arg(long, value_name = "PORT")]
     report: Option<String>,
-    /// Ask the scanner for its settings (`get`) over the report port, which must be able to send
+    /// Read the scanner's settings (`get`) over the report port, which must be able to send
     #[arg(long, requires = "report")]
     ask: bool,
-    /// The port is the module's own: ask it for chirps in the scanner's place
+    /// The port is the radar module's own; request chirps in place of the scanner
     #[arg(long, conflicts_with = "report")]
     module: bool,
     /// With --module: angles of the beam, FIRST:LAST:STEP in degrees
     #[arg(long, requires = "module", default_value = "-20:50:0.25", value_parser = angles, allow_hyphen_values = true)]
     angles: SweepConfig,
-    /// End after so many scans
+    /// Number of scans after which recording ends
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: Option<u32>,
-    /// Speed of the radar link
+    /// Baud rate of the radar link
     #[arg(long, default_value_t = LINK_BAUD)]
     baud: u32,
     #[command(flatten)]
-    said: Said,
+    said: MountingArgs,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
@@ -106,7 +106,7 @@ fn angles(text: &str) -> Result<SweepConfig, String> {
 }
 
 /// Data or event of a port.
-enum Came {
+enum PortEvent {
     Link(Wire, Vec<u8>),
     Report(Vec<u8>),
     Gone(String),
@@ -114,7 +114,7 @@ enum Came {
 
 /// Data received so far.
 #[derive(Default)]
-struct Heard {
+struct Received {
     tap: Tap,
     beside: Beside,
     splitter: Splitter,
@@ -122,17 +122,17 @@ struct Heard {
     gone: Option<String>,
 }
 
-impl Heard {
+impl Received {
     /// Processes the data of a port; returns `false` at its end.
-    fn take(&mut self, at: Ms, came: Came) -> bool {
-        match came {
-            Came::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
-            Came::Report(bytes) => {
+    fn take(&mut self, at: Ms, event: PortEvent) -> bool {
+        match event {
+            PortEvent::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
+            PortEvent::Report(bytes) => {
                 for line in self.splitter.push(&bytes) {
                     self.beside.line(at, &line);
                 }
             }
-            Came::Gone(why) => {
+            PortEvent::Gone(why) => {
                 self.gone = Some(why);
                 return false;
             }
@@ -147,7 +147,7 @@ impl Heard {
             let sweep = session.sweep.or(mounting.sweep);
             let mounting = Mounting { sweep, ..mounting };
             if let Err(error) = session.unfinished.keep(&scan, mounting) {
-                eprintln!("note: {error:#}: this scan is lost if the session is cut off");
+                eprintln!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
             eprintln!("scan: {rows} rows, {lost} of them lost");
@@ -183,7 +183,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         sweep: args.module.then_some(args.angles),
         unfinished: Unfinished::begin(&args.output)?,
     };
-    let (heard, scans) = match (&args.demo, args.module) {
+    let (received, scans) = match (&args.demo, args.module) {
         (Some(path), _) => {
             let demo = Demo::start(path, &args.settings.config()?)?;
             session.sweep = Some(demo.sweep);
@@ -192,16 +192,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (None, true) => ask_module(&mut session, &args.ports[0], args.angles, &stop)?,
         (None, false) => listen(&mut session, &stop)?,
     };
-    if let Some(why) = &heard.gone {
-        eprintln!("{why}: what is whole is written");
+    if let Some(why) = &received.gone {
+        eprintln!("{why}: complete scans are written");
     }
-    write(session, &outputs, heard, scans)
+    write(session, &outputs, received, scans)
 }
 
 /// Listens until the end. Returns the received data and the scans.
-fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Heard, Vec<Scan>)> {
+fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received, Vec<Scan>)> {
     let (started, args) = (Instant::now(), session.args);
-    let (sender, came) = mpsc::channel();
+    let (sender, events) = mpsc::channel();
     let wires: &[Wire] = match args.ports.len() {
         1 => &[Wire::Both],
         _ => &[Wire::ToModule, Wire::FromModule],
@@ -209,7 +209,7 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Heard, V
     let mut threads = Vec::new();
     for (path, wire) in args.ports.iter().zip(wires) {
         let (port, wire) = (open(path, args.baud)?, *wire);
-        let bytes = move |bytes| Came::Link(wire, bytes);
+        let bytes = move |bytes| PortEvent::Link(wire, bytes);
         threads.push(follow(path, port, started, &sender, stop, bytes));
     }
     if let Some(path) = &args.report {
@@ -217,11 +217,18 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Heard, V
         if args.ask {
             port.write_all(b"get\r\n").with_context(|| path.clone())?;
         }
-        threads.push(follow(path, port, started, &sender, stop, Came::Report));
+        threads.push(follow(
+            path,
+            port,
+            started,
+            &sender,
+            stop,
+            PortEvent::Report,
+        ));
     }
     drop(sender);
-    eprintln!("listening; Ctrl-C ends");
-    let found = collect(session, &came, started, stop);
+    eprintln!("receiving; Ctrl-C ends");
+    let found = collect(session, &events, started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
         let _ = thread.join();
@@ -242,21 +249,21 @@ fn follow(
     path: &str,
     mut port: Box<dyn SerialPort>,
     started: Instant,
-    sender: &Sender<(Ms, Came)>,
+    sender: &Sender<(Ms, PortEvent)>,
     stop: &Arc<AtomicBool>,
-    came: impl Fn(Vec<u8>) -> Came + Send + 'static,
+    event: impl Fn(Vec<u8>) -> PortEvent + Send + 'static,
 ) -> std::thread::JoinHandle<()> {
     let (path, sender, stop) = (path.to_owned(), sender.clone(), stop.clone());
     std::thread::spawn(move || {
         let mut buffer = [0; 4096];
         while !stop.load(Ordering::Relaxed) {
             let what = match port.read(&mut buffer) {
-                Ok(count @ 1..) => came(buffer[..count].to_vec()),
+                Ok(count @ 1..) => event(buffer[..count].to_vec()),
                 Err(error) if passes(error.kind()) && Path::new(&path).exists() => continue,
-                Ok(_) => Came::Gone(format!("{path} has gone")),
-                Err(error) => Came::Gone(format!("{path} has gone ({error})")),
+                Ok(_) => PortEvent::Gone(format!("{path} has gone")),
+                Err(error) => PortEvent::Gone(format!("{path} has gone ({error})")),
             };
-            let last = matches!(what, Came::Gone(_));
+            let last = matches!(what, PortEvent::Gone(_));
             let at = started.elapsed().as_millis() as Ms;
             if sender.send((at, what)).is_err() || last {
                 return;
@@ -268,20 +275,20 @@ fn follow(
 /// Collects data until there are enough scans, a port disappears, or the user ends it.
 fn collect(
     session: &mut Session<'_>,
-    came: &Receiver<(Ms, Came)>,
+    events: &Receiver<(Ms, PortEvent)>,
     started: Instant,
     stop: &AtomicBool,
-) -> (Heard, Vec<Scan>) {
-    let (mut heard, mut scans) = (Heard::default(), Vec::new());
+) -> (Received, Vec<Scan>) {
+    let (mut received, mut scans) = (Received::default(), Vec::new());
     let wanted = session
         .args
         .scans
         .map_or(usize::MAX, |scans| scans as usize);
     let whole = |scans: &[Scan]| scans.iter().filter(|scan| scan.begun).count();
     while !stop.load(Ordering::Relaxed) && whole(&scans) < wanted {
-        match came.recv_timeout(Duration::from_millis(100)) {
+        match events.recv_timeout(Duration::from_millis(100)) {
             Ok((at, what)) => {
-                if !heard.take(at, what) {
+                if !received.take(at, what) {
                     break;
                 }
             }
@@ -290,21 +297,22 @@ fn collect(
         }
         let now = started.elapsed().as_millis() as Ms;
         let quiet = |last: Ms| now.saturating_sub(last) > QUIET;
-        if heard.tap.heard().is_some_and(quiet) {
-            heard.tap.end();
+        if received.tap.received().is_some_and(quiet) {
+            received.tap.end();
         }
-        heard.scans_into(session, &mut scans);
+        received.scans_into(session, &mut scans);
     }
     // The last answer may be late: the report port is slower than the link.
     let until = Instant::now() + LINGER;
-    while let Ok((at, what)) = came.recv_timeout(until.saturating_duration_since(Instant::now())) {
-        if matches!(what, Came::Report(_)) {
-            heard.take(at, what);
+    while let Ok((at, what)) = events.recv_timeout(until.saturating_duration_since(Instant::now()))
+    {
+        if matches!(what, PortEvent::Report(_)) {
+            received.take(at, what);
         }
     }
-    heard.tap.end();
-    heard.scans_into(session, &mut scans);
-    (heard, scans)
+    received.tap.end();
+    received.scans_into(session, &mut scans);
+    (received, scans)
 }
 
 /// Acquires scans from the module itself, alternately forward and backward.
@@ -313,12 +321,12 @@ fn ask_module(
     port: &str,
     sweep: SweepConfig,
     stop: &AtomicBool,
-) -> Result<(Heard, Vec<Scan>)> {
+) -> Result<(Received, Vec<Scan>)> {
     let (started, args) = (Instant::now(), session.args);
-    let overheard = Rc::new(RefCell::new(Vec::new()));
+    let tapped = Rc::new(RefCell::new(Vec::new()));
     let mut serial = open(port, args.baud)?;
     serial.set_timeout(Duration::from_millis(1))?;
-    let mut link = ask::link(ask::Serial::new(serial), &overheard);
+    let mut link = ask::link(ask::Serial::new(serial), &tapped);
     let mut config = Config {
         sweep,
         ..Config::default()
@@ -328,37 +336,37 @@ fn ask_module(
     let mut angles: Vec<i32> = (0..schedule.rows())
         .map(|row| shaft_angle(schedule.position(row)))
         .collect();
-    let (mut heard, mut scans) = (Heard::default(), Vec::new());
+    let (mut received, mut scans) = (Received::default(), Vec::new());
     for _ in 0..args.scans.unwrap_or(1) {
         let mut now = || {
             let at = started.elapsed();
-            for (wire, byte) in overheard.borrow_mut().drain(..) {
-                heard.tap.push(at.as_millis() as Ms, wire, &[byte]);
+            for (wire, byte) in tapped.borrow_mut().drain(..) {
+                received.tap.push(at.as_millis() as Ms, wire, &[byte]);
             }
             Micros(at.as_micros() as u32)
         };
         let asked = ask::scan(&mut link, &angles, stop, &mut now);
         now();
-        heard.tap.end();
-        heard.scans_into(session, &mut scans);
+        received.tap.end();
+        received.scans_into(session, &mut scans);
         match asked {
             Err(error) if scans.is_empty() => return Err(error.context(port.to_owned())),
-            Err(error) => heard.gone = Some(format!("{port}: {error}")),
+            Err(error) => received.gone = Some(format!("{port}: {error}")),
             Ok(()) => {}
         }
         angles.reverse();
-        if heard.gone.is_some() || stop.load(Ordering::Relaxed) {
+        if received.gone.is_some() || stop.load(Ordering::Relaxed) {
             break;
         }
     }
-    Ok((heard, scans))
+    Ok((received, scans))
 }
 
 /// Writes recordings and sentences and reports their contents.
 fn write(
     session: Session<'_>,
     outputs: &Outputs,
-    heard: Heard,
+    received: Received,
     scans: Vec<Scan>,
 ) -> Result<ExitCode> {
     let Session {
@@ -366,7 +374,7 @@ fn write(
         sweep,
         unfinished,
     } = session;
-    let Heard { tap, beside, .. } = heard;
+    let Received { tap, beside, .. } = received;
     let (mut mounting, doubt) = beside::mounting(&args.said, &beside);
     mounting.sweep = sweep.or(mounting.sweep);
     let meta_file = recording::meta_path(&args.output);
@@ -374,11 +382,11 @@ fn write(
     scans.iter().for_each(|scan| gather.take(scan));
     let notes = doubt.iter().chain(&gather.notes);
     notes.for_each(|note| eprintln!("note: {note}"));
-    if tap.damaged() > 0 || tap.strays() > 0 {
+    if tap.damaged() > 0 || tap.unmatched_count() > 0 {
         eprintln!(
-            "note: {} damaged frames, {} answers to requests that were not heard",
+            "note: {} damaged frames, {} answers to requests that were not received",
             tap.damaged(),
-            tap.strays()
+            tap.unmatched_count()
         );
     }
     if gather.recorded() == 0 {
@@ -401,16 +409,16 @@ fn write(
 
 /// Returns the reason why there is nothing to write.
 fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
-    match (tap.heard(), tap.damaged()) {
+    match (tap.received(), tap.damaged()) {
         (None, 0) => format!(
-            "nothing was heard on the radar link. Does the receiver's input hang on TX+/TX- or RX+/RX-, with a \
-             common ground? Does the scanner scan? Listened at {baud} baud"
+            "nothing was received on the radar link. Is the receiver's input connected to TX+/TX- \
+             or RX+/RX-, with a common ground? Does the scanner scan? Port speed: {baud} baud"
         ),
         (None, damaged) => format!(
-            "no whole frame was heard, {damaged} damaged ones: the link's speed is {LINK_BAUD} baud (listened at \
-             {baud}); can the adapter do that?"
+            "no intact frame was received, {damaged} damaged ones: the link's speed is {LINK_BAUD} \
+             baud (port speed {baud}); does the adapter support it?"
         ),
-        _ => format!("no scan was heard from its beginning to its end ({scans} in part)"),
+        _ => format!("no complete scan was received ({scans} in part)"),
     }
 }
 
@@ -420,8 +428,9 @@ fn guarded(part: &Part, beside: &Beside) -> bool {
         return false;
     };
     // The last `GUARD` follows its sweep by some milliseconds.
-    let heard = (beside.lines.iter()).filter(|(at, _)| (first.0..=last.1 + WORD_MS).contains(at));
-    let tells = |word: &str| heard.clone().any(|(_, line)| line.starts_with(word));
+    let received =
+        (beside.lines.iter()).filter(|(at, _)| (first.0..=last.1 + WORD_MS).contains(at));
+    let tells = |word: &str| received.clone().any(|(_, line)| line.starts_with(word));
     tells("$PSTR,GUARD,") && !tells("$PSTR,SCAN,")
 }
 
@@ -491,14 +500,14 @@ fn written(
     text: &str,
     (beside, word, kept): (&Beside, &str, &str),
 ) -> Result<()> {
-    let heard = beside
+    let received = beside
         .lines
         .iter()
         .map(|(at, line)| format!("{at} < {line}\n"));
     let lines = format!(
         "0 # ms since the tap began; < at the report port, r by replay --motion {}\n{}{kept}",
         word,
-        heard.collect::<String>()
+        received.collect::<String>()
     );
     outputs.write(&sentences(path), lines.as_bytes())?;
     emit(&format!(

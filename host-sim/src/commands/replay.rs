@@ -28,34 +28,34 @@ pub struct Args {
     recordings: Vec<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// Scans one after the other, each the other way round; without it those of the recording
+    /// Number of consecutive scans in alternating direction; without it those of the recording
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
     scans: Option<u32>,
-    /// Turn the mirror the other way than in the recording
+    /// Reverse the direction of the mirror
     #[arg(long)]
     backwards: bool,
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// What holds without motion input: auto, required or standing; without it `standing` for a single
-    /// scan without motion keys and `auto` for all others
+    /// Mode without motion input: auto, required or standing; without it `standing` for a single scan without motion
+    /// keys and `auto` for all others
     #[arg(long, value_parser = parse_mode)]
     motion: Option<Mode>,
-    /// Spoil the motion sentences in this way
+    /// Inject this fault into the motion sentences
     #[arg(long, value_enum)]
     motion_fault: Option<Fault>,
-    /// Motion sentences come with the triggers, as `emulate` sends them, not at the recording's times
+    /// Send motion sentences with the triggers, as `emulate` does, not at the recording's times
     #[arg(long, conflicts_with = "motion_fault")]
     by_trigger: bool,
-    /// Draw what the paper's figures show of each scan of the recordings into this directory
+    /// Draw the paper's figures for each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
-    /// Draw a picture that moves from scan to scan: an SVG file for a page or a README
+    /// Draw an animation of the scans: an SVG file for a page or a README
     #[arg(long, value_name = "FILE")]
     film: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

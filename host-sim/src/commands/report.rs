@@ -23,18 +23,18 @@ pub struct Args {
     /// Recordings, with or without suffix, or directories of them
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// The page
+    /// Output file
     #[arg(short, long, value_name = "FILE", default_value = "scan.html")]
     output: PathBuf,
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// Show two things side by side, the differences first: two recordings, or one under two settings. Of one recording
-    /// --estimator, --seed and --single are the second side's, and the first has the defaults
+    /// Compare two recordings, or one recording under two settings, differences first. Of one recording --estimator,
+    /// --seed and --single apply to the second side, and the first has the defaults
     #[arg(long)]
     compare: bool,
-    /// Settings of the second side, with keys and units as in `cargo sim settings`; given twice, those of the first side
-    /// and of the second
+    /// Settings of the second side, with keys and units as in `cargo sim settings`; given twice, those of the first and
+    /// of the second side
     #[arg(long, value_name = "KEY=VALUE,…", requires = "compare")]
     with: Vec<Set>,
     #[command(flatten)]

@@ -17,7 +17,7 @@ pub struct Args {
     /// Part to print
     #[arg(value_enum, default_value_t)]
     what: What,
-    /// The image whose code is counted; without it the workspace's is built
+    /// The image whose code is counted; without it the workspace's image is built
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
 }
@@ -28,9 +28,9 @@ enum What {
     /// The linked crates as a CycloneDX 1.6 document, kept in docs/image.cdx.json
     #[default]
     Document,
-    /// The linked crates as a table: why, who, and how much source
+    /// The linked crates as a table: purpose, maintainer, size of the source
     Crates,
-    /// The crates that run while the image is built, as a table
+    /// The crates that run during the build of the image, as a table
     Build,
     /// Bytes of code of each crate in the image, as a table
     Code,

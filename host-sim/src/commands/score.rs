@@ -14,23 +14,23 @@ use crate::recording::{self, Recording};
 use crate::replay;
 use crate::score::{self, SceneScore, SetScore};
 use crate::setup::{self, Kind};
-use crate::sweeps::score::{self as sweeps, Scored, Sums, Word};
+use crate::sweeps::score::{self as sweeps, GuardAnswer, Scored, Sums};
 use crate::sweeps::{ground, truth};
 
 /// Arguments of `score`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Directory of recordings with truth
+    /// Directory of recordings with ground truth
     dir: PathBuf,
     #[command(flatten)]
     settings: Settings,
-    /// Repeat with this many seeds, from --seed on, and show each figure's median too
+    /// Repeat with this number of seeds, from --seed on, and also show the median of each figure
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: u32,
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -93,8 +93,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     ensure!(
         runs.iter().any(|run| !run.is_empty()),
-        "{}: no recording says what is really there (stairscan:truth, or stairscan:truth_scans \
-         where it holds several scans)",
+        "{}: no recording has ground truth (stairscan:truth, or stairscan:truth_scans where it \
+         holds several scans)",
         args.dir.display()
     );
     emit(&text(args, &runs));
@@ -117,13 +117,13 @@ fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<St
             ..*options
         };
         let words = replay::guarded(&recording, &options)?;
-        let words: Vec<Word> = words.iter().map(Word::of).collect();
-        let shows_m = ground::of(&recording)?;
+        let words: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+        let ground_echo_range_m = ground::of(&recording)?;
         Ok(Some(sweeps::recording(
             &recording.name,
             &words,
             &truth,
-            &shows_m,
+            &ground_echo_range_m,
         )))
     };
     let scored: Vec<Option<Scored>> = paths.par_iter().map(one).collect::<Result<_>>()?;
@@ -141,16 +141,16 @@ fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Vec<Sc
     if recording.truth(0).is_none() {
         return Ok(Vec::new());
     }
-    let harmful = recording
+    let misleading = recording
         .meta
         .disturbance
         .as_ref()
-        .is_some_and(|d| d.harmful);
+        .is_some_and(|d| d.misleading);
     let answers = replay::answers(&recording, options, |_| ())?;
     let scores = answers.iter().enumerate().filter_map(|(k, answer)| {
         let truth = recording.truth(k)?;
         Some(SceneScore {
-            harmful,
+            misleading,
             ..score::scene(answer, truth)
         })
     });

@@ -13,10 +13,10 @@ use crate::emulate::seal::{same, seal};
 pub struct Args {
     /// The image
     elf: PathBuf,
-    /// Change nothing: compare what both images bring into flash, byte for byte; exit status 1 where they differ
+    /// Compare the flash contents of two images byte for byte, without a change; exit status 1 if they differ
     #[arg(long, value_name = "ELF", conflicts_with = "flash")]
     compare: Option<PathBuf>,
-    /// Then write it to the board and show its log, as `cargo flash` does
+    /// Write the sealed image to the board and show its log, as `cargo flash` does
     #[arg(long)]
     flash: bool,
 }

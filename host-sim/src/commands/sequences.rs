@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use super::{emit, harness};
 use crate::answer::Answer;
 use crate::emulate::image::workspace;
-use crate::fit::sequences::{self, Taught};
+use crate::fit::sequences::{self, SequenceSamples};
 use crate::motion::Fault;
 use crate::output::Overwrite;
 use crate::recording::{self, Recording};
@@ -26,26 +26,26 @@ use crate::seeds::Draw;
 /// Arguments of `sequences`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Which seeds the scenes are drawn from
+    /// Draw of the scenes
     #[arg(long, value_enum, default_value_t)]
     draw: Draw,
-    /// So many approaches and so many drives
+    /// Number of approaches, and of drives
     #[arg(long, default_value_t = 100)]
     count: u64,
-    /// Every fault of the motion sentences on `--count` sequences, approaches and drives by turns
+    /// Apply every fault of the motion sentences to `--count` sequences, alternately approaches and drives
     #[arg(long, conflicts_with = "fit")]
     faults: bool,
-    /// In place of simulated sequences the recordings of these directories
+    /// Use the recordings of these directories in place of simulated sequences
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Count hazards and correlations from sequences of tuning seeds, calibrate them on validation
-    /// seeds, and write the firmware's table
+    /// Fit hazards and correlations to sequences of tuning seeds, calibrate them on validation seeds, and write the
+    /// firmware's table
     #[arg(long, conflicts_with = "draw")]
     fit: bool,
     /// With --fit and --on: the recordings for calibration
     #[arg(long, value_name = "DIR", num_args = 1.., requires = "on", requires = "fit")]
     calibrate_on: Vec<PathBuf>,
-    /// Where --fit writes; the firmware's source if not given, which takes --force
+    /// Output file of --fit; without it the firmware's source, which takes --force
     #[arg(short, long, value_name = "FILE", requires = "fit")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -185,7 +185,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             out,
             "{}\n",
             match single {
-                false => "each scan with what those before it said",
+                false => "each scan with the evidence of earlier scans",
                 true => "each scan by itself",
             }
         );
@@ -296,25 +296,25 @@ fn fit(args: &Args) -> Result<ExitCode> {
         ],
         false => [read(&args.on)?, read(&args.calibrate_on)?],
     };
-    let mut taught = Vec::new();
+    let mut sequence_samples = Vec::new();
     for jobs in &parts {
-        let each = in_parallel(jobs, |_, recording| sequences::taught(recording))?;
-        let mut all = Taught::default();
+        let each = in_parallel(jobs, |_, recording| sequences::sequence_samples(recording))?;
+        let mut all = SequenceSamples::default();
         for one in each {
-            all.lessons.extend(one.lessons);
+            all.samples.extend(one.samples);
             all.pairs.extend(one.pairs);
         }
-        taught.push(all);
+        sequence_samples.push(all);
     }
-    let [training, calibration] = &taught[..] else {
+    let [training, calibration] = &sequence_samples[..] else {
         return Ok(ExitCode::FAILURE);
     };
     let correlations = sequences::correlations(&training.pairs);
-    let counted = sequences::count(&training.lessons, &calibration.lessons);
+    let counted = sequences::count(&training.samples, &calibration.samples);
     emit(&format!(
         "places, levels: {correlations:?} of {} pairs\n{}",
         training.pairs.len(),
-        counted.told
+        counted.log
     ));
     let text = sequences::write(&counted.table, &correlations);
     outputs.write(&path, text.as_bytes())?;

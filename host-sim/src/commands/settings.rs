@@ -23,19 +23,19 @@ const PATIENCE: Duration = Duration::from_secs(15);
 /// Arguments of `settings`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Values are numbers with their unit in a string, mount-height = \"0.4 m\"; counts and words stand as they
+    after_help = "Values with a unit are strings, mount-height = \"0.4 m\"; counts and words have no unit and
 are: retries = 2, plane = \"depth\". `--get` writes each key with its range. All values are checked before the first is
-sent; then every key is read back and compared. What is set counts until the next reset: --save keeps it."
+sent; then every key is read back and compared. Set values hold until the next reset; --save stores them."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0
     port: String,
     #[command(flatten)]
     what: What,
-    /// With --set: keep the settings over loss of power; the scanner stops for it, and starts again if it was scanning
+    /// With --set: store the settings in flash; the scanner stops for it, and starts again if it was scanning
     #[arg(long, requires = "set")]
     save: bool,
-    /// Speed of the port; the scanner's is 115200
+    /// Baud rate of the port; the scanner uses 115200
     #[arg(long, default_value_t = REPORT_BAUD, value_parser = clap::value_parser!(u32).range(50..=4_000_000))]
     baud: u32,
     #[command(flatten)]
@@ -49,10 +49,10 @@ struct What {
     /// Write the scanner's settings to this file
     #[arg(long, value_name = "FILE")]
     get: Option<PathBuf>,
-    /// Set what this file holds; other settings stay as they are
+    /// Set the values in this file; other settings keep theirs
     #[arg(long, value_name = "FILE")]
     set: Option<PathBuf>,
-    /// Print where scanner and file differ; then the exit status is 1
+    /// Print the differences between scanner and file; the exit status is 1 if there are any
     #[arg(long, value_name = "FILE")]
     diff: Option<PathBuf>,
 }
@@ -68,13 +68,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             outputs.check(path)?;
             let mut talk = open()?;
             let version = talk.version()?;
-            let told = talk.settings()?;
+            let reported = talk.settings()?;
             let about = format!(
-                "Settings of a scanner, firmware {version}. Written by `cargo sim settings --get`; `--set` sends\n\
-                 them, `--diff` compares. Keys may be left out: those stay as they are."
+                "Settings of a scanner, firmware {version}. Written by `cargo sim settings --get`; \
+                 `--set` sends\nthem, `--diff` compares. Keys may be omitted; they keep their \
+                 values."
             );
-            outputs.write(path, profile::text(&told, &about).as_bytes())?;
-            emit(&format!("{}: {} settings\n", path.display(), told.len()));
+            outputs.write(path, profile::text(&reported, &about).as_bytes())?;
+            emit(&format!(
+                "{}: {} settings\n",
+                path.display(),
+                reported.len()
+            ));
             Ok(ExitCode::SUCCESS)
         }
         What {
@@ -87,10 +92,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             diff: Some(path), ..
         } => {
             let profile = read(path)?;
-            let told = open()?.settings()?;
-            let lines = profile.differences(&told);
+            let reported = open()?.settings()?;
+            let lines = profile.differences(&reported);
             lines.iter().for_each(|line| emit(&format!("{line}\n")));
-            let left = told
+            let left = reported
                 .keys()
                 .filter(|key| !profile.entries.iter().any(|e| e.row.key == **key));
             let left = left
@@ -138,15 +143,15 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     if let Some((key, error)) = broken {
         let sent = changes.iter().take_while(|change| change.0 != *key).count();
         bail!(
-            "{error}\n  {sent} of {} settings were set before {key}, and count until the next reset: repeat the command",
+            "{error}\n  {sent} of {} settings were set before {key}, and hold until the next reset: repeat the command",
             changes.len()
         );
     }
     let after = talk.settings()?;
-    let astray = astray(&wanted, &after);
+    let deviations = deviations(&wanted, &after);
     refused
         .iter()
-        .chain(&astray)
+        .chain(&deviations)
         .for_each(|line| emit(&format!("{line}\n")));
     let changed = after
         .iter()
@@ -155,13 +160,13 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
         let row = table::row(key)?;
         let was = before
             .get(key)
-            .map_or("?".to_owned(), |was| row.spoken(was));
-        Some(format!("{key}: {was} -> {}\n", row.spoken(value)))
+            .map_or("?".to_owned(), |was| row.with_unit(was));
+        Some(format!("{key}: {was} -> {}\n", row.with_unit(value)))
     });
     emit(&lines.collect::<String>());
-    if !(refused.is_empty() && astray.is_empty()) {
+    if !(refused.is_empty() && deviations.is_empty()) {
         bail!(
-            "the scanner does not hold what the file says; what was set counts until its next reset, and was not saved"
+            "the scanner's values differ from the file's; the set values hold until its next reset, and were not saved"
         );
     }
     emit(&format!(
@@ -172,13 +177,13 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     if save {
         keep(talk)?;
     } else {
-        eprintln!("note: they count until the next reset: --save keeps them");
+        eprintln!("note: they hold until the next reset; --save stores them");
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// Returns the settings of the scanner that differ from the wanted ones, one line each.
-fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
+fn deviations(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
     let rows = table::rows().iter().filter(|row| !row.read_only);
     let lines = rows.filter_map(|row| {
         let (wanted, there) = (wanted.get(row.key)?, after.get(row.key));
@@ -187,10 +192,10 @@ fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
             Some(there) => Some(format!(
                 "{}: scanner holds {}, expected {}",
                 row.key,
-                row.spoken(there),
-                row.spoken(&wanted)
+                row.with_unit(there),
+                row.with_unit(&wanted)
             )),
-            None => Some(format!("{}: the scanner does not tell it", row.key)),
+            None => Some(format!("{}: not reported by the scanner", row.key)),
         }
     });
     lines.collect()

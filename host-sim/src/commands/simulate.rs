@@ -31,8 +31,8 @@ pub enum Args {
 /// The options of guard sweeps alone.
 #[derive(clap::Args, Clone, Copy, Debug)]
 struct Options {
-    /// Guard sweeps, of a chair that drives at this speed (m/s; 0.2 if not given) in place of a full scan. Of
-    /// random:KIND with the kinds of `guard`; these draw their own speed.
+    /// Simulate guard sweeps of a chair that drives at this speed (m/s; 0.2 if not given) in place of a full scan. With
+    /// random:KIND, the kinds are those of `guard`, which draw their own speed.
     #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true,
           conflicts_with_all = ["approach", "count", "instrument", "effects"])]
     guard: Option<Option<f64>>,

@@ -26,13 +26,13 @@ const TIMEOUT_US: u32 = 500_000;
 /// Arguments of `sirad`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// .mat or .json as docs/modules.md describes them, or the bytes that came from a SiRad's port
+    /// .mat or .json file as described in docs/modules.md, or the bytes received from a SiRad's port
     #[arg(required = true)]
     captures: Vec<PathBuf>,
-    /// Swept bandwidth of a capture that does not say it, MHz
+    /// Swept bandwidth of a capture that does not contain it, MHz
     #[arg(long, default_value_t = 6_000, value_parser = clap::value_parser!(u32).range(2..=7_000))]
     bandwidth: u32,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -19,19 +19,19 @@ use super::{Format, emit};
 /// Arguments of `snr`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Chirps of each level
+    /// Number of chirps of each level
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     chirps: u32,
     /// Seed of tones and noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
 /// Minimum signal-to-error ratio, dB.
-const LEAST_DB: f64 = 60.0;
+const MIN_DB: f64 = 60.0;
 /// Published figures of CMSIS-DSP's q15 transform on the same kind of chirp: level, ratio.
 const QUOTED: [(i32, f64); 4] = [(-1, 52.0), (-20, 34.0), (-40, 15.0), (-60, -5.0)];
 
@@ -58,9 +58,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             emit(&format!("{}\n", json!(array)));
         }
     }
-    let low = levels.iter().any(|l| l.worst_db < LEAST_DB);
+    let low = levels.iter().any(|l| l.worst_db < MIN_DB);
     if low {
-        eprintln!("error: snr: below {LEAST_DB} dB");
+        eprintln!("error: snr: below {MIN_DB} dB");
     }
     Ok(ExitCode::from(u8::from(low)))
 }
@@ -224,7 +224,7 @@ mod tests {
         for real in [false, true] {
             for level in measure(7, 10, real).unwrap() {
                 assert!(
-                    level.worst_db >= LEAST_DB,
+                    level.worst_db >= MIN_DB,
                     "{} dBFS, real {real}: {} dB",
                     level.dbfs,
                     level.worst_db

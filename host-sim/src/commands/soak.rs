@@ -17,7 +17,7 @@ const NAMED: usize = 10;
 /// Arguments of `soak`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// How many scans
+    /// Number of scans
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     scans: u64,
     /// Seed of scenes, faults and commands
@@ -65,7 +65,7 @@ fn text(tally: &Tally) -> String {
             early as f64 / f64::from(1 << 20),
             late as f64 / f64::from(1 << 20)
         ),
-        _ => writeln!(out, "resident memory: not told on this system"),
+        _ => writeln!(out, "resident memory: not available on this system"),
     };
     out
 }

@@ -22,12 +22,12 @@ use crate::score;
 pub struct Args {
     #[command(flatten)]
     settings: Settings,
-    /// Scans of each staircase, with the seeds 0, 1, … for surfaces, noise and particles
+    /// Number of scans of each staircase, with the seeds 0, 1, … for surfaces, noise and particles
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: u32,
     #[command(flatten)]
     instrument: Instrument,
-    /// How to print
+    /// Output format
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }

@@ -21,20 +21,20 @@ use guard::ms;
 /// link's three rates, beside the chirps alone; then guard sweeps a second for each module.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Settings that differ from the defaults, as the image's `set` takes them: KEY=VALUE
+    /// Settings that differ from the defaults, as in the image's `set`: KEY=VALUE
     #[arg(value_parser = parse_setting)]
     settings: Vec<(String, String)>,
     /// Rates of the link, baud.
     #[arg(long, value_delimiter = ',', default_values_t = [1_000_000, 2_000_000, 3_000_000],
           value_parser = clap::value_parser!(u32).range(9_600..=12_000_000))]
     baud: Vec<u32>,
-    /// The radar module takes one request at a time, and none while it sends.
+    /// The radar module accepts one request at a time, and none while it sends.
     #[arg(long)]
     one_at_a_time: bool,
-    /// Chirps begin at the edge of the TRIG pin, not with the last byte of a trigger.
+    /// Chirps begin at an edge of the TRIG pin instead of the last byte of a trigger.
     #[arg(long)]
     pin: bool,
-    /// How to print.
+    /// Output format.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
@@ -259,8 +259,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         );
     }
     out.push_str(&format!(
-        "{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at most at \
-         168 MHz, hides behind the wire; the report follows within {:.1} ms of the last row.\n",
+        "{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at \
+         most at 168 MHz, overlaps the transfer; the report follows within {:.1} ms of the last \
+         row.\n",
         settings.config.sweep.angle_count,
         ms(CHIRP / CORE_MHZ),
         ms(POST / CORE_MHZ)

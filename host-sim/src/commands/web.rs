@@ -16,10 +16,10 @@ use crate::scene::sequence::Approach;
 /// Arguments of `web`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings that the page holds to begin with, or directories of them; without any those of the repository and an
-    /// approach of three scans that the simulator makes
+    /// Recordings that the page contains, or directories of them; without any, those of the repository and a simulated
+    /// approach of three scans
     recordings: Vec<PathBuf>,
-    /// The page
+    /// Output file
     #[arg(short, long, value_name = "FILE", default_value = "stairscan.html")]
     output: PathBuf,
     #[command(flatten)]

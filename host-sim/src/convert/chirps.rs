@@ -49,9 +49,9 @@ impl Chirps {
         given: Option<usize>,
     ) -> Result<Self> {
         let format = sigmf::format(&metadata)?;
-        let told = metadata["global"][keys::SAMPLES].as_u64();
-        let told = told.and_then(|n| usize::try_from(n).ok());
-        let Some(ns) = told.or(given).filter(|n| *n > 0) else {
+        let stated = metadata["global"][keys::SAMPLES].as_u64();
+        let stated = stated.and_then(|n| usize::try_from(n).ok());
+        let Some(ns) = stated.or(given).filter(|n| *n > 0) else {
             bail!("missing: {} (--samples-per-chirp)", keys::SAMPLES);
         };
         let chirp = ns.saturating_mul(2 * format.bytes);

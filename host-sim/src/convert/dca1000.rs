@@ -17,7 +17,7 @@ use serde::Deserialize;
 use stairscan::Iq;
 
 /// Number of lanes of the 4-lane devices, and maximum number of receivers.
-const MOST_RECEIVERS: usize = 4;
+const MAX_RECEIVERS: usize = 4;
 
 /// Order of I and Q within a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -75,8 +75,8 @@ impl Setup {
     fn check(&self) -> Result<()> {
         ensure!(
             self.complex,
-            "complex: false: real samples do not say on which side of the radar's tone an echo beats; \
-             expected a capture of complex samples (complex 1x or 2x)"
+            "complex: false: real samples do not contain the sign of the beat frequency; expected a \
+             capture of complex samples (complex 1x or 2x)"
         );
         ensure!(
             matches!(self.adc_bits, 12 | 14 | 16),
@@ -89,8 +89,8 @@ impl Setup {
             self.lanes
         );
         ensure!(
-            (1..=MOST_RECEIVERS).contains(&self.receivers),
-            "receivers: {}: expected 1 to {MOST_RECEIVERS}",
+            (1..=MAX_RECEIVERS).contains(&self.receivers),
+            "receivers: {}: expected 1 to {MAX_RECEIVERS}",
             self.receivers
         );
         let stored = self.stored_receivers();
@@ -130,7 +130,7 @@ impl Setup {
     /// Returns the number of receivers stored in the file.
     fn stored_receivers(&self) -> usize {
         if self.lanes == 4 {
-            MOST_RECEIVERS
+            MAX_RECEIVERS
         } else {
             self.receivers
         }

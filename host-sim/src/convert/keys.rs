@@ -9,7 +9,7 @@ pub struct Given {
     /// Swept bandwidth, Hz (stairscan:bandwidth_hz); the paper's radar: 10e9
     #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
     pub bandwidth_hz: Option<f64>,
-    /// Complex samples of one chirp (stairscan:samples_per_chirp), where the input does not say
+    /// Complex samples of one chirp (stairscan:samples_per_chirp), if the input does not contain it
     #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
     pub samples_per_chirp: Option<usize>,
     /// Rate of the converter, Hz (core:sample_rate)
@@ -33,7 +33,7 @@ pub struct Given {
     /// Scans in the recording, one after the other (stairscan:scans)
     #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
     pub scans: Option<u32>,
-    /// What it is a recording of (core:description)
+    /// Description (core:description)
     #[arg(long, value_name = "TEXT", help_heading = "Keys of a recording")]
     pub description: Option<String>,
 }
@@ -169,30 +169,30 @@ mod tests {
         let error = Given::default()
             .document(&Value::Null, (2, 16), None)
             .unwrap_err();
-        let told = error.to_string();
-        assert_eq!(told, "missing: stairscan:bandwidth_hz (--bandwidth-hz)");
+        let message = error.to_string();
+        assert_eq!(message, "missing: stairscan:bandwidth_hz (--bandwidth-hz)");
         let angles = [0.0, 1.0];
         let error = given()
             .document(&Value::Null, (2, 16), Some(&angles))
             .unwrap_err();
-        let told = error.to_string();
+        let message = error.to_string();
         assert!(
             MIRROR
                 .iter()
-                .all(|(key, flag)| told.contains(key) && told.contains(flag)),
-            "{told}"
+                .all(|(key, flag)| message.contains(key) && message.contains(flag)),
+            "{message}"
         );
         let height = Given {
             mount_height_m: Some(0.4),
             ..given()
         };
-        let told = height
+        let message = height
             .document(&Value::Null, (2, 16), None)
             .unwrap_err()
             .to_string();
         assert!(
-            told.contains("--angles") && !told.contains("mount-height"),
-            "{told}"
+            message.contains("--angles") && !message.contains("mount-height"),
+            "{message}"
         );
     }
 

@@ -132,13 +132,13 @@ impl Topic {
     pub fn message(self, scan: &Scan, frame: &str) -> Result<Option<Vec<u8>>> {
         let header = header(scan.stamp_ns, frame);
         Ok(Some(match self {
-            Self::Answer => scan.told.to_string().into_bytes(),
+            Self::Answer => scan.json.to_string().into_bytes(),
             Self::Echoes => match &scan.echoes {
                 Some(list) => encoded(&cloud(&header, list))?,
                 None => return Ok(None),
             },
             Self::Stairs => encoded(&MarkerArray {
-                markers: markers(&header, &scan.told),
+                markers: markers(&header, &scan.json),
             })?,
             Self::Status => encoded(&diagnostics(&header, scan))?,
             Self::Staircase => encoded(&Staircase::of(&header, scan))?,
@@ -274,8 +274,8 @@ fn lines(header: &Header, name: &str, id: usize, colour: RGBColor, points: Vec<P
 }
 
 /// Returns the markers of an answer's stairs. The first one deletes those of earlier scans.
-fn markers(header: &Header, told: &Value) -> Vec<Marker> {
-    let list = |key: &str| told[key].as_array().map_or(&[][..], Vec::as_slice);
+fn markers(header: &Header, json: &Value) -> Vec<Marker> {
+    let list = |key: &str| json[key].as_array().map_or(&[][..], Vec::as_slice);
     let clear = Marker {
         action: Marker::DELETE_ALL,
         ..Marker::new(header, "", 0, Marker::LINE_LIST)
@@ -288,12 +288,12 @@ fn markers(header: &Header, told: &Value) -> Vec<Marker> {
         markers.extend(drawn(header, k + 1, step, below, next));
         below = number(step, "height_m");
     }
-    if let Some(x) = told["horizon_m"].as_f64().filter(|x| *x > 0.0) {
+    if let Some(x) = json["horizon_m"].as_f64().filter(|x| *x > 0.0) {
         let line = across(x, 0.0).to_vec();
         markers.push(lines(header, "horizon", 1, colour::MEASURED, line));
     }
-    if told["drop"].is_object() {
-        markers.extend(edge(header, &told["drop"]));
+    if json["drop"].is_object() {
+        markers.extend(edge(header, &json["drop"]));
     }
     for (k, maybe) in list("maybe").iter().enumerate() {
         markers.push(Marker {
@@ -375,13 +375,13 @@ fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>)
 
 /// Returns the status, and every reason with its meaning.
 fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
-    let (answer, told) = (&scan.answer, &scan.told);
+    let (answer, json) = (&scan.answer, &scan.json);
     let pair = |key: &str, value: &str| KeyValue {
         key: key.to_owned(),
         value: value.to_owned(),
     };
     let mut values: Vec<KeyValue> = (SCAN.iter().chain(&["free_m", "lost_rows"]))
-        .map(|key| match &told[*key] {
+        .map(|key| match &json[*key] {
             Value::String(text) => pair(key, text),
             other => pair(key, &other.to_string()),
         })

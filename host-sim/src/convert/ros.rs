@@ -431,10 +431,10 @@ mod tests {
                 continue;
             }
             let kind = kind.trim_end_matches("[]");
-            let told = names.iter().filter(|name| **name == kind).count();
+            let definitions = names.iter().filter(|name| **name == kind).count();
             assert!(
-                !kind.contains('/') || told == 1,
-                "{}: {kind}: {told}",
+                !kind.contains('/') || definitions == 1,
+                "{}: {kind}: {definitions}",
                 M::NAME
             );
         }

@@ -37,7 +37,7 @@ pub struct Scan {
     /// The scanner's answer.
     pub answer: Answer,
     /// The answer as printed by `replay --format json`.
-    pub told: Value,
+    pub json: Value,
     /// The echoes, as printed by `inspect --format json`; `None` if the estimator has no echoes.
     pub echoes: Option<Vec<Value>>,
     /// Cells of the map; empty unless requested.
@@ -70,7 +70,7 @@ impl Scan {
         let echoes = (config.estimator == EstimatorKind::Likelihood)
             .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
         Self {
-            told: answer.json(),
+            json: answer.json(),
             echoes: echoes.map(|i| i.echoes()),
             cells: Vec::new(),
             stamp_ns: stamp_ns(recording, answer.scan_of_recording()),
@@ -80,9 +80,9 @@ impl Scan {
 
     /// Creates a scan from its sentences alone. The last of them arrived at `stamp_ns`, nanoseconds
     /// since 1970.
-    pub fn heard(answer: &Answer, stamp_ns: u64) -> Self {
+    pub fn from_sentences(answer: &Answer, stamp_ns: u64) -> Self {
         Self {
-            told: answer.json(),
+            json: answer.json(),
             echoes: None,
             cells: Vec::new(),
             stamp_ns,

@@ -61,8 +61,8 @@ pub fn format(document: &Value) -> Result<Format> {
 fn parse(datatype: &str) -> Result<Format> {
     ensure!(
         !datatype.starts_with('r'),
-        "global core:datatype: found {datatype:?}: real samples do not say on which side of the radar's tone \
-         an echo beats; expected complex ones"
+        "global core:datatype: found {datatype:?}: real samples do not contain the sign of the beat \
+         frequency; expected complex ones"
     );
     let known = || {
         let (name, big) = match datatype.split_once('_') {
@@ -80,8 +80,8 @@ fn parse(datatype: &str) -> Result<Format> {
         };
         let bits: usize = bits.parse().ok().filter(|bits| bits % 8 == 0)?;
         // A single byte has no order; a longer number must state it.
-        let told = datatype.contains('_') || bits == 8;
-        Format::new(number, bits / 8, big).filter(|_| told)
+        let is_complete = datatype.contains('_') || bits == 8;
+        Format::new(number, bits / 8, big).filter(|_| is_complete)
     };
     known().with_context(|| {
         format!(
@@ -122,8 +122,8 @@ mod tests {
             "ci7",
             "ci99999999999999999999",
         ] {
-            let told = parse(wrong).unwrap_err().to_string();
-            assert!(told.contains("core:datatype"), "{told}");
+            let error = parse(wrong).unwrap_err().to_string();
+            assert!(error.contains("core:datatype"), "{error}");
         }
         assert!(
             parse("ri16_le")
@@ -137,8 +137,8 @@ mod tests {
     fn files_of_more_than_samples_are_refused() {
         let document = |key: &str, value: Value| json!({"global": {"core:datatype": "ci8", key: value}, "captures": []});
         assert!(format(&document("x", json!(0))).is_ok());
-        let told = format(&document("core:num_channels", json!(2))).unwrap_err();
-        assert!(told.to_string().contains("found 2, expected 1"));
+        let error = format(&document("core:num_channels", json!(2))).unwrap_err();
+        assert!(error.to_string().contains("found 2, expected 1"));
         assert!(format(&document("core:trailing_bytes", json!(4))).is_err());
         let header =
             json!({"global": {"core:datatype": "ci8"}, "captures": [{"core:header_bytes": 8}]});

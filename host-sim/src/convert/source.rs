@@ -45,12 +45,12 @@ impl Source {
         if matches!(suffix(&self.path), "npy" | "bin") {
             return Ok(false);
         }
-        let told = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
+        let has_options = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
         let metadata = sigmf::metadata(&self.path)?;
         let datatype = metadata["global"]["core:datatype"].as_str();
         // Real samples are taken unchanged or not at all: with other keys they are rejected.
         let ours = matches!(datatype, Some("ci16_le" | "ri16_le"));
-        Ok(ours && !told && self.full_scale.is_none())
+        Ok(ours && !has_options && self.full_scale.is_none())
     }
 
     /// Reads the recording, with the name `name`.
@@ -107,7 +107,7 @@ impl Source {
         if let Some(given) = self.given.samples_per_chirp {
             ensure!(
                 given == chirps.samples_per_chirp,
-                "{}: {} complex samples in a chirp, --samples-per-chirp says {given}{}",
+                "{}: {} complex samples in a chirp, --samples-per-chirp is {given}{}",
                 self.path.display(),
                 chirps.samples_per_chirp,
                 if given == 2 * chirps.samples_per_chirp {
@@ -123,7 +123,7 @@ impl Source {
     fn capture(&self) -> Result<Chirps> {
         ensure!(
             self.full_scale.is_none(),
-            "--full-scale: of a DCA1000's capture adc_bits says it"
+            "--full-scale: of a DCA1000's capture it is given by adc_bits"
         );
         let beside = self.path.with_extension("toml");
         let file = self.setup.as_ref().unwrap_or(&beside);

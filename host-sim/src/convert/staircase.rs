@@ -69,11 +69,11 @@ impl Message for Staircase {
 impl Staircase {
     /// Converts the answer of a scan.
     pub fn of(header: &Header, scan: &Scan) -> Self {
-        let (answer, told) = (&scan.answer, &scan.told);
-        let steps = told["steps"].as_array().map_or(&[][..], Vec::as_slice);
+        let (answer, json) = (&scan.answer, &scan.json);
+        let steps = json["steps"].as_array().map_or(&[][..], Vec::as_slice);
         Self {
             header: header.clone(),
-            scan: told["scan"].as_u64().unwrap_or(0) as u32,
+            scan: json["scan"].as_u64().unwrap_or(0) as u32,
             status: level(answer.scan.status),
             direction: match answer.scan.direction {
                 Direction::Up => 1,
@@ -84,15 +84,15 @@ impl Staircase {
                 .map(|reason| reason.as_str().to_owned())
                 .collect(),
             steps: steps.iter().map(Step::of).collect(),
-            drops: Some(&told["drop"])
+            drops: Some(&json["drop"])
                 .filter(|drop| drop.is_object())
                 .map(Drop::of)
                 .into_iter()
                 .collect(),
-            horizon: number(told, "horizon_m"),
+            horizon: number(json, "horizon_m"),
             free: free_m(scan),
-            confidence: number(told, "confidence"),
-            lost_rows: told["lost_rows"].as_u64().unwrap_or(0) as u32,
+            confidence: number(json, "confidence"),
+            lost_rows: json["lost_rows"].as_u64().unwrap_or(0) as u32,
         }
     }
 }
@@ -140,7 +140,7 @@ pub fn level(status: Status) -> u8 {
 /// Returns the free distance of a scan, metres. It is 0 if none is reported, so that no comparison
 /// takes it for free.
 pub fn free_m(scan: &Scan) -> f64 {
-    scan.told["free_m"].as_f64().unwrap_or(0.0)
+    scan.json["free_m"].as_f64().unwrap_or(0.0)
 }
 
 /// Returns a number of a JSON object; NaN if it is `null`.

@@ -9,12 +9,12 @@ use super::scans::Scan;
 /// What a table holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Table {
-    /// A row a step; a scan without steps has one row with nothing in the step's columns
+    /// One row per step; a scan without steps has one row with empty columns of the step
     #[default]
     Steps,
-    /// A row an echo
+    /// One row per echo
     Echoes,
-    /// A row a cell of the polar map
+    /// One row per cell of the polar map
     Map,
 }
 
@@ -108,8 +108,8 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
             Table::Map => cells(scan),
         };
         let head = match table {
-            Table::Steps => pick(&scan.told, &SCAN),
-            _ => pick(&scan.told, &SCAN[..2]),
+            Table::Steps => pick(&scan.json, &SCAN),
+            _ => pick(&scan.json, &SCAN[..2]),
         };
         for row in rows {
             csv.write_record(head.iter().chain(&row))?;
@@ -119,13 +119,13 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
 }
 
 fn steps(scan: &Scan) -> Vec<Vec<String>> {
-    let list = |key: &str| scan.told[key].as_array().cloned().unwrap_or_default();
+    let list = |key: &str| scan.json[key].as_array().cloned().unwrap_or_default();
     let reasons: Vec<String> = list("reasons").iter().map(cell).collect();
     let reasons = reasons.join(" ");
     let steps = list("steps");
     let ground = GROUND.map(|key| match key.strip_prefix("drop_") {
-        Some(key) => cell(&scan.told["drop"][key]),
-        None => cell(&scan.told[key]),
+        Some(key) => cell(&scan.json["drop"][key]),
+        None => cell(&scan.json[key]),
     });
     let row = |(k, step): (usize, &Value)| {
         let number = [reasons.clone(), (k + 1).to_string()];

@@ -86,12 +86,12 @@ fn keys_given_one_by_one_make_the_same_scan() {
         ..Source::default()
     };
     let made = source.read("stair_b").unwrap();
-    let told = |recording: &Recording| {
+    let summary = |recording: &Recording| {
         crate::replay::answer(recording, &Options::default())
             .unwrap()
             .sentences
     };
-    assert_eq!(told(&made), told(&recording));
+    assert_eq!(summary(&made), summary(&recording));
     let fewer = Source {
         angles: Some(scratch.put("fewer.csv", b"1\n2\n")),
         ..source.clone()
@@ -189,9 +189,9 @@ fn tables_say_what_the_json_says() {
         (head, rows)
     };
     let (head, rows) = read(tables::Table::Steps);
-    let told = scans[0].told["steps"].as_array().unwrap();
-    assert_eq!(rows.len(), told.len());
-    for (row, step) in rows.iter().zip(told) {
+    let steps = scans[0].json["steps"].as_array().unwrap();
+    assert_eq!(rows.len(), steps.len());
+    for (row, step) in rows.iter().zip(steps) {
         let column = head
             .iter()
             .position(|name| name == "distance_sigma_m")
@@ -210,7 +210,7 @@ fn tables_say_what_the_json_says() {
 fn a_drop_stands_in_table_and_markers() {
     let mut scans = scans::of(&recorded("stair_a"), &Options::default(), false).unwrap();
     let bare = mcap::write(&scans).unwrap();
-    scans[0].told["drop"] = serde_json::json!({
+    scans[0].json["drop"] = serde_json::json!({
         "distance_m": 1.5,
         "distance_sigma_m": 0.02,
         "depth_m": null,
@@ -225,7 +225,7 @@ fn a_drop_stands_in_table_and_markers() {
     for row in rows {
         assert_eq!(&row[column("drop_distance_m")], "1.5");
         assert_eq!(&row[column("drop_depth_m")], "");
-        assert_eq!(row[column("free_m")], scans[0].told["free_m"].to_string());
+        assert_eq!(row[column("free_m")], scans[0].json["free_m"].to_string());
     }
     let with = mcap::write(&scans).unwrap();
     let has = |file: &[u8]| file.windows(12).any(|w| w == b"drop 3 sigma");

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::verdict::{Reason, Reasons};
 
-use crate::live::talk::{Broken, Reply, Talk};
+use crate::live::talk::{PortFault, Reply, Talk};
 
 /// Timeout of homing and self-test, including the module's first answer within `connect-timeout`.
 const SELF_TEST: Duration = Duration::from_secs(60);
@@ -19,7 +19,7 @@ pub struct Evidence {
     /// Baud rate.
     pub baud: u32,
     /// Cause of a failure of the port or of missing replies.
-    pub broken: Option<Broken>,
+    pub broken: Option<PortFault>,
     /// Number of damaged lines.
     pub damaged: u64,
     /// Version and revision.
@@ -62,7 +62,7 @@ impl Evidence {
         evidence
     }
 
-    fn ask(&mut self, talk: &mut Talk, moves: bool, patience: Duration) -> Result<(), Broken> {
+    fn ask(&mut self, talk: &mut Talk, moves: bool, patience: Duration) -> Result<(), PortFault> {
         let answered = self.questions(talk);
         if let Err(broken) = answered {
             // Without the wire to the scanner its own sentences are still received; a port that has disappeared
@@ -71,7 +71,7 @@ impl Evidence {
             return Err(broken);
         }
         match self.state.as_deref() {
-            Some("idle") if moves => self.stir(talk, patience)?,
+            Some("idle") if moves => self.command_motion(talk, patience)?,
             Some("idle") => {}
             // It has already reported the cause.
             Some("fault") if !self.status_reasons.is_empty() => {}
@@ -82,7 +82,7 @@ impl Evidence {
         Ok(())
     }
 
-    fn questions(&mut self, talk: &mut Talk) -> Result<(), Broken> {
+    fn questions(&mut self, talk: &mut Talk) -> Result<(), PortFault> {
         self.version = Some(talk.version()?);
         let line = talk.status()?;
         if let Ok(Sentence::State {
@@ -99,7 +99,7 @@ impl Evidence {
     }
 
     /// Runs self-test and scans of a stopped scanner.
-    fn stir(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
+    fn command_motion(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
         match talk.slow_command(&["selftest"], SELF_TEST)? {
             Some(Reply::Good(_)) => self.passed = true,
             Some(Reply::Refused(field, _)) => {
@@ -124,7 +124,7 @@ impl Evidence {
     }
 
     /// Waits for scans of a running scanner.
-    fn scans(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
+    fn scans(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
         self.scan_head(talk, patience)?;
         if self.unconfirmed() {
             self.scan_head(talk, patience)?;
@@ -138,7 +138,7 @@ impl Evidence {
     }
 
     /// Waits for the head of a scan.
-    fn scan_head(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
+    fn scan_head(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
         let until = Instant::now() + patience;
         while let Some(line) = talk.next(until.saturating_duration_since(Instant::now()))? {
             if let Ok(Sentence::Scan(head)) = Sentence::parse(&line) {

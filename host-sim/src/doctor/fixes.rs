@@ -74,7 +74,7 @@ pub fn fix(reason: Reason) -> &'static str {
             "Does the mirror turn? Coupling, motor's wires (A+ A-, B+ B-), motor-current, speed."
         }
         R::AngleJump => {
-            "Steps are lost, or the beam is not as wide as beamwidth says: motor-current, acceleration, coupling."
+            "Steps are lost, or the beam's width is not beamwidth: motor-current, acceleration, coupling."
         }
         R::HomeNotFound => {
             "HOME (PB0) did not rise within a turn. Press the switch by hand; then: does the motor turn? EN, motor's supply, wires."
@@ -98,7 +98,7 @@ pub fn fix(reason: Reason) -> &'static str {
             "Chirps do not come in time: link's cable and ground, chirp-timeout, or sweep-mode stop."
         }
         R::Saturated => {
-            "Too much signal: what shines near the lens, the module's gain, a mirror that reflects into the lens."
+            "Too much signal: a reflector near the lens, the module's gain, a mirror that reflects into the lens."
         }
         R::Silent | R::NoNoise => {
             "The samples hold no signal: antenna's supply, converter, wrong module setting."
@@ -126,7 +126,7 @@ pub fn fix(reason: Reason) -> &'static str {
         }
         R::MirrorFrozen => "The module repeats one chirp: reset it.",
         R::GainDrift => {
-            "Temperature, supply of the module, dirt or water on lens and mirror; then calibrate anew."
+            "Temperature, supply of the module, dirt or water on lens and mirror; then calibrate again."
         }
         R::RangeScale => {
             "Measure mirror-offset (lens to mirror centre); the module's clock and bandwidth; calibrate."
@@ -140,7 +140,7 @@ pub fn fix(reason: Reason) -> &'static str {
         R::NoEcho => {
             "Is there a floor within 3 m? Lens, mirror, beam's direction (DIR: high turns it downwards), first-angle."
         }
-        R::BlockedView => "Something stands right before the mirror: cover, cable, foot rest.",
+        R::BlockedView => "An object is right before the mirror: cover, cable, foot rest.",
         R::Unconfirmed => {
             "Let it scan twice from one place; on the chair, send motion sentences (docs/motion.md)."
         }
@@ -149,7 +149,7 @@ pub fn fix(reason: Reason) -> &'static str {
             "Motion sentences are late or damaged: docs/motion.md says what to send, and how often."
         }
         R::ShortHorizon => {
-            "Nothing to repair: less than the first metre of this scene could be seen well enough."
+            "Nothing to repair: less than the first metre of this scene was detected well enough."
         }
         R::InferredStep
         | R::CloseRival

@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 
 use stairscan::verdict::{Reason, ReasonEffect, Reasons, Status};
 
-use crate::live::talk::Broken;
+use crate::live::talk::PortFault;
 use crate::setting_file::table;
 pub use check::Check;
 use evidence::Evidence;
@@ -82,7 +82,7 @@ enum Reached {
 }
 
 /// Returns the list for a port that cannot be used.
-pub fn unusable(broken: &Broken) -> Vec<Finding> {
+pub fn unusable(broken: &PortFault) -> Vec<Finding> {
     let finding = |&check: &Check| match check {
         Check::Port => Finding {
             check,
@@ -90,7 +90,7 @@ pub fn unusable(broken: &Broken) -> Vec<Finding> {
             observed: broken.what.clone(),
             fixes: broken.help.clone(),
         },
-        _ => unseen(check, "the port does not speak"),
+        _ => unseen(check, "no sentences at the port"),
     };
     Check::ALL.iter().map(finding).collect()
 }
@@ -144,7 +144,7 @@ pub fn text(findings: &[Finding]) -> String {
     };
     let _ = writeln!(
         text,
-        "{} ok, {} warnings, {} faults, {} could not be seen",
+        "{} ok, {} warnings, {} faults, {} not seen",
         count(Level::Ok),
         count(Level::Warning),
         count(Level::Fault),
@@ -176,7 +176,7 @@ fn of(check: Check, evidence: &Evidence) -> Finding {
         .iter()
         .filter(|&r| fixes::check(r) == check)
         .collect();
-    let told: Vec<String> = mine
+    let reasons: Vec<String> = mine
         .iter()
         .map(|r| format!("{}: {}", r.as_str(), r.meaning()))
         .collect();
@@ -185,7 +185,7 @@ fn of(check: Check, evidence: &Evidence) -> Finding {
         return Finding {
             check,
             level,
-            observed: told.join(" "),
+            observed: reasons.join(" "),
             fixes: mine
                 .iter()
                 .map(|&reason| fixes::fix(reason).to_owned())
@@ -211,7 +211,7 @@ fn of(check: Check, evidence: &Evidence) -> Finding {
         };
     }
     if reached < needed {
-        return unseen(check, &why_unseen(evidence));
+        return unseen(check, &missing_evidence(evidence));
     }
     match check {
         Check::Firmware => firmware(evidence),
@@ -223,7 +223,7 @@ fn of(check: Check, evidence: &Evidence) -> Finding {
         Check::Module => module(evidence),
         Check::MirrorEcho => mirror_echo(evidence),
         Check::Mount => mount(evidence),
-        Check::Answer => answer(evidence, &mine, &told),
+        Check::Answer => answer(evidence, &mine, &reasons),
         Check::Signal => good(
             check,
             "the samples of a whole scan are plausible".to_owned(),
@@ -285,16 +285,19 @@ fn reached(evidence: &Evidence) -> Reached {
     }
 }
 
-fn why_unseen(evidence: &Evidence) -> String {
+fn missing_evidence(evidence: &Evidence) -> String {
     let faults = evidence
         .reasons()
         .iter()
         .filter(|&r| r.effects().contains(&ReasonEffect::Fault));
     let words: Vec<&str> = faults.map(Reason::as_str).collect();
     match (words.is_empty(), evidence.scan) {
-        (false, _) => format!("the scanner does not get so far: {}", words.join(", ")),
+        (false, _) => format!(
+            "the scanner does not reach this check: {}",
+            words.join(", ")
+        ),
         (true, None) => "no scan came".to_owned(),
-        (true, Some(_)) => "nothing was said of it".to_owned(),
+        (true, Some(_)) => "not reported".to_owned(),
     }
 }
 
@@ -326,15 +329,15 @@ fn port(evidence: &Evidence) -> Finding {
 
 fn firmware(evidence: &Evidence) -> Finding {
     let Some(version) = &evidence.version else {
-        return unseen(Check::Firmware, "the scanner did not tell its version");
+        return unseen(Check::Firmware, "the scanner did not report its version");
     };
     let (number, revision) = version.split_once(' ').unwrap_or((version, "unknown"));
     let own = env!("CARGO_PKG_VERSION");
     if number != own {
-        let told = format!("version {number}, revision {revision}; this program is {own}");
+        let text = format!("version {number}, revision {revision}; this program is {own}");
         return warning(
             Check::Firmware,
-            told,
+            text,
             "`cargo flash` writes the image that belongs to this program.",
         );
     }
@@ -352,25 +355,22 @@ fn seal(evidence: &Evidence) -> Finding {
     // A scan reports an unsealed image, a failed self-test a damaged one.
     match evidence.scan {
         Some(scan) if scan.scan > 0 => good(Check::Seal, "the image is what was built".to_owned()),
-        _ => unseen(
-            Check::Seal,
-            "whether the image is sealed is told with a scan",
-        ),
+        _ => unseen(Check::Seal, "the seal is reported with a scan"),
     }
 }
 
 fn chip(evidence: &Evidence) -> Finding {
-    let clock = evidence.clock.as_deref().unwrap_or("not told");
-    let told = format!("clock {clock}; supply and memory passed at boot");
+    let clock = evidence.clock.as_deref().unwrap_or("not reported");
+    let text = format!("clock {clock}; supply and memory passed at boot");
     if clock == "hsi-16" {
-        let why = format!("{told}; internal-clock is on");
+        let why = format!("{text}; internal-clock is on");
         return warning(
             Check::Chip,
             why,
             "The oscillator is off by up to 8 %: fit the crystal, or keep the scanner warm.",
         );
     }
-    good(Check::Chip, told)
+    good(Check::Chip, text)
 }
 
 fn motor(evidence: &Evidence) -> Finding {
@@ -380,13 +380,16 @@ fn motor(evidence: &Evidence) -> Finding {
     };
     let driver = match evidence.setting("driver") {
         Some("tmc2209") => "tmc2209 answers on its wire",
-        _ => "step-dir: the driver itself is not asked",
+        _ => "step-dir: the driver itself is not queried",
     };
     good(Check::Motor, format!("{seen}; {driver}"))
 }
 
 fn home(evidence: &Evidence) -> Finding {
-    let (angle, check) = (evidence.spoken("home-angle"), evidence.spoken("home-check"));
+    let (angle, check) = (
+        evidence.with_unit("home-angle"),
+        evidence.with_unit("home-check"),
+    );
     good(
         Check::Home,
         format!("found; home-angle {angle}, home-check {check}"),
@@ -394,84 +397,87 @@ fn home(evidence: &Evidence) -> Finding {
 }
 
 fn encoder(evidence: &Evidence) -> Finding {
-    let (kind, home) = (evidence.spoken("encoder"), evidence.spoken("encoder-home"));
-    let told = format!("{kind} answers and agrees with the steps; encoder-home {home}");
+    let (kind, home) = (
+        evidence.with_unit("encoder"),
+        evidence.with_unit("encoder-home"),
+    );
+    let text = format!("{kind} answers and agrees with the steps; encoder-home {home}");
     if evidence.setting("encoder-home") == Some("-1") {
         return warning(
             Check::Encoder,
-            told,
+            text,
             "`calibrate` sets encoder-home: a home that moved is then found at once.",
         );
     }
-    good(Check::Encoder, told)
+    good(Check::Encoder, text)
 }
 
 fn module(evidence: &Evidence) -> Finding {
     let [_, _, _, errors] = evidence.counters;
-    let spoken = |key| evidence.spoken(key);
-    let told = format!(
+    let with_unit = |key| evidence.with_unit(key);
+    let text = format!(
         "{}: carrier {}, bandwidth {}, {} samples; {errors} requests failed since boot",
-        spoken("module"),
-        spoken("radar-carrier"),
-        spoken("radar-bandwidth"),
-        spoken("radar-samples")
+        with_unit("module"),
+        with_unit("radar-carrier"),
+        with_unit("radar-bandwidth"),
+        with_unit("radar-samples")
     );
     if errors > 0 {
         return warning(
             Check::Module,
-            told,
+            text,
             "A few at boot are the module still starting. Where they grow: cable, ground and termination of the link.",
         );
     }
-    good(Check::Module, told)
+    good(Check::Module, text)
 }
 
 fn mirror_echo(evidence: &Evidence) -> Finding {
-    let spoken = |key| evidence.spoken(key);
-    let told = format!(
-        "where mirror-offset {} puts it; calibrated range {}, level {}",
-        spoken("mirror-offset"),
-        spoken("mirror-echo"),
-        spoken("mirror-level")
+    let with_unit = |key| evidence.with_unit(key);
+    let text = format!(
+        "at mirror-offset {}; calibrated range {}, level {}",
+        with_unit("mirror-offset"),
+        with_unit("mirror-echo"),
+        with_unit("mirror-level")
     );
     if evidence.setting("mirror-echo") == Some("0") || evidence.setting("mirror-level") == Some("0")
     {
         return warning(
             Check::MirrorEcho,
-            told,
+            text,
             "Calibrate (docs/hardware.md): until then only an error above some 4 cm, and no change of level, is found.",
         );
     }
-    good(Check::MirrorEcho, told)
+    good(Check::MirrorEcho, text)
 }
 
 fn mount(evidence: &Evidence) -> Finding {
-    let spoken = |key| evidence.spoken(key);
-    let told = format!(
-        "the floor is where mount-height {} says; calibrated {}",
-        spoken("mount-height"),
-        spoken("calibrated")
+    let with_unit = |key| evidence.with_unit(key);
+    let text = format!(
+        "the ground is at mount-height {}; calibrated {}",
+        with_unit("mount-height"),
+        with_unit("calibrated")
     );
     if evidence.setting("calibrated") == Some("0") {
         return warning(
             Check::Mount,
-            told,
+            text,
             "Calibrate on the chair, before a wall at a measured distance (docs/hardware.md).",
         );
     }
-    good(Check::Mount, told)
+    good(Check::Mount, text)
 }
 
 /// Checks the whole answer. `mine` are the reasons that concern the scene.
-fn answer(evidence: &Evidence, mine: &[Reason], told: &[String]) -> Finding {
+fn answer(evidence: &Evidence, mine: &[Reason], reasons: &[String]) -> Finding {
     let check = Check::Answer;
     let Some(scan) = evidence.scan else {
         return unseen(check, "no scan came");
     };
     let head = format!("scan {}: {}", scan.scan, scan.status.as_str());
-    let observed = match told.is_empty() {
+    let observed = match reasons.is_empty() {
         true => head,
-        false => format!("{head}; {}", told.join(" ")),
+        false => format!("{head}; {}", reasons.join(" ")),
     };
     let level = match scan.status {
         Status::Ok => Level::Ok,
@@ -502,11 +508,11 @@ impl Evidence {
     }
 
     /// Returns a setting with its unit.
-    fn spoken(&self, key: &str) -> String {
-        let spoken = self.setting(key).map(|value| match table::row(key) {
-            Some(row) => row.spoken(value),
+    fn with_unit(&self, key: &str) -> String {
+        let with_unit = self.setting(key).map(|value| match table::row(key) {
+            Some(row) => row.with_unit(value),
             None => value.to_owned(),
         });
-        spoken.unwrap_or_else(|| "not told".to_owned())
+        with_unit.unwrap_or_else(|| "not reported".to_owned())
     }
 }

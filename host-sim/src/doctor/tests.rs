@@ -35,7 +35,7 @@ fn evidence(scan: Option<ScanLine>) -> Evidence {
     ] {
         settings.set(key, value).unwrap();
     }
-    let told = Settings::KEYS.iter().map(|key| {
+    let settings = Settings::KEYS.iter().map(|key| {
         (
             (*key).to_owned(),
             settings.get(key).unwrap().as_str().to_owned(),
@@ -52,7 +52,7 @@ fn evidence(scan: Option<ScanLine>) -> Evidence {
         state: Some("scanning".to_owned()),
         clock: Some("hse-168".to_owned()),
         scan,
-        settings: told.collect(),
+        settings: settings.collect(),
         ..Evidence::default()
     }
 }

@@ -57,13 +57,13 @@ impl Chair {
     pub fn at(&mut self, time_s: f64) -> Pose {
         let tick = libm::floor(time_s / TICK_S + 0.5) as usize;
         while self.poses.len() <= tick {
-            self.go_on();
+            self.step();
         }
         self.poses[tick]
     }
 
     /// Advances by one time step.
-    fn go_on(&mut self) {
+    fn step(&mut self) {
         let before = self.poses[self.poses.len() - 1];
         let acting = self.poses.len() as f64 * TICK_S - self.latency_s;
         let command = match acting {

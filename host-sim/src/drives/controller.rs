@@ -20,34 +20,34 @@ pub const FRONT_M: f64 = 0.40;
 const BRAKES: Brakes = Brakes {
     latency_ms: 200,
     deceleration_mm_s2: 1000,
-    oldest_ms: 400,
+    max_age_ms: 400,
 };
 /// Age of the odometer's reading, ms: one control cycle.
 const AGE_MS: u32 = 20;
 /// Lower limit of the speed limit, mm/s. Smaller limits are replaced by 0, because a chair cannot
 /// creep more slowly.
-const LEAST_MM_S: u32 = 100;
+const MIN_LIMIT_MM_S: u32 = 100;
 
 /// The content of a `GUARD` sentence that the controller uses.
 #[derive(Clone, Copy, Debug)]
-pub struct Word {
+pub struct GuardInput {
     /// Free distance from the mirror at the sweep's last row, mm; 0 if the sweep's status is not
     /// `ok`.
     free_mm: i64,
     /// Reading of the odometer at that row, metres.
-    said_m: f64,
+    odometer_m: f64,
     /// Time of that row, seconds.
     time_s: f64,
 }
 
-impl Word {
+impl GuardInput {
     /// Takes the content of a sentence on a sweep whose last row was fired at `time_s` with the
-    /// odometer at `said_m`.
-    pub fn new(line: &GuardLine, time_s: f64, said_m: f64) -> Self {
+    /// odometer at `odometer_m`.
+    pub fn new(line: &GuardLine, time_s: f64, odometer_m: f64) -> Self {
         let free = line.free.filter(|_| line.status == Status::Ok);
         Self {
             free_mm: free.map_or(0, |tenths| i64::from(tenths.0).div_euclid(10)),
-            said_m,
+            odometer_m,
             time_s,
         }
     }
@@ -57,7 +57,7 @@ impl Word {
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
     /// The newest sentence received.
-    pub word: Option<Word>,
+    pub input: Option<GuardInput>,
     /// Measured and commanded speeds of the last cycles, mm/s.
     speeds: VecDeque<u32>,
 }
@@ -65,42 +65,43 @@ pub struct Controller {
 impl Controller {
     /// Returns the free distance before the chair's foremost point, mm; 0 without a sentence that
     /// is young enough.
-    fn free_mm(&self, now_s: f64, said_m: f64) -> u32 {
-        let young = |word: &&Word| (now_s - word.time_s) * 1e3 <= f64::from(BRAKES.oldest_ms);
-        let Some(word) = self.word.as_ref().filter(young) else {
+    fn free_mm(&self, now_s: f64, odometer_m: f64) -> u32 {
+        let young =
+            |input: &&GuardInput| (now_s - input.time_s) * 1e3 <= f64::from(BRAKES.max_age_ms);
+        let Some(input) = self.input.as_ref().filter(young) else {
             return 0;
         };
-        let driven = libm::ceil((said_m - word.said_m) * 1e3) as i64;
-        let free_mm = word.free_mm - driven - (FRONT_M * 1e3) as i64;
+        let driven = libm::ceil((odometer_m - input.odometer_m) * 1e3) as i64;
+        let free_mm = input.free_mm - driven - (FRONT_M * 1e3) as i64;
         u32::try_from(free_mm).unwrap_or(0)
     }
 
     /// Returns the speed limit, mm/s.
-    fn limit(&self, now_s: f64, said_m: f64) -> u32 {
+    fn limit(&self, now_s: f64, odometer_m: f64) -> u32 {
         let ground = FreeAhead {
-            free_mm: self.free_mm(now_s, said_m),
+            free_mm: self.free_mm(now_s, odometer_m),
             age_ms: AGE_MS,
-            fastest_mm_s: self.speeds.iter().copied().max().unwrap_or(0),
+            max_speed_mm_s: self.speeds.iter().copied().max().unwrap_or(0),
         };
         match max_speed(&ground, &BRAKES) {
-            limit if limit < LEAST_MM_S => 0,
+            limit if limit < MIN_LIMIT_MM_S => 0,
             limit => limit,
         }
     }
 
-    /// Returns the command of the cycle at `now_s`, m/s, for the odometer reading `said_m` and the
+    /// Returns the command of the cycle at `now_s`, m/s, for the odometer reading `odometer_m` and the
     /// speed `speed_m_s`.
-    pub fn cycle(&mut self, now_s: f64, said_m: f64, speed_m_s: f64, joystick_m_s: f64) -> f64 {
-        self.note(libm::ceil(speed_m_s * 1e3) as u32);
-        let limit = f64::from(self.limit(now_s, said_m)) / 1e3;
+    pub fn cycle(&mut self, now_s: f64, odometer_m: f64, speed_m_s: f64, joystick_m_s: f64) -> f64 {
+        self.push_speed(libm::ceil(speed_m_s * 1e3) as u32);
+        let limit = f64::from(self.limit(now_s, odometer_m)) / 1e3;
         let command = joystick_m_s.min(limit);
-        self.note(libm::ceil(command * 1e3) as u32);
+        self.push_speed(libm::ceil(command * 1e3) as u32);
         command
     }
 
     /// Stores a speed for as long as age and latency together. There are two speeds per cycle: the
     /// measured one and the command.
-    fn note(&mut self, speed_mm_s: u32) {
+    fn push_speed(&mut self, speed_mm_s: u32) {
         let cycles = f64::from(AGE_MS + BRAKES.latency_ms) / (1e3 * CYCLE_S);
         self.speeds.push_back(speed_mm_s);
         if self.speeds.len() > 2 * (cycles as usize + 1) {
@@ -124,15 +125,15 @@ mod tests {
             let now_s = f64::from(cycle) * CYCLE_S;
             let pose = chair.at(now_s);
             if cycle % 5 == 0 {
-                controller.word = Some(Word {
+                controller.input = Some(GuardInput {
                     free_mm: libm::floor((free_m - pose.travel_m) * 1e3) as i64,
-                    said_m: plan.odometer.said(pose.travel_m),
+                    odometer_m: plan.odometer.reading_m(pose.travel_m),
                     time_s: now_s,
                 });
             }
-            let said_m = plan.odometer.said(pose.travel_m);
+            let odometer_m = plan.odometer.reading_m(pose.travel_m);
             let joystick = plan.joystick(now_s);
-            let command = controller.cycle(now_s, said_m, pose.speed_m_s, joystick);
+            let command = controller.cycle(now_s, odometer_m, pose.speed_m_s, joystick);
             fast |= command > joystick;
             chair.command(command);
         }
@@ -154,9 +155,9 @@ mod tests {
     fn without_a_word_or_with_an_old_one_a_chair_stands() {
         let mut controller = Controller::default();
         assert_eq!(controller.cycle(0.0, 0.0, 0.0, 0.5), 0.0);
-        controller.word = Some(Word {
+        controller.input = Some(GuardInput {
             free_mm: 1500,
-            said_m: 0.0,
+            odometer_m: 0.0,
             time_s: 0.0,
         });
         assert_eq!(controller.cycle(0.4, 0.0, 0.0, 0.5), 0.5);

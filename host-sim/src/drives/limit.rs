@@ -12,7 +12,7 @@ pub struct Brakes {
     /// Minimum deceleration, mm/s².
     pub deceleration_mm_s2: u32,
     /// Maximum age of a free distance that is used, ms.
-    pub oldest_ms: u32,
+    pub max_age_ms: u32,
 }
 
 /// Free distance ahead of a chair.
@@ -23,7 +23,7 @@ pub struct FreeAhead {
     /// Time since the measurement, ms.
     pub age_ms: u32,
     /// Maximum forward speed over the last age plus latency, mm/s.
-    pub fastest_mm_s: u32,
+    pub max_speed_mm_s: u32,
 }
 
 /// Returns the maximum speed `v`, mm/s, for which `fastest · age + max(fastest, v) · latency + v² /
@@ -33,12 +33,12 @@ pub fn max_speed(ground: &FreeAhead, chair: &Brakes) -> u32 {
     let wide = u128::from;
     // Both sides in micrometres times the deceleration.
     let stops = |speed: u32| {
-        let reaction = wide(ground.fastest_mm_s.max(speed)) * wide(chair.latency_ms);
-        let way = wide(ground.fastest_mm_s) * wide(ground.age_ms) + reaction;
+        let reaction = wide(ground.max_speed_mm_s.max(speed)) * wide(chair.latency_ms);
+        let way = wide(ground.max_speed_mm_s) * wide(ground.age_ms) + reaction;
         let brake = wide(chair.deceleration_mm_s2);
         way * brake + 500 * wide(speed) * wide(speed) <= 1000 * wide(ground.free_mm) * brake
     };
-    if ground.age_ms > chair.oldest_ms || chair.deceleration_mm_s2 == 0 {
+    if ground.age_ms > chair.max_age_ms || chair.deceleration_mm_s2 == 0 {
         return 0;
     }
     let bits = (0..u32::BITS).rev().map(|bit| 1 << bit);
@@ -55,16 +55,16 @@ mod tests {
     const CHAIR: Brakes = Brakes {
         latency_ms: 200,
         deceleration_mm_s2: 1000,
-        oldest_ms: 100,
+        max_age_ms: 100,
     };
 
     #[test]
     fn the_limits_are_those_of_the_page() {
-        let limit = |free_mm, age_ms, fastest_mm_s| {
+        let limit = |free_mm, age_ms, max_speed_mm_s| {
             let ground = FreeAhead {
                 free_mm,
                 age_ms,
-                fastest_mm_s,
+                max_speed_mm_s,
             };
             max_speed(&ground, &CHAIR)
         };

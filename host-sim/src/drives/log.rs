@@ -2,7 +2,7 @@
 
 use stairscan::verdict::Reasons;
 
-use crate::sweeps::score::Word;
+use crate::sweeps::score::GuardAnswer;
 use crate::sweeps::truth::Hazard;
 
 /// One sweep of a drive, at its last row.
@@ -12,11 +12,11 @@ pub struct SweepLog {
     /// has stepped in.
     pub hazard_m: Option<f64>,
     /// The scanner's answer.
-    pub word: Word,
+    pub answer: GuardAnswer,
     /// The answer's reasons.
     pub reasons: Reasons,
     /// Distance up to which the ground's echo shows, metres from the mirror.
-    pub shows_m: f64,
+    pub ground_echo_range_m: f64,
     /// True speed, m/s.
     pub speed_m_s: f64,
 }
@@ -24,7 +24,7 @@ pub struct SweepLog {
 impl SweepLog {
     /// Whether the answer is `ok` with a free distance beyond the hazard.
     pub fn is_beyond(&self) -> bool {
-        let free = self.word.free_m.filter(|_| self.word.is_ok());
+        let free = self.answer.free_m.filter(|_| self.answer.is_ok());
         free.zip(self.hazard_m).is_some_and(|(free, at)| free > at)
     }
 }

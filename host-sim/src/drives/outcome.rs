@@ -17,7 +17,7 @@ pub enum Cause {
     /// A person stepped in nearer than the chair can stop.
     SteppedInTooNear,
     /// The ground before the hazard has no detectable echo.
-    GroundDark,
+    NoGroundEcho,
     /// The hazard lies beside the beam's axis.
     BesideTheBeam,
     /// The hazard came nearer than the last row's beam, and the free distance grew again.
@@ -32,7 +32,7 @@ impl Cause {
     /// All causes.
     pub const ALL: [Self; 6] = [
         Self::SteppedInTooNear,
-        Self::GroundDark,
+        Self::NoGroundEcho,
         Self::BesideTheBeam,
         Self::LeftTheSector,
         Self::FreeTooFar,
@@ -43,10 +43,10 @@ impl Cause {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::SteppedInTooNear => "stepped in nearer than the chair can stop",
-            Self::GroundDark => "ground before it dark",
+            Self::NoGroundEcho => "no ground echo before the hazard",
             Self::BesideTheBeam => "beside the beam's axis",
             Self::LeftTheSector => "left the sector below the last row",
-            Self::FreeTooFar => "`ok` with a free distance beyond it",
+            Self::FreeTooFar => "`ok`, free distance beyond the hazard",
             Self::Chair => "within the free distance: chair",
         }
     }
@@ -56,28 +56,28 @@ impl Cause {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// The foremost point passed the hazard.
-    Over {
+    DroveOver {
         /// Whether the ground's echo showed up to the hazard while the chair could still stop.
-        shows: bool,
+        has_ground_echo: bool,
         /// The cause by the rules.
         cause: Cause,
     },
     /// The chair stopped at most [`NEAR_M`] before the hazard.
-    Near {
+    StoppedNear {
         /// Distance from the foremost point to the hazard, metres.
         gap_m: f64,
     },
     /// The chair stopped farther before the hazard.
-    Early {
+    StoppedEarly {
         /// Distance from the foremost point to the hazard, metres.
         gap_m: f64,
         /// Whether the ground's echo shows up to the hazard from there.
-        shows: bool,
+        has_ground_echo: bool,
     },
     /// The chair stopped although no hazard was on its way.
-    Halted,
+    StoppedWithoutHazard,
     /// The chair reached the end of a way without a hazard.
-    Through,
+    Completed,
 }
 
 impl Outcome {
@@ -88,21 +88,21 @@ impl Outcome {
             .map(|hazard| hazard.at_m - FRONT_M - log.travel_m);
         match (log.end, gap_m) {
             (End::Passed, Some(_)) => over(log),
-            (End::Stood, Some(gap_m)) if gap_m <= NEAR_M => Self::Near { gap_m },
-            (End::Stood, Some(gap_m)) => Self::Early {
+            (End::Stood, Some(gap_m)) if gap_m <= NEAR_M => Self::StoppedNear { gap_m },
+            (End::Stood, Some(gap_m)) => Self::StoppedEarly {
                 gap_m,
-                shows: log.sweeps.last().is_some_and(shows),
+                has_ground_echo: log.sweeps.last().is_some_and(has_ground_echo),
             },
-            (End::Stood, None) => Self::Halted,
-            (End::Through | End::Passed, _) => Self::Through,
+            (End::Stood, None) => Self::StoppedWithoutHazard,
+            (End::Through | End::Passed, _) => Self::Completed,
         }
     }
 }
 
 /// Whether the ground's echo shows up to the hazard at a sweep.
-fn shows(sweep: &SweepLog) -> bool {
+fn has_ground_echo(sweep: &SweepLog) -> bool {
     let at_m = sweep.hazard_m.unwrap_or(f64::INFINITY);
-    ground::reaches(sweep.shows_m, at_m)
+    ground::reaches(sweep.ground_echo_range_m, at_m)
 }
 
 /// Decides the outcome of a drive over a hazard. The deciding sweep is the first of the last
@@ -119,39 +119,42 @@ fn over(log: &DriveLog) -> Outcome {
     let in_sector = |sweep: &&SweepLog| sweep.hazard_m.is_some_and(|m| m >= IN_SECTOR_M);
     let seen = decides.filter(in_sector);
     let last = log.sweeps.iter().rev().find(in_sector);
-    let shows = seen.or(last).is_some_and(shows);
+    let has_ground_echo = seen.or(last).is_some_and(has_ground_echo);
     let too_near = log.step_in.is_some_and(|step| step.gap_m < step.needed_m);
     let cause = match decides {
         _ if too_near => Cause::SteppedInTooNear,
         None => Cause::Chair,
         _ if log.beside => Cause::BesideTheBeam,
         _ if seen.is_none() => Cause::LeftTheSector,
-        _ if !shows => Cause::GroundDark,
+        _ if !has_ground_echo => Cause::NoGroundEcho,
         _ => Cause::FreeTooFar,
     };
-    Outcome::Over { shows, cause }
+    Outcome::DroveOver {
+        has_ground_echo,
+        cause,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::drives::log::StepIn;
-    use crate::sweeps::score::Word;
+    use crate::sweeps::score::GuardAnswer;
     use crate::sweeps::truth::Hazard;
     use stairscan::verdict::{HazardKind, Reasons, Status};
 
     /// A sweep with a hazard at `at_m`, `ok` and free up to `free_m`, with the ground's echo
-    /// showing up to `shows_m`.
-    fn sweep(at_m: f64, free_m: f64, shows_m: f64) -> SweepLog {
+    /// up to `ground_echo_range_m`.
+    fn sweep(at_m: f64, free_m: f64, ground_echo_range_m: f64) -> SweepLog {
         SweepLog {
             hazard_m: Some(at_m),
-            word: Word {
+            answer: GuardAnswer {
                 status: Status::Ok,
                 free_m: Some(free_m),
                 ending: HazardKind::Rise,
             },
             reasons: Reasons::NONE,
-            shows_m,
+            ground_echo_range_m,
             speed_m_s: 0.4,
         }
     }
@@ -174,7 +177,10 @@ mod tests {
 
     fn cause(log: &DriveLog) -> (bool, Cause) {
         match Outcome::of(log) {
-            Outcome::Over { shows, cause } => (shows, cause),
+            Outcome::DroveOver {
+                has_ground_echo,
+                cause,
+            } => (has_ground_echo, cause),
             other => panic!("{other:?}"),
         }
     }
@@ -183,18 +189,24 @@ mod tests {
     fn a_chair_that_stands_is_near_or_early() {
         let sweeps = [sweep(0.6, 0.5, 1.7)];
         let of = |travel_m| Outcome::of(&log(&sweeps, End::Stood, travel_m));
-        assert!(matches!(of(1.4), Outcome::Near { gap_m } if (gap_m - 0.2).abs() < 1e-9));
-        assert!(matches!(of(1.2), Outcome::Early { shows: true, .. }));
+        assert!(matches!(of(1.4), Outcome::StoppedNear { gap_m } if (gap_m - 0.2).abs() < 1e-9));
+        assert!(matches!(
+            of(1.2),
+            Outcome::StoppedEarly {
+                has_ground_echo: true,
+                ..
+            }
+        ));
         let free = DriveLog {
             hazard: None,
             ..log(&sweeps, End::Stood, 1.2)
         };
-        assert_eq!(Outcome::of(&free), Outcome::Halted);
+        assert_eq!(Outcome::of(&free), Outcome::StoppedWithoutHazard);
         let through = DriveLog {
             end: End::Through,
             ..free
         };
-        assert_eq!(Outcome::of(&through), Outcome::Through);
+        assert_eq!(Outcome::of(&through), Outcome::Completed);
     }
 
     #[test]
@@ -204,7 +216,7 @@ mod tests {
         let far = passed(&[short, sweep(0.8, 1.2, 1.7), sweep(0.4, 1.2, 1.7)]);
         assert_eq!(cause(&far), (true, Cause::FreeTooFar));
         let dark = passed(&[short, sweep(0.8, 1.2, 0.6), sweep(0.4, 1.2, 1.7)]);
-        assert_eq!(cause(&dark), (false, Cause::GroundDark));
+        assert_eq!(cause(&dark), (false, Cause::NoGroundEcho));
         let left = passed(&[sweep(0.8, 1.2, 1.7), short, sweep(0.45, 1.2, 1.7)]);
         assert_eq!(cause(&left), (true, Cause::LeftTheSector));
         assert_eq!(cause(&passed(&[short])), (true, Cause::Chair));

@@ -19,7 +19,7 @@ use super::world::{ROWS, World};
 use crate::guarded::Guarded;
 use crate::motion::by_trigger::ByTrigger;
 use crate::motion::inlet::Inlet;
-use crate::motion::{Feed, Timetable};
+use crate::motion::{MotionSentences, Timetable};
 use crate::playback::{Playback, SimShaft, row_at};
 use crate::recording::Recording;
 use crate::replay::{Console, SHORTEST_SETTLE_US};
@@ -29,11 +29,11 @@ use crate::sweeps::score;
 use crate::volatile::{Volatile, identity};
 
 /// Maximum number of scanner steps from sweep to sweep: about five per row, and those that wait.
-const MOST_STEPS: usize = 10_000;
+const MAX_STEPS: usize = 10_000;
 
 /// Options of a drive.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Manner {
+pub struct DriveOptions {
     /// Whether motion sentences come with the triggers, as the emulator needs them, rather than at
     /// their times.
     pub by_trigger: bool,
@@ -42,7 +42,7 @@ pub struct Manner {
 }
 
 /// A finished drive.
-pub struct Driven {
+pub struct FinishedDrive {
     /// Record of the drive.
     pub log: DriveLog,
     /// All rows, without samples where they were not kept.
@@ -103,20 +103,20 @@ impl RadarModule for Module<'_, '_> {
 
 /// Returns the scanner's settings and configuration, and the timetable with the motion sentences of
 /// the first row.
-fn set_up(world: &World<'_>, manner: Manner) -> Result<(Settings, Config, Timetable)> {
+fn set_up(world: &World<'_>, options: DriveOptions) -> Result<(Settings, Config, Timetable)> {
     let first = &world.recording;
     let mut playback = Playback::new(first, &Config::default())?.guarding();
-    if manner.by_trigger {
+    if options.by_trigger {
         playback = playback.by_trigger();
     }
     let mut settings = playback.settings();
     settings.motion = setup::mode(first);
-    let timetable = if manner.by_trigger {
+    let timetable = if options.by_trigger {
         Timetable::by_trigger(ByTrigger::new(first).context("no motion")?)
     } else {
         // The timetable sets the time at which the mirror has come to rest.
         settings.timing.settle = SHORTEST_SETTLE_US;
-        Timetable::new(Feed::new(first, None).context("no motion")?)
+        Timetable::new(MotionSentences::new(first, None).context("no motion")?)
     };
     settings.validate().map_err(|e| anyhow!("{e}"))?;
     Ok((settings, *playback.config(), timetable))
@@ -131,17 +131,17 @@ pub fn drive<'a>(
     course: &'a Course,
     ways: &'a [Option<Way<'a>>; 2],
     number: u64,
-    manner: Manner,
-) -> Result<Driven> {
-    let mut world = World::new(course, ways, number, manner.is_kept)?;
-    let (settings, config, timetable) = set_up(&world, manner)?;
+    options: DriveOptions,
+) -> Result<FinishedDrive> {
+    let mut world = World::new(course, ways, number, options.is_kept)?;
+    let (settings, config, timetable) = set_up(&world, options)?;
     let timetable = Rc::new(RefCell::new(timetable));
     world.begin(Rc::clone(&timetable));
     let world = RefCell::new(world);
     let sentences = guard(&world, settings, config, &timetable)
         .with_context(|| format!("{} drive {number}", course.name))?;
     let (log, recording) = world.into_inner().finish();
-    Ok(Driven {
+    Ok(FinishedDrive {
         log,
         recording,
         sentences,
@@ -188,15 +188,17 @@ fn guard(
         world.borrow_mut().check()?;
         now = timetable.borrow_mut().step(now);
         steps += 1;
-        if let Some(told) = scanner.port_mut().take_scan()? {
-            for word in Guarded::parse(0, told)? {
-                let seen = score::Word::of(&word);
-                world.borrow_mut().told(&word.sentence, &word.line, seen);
+        if let Some(lines) = scanner.port_mut().take_scan()? {
+            for word in Guarded::parse(0, lines)? {
+                let seen = score::GuardAnswer::of(&word);
+                world
+                    .borrow_mut()
+                    .receive_sentence(&word.sentence, &word.line, seen);
                 sentences.push(word.sentence);
             }
             steps = 0;
         }
-        if steps > MOST_STEPS {
+        if steps > MAX_STEPS {
             bail!("the scanner gave no answer");
         }
     }
@@ -222,11 +224,11 @@ mod tests {
         let course = course(Kind::Kerb);
         let ways = course.ways();
         for by_trigger in [false, true] {
-            let manner = Manner {
+            let options = DriveOptions {
                 by_trigger,
                 is_kept: true,
             };
-            let driven = drive(&course, &ways, 0, manner).unwrap();
+            let driven = drive(&course, &ways, 0, options).unwrap();
             assert_eq!(driven.log.end, End::Stood);
             let at_m = driven.log.hazard.unwrap().at_m;
             assert!(driven.log.travel_m > 0.5 && driven.log.travel_m < at_m - FRONT_M);
@@ -243,7 +245,7 @@ mod tests {
     #[test]
     fn a_chair_comes_to_the_end_of_level_floor() {
         let course = course(Kind::Level);
-        let driven = drive(&course, &course.ways(), 1, Manner::default()).unwrap();
+        let driven = drive(&course, &course.ways(), 1, DriveOptions::default()).unwrap();
         assert_eq!(driven.log.end, End::Through);
         assert!(driven.log.hazard.is_none());
     }

@@ -16,15 +16,15 @@ pub struct Tally {
     pub drives: usize,
     /// Drives over a hazard up to which the ground's echo shows, as a share of those that met a
     /// hazard.
-    pub over_shown: Share,
+    pub over_with_echo: Share,
     /// Drives over a hazard up to which the ground's echo does not show, as a share of those that
     /// met a hazard.
-    pub over_dark: Share,
+    pub over_no_echo: Share,
     /// Drives that stopped near the hazard, as a share of those that met a hazard.
     pub near: Share,
     /// As `near`, without the drives that stopped where the ground's echo does not show up to the
     /// hazard.
-    pub near_shown: Share,
+    pub near_with_echo: Share,
     /// Drives that stopped farther before the hazard, as a share of those that met a hazard.
     pub early: Share,
     /// Drives that reached the end of their way, as a share of those without a hazard.
@@ -38,28 +38,53 @@ impl Tally {
     /// Counts the outcomes of drives.
     pub fn of<'a>(logs: impl Iterator<Item = &'a DriveLog>) -> Self {
         let all: Vec<Outcome> = logs.map(Outcome::of).collect();
-        let is_free = |o: &&Outcome| matches!(o, Outcome::Halted | Outcome::Through);
+        let is_free =
+            |o: &&Outcome| matches!(o, Outcome::StoppedWithoutHazard | Outcome::Completed);
         let met: Vec<&Outcome> = all.iter().filter(|o| !is_free(o)).collect();
         let share = |so: fn(&Outcome) -> bool| Share::count(&met, |o| so(o));
-        let judged = met
-            .iter()
-            .filter(|o| !matches!(o, Outcome::Early { shows: false, .. }));
-        let stood = judged.filter(|o| !matches!(o, Outcome::Over { .. }));
+        let judged = met.iter().filter(|o| {
+            !matches!(
+                o,
+                Outcome::StoppedEarly {
+                    has_ground_echo: false,
+                    ..
+                }
+            )
+        });
+        let stood = judged.filter(|o| !matches!(o, Outcome::DroveOver { .. }));
         let mut gaps_m: Vec<f64> = (met.iter())
             .filter_map(|o| match o {
-                Outcome::Near { gap_m } | Outcome::Early { gap_m, .. } => Some(*gap_m),
+                Outcome::StoppedNear { gap_m } | Outcome::StoppedEarly { gap_m, .. } => {
+                    Some(*gap_m)
+                }
                 _ => None,
             })
             .collect();
         gaps_m.sort_by(f64::total_cmp);
         Self {
             drives: all.len(),
-            over_shown: share(|o| matches!(o, Outcome::Over { shows: true, .. })),
-            over_dark: share(|o| matches!(o, Outcome::Over { shows: false, .. })),
-            near: share(|o| matches!(o, Outcome::Near { .. })),
-            near_shown: Share::count(stood, |o| matches!(o, Outcome::Near { .. })),
-            early: share(|o| matches!(o, Outcome::Early { .. })),
-            through: Share::count(all.iter().filter(is_free), |o| *o == Outcome::Through),
+            over_with_echo: share(|o| {
+                matches!(
+                    o,
+                    Outcome::DroveOver {
+                        has_ground_echo: true,
+                        ..
+                    }
+                )
+            }),
+            over_no_echo: share(|o| {
+                matches!(
+                    o,
+                    Outcome::DroveOver {
+                        has_ground_echo: false,
+                        ..
+                    }
+                )
+            }),
+            near: share(|o| matches!(o, Outcome::StoppedNear { .. })),
+            near_with_echo: Share::count(stood, |o| matches!(o, Outcome::StoppedNear { .. })),
+            early: share(|o| matches!(o, Outcome::StoppedEarly { .. })),
+            through: Share::count(all.iter().filter(is_free), |o| *o == Outcome::Completed),
             gaps_m,
         }
     }
@@ -78,11 +103,11 @@ impl Tally {
         json!({
             "kind": name,
             "drives": self.drives,
-            "over_shown": self.over_shown.json(),
-            "over_shown_bound": upper_bound(self.over_shown.hits, self.over_shown.of),
-            "over_dark": self.over_dark.json(),
+            "over_shown": self.over_with_echo.json(),
+            "over_shown_bound": upper_bound(self.over_with_echo.hits, self.over_with_echo.of),
+            "over_dark": self.over_no_echo.json(),
             "near": self.near.json(),
-            "near_shown": self.near_shown.json(),
+            "near_shown": self.near_with_echo.json(),
             "early": self.early.json(),
             "through": self.through.json(),
             "gap_m": gaps,
@@ -91,9 +116,10 @@ impl Tally {
 }
 
 /// Heading of the table of [`row`]s.
-pub const HEADING: &str = "| drives in | drives | to a hazard | over it, ground shows | upper 95 % bound (Clopper-Pearson) \
-     | over it, ground dark | stood within 30 cm | the same where the ground shows | stood farther | gap, cm: 10 %, 50 %, 90 % | no \
-     hazard: to the end |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+pub const HEADING: &str = "| drives in | drives | to a hazard | drove over, with ground echo | \
+    upper 95 % bound (Clopper-Pearson) | drove over, without ground echo | stopped within 30 cm | \
+    of these, with ground echo | stopped farther away | gap, cm: 10 %, 50 %, 90 % | no hazard: \
+    completed |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// Returns one line of the table.
 pub fn row(name: &str, tally: &Tally) -> String {
@@ -101,9 +127,12 @@ pub fn row(name: &str, tally: &Tally) -> String {
         0 => "–".into(),
         of => format!("{}/{of}", share.hits),
     };
-    let bound = match tally.over_shown.of {
+    let bound = match tally.over_with_echo.of {
         0 => "–".into(),
-        of => format!("{:.2} %", 100.0 * upper_bound(tally.over_shown.hits, of)),
+        of => format!(
+            "{:.2} %",
+            100.0 * upper_bound(tally.over_with_echo.hits, of)
+        ),
     };
     let gap = |q| {
         tally
@@ -114,10 +143,10 @@ pub fn row(name: &str, tally: &Tally) -> String {
         "| {name} | {} | {} | {} | {bound} | {} | {} | {} | {} | {}, {}, {} | {} |\n",
         tally.drives,
         tally.near.of,
-        tally.over_shown.hits,
-        tally.over_dark.hits,
+        tally.over_with_echo.hits,
+        tally.over_no_echo.hits,
         counted(tally.near),
-        counted(tally.near_shown),
+        counted(tally.near_with_echo),
         counted(tally.early),
         gap(0.1),
         gap(0.5),
@@ -130,8 +159,12 @@ pub fn row(name: &str, tally: &Tally) -> String {
 pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
     let mut counts = BTreeMap::new();
     for log in logs {
-        if let Outcome::Over { shows, cause } = Outcome::of(log) {
-            *counts.entry((cause, shows)).or_default() += 1;
+        if let Outcome::DroveOver {
+            has_ground_echo,
+            cause,
+        } = Outcome::of(log)
+        {
+            *counts.entry((cause, has_ground_echo)).or_default() += 1;
         }
     }
     counts
@@ -140,11 +173,14 @@ pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
 /// Returns the table of causes.
 pub fn causes_text(logs: &[DriveLog]) -> String {
     let counts = causes(logs);
-    let mut out = String::from("| over a hazard | ground shows | ground dark |\n|---|---|---|\n");
-    let count = |cause, shows| counts.get(&(cause, shows)).copied().unwrap_or(0);
+    let mut out = String::from(
+        "| drove over a hazard | with ground echo | without ground echo |\n|---|---|---|\n",
+    );
+    let count =
+        |cause, has_ground_echo| counts.get(&(cause, has_ground_echo)).copied().unwrap_or(0);
     for cause in Cause::ALL {
-        let (shown, dark) = (count(cause, true), count(cause, false));
-        let _ = writeln!(out, "| {} | {shown} | {dark} |", cause.as_str());
+        let (with_echo, no_echo) = (count(cause, true), count(cause, false));
+        let _ = writeln!(out, "| {} | {with_echo} | {no_echo} |", cause.as_str());
     }
     out
 }
@@ -156,9 +192,15 @@ pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
     let mut counts: BTreeMap<String, [usize; 3]> = BTreeMap::new();
     for log in logs {
         let column = match Outcome::of(log) {
-            Outcome::Early { shows: true, .. } => 0,
-            Outcome::Early { shows: false, .. } => 1,
-            Outcome::Halted => 2,
+            Outcome::StoppedEarly {
+                has_ground_echo: true,
+                ..
+            } => 0,
+            Outcome::StoppedEarly {
+                has_ground_echo: false,
+                ..
+            } => 1,
+            Outcome::StoppedWithoutHazard => 2,
             _ => continue,
         };
         let Some(last) = log.sweeps.last() else {
@@ -167,8 +209,8 @@ pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
         let reasons = last.reasons.to_string();
         let word = format!(
             "{}, {}",
-            last.word.status.as_str(),
-            last.word.ending.as_str()
+            last.answer.status.as_str(),
+            last.answer.ending.as_str()
         );
         let name = [word, reasons].join(" ").trim_end().to_owned();
         counts.entry(name).or_default()[column] += 1;
@@ -179,11 +221,11 @@ pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
 /// Returns the table of [`halts`].
 pub fn halts_text(logs: &[DriveLog]) -> String {
     let mut out = String::from(
-        "| last word of a chair that stood farther | hazard, ground shows up to it | hazard, ground dark | no hazard |\n\
-         |---|---|---|---|\n",
+        "| last sentence of chairs that stopped farther away | hazard, with ground echo | hazard, \
+         without ground echo | no hazard |\n|---|---|---|---|\n",
     );
-    for (word, [shown, dark, free]) in halts(logs) {
-        let _ = writeln!(out, "| {word} | {shown} | {dark} | {free} |");
+    for (word, [with_echo, no_echo, free]) in halts(logs) {
+        let _ = writeln!(out, "| {word} | {with_echo} | {no_echo} | {free} |");
     }
     out
 }

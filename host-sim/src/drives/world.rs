@@ -12,7 +12,7 @@ use stairscan::Iq;
 use stairscan::report::GuardLine;
 
 use super::chair::{CYCLE_S, Chair, Pose};
-use super::controller::{Controller, FRONT_M, Word};
+use super::controller::{Controller, FRONT_M, GuardInput};
 use super::course::Course;
 use super::log::{DriveLog, End, StepIn, SweepLog};
 use super::plan::Plan;
@@ -30,11 +30,11 @@ use crate::sweeps::score;
 pub const ROWS: usize = 31;
 /// Time from the last row to the sentence's first byte, seconds: 590,000 instructions,
 /// docs/guard.md.
-const WORD_S: f64 = 0.005;
+const SENTENCE_LATENCY_S: f64 = 0.005;
 /// Duration of one byte of the report at 115,200 baud, seconds.
 const BYTE_S: f64 = 10.0 / 115_200.0;
 /// Duration of standing with the joystick forward after which a chair has stopped, seconds.
-const STANDS_S: f64 = 1.5;
+const STOP_TIME_S: f64 = 1.5;
 /// Upper limit of the speed of a chair that stands, m/s.
 const STANDING_M_S: f64 = 0.005;
 /// Maximum duration of a drive, seconds.
@@ -52,7 +52,7 @@ pub struct World<'a> {
     chair: Chair,
     controller: Controller,
     /// The sentence that is being sent to the controller, with its time of arrival, seconds.
-    coming: Option<(f64, Word)>,
+    pending_sentence: Option<(f64, GuardInput)>,
     meter: Meter,
     /// Rows of the last sweeps, for the ground's echo.
     rows: Vec<ground::Row>,
@@ -95,7 +95,7 @@ impl<'a> World<'a> {
             plan,
             rng: Random::new(course.seed, STREAM + number),
             controller: Controller::default(),
-            coming: None,
+            pending_sentence: None,
             meter: Meter::new(&recording.meta)?,
             rows: Vec::new(),
             timetable: None,
@@ -137,11 +137,11 @@ impl<'a> World<'a> {
     /// Records the sensor readings at row `number`, and sends them.
     fn place(&mut self, number: usize) {
         let time = time_s(number);
-        let said_m = self.plan.odometer.said(self.chair.at(time).travel_m);
+        let odometer_m = self.plan.odometer.reading_m(self.chair.at(time).travel_m);
         let reading = self.pitch_deg(time) + READING_SD * self.rng.normal();
         let place = Place {
             time_s: digits(time, 1e5),
-            travel_m: digits(said_m, 1e4),
+            travel_m: digits(odometer_m, 1e4),
             pitch_deg: digits(reading, 1e3),
         };
         let motion = &mut self.recording.meta.motion;
@@ -174,7 +174,7 @@ impl<'a> World<'a> {
         self.control(time);
         self.place(number + 1);
         let pose = self.chair.at(time);
-        self.look_about(&pose, time);
+        self.update_end(&pose, time);
         let shot = Shot {
             travel_m: pose.travel_m,
             speed: pose.speed_m_s,
@@ -214,14 +214,14 @@ impl<'a> World<'a> {
             if now > time {
                 return;
             }
-            if let Some((_, word)) = self.coming.take_if(|(at, _)| *at <= now) {
-                self.controller.word = Some(word);
+            if let Some((_, input)) = self.pending_sentence.take_if(|(at, _)| *at <= now) {
+                self.controller.input = Some(input);
             }
             let pose = self.chair.at(now);
-            let said_m = self.plan.odometer.said(pose.travel_m);
+            let odometer_m = self.plan.odometer.reading_m(pose.travel_m);
             let joystick = self.plan.joystick(now);
             let controller = &mut self.controller;
-            let command = controller.cycle(now, said_m, pose.speed_m_s, joystick);
+            let command = controller.cycle(now, odometer_m, pose.speed_m_s, joystick);
             self.chair.command(command);
             let stands = pose.speed_m_s < STANDING_M_S && joystick > 0.0;
             self.stood_s = if stands { self.stood_s + CYCLE_S } else { 0.0 };
@@ -229,13 +229,13 @@ impl<'a> World<'a> {
     }
 
     /// Lets the person step in when it is time, and decides whether the drive has ended.
-    fn look_about(&mut self, pose: &Pose, time: f64) {
+    fn update_end(&mut self, pose: &Pose, time: f64) {
         let hazard = self.course.hazard;
         let ahead_m = hazard.map(|hazard| hazard.at_m - pose.travel_m);
         if !self.is_joined && ahead_m.is_some_and(|ahead_m| ahead_m <= self.plan.steps_in_m) {
             self.is_joined = true;
             let plan = &self.plan;
-            let reacts_s = 2.0 * SWEEP_S + 2.0 * WORD_S + CYCLE_S + plan.latency_s;
+            let reacts_s = 2.0 * SWEEP_S + 2.0 * SENTENCE_LATENCY_S + CYCLE_S + plan.latency_s;
             let braking = 0.5 * pose.speed_m_s * pose.speed_m_s / plan.deceleration;
             self.log.step_in = Some(StepIn {
                 gap_m: ahead_m.unwrap_or(0.0) - FRONT_M,
@@ -246,7 +246,7 @@ impl<'a> World<'a> {
         let end = match self.stood_s {
             _ if passed => Some(End::Passed),
             _ if pose.travel_m >= self.course.end_m => Some(End::Through),
-            stood if stood >= STANDS_S || time > LONGEST_S => Some(End::Stood),
+            stood if stood >= STOP_TIME_S || time > LONGEST_S => Some(End::Stood),
             _ => None,
         };
         if self.end.is_none() && end.is_some() {
@@ -256,19 +256,24 @@ impl<'a> World<'a> {
     }
 
     /// Takes the sentence on the sweep that the newest row has ended.
-    pub fn told(&mut self, sentence: &str, line: &GuardLine, guarded: score::Word) {
+    pub fn receive_sentence(
+        &mut self,
+        sentence: &str,
+        line: &GuardLine,
+        guarded: score::GuardAnswer,
+    ) {
         let rows = self.recording.meta.motion.travel_m.len() - 1;
         let time = time_s(rows - 1);
-        let said_m = self.recording.meta.motion.travel_m[rows - 1];
-        let arrives = time + WORD_S + (sentence.len() + 2) as f64 * BYTE_S;
-        self.coming = Some((arrives, Word::new(line, time, said_m)));
+        let odometer_m = self.recording.meta.motion.travel_m[rows - 1];
+        let arrives = time + SENTENCE_LATENCY_S + (sentence.len() + 2) as f64 * BYTE_S;
+        self.pending_sentence = Some((arrives, GuardInput::new(line, time, odometer_m)));
         let pose = self.chair.at(time);
         let hazard = self.course.hazard.filter(|_| self.is_joined);
         self.log.sweeps.push(SweepLog {
             hazard_m: hazard.map(|hazard| hazard.at_m - pose.travel_m),
-            word: guarded,
+            answer: guarded,
             reasons: line.reasons,
-            shows_m: self.meter.shows_m(&self.rows, said_m),
+            ground_echo_range_m: self.meter.ground_echo_range_m(&self.rows, odometer_m),
             speed_m_s: pose.speed_m_s,
         });
     }

@@ -178,7 +178,7 @@ impl Image {
         }
         ensure!(
             relocations > 0,
-            "{}: without relocations there is no telling what may panic",
+            "{}: without relocations, possible panics are unknown",
             elf.display()
         );
         image.may_panic.retain(|name| !holds(name, LOGGER));

@@ -12,7 +12,7 @@ use crate::playback::{Playback, Player};
 
 /// Injected fault of the module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Misdeed {
+pub enum InjectedFault {
     /// The chirp is lost.
     Lost,
     /// One bit of the chirp is wrong.
@@ -33,7 +33,7 @@ pub enum Misdeed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Kind of fault.
-    pub misdeed: Misdeed,
+    pub kind: InjectedFault,
     /// First and last trigger angle, counted from 0 in the order of the triggers.
     pub rows: (u32, u32),
     /// Number of triggers at each of these angles that fail.
@@ -51,16 +51,16 @@ impl FromStr for Fault {
             )
         };
         let kinds = [
-            ("lost", Misdeed::Lost),
-            ("corrupt", Misdeed::Corrupt),
-            ("repeat", Misdeed::Repeat),
-            ("late", Misdeed::Late),
-            ("error", Misdeed::Error),
-            ("silent", Misdeed::Silent),
-            ("config", Misdeed::Config),
+            ("lost", InjectedFault::Lost),
+            ("corrupt", InjectedFault::Corrupt),
+            ("repeat", InjectedFault::Repeat),
+            ("late", InjectedFault::Late),
+            ("error", InjectedFault::Error),
+            ("silent", InjectedFault::Silent),
+            ("config", InjectedFault::Config),
         ];
         let found = kinds.iter().find(|(name, _)| text.starts_with(name));
-        let &(name, misdeed) = found.with_context(expected)?;
+        let &(name, kind) = found.with_context(expected)?;
         let (place, times) = match text[name.len()..].split_once('x') {
             Some((place, times)) => (place, times.parse().with_context(expected)?),
             None => (&text[name.len()..], 1),
@@ -76,11 +76,7 @@ impl FromStr for Fault {
             None if place.is_empty() => (0, 0),
             None => bail!(expected()),
         };
-        Ok(Self {
-            misdeed,
-            rows,
-            times,
-        })
+        Ok(Self { kind, rows, times })
     }
 }
 
@@ -208,7 +204,7 @@ impl<'a> Module<'a> {
 
     fn settings(&self, sequence: u16) -> Vec<u8> {
         let mut radar = self.radar;
-        if self.faults.iter().any(|f| f.misdeed == Misdeed::Config) {
+        if self.faults.iter().any(|f| f.kind == InjectedFault::Config) {
             radar.samples = 257;
         }
         let ability = Ability {
@@ -235,7 +231,7 @@ impl<'a> Module<'a> {
             self.kept_back = Some(sequence);
             return Vec::new();
         }
-        if self.silent || self.fault(0, 0) == Some(Misdeed::Silent) {
+        if self.silent || self.fault(0, 0) == Some(InjectedFault::Silent) {
             return Vec::new();
         }
         self.settings(sequence)
@@ -260,12 +256,12 @@ impl<'a> Module<'a> {
         trigger
     }
 
-    fn fault(&self, row: u32, attempt: u32) -> Option<Misdeed> {
+    fn fault(&self, row: u32, attempt: u32) -> Option<InjectedFault> {
         let here = |f: &&Fault| {
-            let open = f.misdeed == Misdeed::Silent;
+            let open = f.kind == InjectedFault::Silent;
             row >= f.rows.0 && (open || (row <= f.rows.1 && attempt < f.times))
         };
-        self.faults.iter().find(here).map(|f| f.misdeed)
+        self.faults.iter().find(here).map(|f| f.kind)
     }
 
     fn chirp(&mut self, sequence: u16, trigger: Trigger) -> Vec<u8> {
@@ -276,19 +272,19 @@ impl<'a> Module<'a> {
         let mut chirp = encode(FrameKind::Chirp, sequence, &chirp_payload(samples));
         let before = std::mem::replace(&mut self.last_chirp, chirp.clone());
         let fault = self.fault(self.rows, trigger.attempt);
-        self.silent |= fault == Some(Misdeed::Silent);
+        self.silent |= fault == Some(InjectedFault::Silent);
         if self.silent {
             return out;
         }
         match fault {
-            Some(Misdeed::Lost) => chirp.clear(),
-            Some(Misdeed::Corrupt) => {
+            Some(InjectedFault::Lost) => chirp.clear(),
+            Some(InjectedFault::Corrupt) => {
                 let middle = chirp.len() / 2;
                 chirp[middle] ^= 0x10;
             }
-            Some(Misdeed::Repeat) => out.extend(before),
-            Some(Misdeed::Late) => self.late = std::mem::take(&mut chirp),
-            Some(Misdeed::Error) => chirp = encode(FrameKind::Error, sequence, &[2]),
+            Some(InjectedFault::Repeat) => out.extend(before),
+            Some(InjectedFault::Late) => self.late = std::mem::take(&mut chirp),
+            Some(InjectedFault::Error) => chirp = encode(FrameKind::Error, sequence, &[2]),
             _ => {}
         }
         out.extend(chirp);
@@ -313,14 +309,14 @@ mod tests {
     fn faults_parse() {
         let fault = |text: &str| text.parse::<Fault>().unwrap();
         let lost = Fault {
-            misdeed: Misdeed::Lost,
+            kind: InjectedFault::Lost,
             rows: (10, 12),
             times: 3,
         };
         assert_eq!(fault("lost@10-12x3"), lost);
         assert_eq!(fault("late@7").rows, (7, 7));
         assert_eq!(fault("silent").rows, (0, 0));
-        assert_eq!(fault("config").misdeed, Misdeed::Config);
+        assert_eq!(fault("config").kind, InjectedFault::Config);
         for bad in ["", "loss", "lost@", "lost@x3", "lost10", "lost@1xq"] {
             let error = bad.parse::<Fault>().unwrap_err();
             assert!(error.to_string().contains("expected KIND"), "{bad}");

@@ -38,13 +38,13 @@ impl Fault {
     pub fn on(&self, recording: &Recording, strength: f64, seed: u64) -> Result<Recording> {
         ensure!(
             recording.scans() == 1,
-            "{}: {} scans: expected one, faults are put on single scans",
+            "{}: {} scans: expected one, faults are applied to single scans",
             recording.name,
             recording.scans()
         );
         ensure!(
             !recording.meta.real,
-            "{}: real samples: expected I and Q, which faults are put on",
+            "{}: real samples: expected I and Q, to which faults are applied",
             recording.name
         );
         let place = ALL.iter().position(|f| core::ptr::eq(f, self));
@@ -241,7 +241,7 @@ pub static ALL: &[Fault] = &[
     ),
     fault(
         "chair-creeps",
-        world::creeps,
+        world::chair_moves,
         &[0.01, 0.02, 0.04, 0.08],
         "m",
         &[Moving, Mount],

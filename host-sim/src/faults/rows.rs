@@ -22,7 +22,9 @@ fn hold(signal: &mut Signal, from: usize, rows: usize) {
         .saturating_add(1)
         .saturating_add(rows)
         .min(signal.rows());
-    let held: Vec<_> = (from + 1..end).map(|row| signal.again(from, row)).collect();
+    let held: Vec<_> = (from + 1..end)
+        .map(|row| signal.repeated_chirp(from, row))
+        .collect();
     for (row, chirp) in (from + 1..end).zip(held) {
         signal.chirps[row] = chirp;
     }

@@ -184,7 +184,7 @@ impl Signal {
     }
 
     /// Returns a row's echoes of the scene with noise, in the phase that all rows have in common.
-    pub fn outside(&self, row: usize) -> Vec<Complex64> {
+    pub fn scene_echoes(&self, row: usize) -> Vec<Complex64> {
         let (offset, turn) = (self.offset, self.phases[row].conj());
         let chirp = self.chirps[row].iter();
         chirp
@@ -202,7 +202,7 @@ impl Signal {
     }
 
     /// Sets a row's chirp to the common component plus these echoes of the scene.
-    pub fn set_outside(&mut self, row: usize, echoes: &[Complex64]) {
+    pub fn set_scene_echoes(&mut self, row: usize, echoes: &[Complex64]) {
         self.chirps[row] = self.chirp(row, echoes);
     }
 
@@ -215,10 +215,10 @@ impl Signal {
     /// Returns a repetition of the chirp of row `from` in place of row `to`: the same echoes with other
     /// noise. Three neighbouring rows have nearly the same echoes, and their mean has a third of the
     /// noise power.
-    pub fn again(&mut self, from: usize, to: usize) -> Vec<Complex64> {
+    pub fn repeated_chirp(&mut self, from: usize, to: usize) -> Vec<Complex64> {
         let last = self.rows().saturating_sub(1);
         let around = [from.saturating_sub(1), from, (from + 1).min(last)];
-        let [a, b, c] = around.map(|k| self.outside(k));
+        let [a, b, c] = around.map(|k| self.scene_echoes(k));
         let mean = a
             .iter()
             .zip(&b)
@@ -240,10 +240,10 @@ impl Signal {
             return self.chirps[a].clone();
         }
         if part == 0.0 {
-            return self.again(a, to);
+            return self.repeated_chirp(a, to);
         }
         let kept = part * part + (1.0 - part) * (1.0 - part);
-        let mixed = self.outside(a).into_iter().zip(self.outside(b));
+        let mixed = self.scene_echoes(a).into_iter().zip(self.scene_echoes(b));
         let mixed = mixed.map(|(x, y)| x * (1.0 - part) + y * part).collect();
         self.renewed(to, mixed, 1.0 - kept)
     }
@@ -274,7 +274,7 @@ impl Signal {
     /// Returns the maximum over the rows of the RMS amplitude of the echoes.
     pub fn strongest(&self) -> f64 {
         let power = |row: usize| {
-            let echoes = self.outside(row);
+            let echoes = self.scene_echoes(row);
             echoes.iter().map(Complex64::norm_sqr).sum::<f64>() / echoes.len().max(1) as f64
         };
         (0..self.rows()).map(power).fold(0.0, f64::max).sqrt()

@@ -10,14 +10,14 @@ fn clean() -> Recording {
 }
 
 /// Returns status and reasons of the first scan.
-fn told(recording: &Recording) -> (Status, Reasons) {
+fn verdict(recording: &Recording) -> (Status, Reasons) {
     let answer = replay::answer(recording, &replay::Options::default()).unwrap();
     (answer.scan.status, answer.scan.reasons)
 }
 
 /// Asserts that the fault prevents `ok`, with this reason.
-fn assert_doubted(recording: &Recording, reason: Reason, name: &str) {
-    let (status, reasons) = told(recording);
+fn assert_detected(recording: &Recording, reason: Reason, name: &str) {
+    let (status, reasons) = verdict(recording);
     let has = reasons.has(reason);
     assert!(status == Status::Degraded && has, "{name}: {reasons}");
 }
@@ -42,15 +42,15 @@ fn every_fault_changes_the_recording_and_one_seed_is_one_recording() {
     let clean = clean();
     for fault in ALL {
         let strength = fault.strengths[fault.strengths.len() / 2];
-        let spoilt = fault.on(&clean, strength, 5).unwrap();
+        let faulty = fault.on(&clean, strength, 5).unwrap();
         let again = fault.on(&clean, strength, 5).unwrap();
-        assert_eq!(spoilt.samples, again.samples, "{}", fault.name);
-        assert_eq!(spoilt.meta.angles_deg, again.meta.angles_deg);
-        assert_eq!(spoilt.chirps(), spoilt.meta.angles_deg.len());
-        let same = spoilt.samples == clean.samples
-            && spoilt.meta.angles_deg == clean.meta.angles_deg
-            && spoilt.meta.mirror == clean.meta.mirror
-            && spoilt.meta.bandwidth_hz == clean.meta.bandwidth_hz;
+        assert_eq!(faulty.samples, again.samples, "{}", fault.name);
+        assert_eq!(faulty.meta.angles_deg, again.meta.angles_deg);
+        assert_eq!(faulty.chirps(), faulty.meta.angles_deg.len());
+        let same = faulty.samples == clean.samples
+            && faulty.meta.angles_deg == clean.meta.angles_deg
+            && faulty.meta.mirror == clean.meta.mirror
+            && faulty.meta.bandwidth_hz == clean.meta.bandwidth_hz;
         assert!(!same, "{}", fault.name);
     }
 }
@@ -68,14 +68,14 @@ fn sequences_are_refused() {
 fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
     for name in ["stair_a", "stair_b", "stair_c"] {
         let clean = committed(name);
-        assert!(!told(&clean).1.has(Reason::Mount), "{name}");
+        assert!(!verdict(&clean).1.has(Reason::Mount), "{name}");
         for off_deg in [-2.0, 2.0] {
             let mut off = clean.clone();
             off.meta
                 .angles_deg
                 .iter_mut()
                 .for_each(|angle| *angle += off_deg);
-            assert_doubted(&off, Reason::Mount, &format!("{name} {off_deg}"));
+            assert_detected(&off, Reason::Mount, &format!("{name} {off_deg}"));
         }
     }
 }
@@ -93,13 +93,13 @@ fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
     for (kind, seed, off_m, off_deg) in cases {
         let name = format!("{} {seed}", kind.name());
         let clean = random_scan(kind, kind.variety(), seed).unwrap();
-        assert_eq!(told(&clean).0, Status::Ok, "{name}");
+        assert_eq!(verdict(&clean).0, Status::Ok, "{name}");
         let mut off = clean.clone();
         off.meta.mirror.as_mut().unwrap().mount_height_m += off_m;
         for angle in &mut off.meta.angles_deg {
             *angle += off_deg;
         }
-        assert_doubted(&off, Reason::Mount, &name);
+        assert_detected(&off, Reason::Mount, &name);
     }
 }
 
@@ -112,7 +112,7 @@ fn a_wrong_bandwidth_strains_the_calibration_on_the_floor() {
         for (factor, expected) in [(1.0, false), (0.99, false), (0.96, true)] {
             let mut off = clean.clone();
             off.meta.bandwidth_hz *= factor;
-            let mount = told(&off).1.has(Reason::Mount);
+            let mount = verdict(&off).1.has(Reason::Mount);
             assert_eq!(mount, expected, "{seed} {factor}");
         }
     }
@@ -124,10 +124,10 @@ fn other_microsteps_than_set_are_told_by_the_beam() {
     let fault = Fault::named("microsteps").unwrap();
     for name in ["stair_a", "stair_b", "stair_c"] {
         let clean = committed(name);
-        assert!(!told(&clean).1.has(Reason::AngleJump), "{name}");
+        assert!(!verdict(&clean).1.has(Reason::AngleJump), "{name}");
         for factor in [0.5, 0.8, 2.0, 4.0] {
-            let spoilt = fault.on(&clean, factor, 1).unwrap();
-            assert_doubted(&spoilt, Reason::AngleJump, &format!("{name} {factor}"));
+            let faulty = fault.on(&clean, factor, 1).unwrap();
+            assert_detected(&faulty, Reason::AngleJump, &format!("{name} {factor}"));
         }
     }
 }

@@ -18,11 +18,11 @@ const NEAR_M: f64 = 0.5;
 pub fn window(signal: &mut Signal, db: f64) {
     let gain = amplitude(-db);
     for row in 0..signal.rows() {
-        let mut echoes = signal.outside(row);
+        let mut echoes = signal.scene_echoes(row);
         for echo in &mut echoes {
             *echo = *echo * gain + signal.noise(1.0 - gain * gain);
         }
-        signal.set_outside(row, &echoes);
+        signal.set_scene_echoes(row, &echoes);
     }
 }
 
@@ -47,7 +47,7 @@ fn hide(
             .zip(&second)
             .map(|(a, b)| a * near + b * (near * amplitude(-BOUNCE_DB)) + signal.noise(1.0))
             .collect();
-        signal.set_outside(row, &echoes);
+        signal.set_scene_echoes(row, &echoes);
     }
 }
 
@@ -98,17 +98,17 @@ fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
     for row in 0..signal.rows() {
         let by = range_m(signal, row);
         let turn = signal.turn(by);
-        let mut echoes = signal.outside(row);
+        let mut echoes = signal.scene_echoes(row);
         for (echo, turn) in echoes.iter_mut().zip(&turn) {
             *echo *= turn * cis(wave * by);
         }
-        signal.set_outside(row, &echoes);
+        signal.set_scene_echoes(row, &echoes);
     }
 }
 
 /// The chair creeps forward by `metres` during the scan. The ground truth is relative to the final
 /// position.
-pub fn creeps(signal: &mut Signal, metres: f64) {
+pub fn chair_moves(signal: &mut Signal, metres: f64) {
     let rows = signal.rows() as f64;
     shift(signal, |signal, row| {
         -metres * row as f64 / rows * libm::cos(signal.angle_deg(row).to_radians())

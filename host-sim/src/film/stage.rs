@@ -161,7 +161,7 @@ impl Stage {
 
     /// Returns the time at which the answer of shot `k` appears, and the time at which that of the
     /// next shot replaces it.
-    fn told(&self, k: usize) -> (f64, f64) {
+    fn answer_interval_s(&self, k: usize) -> (f64, f64) {
         let at = |k: usize| self.begins_s.get(k).map(|begin| begin + SWEEP_S);
         let end = self.ends_s + FADE_S;
         (at(k).unwrap_or(end), at(k + 1).unwrap_or(end))
@@ -173,7 +173,7 @@ impl Stage {
             .set("viewBox", format!("0 0 {width} {height}"))
             .set("font-family", "system-ui, sans-serif")
             .add(Title::new(format!(
-                "{}: what the scanner says as the chair comes nearer",
+                "{}: answers of the scanner during the approach",
                 film.name
             )))
             .add(
@@ -342,7 +342,7 @@ impl Stage {
     /// Draws the answer: text above, the steps with their ±2σ, the drop, and the horizon.
     fn answer(&self, k: usize, shot: &Shot) -> Group {
         let hue = &hex(colour::status(shot.answer.scan.status));
-        let (from, to) = self.told(k);
+        let (from, to) = self.answer_interval_s(k);
         let mut group = Group::new()
             .set("opacity", 0)
             .add(self.shown(from, to - FADE_S));
@@ -422,9 +422,9 @@ impl Stage {
 
     fn horizon(&self, x_m: f64) -> Vec<Group> {
         let (edge_m, label) = if x_m < self.x_m.1 {
-            (x_m, "vouched for up to here")
+            (x_m, "valid up to here")
         } else {
-            (self.x_m.1 - 0.01, "vouched for beyond the picture")
+            (self.x_m.1 - 0.01, "valid beyond the drawing")
         };
         let x = number(self.x(edge_m));
         let line = Line::new()
@@ -455,7 +455,7 @@ impl Stage {
                 .set("fill", fill)
         };
         let summary = shot.answer.summary();
-        // "ok (reason): steps, vouched for …"; the reasons go to the second line.
+        // "ok (reason): steps, valid up to …"; the reasons go to the second line.
         let (status, rest) = summary.split_once(": ").unwrap_or((&summary, ""));
         let (status, reasons) = status.split_once(" (").unwrap_or((status, ""));
         let (what, vouched) = rest.split_once(", ").unwrap_or((rest, ""));

@@ -36,11 +36,11 @@ fn each_scan_is_told_with_its_steps() {
     for shot in &film.shots {
         assert_eq!(shot.answer.steps.len(), 3);
         assert!(shot.echoes.len() >= 6, "{}", shot.echoes.len());
-        let told = format!("1:  {:.1} ±", 100.0 * metres(shot.answer.steps[0].distance));
-        assert!(svg.contains(&told), "{told}");
+        let label = format!("1:  {:.1} ±", 100.0 * metres(shot.answer.steps[0].distance));
+        assert!(svg.contains(&label), "{label}");
     }
     assert!(svg.contains("ok: 3 steps up"));
-    assert!(svg.contains("vouched for up to 1."));
+    assert!(svg.contains("valid up to 1."));
     // As in the recording's angles.
     assert_eq!(film.shots[0].sweep_deg, (-20.0, 50.0));
     let (down, _) = self::film("descending");

@@ -12,7 +12,7 @@ pub struct LogisticFit {
     /// Number of samples.
     pub samples: usize,
     /// Number of samples whose outcome is `true`.
-    pub happened: usize,
+    pub positives: usize,
 }
 
 /// Maximum number of Newton steps. The posterior has one peak and is smooth, so that few suffice.
@@ -23,7 +23,7 @@ const SETTLED: f64 = 1e-9;
 /// Fits the maximum-posterior weights of `count` features to binary outcomes. The prior of each
 /// weight is a Gaussian around 0 with standard deviation `prior_sigma`.
 pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> LogisticFit {
-    let once = |(features, happened): &(Vec<f64>, bool)| (features.clone(), *happened, 1.0);
+    let once = |(features, positives): &(Vec<f64>, bool)| (features.clone(), *positives, 1.0);
     let samples: Vec<_> = samples.iter().map(once).collect();
     weighted(&samples, count, prior_sigma)
 }
@@ -39,10 +39,10 @@ pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f6
         for k in 0..count {
             curvature.add(k, k, precision);
         }
-        for (features, happened, times) in samples {
+        for (features, positives, times) in samples {
             let x: f64 = features.iter().zip(&weights).map(|(f, w)| f * w).sum();
             let p = 1.0 / (1.0 + (-x).exp_portable());
-            let left = times * (f64::from(u8::from(*happened)) - p);
+            let left = times * (f64::from(u8::from(*positives)) - p);
             let spread = times * p * (1.0 - p);
             for (i, &a) in features.iter().enumerate().filter(|(_, a)| **a != 0.0) {
                 slope[i] += left * a;
@@ -72,7 +72,7 @@ pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f6
         errors: (0..count).map(error).collect(),
         weights,
         samples: samples.len(),
-        happened: samples.iter().filter(|s| s.1).count(),
+        positives: samples.iter().filter(|s| s.1).count(),
     }
 }
 
@@ -149,7 +149,7 @@ mod tests {
         assert!((fit.weights[1] - odds(0.8) + odds(0.3)).abs() < 1e-4);
         // Standard error of log-odds: sqrt(1 / (n p (1 - p))).
         assert!((fit.errors[0] - (1.0 / 21.0_f64).sqrt()).abs() < 1e-4);
-        assert_eq!((fit.samples, fit.happened), (200, 110));
+        assert_eq!((fit.samples, fit.positives), (200, 110));
     }
 
     #[test]

@@ -33,7 +33,7 @@ use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options, Scanned};
 use crate::score::{self, at_most};
 use logistic::LogisticFit;
-use measurement::{Build, Sighting};
+use measurement::{Build, MeasurementSample};
 
 pub use table::write;
 
@@ -43,7 +43,7 @@ const PRIOR_SIGMA: f64 = 3.0;
 
 /// Training sample of one scan.
 #[derive(Clone, Debug)]
-pub struct Lesson {
+pub struct TrainingSample {
     /// The recording's name.
     pub name: String,
     /// Plane that the mirror sweeps.
@@ -91,7 +91,7 @@ impl Observer for Listener {
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
-fn witness<R>(
+fn first_scan_with<R>(
     recording: &Recording,
     g: &'static Generative,
     look: impl Fn(&Scanned<'_>, Truth, Outcome, Listener) -> Result<R>,
@@ -125,14 +125,17 @@ fn witness<R>(
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
-pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Sighting>> {
-    witness(
+pub fn measurement_sample(
+    recording: &Recording,
+    build: Option<Build>,
+) -> Result<Option<MeasurementSample>> {
+    first_scan_with(
         recording,
         &measured::MODEL,
         |scanned, truth, _, listener| {
             let map = scanned.pipeline.map();
             let geometry = *map.geometry();
-            Ok(Sighting {
+            Ok(MeasurementSample {
                 name: recording.name.clone(),
                 echoes: listener.echoes,
                 geometry,
@@ -149,12 +152,14 @@ pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Si
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
-pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Lesson>> {
-    witness(recording, g, |scanned, truth, outcome, listener| {
+pub fn sample(recording: &Recording, g: &'static Generative) -> Result<Option<TrainingSample>> {
+    first_scan_with(recording, g, |scanned, truth, outcome, listener| {
         let answer = answer_of(&recording.name, &outcome)?;
         let wrong = first_wrong(&answer, &truth, &listener.cells);
-        let stands = score::maybes(&answer, &truth).into_iter().map(|m| m.so);
-        Ok(Lesson {
+        let stands = score::maybes(&answer, &truth)
+            .into_iter()
+            .map(|m| m.outcome);
+        Ok(TrainingSample {
             name: recording.name.clone(),
             plane: scanned.config.mount.plane.first(),
             cells: listener.cells,
@@ -207,13 +212,13 @@ fn first_wrong(answer: &Answer, truth: &Truth, cells: &[Cell]) -> Option<usize> 
 }
 
 /// Fits the hazards of one plane, with the standard errors of their weights.
-pub fn hazards(lessons: &[&Lesson]) -> LogisticFit {
+pub fn hazards(samples: &[&TrainingSample]) -> LogisticFit {
     let mut rows = Vec::new();
-    for lesson in lessons {
-        let until = lesson.wrong.map_or(lesson.cells.len(), |k| k + 1);
-        for (k, cell) in lesson.cells.iter().take(until).enumerate() {
+    for sample in samples {
+        let until = sample.wrong.map_or(sample.cells.len(), |k| k + 1);
+        for (k, cell) in sample.cells.iter().take(until).enumerate() {
             let features = cell.features.iter().map(|&f| f64::from(f)).collect();
-            rows.push((features, lesson.wrong == Some(k)));
+            rows.push((features, sample.wrong == Some(k)));
         }
     }
     logistic::fit(&rows, FEATURES, PRIOR_SIGMA)
@@ -221,14 +226,14 @@ pub fn hazards(lessons: &[&Lesson]) -> LogisticFit {
 
 /// Returns for each cell of a sample the log-odds, from the hazards, that the answer is correct up to that cell, and
 /// whether it is.
-fn odds(lesson: &Lesson, weights: &Weights) -> Vec<(f64, bool)> {
+fn odds(sample: &TrainingSample, weights: &Weights) -> Vec<(f64, bool)> {
     let mut log_right = 0.0;
-    let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
+    let cells = sample.cells.iter().enumerate().map(|(k, cell)| {
         log_right += f64::from(weights.log_survival(&cell.features));
         let log_wrong = (-log_right.exp_m1_portable())
             .max(f64::from(f32::EPSILON))
             .ln_portable();
-        (log_right - log_wrong, lesson.wrong.is_none_or(|w| w > k))
+        (log_right - log_wrong, sample.wrong.is_none_or(|w| w > k))
     });
     cells.collect()
 }
@@ -248,19 +253,19 @@ pub struct Threshold {
 }
 
 /// Maximum share of `ok` answers that may be wrong before their horizon: the specification.
-const RISK: f64 = 0.01;
+const MAX_WRONG_SHARE: f64 = 0.01;
 /// Probability of accepting a threshold that does not meet the specification (type I error).
-const ERROR: f64 = 0.05;
+const TYPE_I_ERROR: f64 = 0.05;
 /// Number of `ok` answers at the first threshold of each test sequence, fixed beforehand. A larger number makes a
 /// single wrong answer less decisive. A smaller one gives a type that is seldom `ok` a test at all. Each sequence has
-/// an equal share of [`ERROR`].
+/// an equal share of [`TYPE_I_ERROR`].
 const FIRST_TESTED: [usize; 3] = [800, 1600, 3200];
 /// Difference between the numbers of `ok` answers of consecutive thresholds of a sequence. Closer thresholds add
 /// little evidence, but each of them can end the sequence.
 const MORE_TESTED: usize = 200;
 
 /// An answer whose status depends on the threshold.
-struct Course<'a> {
+struct ScoredAnswer<'a> {
     /// Minimum horizon of an `ok` answer, metres.
     reach_m: f32,
     /// Reported steps.
@@ -273,7 +278,7 @@ struct Course<'a> {
     judged: &'a (Answer, Truth),
 }
 
-impl Course<'_> {
+impl ScoredAnswer<'_> {
     /// Returns the horizon with a threshold, metres; `None` if the answer is not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
         let mut reach = HorizonAccumulator::new(self.steps, self.drop);
@@ -294,7 +299,7 @@ impl Course<'_> {
 
 /// Returns the far ends of the cells, metres, each with the probability that the answer is correct up to there.
 /// Input: the log-survival of each cell. `probability` maps their cumulative sum to a probability.
-fn rights(
+fn cumulative_probabilities(
     cells: impl Iterator<Item = (f32, f32)>,
     probability: impl Fn(f32) -> f32,
 ) -> Vec<(f32, f32)> {
@@ -310,29 +315,31 @@ fn rights(
 /// Determines the threshold of `ok` by learn-then-test with fixed sequences from several starts (Angelopoulos, Bates,
 /// Candès, Jordan, Lei 2021). A sequence starts at the strictest threshold, in thousandths, that leaves the number of
 /// `ok` answers of [`FIRST_TESTED`], and goes downwards by [`MORE_TESTED`] answers at a time. Each threshold is
-/// tested against the hypothesis that more than [`RISK`] of its `ok` answers are wrong; the sequence ends at the
+/// tested against the hypothesis that more than [`MAX_WRONG_SHARE`] of its `ok` answers are wrong; the sequence ends at the
 /// first hypothesis that is not rejected. Returns the lowest accepted threshold of all sequences, or 2, which no
 /// answer reaches, if there is none.
-fn least(courses: &[Course<'_>]) -> Threshold {
+fn lowest_valid_threshold(scored_answers: &[ScoredAnswer<'_>]) -> Threshold {
     let judge = |from: f32| {
-        let ok = courses
+        let ok = scored_answers
             .iter()
-            .filter_map(|course| Some((course, course.horizon_m(from)?)));
+            .filter_map(|scored_answer| Some((scored_answer, scored_answer.horizon_m(from)?)));
         Threshold {
             from,
             ok: ok.clone().count(),
-            wrong: ok.filter(|(course, end)| course.is_wrong(*end)).count(),
+            wrong: ok
+                .filter(|(scored_answer, end)| scored_answer.is_wrong(*end))
+                .count(),
         }
     };
     let strictest_first = (800..1000_u16).rev();
     let judged: Vec<_> = strictest_first
         .map(|thousandths| judge(f32::from(thousandths) / 1000.0))
         .collect();
-    let error = ERROR / FIRST_TESTED.len() as f64;
+    let error = TYPE_I_ERROR / FIRST_TESTED.len() as f64;
     let lowest = |first: usize| {
-        let numbers = (first..=courses.len()).step_by(MORE_TESTED);
+        let numbers = (first..=scored_answers.len()).step_by(MORE_TESTED);
         let tested = numbers.map_while(|least| judged.iter().find(|t| t.ok >= least));
-        let kept = tested.take_while(|t| at_most(t.wrong, t.ok, RISK) <= error);
+        let kept = tested.take_while(|t| at_most(t.wrong, t.ok, MAX_WRONG_SHARE) <= error);
         kept.last().copied()
     };
     let kept = FIRST_TESTED.into_iter().filter_map(lowest);
@@ -346,37 +353,39 @@ fn least(courses: &[Course<'_>]) -> Threshold {
 
 /// Returns the threshold of `ok` for answers without or with steps. The scans must not be those that the weights were
 /// fitted to.
-pub fn threshold(lessons: &[&Lesson], weights: &Weights, stairs: bool) -> Threshold {
-    let of_type = lessons.iter().filter(|lesson| lesson.stairs == stairs);
-    let courses: Vec<_> = of_type.map(|lesson| course(lesson, weights)).collect();
-    least(&courses)
+pub fn threshold(samples: &[&TrainingSample], weights: &Weights, stairs: bool) -> Threshold {
+    let of_type = samples.iter().filter(|sample| sample.stairs == stairs);
+    let scored_answers: Vec<_> = of_type
+        .map(|sample| scored_answer(sample, weights))
+        .collect();
+    lowest_valid_threshold(&scored_answers)
 }
 
-fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
-    let cells = lesson.cells.iter();
+fn scored_answer<'a>(sample: &'a TrainingSample, weights: &Weights) -> ScoredAnswer<'a> {
+    let cells = sample.cells.iter();
     let cells = cells.map(|cell| (cell.end_m, weights.log_survival(&cell.features)));
-    Course {
-        reach_m: lesson.reach_m,
-        steps: &lesson.steps,
-        drop: lesson.drop,
-        cells: rights(cells, |log_right| {
-            weights.probability(log_right, lesson.stairs)
+    ScoredAnswer {
+        reach_m: sample.reach_m,
+        steps: &sample.steps,
+        drop: sample.drop,
+        cells: cumulative_probabilities(cells, |log_right| {
+            weights.probability(log_right, sample.stairs)
         }),
-        judged: &lesson.judged,
+        judged: &sample.judged,
     }
 }
 
 /// Fits slope and offset of the calibration: from the hazards' log-odds to the observed share of correct answers.
-pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> LogisticFit {
-    let pairs = lessons.iter().flat_map(|lesson| odds(lesson, weights));
+pub fn calibration(samples: &[&TrainingSample], weights: &Weights) -> LogisticFit {
+    let pairs = samples.iter().flat_map(|sample| odds(sample, weights));
     let rows: Vec<(Vec<f64>, bool)> = pairs.map(|(x, right)| (vec![x, 1.0], right)).collect();
     logistic::fit(&rows, 2, PRIOR_SIGMA)
 }
 
 /// Fits slope and offset of the calibration of a `MAYBE`: from the particles' share to the observed share with a
 /// step.
-pub fn maybes(lessons: &[&Lesson]) -> LogisticFit {
-    let all = lessons.iter().flat_map(|lesson| &lesson.maybes);
+pub fn maybes(samples: &[&TrainingSample]) -> LogisticFit {
+    let all = samples.iter().flat_map(|sample| &sample.maybes);
     let rows: Vec<(Vec<f64>, bool)> = all
         .map(|&(share, stands)| (vec![share_log_odds(share).into(), 1.0], stands))
         .collect();
@@ -389,10 +398,10 @@ mod tests {
 
     #[test]
     fn each_sequence_of_tests_begins_where_wrong_answers_may_pass() {
-        let error = ERROR / FIRST_TESTED.len() as f64;
+        let error = TYPE_I_ERROR / FIRST_TESTED.len() as f64;
         for (first, pass) in FIRST_TESTED.into_iter().zip([2, 7, 20]) {
-            assert!(at_most(pass, first, RISK) <= error, "{first}");
-            assert!(at_most(pass + 1, first, RISK) > error, "{first}");
+            assert!(at_most(pass, first, MAX_WRONG_SHARE) <= error, "{first}");
+            assert!(at_most(pass + 1, first, MAX_WRONG_SHARE) > error, "{first}");
         }
     }
 

@@ -15,7 +15,10 @@ use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatur
 use stairscan::params::hazard::{PlattMap, log_survival, probability};
 use stairscan::verdict::Outcome;
 
-use super::{Course, PRIOR_SIGMA, answer_of, first_wrong, least, reach_m, rights};
+use super::{
+    PRIOR_SIGMA, ScoredAnswer, answer_of, cumulative_probabilities, first_wrong,
+    lowest_valid_threshold, reach_m,
+};
 use crate::answer::Answer;
 use crate::fit::logistic;
 use crate::recording::{Recording, Truth};
@@ -30,7 +33,7 @@ struct PastCell {
 
 /// Training sample of one scan of a sequence.
 #[derive(Clone, Debug)]
-pub struct Lesson {
+pub struct SequenceSample {
     /// Name of the recording and number of the scan.
     pub name: String,
     cells: Vec<PastCell>,
@@ -53,9 +56,9 @@ pub struct Pair {
 
 /// Samples of a sequence.
 #[derive(Clone, Debug, Default)]
-pub struct Taught {
+pub struct SequenceSamples {
     /// One for each scan to which an earlier one was carried.
-    pub lessons: Vec<Lesson>,
+    pub samples: Vec<SequenceSample>,
     /// One for each step that two scans reported.
     pub pairs: Vec<Pair>,
 }
@@ -75,7 +78,7 @@ impl Observer for Listener {
 
 /// A reported step: the height of its true step above the ground, the chair's travel, and the errors of
 /// place and level in standard deviations.
-struct Told {
+struct StepErrors {
     height_mm: i64,
     travel_m: f64,
     place: f64,
@@ -84,9 +87,9 @@ struct Told {
 
 /// Errors are clamped to this many standard deviations: with a larger error the step was matched to the
 /// wrong true step.
-const MOST_SIGMAS: f64 = 3.0;
+const MAX_SIGMAS: f64 = 3.0;
 
-fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
+fn step_errors(step: &Step, truth: &Truth, travel_m: f64) -> Option<StepErrors> {
     let off = |d: f64| (d - f64::from(step.distance_m)).abs();
     let near = truth
         .steps
@@ -95,10 +98,10 @@ fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
     if off(near.distance_m) > 0.1 {
         return None;
     }
-    let z = |told: f32, sigma: f32, true_m: f64| {
-        ((f64::from(told) - true_m) / f64::from(sigma)).clamp(-MOST_SIGMAS, MOST_SIGMAS)
+    let z = |reported: f32, sigma: f32, true_m: f64| {
+        ((f64::from(reported) - true_m) / f64::from(sigma)).clamp(-MAX_SIGMAS, MAX_SIGMAS)
     };
-    Some(Told {
+    Some(StepErrors {
         height_mm: (1e3 * near.height_m).round() as i64,
         travel_m,
         place: z(step.distance_m, step.distance_sigma_m, near.distance_m),
@@ -110,12 +113,12 @@ fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
-pub fn taught(recording: &Recording) -> Result<Taught> {
-    let mut taught = Taught::default();
+pub fn sequence_samples(recording: &Recording) -> Result<SequenceSamples> {
+    let mut sequence_samples = SequenceSamples::default();
     let mut carrying = Box::new(Likelihood::new());
     let mut past = History::new();
     let mut trouble = None;
-    let mut before: Vec<Vec<Told>> = Vec::new();
+    let mut before: Vec<Vec<StepErrors>> = Vec::new();
     let mut scans = 0;
     replay::answers(recording, &Options::default(), |scanned| {
         let scan = scans;
@@ -146,12 +149,12 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
         let travel_m = recording.meta.sequence.truth_travel_m.get(scan);
         if let Some(&travel_m) = travel_m {
             let (alone, _) = run(&mut Likelihood::new(), None);
-            let now: Vec<Told> = (alone.answer.steps.iter())
-                .filter_map(|s| told(s, truth, travel_m))
+            let now: Vec<StepErrors> = (alone.answer.steps.iter())
+                .filter_map(|s| step_errors(s, truth, travel_m))
                 .collect();
             for a in before.iter().flatten() {
                 for b in now.iter().filter(|b| b.height_mm == a.height_mm) {
-                    taught.pairs.push(Pair {
+                    sequence_samples.pairs.push(Pair {
                         moved_m: (b.travel_m - a.travel_m).abs(),
                         place: [a.place, b.place],
                         level: [a.level, b.level],
@@ -175,7 +178,7 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
             return;
         }
         match answer_of(&recording.name, &outcome) {
-            Ok(answer) => taught.lessons.push(Lesson {
+            Ok(answer) => sequence_samples.samples.push(SequenceSample {
                 name: format!("{} scan {}", recording.name, scan + 1),
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
@@ -188,7 +191,7 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
             Err(error) => trouble = Some(error),
         }
     })?;
-    trouble.map_or(Ok(taught), Err)
+    trouble.map_or(Ok(sequence_samples), Err)
 }
 
 /// Number of grid steps of the search for the two parameters of a correlation.
@@ -243,17 +246,17 @@ pub struct Counted {
     /// The table.
     pub table: Carried,
     /// Report as text.
-    pub told: String,
+    pub log: String,
 }
 
 /// Fits the hazards to `training`, and their calibration and the threshold of `ok` to `calibration`.
-pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
+pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Counted {
     let mut rows = Vec::new();
-    for lesson in training {
-        let until = lesson.wrong.map_or(lesson.cells.len(), |k| k + 1);
-        for (k, cell) in lesson.cells.iter().take(until).enumerate() {
+    for sample in training {
+        let until = sample.wrong.map_or(sample.cells.len(), |k| k + 1);
+        for (k, cell) in sample.cells.iter().take(until).enumerate() {
             let features = cell.features.iter().map(|&f| f64::from(f)).collect();
-            rows.push((features, lesson.wrong == Some(k)));
+            rows.push((features, sample.wrong == Some(k)));
         }
     }
     let hazards = logistic::fit(&rows, PAST_FEATURES, PAST_SIGMA);
@@ -265,95 +268,102 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     for (weight, &fitted) in table.hazard.iter_mut().zip(&hazards.weights) {
         *weight = fitted as f32;
     }
-    let mut told = format!(
+    let mut log = format!(
         "hazard: {} scans, {} cells, {} of them wrong\n",
         training.len(),
         hazards.samples,
-        hazards.happened
+        hazards.positives
     );
     for (k, (weight, error)) in hazards.weights.iter().zip(&hazards.errors).enumerate() {
-        let _ = writeln!(told, "  {k:>3} {weight:>9.3} ± {error:.3}");
+        let _ = writeln!(log, "  {k:>3} {weight:>9.3} ± {error:.3}");
     }
     for (stairs, k) in [(false, 0), (true, 1)] {
-        let lessons = calibration.iter().filter(|l| l.stairs == stairs);
-        let rows: Vec<_> = lessons.flat_map(|l| odds(l, &table)).collect();
+        let samples = calibration.iter().filter(|l| l.stairs == stairs);
+        let rows: Vec<_> = samples.flat_map(|l| odds(l, &table)).collect();
         let fit = logistic::fit(&rows, 2, PRIOR_SIGMA);
         if let [slope, offset] = fit.weights[..] {
             table.maps[k] = PlattMap {
                 slope: slope as f32,
                 offset: offset as f32,
             };
-            let _ = writeln!(told, "calibration, steps {stairs}: {slope:.3} {offset:.3}");
+            let _ = writeln!(log, "calibration, steps {stairs}: {slope:.3} {offset:.3}");
         }
     }
-    for (p, name) in surest_wrong(calibration, &table) {
-        let _ = writeln!(told, "  wrong with {p:.4}: {name}");
+    for (p, name) in most_confident_errors(calibration, &table) {
+        let _ = writeln!(log, "  wrong with {p:.4}: {name}");
     }
     for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
         let of_type = || calibration.iter().filter(|l| l.stairs == stairs);
-        let least = least(&of_type().map(|l| course(l, &table)).collect::<Vec<_>>());
+        let least = lowest_valid_threshold(
+            &of_type()
+                .map(|l| scored_answer(l, &table))
+                .collect::<Vec<_>>(),
+        );
         table.ok_from[usize::from(stairs)] = least.from;
         let able = of_type().filter(|l| l.reach_m.is_finite());
         let _ = writeln!(
-            told,
-            "{name}: ok from {:.3} on: {} of {} scans that nothing else takes it from, {} of them wrong",
+            log,
+            "{name}: ok from {:.3} on: {} of {} scans without another reason against it, {} of them wrong",
             least.from,
             least.ok,
             able.count(),
             least.wrong
         );
     }
-    Counted { table, told }
+    Counted { table, log }
 }
 
 /// Returns for each cell the log-odds that the answer is correct up to it, and whether it is.
-fn odds(lesson: &Lesson, table: &Carried) -> Vec<(Vec<f64>, bool)> {
+fn odds(sample: &SequenceSample, table: &Carried) -> Vec<(Vec<f64>, bool)> {
     let mut log_right = 0.0;
-    let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
+    let cells = sample.cells.iter().enumerate().map(|(k, cell)| {
         log_right += f64::from(log_survival(table.log_odds(&cell.features)));
         let log_wrong = (-log_right.exp_m1_portable())
             .max(f64::from(f32::EPSILON))
             .ln_portable();
-        let right = lesson.wrong.is_none_or(|w| w > k);
+        let right = sample.wrong.is_none_or(|w| w > k);
         (vec![log_right - log_wrong, 1.0], right)
     });
     cells.collect()
 }
 
 /// Number of wrong answers with the highest probability that are listed.
-const TOLD: usize = 12;
+const LISTED: usize = 12;
 
 /// Returns the names of the wrong answers with the highest probability of being correct up to their
 /// first error, with that probability.
-fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str)> {
-    let mut wrong: Vec<(f32, &str)> = lessons
+fn most_confident_errors<'a>(
+    samples: &'a [SequenceSample],
+    table: &Carried,
+) -> Vec<(f32, &'a str)> {
+    let mut wrong: Vec<(f32, &str)> = samples
         .iter()
-        .filter(|lesson| lesson.reach_m.is_finite())
-        .filter_map(|lesson| {
-            let cells = lesson.cells.get(..=lesson.wrong?)?.iter();
+        .filter(|sample| sample.reach_m.is_finite())
+        .filter_map(|sample| {
+            let cells = sample.cells.get(..=sample.wrong?)?.iter();
             let log_right = cells
                 .map(|c| log_survival(table.log_odds(&c.features)))
                 .sum();
-            let p = probability(&table.maps, log_right, lesson.stairs);
-            Some((p, lesson.name.as_str()))
+            let p = probability(&table.maps, log_right, sample.stairs);
+            Some((p, sample.name.as_str()))
         })
         .collect();
     wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
-    wrong.truncate(TOLD);
+    wrong.truncate(LISTED);
     wrong
 }
 
-fn course<'a>(lesson: &'a Lesson, table: &Carried) -> Course<'a> {
-    let cells = lesson.cells.iter();
+fn scored_answer<'a>(sample: &'a SequenceSample, table: &Carried) -> ScoredAnswer<'a> {
+    let cells = sample.cells.iter();
     let cells = cells.map(|cell| (cell.end_m, log_survival(table.log_odds(&cell.features))));
-    Course {
-        reach_m: lesson.reach_m,
-        steps: &lesson.steps,
-        drop: lesson.drop,
-        cells: rights(cells, |log_right| {
-            probability(&table.maps, log_right, lesson.stairs)
+    ScoredAnswer {
+        reach_m: sample.reach_m,
+        steps: &sample.steps,
+        drop: sample.drop,
+        cells: cumulative_probabilities(cells, |log_right| {
+            probability(&table.maps, log_right, sample.stairs)
         }),
-        judged: &lesson.judged,
+        judged: &sample.judged,
     }
 }
 
@@ -400,7 +410,7 @@ mod tests {
 
     /// A sample of a scan with log-odds `sure` in each cell; if `wrong`, it misses a step within the
     /// first metre.
-    fn lesson(sure: f32, wrong: bool, reach_m: f32) -> Lesson {
+    fn sample(sure: f32, wrong: bool, reach_m: f32) -> SequenceSample {
         let mut features = [0.0; PAST_FEATURES];
         features[0] = 1.0;
         features[1] = -sure;
@@ -417,7 +427,7 @@ mod tests {
             steps: wrong.then_some(missed).into_iter().collect(),
             ..Truth::default()
         };
-        Lesson {
+        SequenceSample {
             name: "scan".into(),
             cells: (0..10).map(cell).collect(),
             stairs: true,
@@ -431,19 +441,19 @@ mod tests {
 
     #[test]
     fn answers_that_nothing_makes_ok_do_not_move_the_threshold() {
-        let right = (0..1500).map(|k| lesson(0.005 * (k % 1000) as f32, k % 1000 < 40, 1.0));
-        let mut lessons: Vec<Lesson> = right.collect();
-        let before = count(&lessons, &lessons).table;
+        let right = (0..1500).map(|k| sample(0.005 * (k % 1000) as f32, k % 1000 < 40, 1.0));
+        let mut samples: Vec<SequenceSample> = right.collect();
+        let before = count(&samples, &samples).table;
         assert!(before.ok_from[1] < 1.0, "{before:?}");
         // Additional samples with the same log-odds that are wrong, but unconfirmed.
-        lessons.extend((0..30).map(|_| lesson(5.0, true, f32::INFINITY)));
-        let counted = count(&lessons, &lessons);
-        assert!(counted.table.ok_from[1] < 1.0, "{}", counted.told);
-        assert!(counted.told.contains("of 1500 scans"), "{}", counted.told);
-        for lesson in &mut lessons {
-            lesson.reach_m = 1.0;
+        samples.extend((0..30).map(|_| sample(5.0, true, f32::INFINITY)));
+        let counted = count(&samples, &samples);
+        assert!(counted.table.ok_from[1] < 1.0, "{}", counted.log);
+        assert!(counted.log.contains("of 1500 scans"), "{}", counted.log);
+        for sample in &mut samples {
+            sample.reach_m = 1.0;
         }
-        let all = count(&lessons, &lessons);
-        assert!(all.table.ok_from[1] > 1.0, "{}", all.told);
+        let all = count(&samples, &samples);
+        assert!(all.table.ok_from[1] > 1.0, "{}", all.log);
     }
 }

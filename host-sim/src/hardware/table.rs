@@ -70,7 +70,7 @@ pub struct Load {
     /// Current while the scanner scans, mA.
     pub typical_ma: f64,
     /// Maximum current, mA.
-    pub most_ma: f64,
+    pub max_ma: f64,
     /// Source of the figures.
     pub from: String,
 }

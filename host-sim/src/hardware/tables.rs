@@ -15,7 +15,7 @@ pub fn parts(table: &Table) -> String {
             .collect();
         let _ = writeln!(
             text,
-            "| {title} | part number | about, € | mind |\n|---|---|---|---|"
+            "| {title} | part number | about, € | note |\n|---|---|---|---|"
         );
         for Part {
             what,
@@ -47,7 +47,7 @@ pub fn current(table: &Table, rail: &str) -> Current {
     let mut sum = Current::default();
     for load in table.loads.iter().filter(|load| load.rail == rail) {
         sum.typical += load.typical_ma;
-        sum.most += load.most_ma;
+        sum.most += load.max_ma;
     }
     for converter in table
         .converters
@@ -77,10 +77,11 @@ pub fn power(table: &Table) -> String {
         let _ = writeln!(
             text,
             "| {} | {} | {:.0} | {:.0} | {} |",
-            load.what, load.rail, load.typical_ma, load.most_ma, load.from
+            load.what, load.rail, load.typical_ma, load.max_ma, load.from
         );
     }
-    text += "\n| rail | made by | typical, mA | at most, mA | it gives, mA | used at most |\n|---|---|---|---|---|---|\n";
+    text += "\n| rail | made by | typical, mA | at most, mA | capacity, mA | used at most \
+        |\n|---|---|---|---|---|---|\n";
     for converter in &table.converters {
         let Current { typical, most } = current(table, &converter.output);
         let _ = writeln!(

@@ -103,7 +103,7 @@ fn settings(first: &Value, second: &Value) -> Vec<[String; 3]> {
     let spoken = |pair: &Value| {
         let text = |k: usize| pair[k].as_str().unwrap_or_default().to_owned();
         let (key, value) = (text(0), text(1));
-        let value = table::row(&key).map_or(value.clone(), |row| row.spoken(&value));
+        let value = table::row(&key).map_or(value.clone(), |row| row.with_unit(&value));
         (key, value)
     };
     let second = list(second);

@@ -155,13 +155,13 @@ fn steps(list: &mut List, both: [&Answer; 2]) {
             [None, None] => continue,
         };
         let [Some((_, a)), Some((_, b))] = pair else {
-            let told = |step: Option<(usize, &StepLine)>| match step {
+            let describe = |step: Option<(usize, &StepLine)>| match step {
                 None => NONE.to_owned(),
                 Some((_, s)) => {
                     format!("{}, {} high", cm(metres(s.distance)), cm(metres(s.height)))
                 }
             };
-            list.words(&name, pair.map(told));
+            list.words(&name, pair.map(describe));
             continue;
         };
         for (word, value, sigma) in [
@@ -189,9 +189,9 @@ fn steps(list: &mut List, both: [&Answer; 2]) {
 fn reasons(list: &mut List, both: [&Answer; 2]) {
     let sets = both.map(|a| a.scan.reasons);
     for reason in sets[0].and(sets[1]).iter() {
-        let told = |has: bool| if has { "told" } else { NONE }.to_owned();
+        let describe = |has: bool| if has { "reported" } else { NONE }.to_owned();
         let what = format!("reason {}", reason.as_str());
-        list.words(&what, sets.map(|set| told(set.has(reason))));
+        list.words(&what, sets.map(|set| describe(set.has(reason))));
     }
 }
 
@@ -215,7 +215,7 @@ fn maybes(list: &mut List, both: [&Answer; 2]) {
         let Some((_, known)) = pair.iter().flatten().next() else {
             continue;
         };
-        let told = |maybe: Option<(usize, &MaybeLine)>| match maybe {
+        let describe = |maybe: Option<(usize, &MaybeLine)>| match maybe {
             None => NONE.to_owned(),
             Some((_, m)) => format!(
                 "{}, {} high, {}",
@@ -225,7 +225,7 @@ fn maybes(list: &mut List, both: [&Answer; 2]) {
             ),
         };
         let what = format!("MAYBE at {:.0} cm", 100.0 * metres(known.distance));
-        list.words(&what, pair.map(told));
+        list.words(&what, pair.map(describe));
     }
 }
 

@@ -11,14 +11,14 @@ const night = window.matchMedia("(prefers-color-scheme: dark)");
 const looks = () => LOOKS[night.matches ? "dark" : "light"];
 let HUE = looks();
 const STATUS = {
-  ok: ["✓ ok", "Up to its horizon this answer is vouched for. What stands beyond is told, but is no promise."],
-  degraded: ["! degraded", "Do not act on this answer alone: the reasons say what is weak."],
-  fault: ["✕ fault", "No answer. The reasons say what is broken."],
+  ok: ["✓ ok", "This answer is valid up to its horizon. Steps beyond it are reported without that guarantee."],
+  degraded: ["! degraded", "Do not act on this answer alone: see the reasons."],
+  fault: ["✕ fault", "No answer. The reasons name the fault."],
 };
 const WAITING = "… scanning";
 const LAYERS = [
-  ["map", "radar map", true], ["hits", "only what CA-CFAR lets through", false], ["echoes", "echoes", true],
-  ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
+  ["map", "radar map", true], ["hits", "only CA-CFAR detections", false], ["echoes", "echoes", true],
+  ["rivals", "runners-up", false], ["sigma", "±2σ", true], ["truth", "ground truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
 ];
 // Levels up to NOISE_DB above the mean noise have the background's colour; the scale to the strongest covers SPAN_DB.
 const [NOISE_DB, SPAN_DB] = [6, 45];

@@ -58,7 +58,7 @@ function tip(view, px, py) {
     lines.push(`level ${fixed(level(s.map, cell[0] * s.map.bins + cell[1]), 1)} dB of full scale`);
   } else lines.push("outside of the scan");
   const near = (s.inspection?.scatterers ?? []).map((e) => [Math.hypot(e.x_m - x, e.y_m - y), e]).sort((a, b) => a[0] - b[0])[0];
-  if (near && near[0] < 0.03) lines.push(`echo: ${near[1].role}, ${near[1].snr_db.toFixed(1)} dB${near[1].against ? ", speaks against the answer" : ""}`);
+  if (near && near[0] < 0.03) lines.push(`echo: ${near[1].role}, ${near[1].snr_db.toFixed(1)} dB${near[1].against ? ", against the answer" : ""}`);
   note.replaceChildren(...lines.map((line) => element("div", line)));
   const width = view.at("side").parentElement.clientWidth;
   // Beside the pointer, on the side with more space.
@@ -71,7 +71,7 @@ function tip(view, px, py) {
 function showPane(view) {
   const [{ at }, r, s] = [view, view.recording(), view.scan()];
   at("name").textContent = r.name;
-  at("description").textContent = [r.description, r.disturbance && `spoilt on purpose: ${r.disturbance}`].filter(Boolean).join(" – ");
+  at("description").textContent = [r.description, r.disturbance && `injected fault: ${r.disturbance}`].filter(Boolean).join(" – ");
   at("pane").querySelectorAll(":scope > section:not([id|=verdict]), :scope > details").forEach((part) => { part.hidden = !s; });
   if (s) {
     at("tip").hidden = true;

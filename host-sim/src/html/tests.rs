@@ -30,7 +30,7 @@ fn a_page_holds_what_replay_prints() {
     assert_eq!(data(&page)["revision"], stairscan::REVISION);
     let scan = &data(&page)["recordings"][0]["scans"][0];
     let answer = replay::answer(&recorded("stair_a"), &Options::default()).unwrap();
-    let told = answer.json();
+    let json = answer.json();
     for key in [
         "status",
         "steps",
@@ -40,7 +40,7 @@ fn a_page_holds_what_replay_prints() {
         "confidence",
         "reasons",
     ] {
-        assert_eq!(scan[key], told[key], "{key}");
+        assert_eq!(scan[key], json[key], "{key}");
     }
     assert_eq!(scan["sentences"][0], answer.sentences[0]);
     let map = &scan["map"];

@@ -18,7 +18,7 @@ use crate::recording::{Recording, TrueStep, Truth};
 use crate::replay::{self, Options, Scanned};
 use crate::score;
 use crate::setup::{self, Kind};
-use crate::sweeps::score::Word;
+use crate::sweeps::score::GuardAnswer;
 use crate::sweeps::{self, strip, truth};
 use crate::views::true_edges;
 
@@ -54,12 +54,18 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
             Status::Fault => 2,
         });
     let status = worst.unwrap_or(Status::Fault);
-    let told: Vec<Word> = words.iter().map(Word::of).collect();
-    let shows_m = sweeps::ground::of(recording).unwrap_or_default();
-    let scored = truth
-        .as_ref()
-        .map(|truth| sweeps::score::recording(&recording.name, &told, truth, &shows_m));
-    let wrong = scored.map(|scored| scored.sweeps.iter().filter(|sweep| sweep.wrong()).count());
+    let answers: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+    let ground_echo_range_m = sweeps::ground::of(recording).unwrap_or_default();
+    let scored = truth.as_ref().map(|truth| {
+        sweeps::score::recording(&recording.name, &answers, truth, &ground_echo_range_m)
+    });
+    let wrong = scored.map(|scored| {
+        scored
+            .sweeps
+            .iter()
+            .filter(|sweep| sweep.free_beyond_hazard())
+            .count()
+    });
     let judged = wrong.map_or(String::new(), |n| {
         format!(", {n} ok and wrong from the third on")
     });
@@ -117,12 +123,12 @@ pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<A
 pub fn answered(answer: &Answer) -> Value {
     let reasons = answer.scan.reasons.iter();
     let reasons: Vec<Value> = reasons.map(|r| json!([r.as_str(), r.meaning()])).collect();
-    let told = json!({
+    let evaluation = json!({
         "summary": answer.summary(),
         "sentences": answer.sentences,
         "why": reasons,
     });
-    joined(answer.json(), told)
+    joined(answer.json(), evaluation)
 }
 
 /// Merges two objects.
@@ -171,7 +177,7 @@ fn rank(answer: &Answer, wrong: Option<bool>) -> Rank {
 const SAME_M: f64 = 0.05;
 
 /// Minimum probability of a listed hypothesis that the search has not scored.
-const LEAST: f64 = 0.01;
+const MIN_PROBABILITY: f64 = 0.01;
 
 /// Lists every hypothesis once, with the search's score and the posterior probability, if known.
 fn rivals(inspection: &Value) -> Vec<Value> {
@@ -183,7 +189,9 @@ fn rivals(inspection: &Value) -> Vec<Value> {
         let mut rivals = all[..scored].iter_mut().filter(free);
         match rivals.find(|r| same(&r["edges"], &hypothesis["edges"])) {
             Some(rival) => rival["probability"] = hypothesis["probability"].clone(),
-            None if hypothesis["probability"].as_f64() >= Some(LEAST) => all.push(hypothesis),
+            None if hypothesis["probability"].as_f64() >= Some(MIN_PROBABILITY) => {
+                all.push(hypothesis)
+            }
             None => {}
         }
     }

@@ -130,7 +130,7 @@ pub struct Direct {
 impl Direct {
     /// A cable to the screen at the other end of `inside`.
     pub fn new(inside: Inside) -> Self {
-        inside.tell(Event::Opened);
+        inside.send(Event::Opened);
         let splitter = Splitter::default();
         Self { inside, splitter }
     }
@@ -144,7 +144,7 @@ impl Cable for Direct {
 
     fn write(&mut self, bytes: &[u8]) {
         for line in self.splitter.push(bytes) {
-            self.inside.tell(Event::Line(line));
+            self.inside.send(Event::Line(line));
         }
     }
 

@@ -51,7 +51,7 @@ impl Guard {
     }
 
     /// Whether status, hazard or reasons differ from the previous sentence. The distance is ignored.
-    pub fn is_news(&self, before: Option<&Self>) -> bool {
+    pub fn has_changed(&self, before: Option<&Self>) -> bool {
         let same = |other: &Self| {
             let (a, b) = (&self.line, &other.line);
             (a.status, a.hazard, a.reasons) == (b.status, b.hazard, b.reasons)
@@ -98,7 +98,7 @@ const fn ended(ending: HazardKind) -> &'static str {
         HazardKind::Rise => " to a rise",
         HazardKind::Drop => " to a drop",
         HazardKind::Obstacle => " to an obstacle",
-        HazardKind::Unknown => ", no farther seen",
+        HazardKind::Unknown => ", no ground detected beyond",
     }
 }
 
@@ -159,6 +159,10 @@ mod tests {
         let first = Guard::after(None, 0, word(1, "ok,1000.0,none,99.8,"));
         let same = Guard::after(Some(&first), 100, word(2, "ok,900.0,none,99.7,"));
         let other = Guard::after(Some(&same), 200, word(3, "ok,900.0,rise,99.7,"));
-        assert!(first.is_news(None) && !same.is_news(Some(&first)) && other.is_news(Some(&same)));
+        assert!(
+            first.has_changed(None)
+                && !same.has_changed(Some(&first))
+                && other.has_changed(Some(&same))
+        );
     }
 }

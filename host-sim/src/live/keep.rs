@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail};
 use super::Ms;
 
 /// Maximum number of sessions in a directory.
-const MOST: u32 = 9_999;
+const MAX_SESSIONS: u32 = 9_999;
 
 /// A session's file.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl Keep {
     /// The directory or the file cannot be created; the message names the path.
     pub fn begin(dir: &Path, about: &str) -> Result<Self> {
         fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
-        for number in 1..=MOST {
+        for number in 1..=MAX_SESSIONS {
             let path = dir.join(format!("live-{number:03}.txt"));
             match OpenOptions::new().append(true).create_new(true).open(&path) {
                 Ok(file) => {
@@ -43,7 +43,7 @@ impl Keep {
                 Err(error) => return Err(error).with_context(|| format!("{}", path.display())),
             }
         }
-        bail!("{}: holds {MOST} sessions already", dir.display())
+        bail!("{}: holds {MAX_SESSIONS} sessions already", dir.display())
     }
 
     /// Writes one line.

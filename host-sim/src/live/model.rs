@@ -7,7 +7,7 @@ use stairscan::verdict::Reason;
 
 use super::Ms;
 use super::guard::Guard;
-use super::trouble::{Strange, Trouble};
+use super::trouble::{Trouble, UnexpectedData};
 use crate::answer::Answer;
 
 /// Time without an intact sentence after which the scanner or the line is considered dead, ms
@@ -16,13 +16,13 @@ pub const SILENCE: Ms = 500;
 /// Maximum age of an answer, ms; an older one is stale (docs/controller.md).
 pub const OLDEST: Ms = 17_000;
 /// Time without a sentence after which an open port is reported as silent, ms; a scanner boots in 1.6 s.
-const PATIENCE: Ms = 2_500;
+const TIMEOUT: Ms = 2_500;
 /// Timeout of a command's reply, ms; commands that move the mirror have a longer one.
 const REPLY: Ms = 2_000;
 /// Timeout of commands with homing, self-test and a scan, ms.
 const LONG_REPLY: Ms = 60_000;
 /// Number of lines that are kept in the log.
-const KEPT: usize = 2_000;
+const MAX_LOG: usize = 2_000;
 /// Number of lines to scroll at once.
 pub const PAGE: usize = 5;
 
@@ -74,7 +74,7 @@ pub struct Entry {
 
 /// Validity of the displayed answer with regard to its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum Validity {
     /// Current.
     Fresh,
     /// The port has disappeared.
@@ -109,7 +109,7 @@ pub struct Pulse {
 
 /// The last command.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Asked {
+pub struct PendingCommand {
     /// Time of sending.
     pub at: Ms,
     /// The command.
@@ -118,7 +118,7 @@ pub struct Asked {
     pub reply: Option<(Ms, String, bool)>,
 }
 
-impl Asked {
+impl PendingCommand {
     /// Name of the command.
     fn word(&self) -> &str {
         let body = self.text.strip_prefix("$PSTC,").unwrap_or(&self.text);
@@ -172,7 +172,7 @@ pub struct State {
     /// The last `LIVE`.
     pub pulse: Option<Pulse>,
     /// The last command.
-    pub asked: Option<Asked>,
+    pub asked: Option<PendingCommand>,
     /// The last lines, oldest first.
     pub log: VecDeque<Entry>,
     /// Number of log lines that are newer than the last one shown.
@@ -240,7 +240,7 @@ impl State {
     /// Registers a command that was sent at `now`.
     pub fn sent(&mut self, now: Ms, line: &str) {
         self.keep(now, Way::Out, line);
-        self.asked = Some(Asked {
+        self.asked = Some(PendingCommand {
             at: now,
             text: line.to_owned(),
             reply: None,
@@ -253,7 +253,7 @@ impl State {
     }
 
     fn keep(&mut self, at: Ms, way: Way, text: &str) {
-        if self.log.len() == KEPT {
+        if self.log.len() == MAX_LOG {
             self.log.pop_front();
         }
         let text = text.to_owned();
@@ -330,7 +330,7 @@ impl State {
             Sentence::Maybe(maybe) => self.belongs(now, maybe.scan, line),
             Sentence::Guard(sweep) => {
                 let guard = Guard::after(self.guard.as_ref(), now, *sweep);
-                if guard.is_news(self.guard.as_ref()) {
+                if guard.has_changed(self.guard.as_ref()) {
                     self.keep(now, Way::In, line);
                 }
                 self.guard = Some(guard);
@@ -399,10 +399,7 @@ impl State {
                 self.answers += 1;
                 self.restarted = false;
             }
-            Err(error) => self.note(
-                now,
-                &format!("an answer that contradicts itself: {error:#}"),
-            ),
+            Err(error) => self.note(now, &format!("an inconsistent answer: {error:#}")),
         }
     }
 
@@ -441,34 +438,34 @@ impl State {
     /// arrival.
     pub fn age(&self, now: Ms) -> Option<Ms> {
         let (came, answer) = self.answer.as_ref()?;
-        let told = self
+        let reported = self
             .pulse
             .as_ref()
             .filter(|pulse| pulse.at >= *came && !answer.is_fault());
-        let told =
-            told.and_then(|pulse| Some(u64::from(pulse.age_ms?) + now.saturating_sub(pulse.at)));
-        Some(told.unwrap_or(now.saturating_sub(*came)))
+        let reported = reported
+            .and_then(|pulse| Some(u64::from(pulse.age_ms?) + now.saturating_sub(pulse.at)));
+        Some(reported.unwrap_or(now.saturating_sub(*came)))
     }
 
     /// Returns the validity of the displayed answer.
-    pub fn standing(&self, now: Ms) -> Standing {
+    pub fn standing(&self, now: Ms) -> Validity {
         let silence = now.saturating_sub(self.heard.unwrap_or(0));
         match self.link {
-            Link::Away(..) => Standing::Unplugged,
-            _ if self.restarted => Standing::Restarted,
-            _ if silence > SILENCE => Standing::Silent(silence),
-            _ if !self.emulated && self.age(now).is_some_and(|age| age > OLDEST) => Standing::Old,
-            _ => Standing::Fresh,
+            Link::Away(..) => Validity::Unplugged,
+            _ if self.restarted => Validity::Restarted,
+            _ if silence > SILENCE => Validity::Silent(silence),
+            _ if !self.emulated && self.age(now).is_some_and(|age| age > OLDEST) => Validity::Old,
+            _ => Validity::Fresh,
         }
     }
 
     /// Returns what the open port delivers instead of sentences; `None` if the time is too short to judge.
-    pub fn strange(&self, now: Ms) -> Option<Strange<'_>> {
+    pub fn unexpected_data(&self, now: Ms) -> Option<UnexpectedData<'_>> {
         let Link::Open(since) = self.link else {
             return None;
         };
         let heard = self.heard.map_or(since, |heard| heard.max(since));
-        if now.saturating_sub(heard) < PATIENCE {
+        if now.saturating_sub(heard) < TIMEOUT {
             return None;
         }
         let Tally {
@@ -479,11 +476,11 @@ impl State {
             ref other,
         } = self.tally;
         Some(match damaged.max(others).max(noise) {
-            _ if sentences > 0 => Strange::Silence,
-            0 => Strange::Nothing,
-            most if most == damaged => Strange::Damaged,
-            most if most == noise => Strange::Noise,
-            _ => Strange::Others(other),
+            _ if sentences > 0 => UnexpectedData::Silence,
+            0 => UnexpectedData::Nothing,
+            most if most == damaged => UnexpectedData::Damaged,
+            most if most == noise => UnexpectedData::Noise,
+            _ => UnexpectedData::Others(other),
         })
     }
 

@@ -4,7 +4,7 @@ use stairscan::scanner::Settings;
 use stairscan::scanner::command::{self, Command, MAX_COMMAND, framed};
 
 /// Note for a command that is probably wrong; a second Enter sends it nevertheless.
-const ANYWAY: &str = "Enter sends it anyway, but";
+const CONFIRM: &str = "Press Enter again to send it, although";
 
 /// Result of the check.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,7 +28,8 @@ pub fn check(typed: &str) -> Checked {
         why,
     };
     if typed.len() > MAX_COMMAND {
-        let why = format!("{ANYWAY} line: expected at most {MAX_COMMAND} characters");
+        let why =
+            format!("{CONFIRM} the line is too long: expected at most {MAX_COMMAND} characters");
         return offer(typed, why);
     }
     let parsed = match command::parse(typed) {
@@ -37,13 +38,13 @@ pub fn check(typed: &str) -> Checked {
             let whose = if bad.command == "-" { "" } else { bad.command };
             let (field, expected) = (bad.error.field, bad.error.expected);
             let why = format!(
-                "{ANYWAY} {}: expected {expected}",
+                "{CONFIRM} it is wrong: {}: expected {expected}",
                 format!("{whose} {field}").trim_start()
             );
             return offer(typed, why);
         }
     };
-    let doubt = value_doubt(&parsed);
+    let refusal = refusal(&parsed);
     let line = match parsed {
         _ if command::is_framed(typed) => typed.to_owned(),
         Command::Set(key, value) => sentence(&["set", key, value]),
@@ -54,13 +55,13 @@ pub fn check(typed: &str) -> Checked {
         }
         _ => typed.to_owned(),
     };
-    match doubt {
-        Some(doubt) => offer(&line, format!("{ANYWAY} {doubt}")),
+    match refusal {
+        Some(refusal) => offer(&line, format!("{CONFIRM} {refusal}")),
         None if line != typed => {
             let word = parsed.word();
             offer(
                 &line,
-                format!("{word} counts only inside a sentence with its CRC: Enter sends this one"),
+                format!("{word} is accepted only as a sentence with its CRC: Enter sends this one"),
             )
         }
         None => Checked::Send(line),
@@ -74,14 +75,14 @@ fn sentence(words: &[&str]) -> String {
 
 /// Returns why a scanner with default settings would refuse a value. A scanner with other settings may
 /// accept it.
-fn value_doubt(command: &Command<'_>) -> Option<String> {
+fn refusal(command: &Command<'_>) -> Option<String> {
     let Command::Set(key, value) = command else {
         return None;
     };
     let error = Settings::default().set(key, value).err()?;
     let (field, expected) = (error.field, error.expected);
     Some(format!(
-        "with default settings it would be refused: {field}: expected {expected}"
+        "default settings would refuse it: {field}: expected {expected}"
     ))
 }
 
@@ -131,9 +132,9 @@ mod tests {
             ("scan now", "scan arguments: expected no more"),
             ("$PSTC,set,seed,7*00000000", "crc: expected"),
             ("calibrate 1500", "calibrate date: expected"),
-            ("set seed x", "refused: seed"),
-            ("set plane sideways", "refused: plane: expected"),
-            (&"x".repeat(97), "line: expected at most 96"),
+            ("set seed x", "refuse it: seed"),
+            ("set plane sideways", "refuse it: plane: expected"),
+            (&"x".repeat(97), "the line is too long: expected at most 96"),
         ] {
             let (_, why) = offered(typed);
             assert!(why.contains(words), "{typed}: {why}");

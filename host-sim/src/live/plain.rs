@@ -10,7 +10,7 @@ use super::Ms;
 use super::model::{Event, Link};
 use super::port::Source;
 use super::session::Session;
-use super::talk::Broken;
+use super::talk::PortFault;
 
 /// Polling interval of a silent source.
 const WAIT: Duration = Duration::from_millis(100);
@@ -28,17 +28,17 @@ pub fn run(
     print: &mut dyn FnMut(&str),
 ) -> Result<()> {
     let mut opened = false;
-    let mut strange = None;
+    let mut unexpected_data = None;
     while !stop.load(Ordering::Relaxed) {
         let (at, event) = match source.events.recv_timeout(WAIT) {
             Ok(came) => came,
             Err(RecvTimeoutError::Timeout) => {
                 let now = started.elapsed().as_millis() as Ms;
                 let state = &session.state;
-                let found = state.strange(now).map(|s| s.explain(state.baud).0);
-                if found != strange {
+                let found = state.unexpected_data(now).map(|s| s.explain(state.baud).0);
+                if found != unexpected_data {
                     found.iter().for_each(|what| print(what));
-                    strange = found;
+                    unexpected_data = found;
                 }
                 continue;
             }
@@ -50,7 +50,7 @@ pub fn run(
         match (&event, &session.state.answer) {
             (Event::Failed(trouble), _) if !opened => {
                 let (what, help) = trouble.explain(&session.state.port);
-                bail!(Broken { what, help });
+                bail!(PortFault { what, help });
             }
             (Event::Failed(trouble), _) if session.state.link != link => {
                 print(&trouble.explain(&session.state.port).0);

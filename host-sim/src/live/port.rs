@@ -47,7 +47,7 @@ pub struct Inside {
 
 impl Inside {
     /// Sends an event with the current time.
-    pub fn tell(&self, event: Event) {
+    pub fn send(&self, event: Event) {
         let at = self.started.elapsed().as_millis() as Ms;
         // Without a receiver [`Self::ended`] is true.
         let _ = self.events.send((at, event));
@@ -104,12 +104,12 @@ fn keep_open(inside: &Inside, path: &str, baud: u32) {
     while !inside.ended() {
         match open(path, baud) {
             Ok(mut port) => {
-                inside.tell(Event::Opened);
+                inside.send(Event::Opened);
                 if let Some(why) = talk(inside, path, &mut *port) {
-                    inside.tell(Event::Failed(Trouble::Unplugged(why)));
+                    inside.send(Event::Failed(Trouble::Unplugged(why)));
                 }
             }
-            Err(error) => inside.tell(Event::Failed(ports::trouble(path, &error))),
+            Err(error) => inside.send(Event::Failed(ports::trouble(path, &error))),
         }
         // Lines for a scanner that is absent must not go to the next one.
         while inside.line().is_some() {}
@@ -144,7 +144,7 @@ fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String
                 let lines = splitter.push(&buffer[..count]);
                 lines
                     .into_iter()
-                    .for_each(|line| inside.tell(Event::Line(line)));
+                    .for_each(|line| inside.send(Event::Line(line)));
             }
             Err(error) if passes(error.kind()) => {
                 // Not every driver reports to a reader that its device was unplugged.

@@ -3,7 +3,7 @@
 use super::offer::{self, Checked};
 
 /// Maximum number of lines in the history.
-const REMEMBERED: usize = 500;
+const MAX_HISTORY: usize = 500;
 
 /// Edit of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,10 +41,10 @@ pub enum Own {
 
 /// Lines that `help` prints.
 pub const HELP: [&str; 6] = [
-    "scan | start | stop | reset: one scan, on and on, stand, forget scans",
-    "status | version | selftest: how the scanner is",
+    "scan | start | stop | reset: one scan, continuous, stop, clear history",
+    "status | version | selftest: state of the scanner",
     "get [KEY] | set KEY VALUE | save: settings (docs/hardware.md)",
-    "calibrate WALL_MM YYYYMMDD: how the scanner is mounted",
+    "calibrate WALL_MM YYYYMMDD: estimate the mounting",
     "PageUp, PageDown: older sentences, newer ones",
     "help, q: this text, the end; all commands: docs/commands.md",
 ];
@@ -156,7 +156,7 @@ impl Prompt {
         if self.history.last().is_none_or(|last| last != line) {
             self.history.push(line.to_owned());
         }
-        let surplus = self.history.len().saturating_sub(REMEMBERED);
+        let surplus = self.history.len().saturating_sub(MAX_HISTORY);
         self.history.drain(..surplus);
     }
 

@@ -8,14 +8,14 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use stairscan::verdict::Status;
 
 use super::Ms;
-use super::model::{Entry, Link, Pulse, Standing, State, Way};
+use super::model::{Entry, Link, Pulse, State, Validity, Way};
 use super::prompt::Prompt;
 use super::side;
 use super::trouble::Trouble;
 use crate::answer::{Answer, drop_words, maybe_words, metres};
 
 /// Minimum size of the terminal, columns and rows.
-const LEAST: (u16, u16) = (72, 22);
+const MIN_SIZE: (u16, u16) = (72, 22);
 /// Width of the table of steps.
 const TABLE: u16 = 43;
 /// Number of reasons that are explained; further ones are only counted.
@@ -29,10 +29,10 @@ const WARN: Style = Style::new().fg(Color::Yellow);
 /// Draws the state at `now`.
 pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     let area = frame.area();
-    if area.width < LEAST.0 || area.height < LEAST.1 {
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
         let text = format!(
             "This terminal has {} x {} characters; live needs {} x {}.",
-            area.width, area.height, LEAST.0, LEAST.1
+            area.width, area.height, MIN_SIZE.0, MIN_SIZE.1
         );
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
         return;
@@ -54,7 +54,7 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     head.extend(trouble);
     frame.render_widget(Paragraph::new(head), rows[0]);
     frame.render_widget(Paragraph::new(verdict), rows[1]);
-    let fresh = state.standing(now) == Standing::Fresh;
+    let fresh = state.standing(now) == Validity::Fresh;
     let middle =
         Layout::horizontal([Constraint::Min(30), Constraint::Length(TABLE)]).split(rows[2]);
     let answer = state.answer.as_ref().map(|(_, answer)| answer);
@@ -87,12 +87,12 @@ fn title(state: &State) -> Line<'static> {
 
 /// Returns the fault of the port and its remedies.
 fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
-    let (since, (what, helps)) = match (&state.link, state.strange(now)) {
+    let (since, (what, helps)) = match (&state.link, state.unexpected_data(now)) {
         (Link::Away(since, trouble), _) => {
             let gone = matches!(trouble, Trouble::Unplugged(_));
             (gone.then_some(*since), trouble.explain(&state.port))
         }
-        (_, Some(strange)) => (None, strange.explain(state.baud)),
+        (_, Some(unexpected_data)) => (None, unexpected_data.explain(state.baud)),
         _ => return Vec::new(),
     };
     let since = since.map(|since| format!(", {} ago", span(now.saturating_sub(since))));
@@ -128,11 +128,11 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let standing = state.standing(now);
     let age = span(state.age(now).unwrap_or(0));
     let old = match standing {
-        Standing::Fresh => None,
-        Standing::Unplugged => Some("the port is gone".to_owned()),
-        Standing::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
-        Standing::Restarted => Some("the scanner has restarted since".to_owned()),
-        Standing::Old => Some("too old to act on".to_owned()),
+        Validity::Fresh => None,
+        Validity::Unplugged => Some("the port is closed".to_owned()),
+        Validity::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
+        Validity::Restarted => Some("the scanner has restarted since".to_owned()),
+        Validity::Old => Some("too old to act on".to_owned()),
     };
     let (status, colour) = match answer.scan.status {
         Status::Ok => (" OK ", Color::Cyan),
@@ -160,8 +160,10 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     }
     let reasons: Vec<_> = answer.scan.reasons.iter().collect();
     for reason in reasons.iter().take(REASONS) {
-        let told = format!("{}: {}", reason.as_str(), reason.meaning());
-        lines.extend(wrapped(&told, width.saturating_sub(4)).map(|line| Line::styled(line, text)));
+        let meaning = format!("{}: {}", reason.as_str(), reason.meaning());
+        lines.extend(
+            wrapped(&meaning, width.saturating_sub(4)).map(|line| Line::styled(line, text)),
+        );
     }
     if let Some(more @ 1..) = reasons.len().checked_sub(REASONS) {
         lines.push(Line::styled(
@@ -190,7 +192,7 @@ fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
     lines.into_iter()
 }
 
-/// Returns the summary of an answer without its status, for example `3 steps up, vouched for up to 1.0 m,
+/// Returns the summary of an answer without its status, for example `3 steps up, valid up to 1.0 m,
 /// confidence 98.9 %`.
 fn words(answer: &Answer) -> String {
     let summary = answer.summary();
@@ -217,7 +219,7 @@ fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool
     let mut lines = Vec::new();
     if let Some(answer) = answer.filter(|answer| !answer.steps.is_empty()) {
         lines.push(Line::styled(
-            " #   distance ±2σ     height ±2σ   seen",
+            " #   distance ±2σ     height ±2σ quality",
             style,
         ));
         for s in &answer.steps {
@@ -266,7 +268,7 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
          refused {refused}, damaged {damaged}, link errors {link}"
     );
     let style = match state.standing(now) {
-        Standing::Unplugged | Standing::Silent(_) => GREY,
+        Validity::Unplugged | Validity::Silent(_) => GREY,
         _ => Style::new(),
     };
     Line::styled(text, style)
@@ -333,7 +335,7 @@ fn asked(state: &State, now: Ms) -> Line<'static> {
         }
         None if asked.overdue(now) => {
             let text = format!(
-                "   {}: no answer. Does the adapter's TX go to J2 pin 3 (REPORT_RX)?",
+                "   {}: no answer. Is the adapter's TX connected to J2 pin 3 (REPORT_RX)?",
                 asked.text
             );
             Line::styled(text, WARN)

@@ -42,7 +42,7 @@ impl Session<'_> {
         if let Some(keep) = &mut self.keep
             && let Err(error) = keep.line(at, way, text)
         {
-            let remark = format!("nothing is recorded any more: {error:#}");
+            let remark = format!("recording has ended: {error:#}");
             self.state.note(at, &remark);
             self.keep = None;
         }

@@ -12,7 +12,7 @@ use crate::answer::{Answer, metres, nearest_m};
 /// Length of the tread drawn behind the last step's edge, cm.
 const BEHIND: f64 = 30.0;
 /// Minimum width shown: the horizon of an `ok`, cm.
-const LEAST: f64 = 120.0;
+const MIN_SPAN_CM: f64 = 120.0;
 /// Distance between marks of the axes, cm.
 const MARK: f64 = 50.0;
 
@@ -43,7 +43,7 @@ impl Shape {
         let mut outline = vec![(0.0, 0.0)];
         let mut bars = Vec::new();
         let mut level = 0.0;
-        let mut end: f64 = LEAST - BEHIND;
+        let mut end: f64 = MIN_SPAN_CM - BEHIND;
         for step in &answer.steps {
             let [x, y, sx, sy] = [
                 step.distance,
@@ -85,7 +85,7 @@ impl Shape {
     fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let bars = self.bars.iter().flatten();
         let all = self.outline.iter().chain(bars).chain(&self.maybes);
-        let (mut x, mut y) = ([0.0, LEAST], [0.0_f64, MARK]);
+        let (mut x, mut y) = ([0.0, MIN_SPAN_CM], [0.0_f64, MARK]);
         for &(along, up) in all {
             x = [along.min(x[0]), along.max(x[1])];
             y = [up.min(y[0]), up.max(y[1])];

@@ -14,7 +14,7 @@ use super::trouble::Trouble;
 
 /// Timeout of a reply: a `SCAN` with all its sentences takes 0.14 s at 115,200 baud.
 const REPLY: Duration = Duration::from_secs(2);
-/// Timeout of the first sentence; longer than the 2.5 s of [`State::strange`], which explains a silent port.
+/// Timeout of the first sentence; longer than the 2.5 s of [`State::unexpected_data`], which explains a silent port.
 const FIRST: Duration = Duration::from_secs(4);
 /// Number of attempts of a request without a reply.
 const TRIES: u32 = 3;
@@ -31,14 +31,14 @@ pub struct Talk {
 
 /// Fault of a port and its remedies, one line each.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Broken {
+pub struct PortFault {
     /// The fault.
     pub what: String,
     /// The remedies.
     pub help: Vec<String>,
 }
 
-impl std::fmt::Display for Broken {
+impl std::fmt::Display for PortFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}", self.what)?;
         self.help
@@ -47,7 +47,7 @@ impl std::fmt::Display for Broken {
     }
 }
 
-impl std::error::Error for Broken {}
+impl std::error::Error for PortFault {}
 
 /// Reply to a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ impl Talk {
     ///
     /// # Errors
     /// The port cannot be opened, or delivers no sentences; the message explains the cause.
-    pub fn open(port: &str, baud: u32) -> Result<Self, Broken> {
+    pub fn open(port: &str, baud: u32) -> Result<Self, PortFault> {
         let started = Instant::now();
         let mut talk = Self {
             port: port.to_owned(),
@@ -74,7 +74,7 @@ impl Talk {
         };
         match talk.next(FIRST)? {
             Some(_) => Ok(talk),
-            None => Err(talk.silent()),
+            None => Err(talk.no_reply_cause()),
         }
     }
 
@@ -96,7 +96,7 @@ impl Talk {
     ///
     /// # Errors
     /// The port cannot be opened, or has disappeared.
-    pub fn next(&mut self, patience: Duration) -> Result<Option<String>, Broken> {
+    pub fn next(&mut self, patience: Duration) -> Result<Option<String>, PortFault> {
         let until = Instant::now() + patience;
         loop {
             let left = until.saturating_duration_since(Instant::now());
@@ -116,24 +116,27 @@ impl Talk {
         }
     }
 
-    fn failed(&self, trouble: &Trouble) -> Broken {
+    fn failed(&self, trouble: &Trouble) -> PortFault {
         let (what, mut help) = trouble.explain(&self.port);
         if matches!(trouble, Trouble::Unplugged(_)) {
             help = vec!["Plug it in again, and repeat the command.".to_owned()];
         }
-        Broken { what, help }
+        PortFault { what, help }
     }
 
     /// Returns the cause of a missing reply.
-    pub fn silent(&self) -> Broken {
-        let (what, help) = match self.state.strange(self.now()) {
-            Some(strange) => strange.explain(self.baud),
+    pub fn no_reply_cause(&self) -> PortFault {
+        let (what, help) = match self.state.unexpected_data(self.now()) {
+            Some(unexpected_data) => unexpected_data.explain(self.baud),
             None => (
-                format!("{}: the scanner speaks, but does not answer", self.port),
-                vec!["Is the wire to REPORT_RX (J2 pin 3) there?".to_owned()],
+                format!(
+                    "{}: the scanner sends sentences but does not reply",
+                    self.port
+                ),
+                vec!["Is the wire to REPORT_RX (J2 pin 3) connected?".to_owned()],
             ),
         };
-        Broken { what, help }
+        PortFault { what, help }
     }
 
     /// Sends a line.
@@ -153,7 +156,7 @@ impl Talk {
         &mut self,
         line: &str,
         mut take: impl FnMut(&Sentence<'_>) -> Option<T>,
-    ) -> Result<T, Broken> {
+    ) -> Result<T, PortFault> {
         for _ in 0..TRIES {
             self.send(line);
             let until = Instant::now() + REPLY;
@@ -166,14 +169,14 @@ impl Talk {
                 }
             }
         }
-        Err(self.silent())
+        Err(self.no_reply_cause())
     }
 
     /// Sends a command, given by its words, with its CRC. Returns the reply.
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.
-    pub fn command(&mut self, words: &[&str]) -> Result<Reply, Broken> {
+    pub fn command(&mut self, words: &[&str]) -> Result<Reply, PortFault> {
         let line = framed(words).trim_end().to_owned();
         self.ask(&line, |sentence| reply(words, sentence))
     }
@@ -186,7 +189,7 @@ impl Talk {
         &mut self,
         words: &[&str],
         patience: Duration,
-    ) -> Result<Option<Reply>, Broken> {
+    ) -> Result<Option<Reply>, PortFault> {
         self.send(framed(words).trim_end());
         let until = Instant::now() + patience;
         while let Some(line) = self.next(until.saturating_duration_since(Instant::now()))? {
@@ -204,7 +207,7 @@ impl Talk {
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.
-    pub fn version(&mut self) -> Result<String, Broken> {
+    pub fn version(&mut self) -> Result<String, PortFault> {
         self.ask("version", |sentence| match sentence {
             Sentence::Config {
                 key: "version",
@@ -218,7 +221,7 @@ impl Talk {
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.
-    pub fn status(&mut self) -> Result<String, Broken> {
+    pub fn status(&mut self) -> Result<String, PortFault> {
         self.ask("status", |sentence| match sentence {
             Sentence::State { .. } => Some(sentence.write().trim_end().to_owned()),
             _ => None,
@@ -229,17 +232,17 @@ impl Talk {
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.
-    pub fn settings(&mut self) -> Result<BTreeMap<String, String>, Broken> {
-        let mut told = BTreeMap::new();
+    pub fn settings(&mut self) -> Result<BTreeMap<String, String>, PortFault> {
+        let mut values = BTreeMap::new();
         self.ask("get", |sentence| {
             if let Sentence::Config { key, value } = sentence {
-                told.insert((*key).to_owned(), (*value).to_owned());
+                values.insert((*key).to_owned(), (*value).to_owned());
             }
             matches!(sentence, Sentence::Done { command: "get" }).then_some(())
         })?;
         let missing = Settings::KEYS
             .iter()
-            .filter(|key| !told.contains_key(**key));
+            .filter(|key| !values.contains_key(**key));
         for key in missing.copied().collect::<Vec<_>>() {
             let found = self.ask(&format!("get {key}"), |sentence| match sentence {
                 Sentence::Config { key: k, value } if *k == key => Some(Some((*value).to_owned())),
@@ -247,9 +250,9 @@ impl Talk {
                 _ => None,
             })?;
             // `None`: the firmware does not have this setting.
-            found.map(|value| told.insert(key.to_owned(), value));
+            found.map(|value| values.insert(key.to_owned(), value));
         }
-        Ok(told)
+        Ok(values)
     }
 }
 

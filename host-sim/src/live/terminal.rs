@@ -40,7 +40,7 @@ pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Resu
             screen::draw(frame, &view.session.state, &view.prompt, now);
         });
         if let Err(error) = drawn {
-            break Err(error).context("the terminal has gone");
+            break Err(error).context("the terminal was closed");
         }
         match view.keys(&keys, source, now) {
             Ok(true) => {}

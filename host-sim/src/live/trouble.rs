@@ -25,7 +25,7 @@ impl Trouble {
             Self::Missing(ports) if ports.is_empty() => (
                 format!("no {port}, and no other serial port here"),
                 text(&[
-                    "Is the adapter plugged in? `dmesg | tail` shows whether the system has seen it.",
+                    "Is the adapter plugged in? `dmesg | tail` shows whether the system has detected it.",
                     "A cable that only charges carries no data.",
                 ]),
             ),
@@ -47,7 +47,7 @@ impl Trouble {
             Self::Busy => (
                 format!("{port} is in use by another program"),
                 vec![format!(
-                    "`fuser -v {port}` says which; ModemManager lets go after some seconds."
+                    "`fuser -v {port}` shows which; ModemManager releases it after some seconds."
                 )],
             ),
             Self::NoPort => (
@@ -56,7 +56,7 @@ impl Trouble {
             ),
             Self::Unplugged(why) => (
                 format!("{port} has gone ({why})"),
-                text(&["Plug it in again: it is opened again by itself."]),
+                text(&["Plug it in again: it is reopened automatically."]),
             ),
             Self::Other(why) => (format!("{port}: {why}"), Vec::new()),
         }
@@ -65,7 +65,7 @@ impl Trouble {
 
 /// Data of an open port that are not sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Strange<'a> {
+pub enum UnexpectedData<'a> {
     /// Nothing at all.
     Nothing,
     /// No more data.
@@ -81,18 +81,18 @@ pub enum Strange<'a> {
 /// Baud rate of the report port.
 pub const REPORT_BAUD: u32 = 115_200;
 
-impl Strange<'_> {
+impl UnexpectedData<'_> {
     /// Returns the fault and its remedies, one line each.
     pub fn explain(&self, baud: u32) -> (String, Vec<String>) {
         let speed = match baud {
             REPORT_BAUD => "The scanner's speed is 115,200 baud, and so is this port's.".to_owned(),
-            _ => format!(
-                "The scanner's speed is 115,200 baud; this port is at {baud}: leave --baud away."
-            ),
+            _ => {
+                format!("The scanner's speed is 115,200 baud; this port is at {baud}: omit --baud.")
+            }
         };
         match self {
             Self::Nothing => (
-                "the port is open, but says nothing (LIVE is due five times a second)".to_owned(),
+                "the port is open, but the scanner sends nothing (LIVE is due five times a second)".to_owned(),
                 vec![
                     "Is the scanner powered? Is this its port, and not the radar link's or another adapter's?"
                         .to_owned(),
@@ -101,11 +101,11 @@ impl Strange<'_> {
                 ],
             ),
             Self::Silence => (
-                "the scanner has fallen silent (LIVE is due five times a second)".to_owned(),
-                vec!["Its supply, or the line? Only `save` silences it, for some seconds.".to_owned()],
+                "the scanner has stopped sending (LIVE is due five times a second)".to_owned(),
+                vec!["Its supply, or the line? Only `save` interrupts it, for some seconds.".to_owned()],
             ),
             Self::Noise => (
-                "bytes come that are no text".to_owned(),
+                "the bytes are not text".to_owned(),
                 vec![
                     speed,
                     "Otherwise a wrong port (the radar link is binary), or a UART wired without its level shifter."
@@ -113,14 +113,14 @@ impl Strange<'_> {
                 ],
             ),
             Self::Others(line) => (
-                "something else talks here: text, but no sentence of a scanner".to_owned(),
+                "another device sends here: text, but no sentence of a scanner".to_owned(),
                 vec![
-                    format!("It says: {}", line.chars().take(70).collect::<String>()),
+                    format!("Received: {}", line.chars().take(70).collect::<String>()),
                     "A wrong port? `cargo sim live` without a port lists those there are.".to_owned(),
                 ],
             ),
             Self::Damaged => (
-                "sentences come, but damaged: no checksum fits".to_owned(),
+                "sentences are received damaged: no checksum is correct".to_owned(),
                 vec![
                     speed,
                     "Otherwise a bad ground or a long cable; a scanner on its internal clock may be 4 % off."

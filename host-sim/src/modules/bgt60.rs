@@ -68,7 +68,7 @@ pub struct Chip {
     /// Error bits of FSTAT.
     errors: u32,
     /// Error bits of GSR0, reported once, in the next answer.
-    told: u8,
+    pending_status: u8,
     frames: u32,
     now: Micros,
     ends: Option<Micros>,
@@ -93,7 +93,7 @@ impl Chip {
             registers: [0; REGISTERS],
             fifo: VecDeque::new(),
             errors: 0,
-            told: 0,
+            pending_status: 0,
             frames: 0,
             now: Micros(0),
             ends: None,
@@ -221,7 +221,7 @@ impl Chip {
             | u32::from(fill as usize == FIFO_WORDS) << 22
     }
 
-    fn held(&self, address: usize) -> u32 {
+    fn read_register(&self, address: usize) -> u32 {
         match (address, self.fault) {
             (CHIP_ID, Some(Fault::Identity(identity))) => identity,
             (FSTAT, _) => self.state(),
@@ -229,7 +229,7 @@ impl Chip {
         }
     }
 
-    fn store(&mut self, address: usize, value: u32) {
+    fn write_register(&mut self, address: usize, value: u32) {
         if self.fault == Some(Fault::Stuck(address as u8)) {
             return;
         }
@@ -265,8 +265,8 @@ impl Chip {
     }
 
     /// Reports an error in the next answer, and stores it in FSTAT [5.8].
-    fn complain(&mut self, clocks: bool, words: bool) {
-        self.told = u8::from(clocks) | u8::from(words) << 1;
+    fn report_error(&mut self, clocks: bool, words: bool) {
+        self.pending_status = u8::from(clocks) | u8::from(words) << 1;
         self.errors |= (u32::from(clocks) * CLOCK_ERROR) | (u32::from(words) * BURST_ERROR);
     }
 
@@ -280,11 +280,11 @@ impl Chip {
         for (k, word) in answer.chunks_exact_mut(3).enumerate() {
             let value = match start {
                 0x60 if write == 0 => self.pop(),
-                _ => self.held(start as usize + k),
+                _ => self.read_register(start as usize + k),
             };
             word.copy_from_slice(&value.to_be_bytes()[1..]);
         }
-        self.complain(clocks, amiss);
+        self.report_error(clocks, amiss);
         answer
     }
 
@@ -295,10 +295,10 @@ impl Chip {
         }
         let fast = self.registers[SFCTL] & FAST_MISO != 0;
         let overrun = self.errors & (OVERFLOW | UNDERFLOW) != 0;
-        let status = 0xf0 | u8::from(overrun) << 3 | u8::from(fast) << 2 | self.told;
-        self.told = 0;
+        let status = 0xf0 | u8::from(overrun) << 3 | u8::from(fast) << 2 | self.pending_status;
+        self.pending_status = 0;
         let Some((command, rest)) = there.split_first_chunk::<4>() else {
-            self.complain(!there.is_empty(), false);
+            self.report_error(!there.is_empty(), false);
             return vec![status; there.len()];
         };
         let word = u32::from_be_bytes(*command);
@@ -307,12 +307,12 @@ impl Chip {
         if address == 0x7f && write {
             back.extend(self.burst(word, rest.len()));
         } else {
-            let value = self.held(address).to_be_bytes();
+            let value = self.read_register(address).to_be_bytes();
             back[1..].copy_from_slice(&value[1..]);
             back.extend(rest);
-            self.complain(!rest.is_empty(), false);
+            self.report_error(!rest.is_empty(), false);
             if write && rest.is_empty() {
-                self.store(address, word & 0xff_ffff);
+                self.write_register(address, word & 0xff_ffff);
             }
         }
         if fast {

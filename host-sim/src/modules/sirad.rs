@@ -17,7 +17,7 @@ const SCALE: i16 = 16;
 
 /// Fault of the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Misdeed {
+pub enum Fault {
     /// No fault.
     #[default]
     None,
@@ -34,11 +34,11 @@ pub enum Misdeed {
     /// It sends noise.
     Garbage,
     /// It ignores the configuration of the baseband.
-    Deaf,
+    IgnoresConfig,
     /// It reports that its synthesiser does not lock.
     Error,
     /// It also measures without a trigger.
-    Alone,
+    SelfTriggered,
 }
 
 /// Source of the converter's samples: the argument is the number of samples; `None` means no
@@ -49,7 +49,7 @@ pub type Source<'a> = Box<dyn FnMut(usize) -> Option<Vec<Sample>> + 'a>;
 pub struct SiRadModel<'a> {
     source: Source<'a>,
     /// The present fault.
-    pub misdeed: Misdeed,
+    pub fault: Fault,
     system: u32,
     baseband: u32,
     ramp: u32,
@@ -73,7 +73,7 @@ impl<'a> SiRadModel<'a> {
     pub fn new(source: Source<'a>) -> Self {
         Self {
             source,
-            misdeed: Misdeed::None,
+            fault: Fault::None,
             system: 0x0110_49BA,
             baseband: 0xB034_C125,
             ramp: 0x1388,
@@ -108,7 +108,7 @@ impl<'a> SiRadModel<'a> {
 
     /// Returns the next byte for the scanner.
     pub fn send(&mut self) -> Option<u8> {
-        if self.misdeed == Misdeed::Silent {
+        if self.fault == Fault::Silent {
             self.out.clear();
         }
         self.out.pop_front()
@@ -126,7 +126,7 @@ impl<'a> SiRadModel<'a> {
             u32::from_str_radix(text.get(2..).unwrap_or_default(), 16),
         ) {
             ('S', Ok(bits)) => self.system = bits,
-            ('B', Ok(bits)) if self.misdeed != Misdeed::Deaf => self.baseband = bits,
+            ('B', Ok(bits)) if self.fault != Fault::IgnoresConfig => self.baseband = bits,
             ('P', Ok(bits)) => self.ramp = bits,
             ('I', _) => self
                 .out
@@ -155,9 +155,9 @@ impl<'a> SiRadModel<'a> {
             _ => Vec::new(),
         };
         if frames & 1 != 0 {
-            bytes.extend(self.spoilt(raw));
+            bytes.extend(self.with_fault(raw));
         }
-        let late = self.misdeed == Misdeed::Late;
+        let late = self.fault == Fault::Late;
         match late {
             true => self.late = bytes,
             false => self.out.extend(bytes),
@@ -165,17 +165,17 @@ impl<'a> SiRadModel<'a> {
     }
 
     /// Applies the fault to a raw frame.
-    fn spoilt(&mut self, mut raw: Vec<u8>) -> Vec<u8> {
+    fn with_fault(&mut self, mut raw: Vec<u8>) -> Vec<u8> {
         let middle = raw.len() / 2;
-        match self.misdeed {
-            Misdeed::Cut => raw.truncate(middle),
-            Misdeed::Gap => {
+        match self.fault {
+            Fault::Cut => raw.truncate(middle),
+            Fault::Gap => {
                 raw.remove(middle);
             }
-            Misdeed::Garbage => raw.iter_mut().for_each(|b| *b = b.wrapping_mul(37) ^ 0x5A),
-            Misdeed::Repeat => raw.extend(raw.clone()),
-            Misdeed::Error => raw = b"!E0004\r\n".to_vec(),
-            Misdeed::Alone => {
+            Fault::Garbage => raw.iter_mut().for_each(|b| *b = b.wrapping_mul(37) ^ 0x5A),
+            Fault::Repeat => raw.extend(raw.clone()),
+            Fault::Error => raw = b"!E0004\r\n".to_vec(),
+            Fault::SelfTriggered => {
                 self.counter = self.counter.wrapping_add(1);
                 let samples = vec![[0; 2]; self.samples()];
                 raw.extend(binary(self.counter, &samples));
@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     const TIMEOUT: u32 = 400_000;
-    const WISH: RequestedSettings = RequestedSettings {
+    const REQUEST: RequestedSettings = RequestedSettings {
         kind: ModuleKind::SiRad,
         samples: 64,
         ..RequestedSettings::DEFAULT
@@ -275,12 +275,12 @@ mod tests {
             }
         }
 
-        fn misbehave(&mut self, misdeed: Misdeed) {
-            self.port.0.borrow_mut().misdeed = misdeed;
+        fn inject(&mut self, fault: Fault) {
+            self.port.0.borrow_mut().fault = fault;
         }
 
         fn program(&mut self) -> Result<RadarConfig, LinkError> {
-            (self.module).program(&mut self.port, Micros(self.now), &WISH, TIMEOUT);
+            (self.module).program(&mut self.port, Micros(self.now), &REQUEST, TIMEOUT);
             loop {
                 self.now += 1_000;
                 let answer = self.module.settings(&mut self.port, Micros(self.now));
@@ -317,28 +317,28 @@ mod tests {
 
     #[test]
     fn what_goes_wrong_is_told_and_mended() {
-        for misdeed in [
-            Misdeed::Silent,
-            Misdeed::Late,
-            Misdeed::Cut,
-            Misdeed::Gap,
-            Misdeed::Garbage,
-            Misdeed::Error,
+        for fault in [
+            Fault::Silent,
+            Fault::Late,
+            Fault::Cut,
+            Fault::Gap,
+            Fault::Garbage,
+            Fault::Error,
         ] {
             let mut bench = Bench::new();
             assert!(bench.program().is_ok());
-            bench.misbehave(misdeed);
-            let told = bench.chirp().unwrap_err();
-            match misdeed {
-                Misdeed::Error => assert_eq!(told, LinkError::Module(4)),
-                Misdeed::Gap => assert!(matches!(told, LinkError::Frame(_) | LinkError::Timeout)),
-                _ => assert_eq!(told, LinkError::Timeout, "{misdeed:?}"),
+            bench.inject(fault);
+            let error = bench.chirp().unwrap_err();
+            match fault {
+                Fault::Error => assert_eq!(error, LinkError::Module(4)),
+                Fault::Gap => assert!(matches!(error, LinkError::Frame(_) | LinkError::Timeout)),
+                _ => assert_eq!(error, LinkError::Timeout, "{fault:?}"),
             }
-            assert!(bench.chirp().is_err(), "{misdeed:?}");
-            bench.misbehave(Misdeed::None);
+            assert!(bench.chirp().is_err(), "{fault:?}");
+            bench.inject(Fault::None);
             let measured = bench.port.0.borrow().measured;
             // The chirp belongs to the last trigger, never to an earlier one.
-            assert_eq!(bench.chirp(), Ok(measured as i16 + 1), "{misdeed:?}");
+            assert_eq!(bench.chirp(), Ok(measured as i16 + 1), "{fault:?}");
         }
     }
 
@@ -346,7 +346,7 @@ mod tests {
     fn a_repeated_chirp_is_not_the_next_rows() {
         let mut bench = Bench::new();
         assert!(bench.program().is_ok());
-        bench.misbehave(Misdeed::Repeat);
+        bench.inject(Fault::Repeat);
         for number in 2..6 {
             assert_eq!(bench.chirp(), Ok(number));
         }
@@ -354,16 +354,16 @@ mod tests {
 
     #[test]
     fn a_module_that_is_not_set_up() {
-        let programmed = |misdeed| {
+        let programmed = |fault| {
             let mut bench = Bench::new();
-            bench.misbehave(misdeed);
+            bench.inject(fault);
             bench.program()
         };
-        assert_eq!(programmed(Misdeed::Silent), Err(LinkError::Timeout));
-        assert_eq!(programmed(Misdeed::Alone), Err(LinkError::Sequence));
-        assert_eq!(programmed(Misdeed::Error), Err(LinkError::Module(4)));
+        assert_eq!(programmed(Fault::Silent), Err(LinkError::Timeout));
+        assert_eq!(programmed(Fault::SelfTriggered), Err(LinkError::Sequence));
+        assert_eq!(programmed(Fault::Error), Err(LinkError::Module(4)));
         // The WebGUI setting, of 512 samples.
-        assert_eq!(programmed(Misdeed::Deaf), Err(LinkError::Answer));
+        assert_eq!(programmed(Fault::IgnoresConfig), Err(LinkError::Answer));
     }
 
     #[test]

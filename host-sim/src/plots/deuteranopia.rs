@@ -101,8 +101,8 @@ fn roles_have_shapes_of_their_own() {
         for b in &MARKS[k + 1..] {
             assert_ne!(a.shape, b.shape, "{} and {}", a.role, b.role);
             let difference = apart(a.ink, b.ink);
-            let told = a.ink == b.ink || difference >= APART;
-            assert!(told, "{} and {}: {difference}", a.role, b.role);
+            let distinct = a.ink == b.ink || difference >= APART;
+            assert!(distinct, "{} and {}: {difference}", a.role, b.role);
         }
     }
 }

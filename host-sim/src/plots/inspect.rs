@@ -6,7 +6,7 @@ use plotters::style::{RGBColor, WHITE};
 
 use super::colour::{CONCLUDED, HUES, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
-use super::plane::{Ground, SagittalPlane, Words};
+use super::plane::{Background, PlotTexts, SagittalPlane};
 use super::posterior;
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
@@ -72,7 +72,7 @@ fn radius(snr_db: f64) -> f64 {
 /// runners-up, the posterior of the number of steps, and the answer's `DROP` and `MAYBE`s.
 pub fn draw(
     plane: &SagittalPlane<'_>,
-    words: &Words,
+    words: &PlotTexts,
     (view, answer): (&InspectView, &Answer),
     truth: Option<&Truth>,
 ) -> Result<Vec<u8>> {
@@ -100,7 +100,7 @@ pub fn draw(
             .legend
             .push((Swatch::Area(TRUE, 0.3, edge), "truth".into()));
     }
-    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+    plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
         if let Some(truth) = truth {
             draw_truth(sheet, frame, truth)?;
         }
@@ -118,13 +118,13 @@ pub fn draw(
 /// Returns the hypotheses to draw, the best first.
 fn lines(view: &InspectView) -> Vec<(Stroke, &ExplanationView)> {
     let winner = view.explanations.iter().filter(|e| e.winner);
-    let mut rivals: Vec<&ExplanationView> =
+    let mut runners_up: Vec<&ExplanationView> =
         view.explanations.iter().filter(|e| !e.winner).collect();
-    rivals.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let rivals = rivals.into_iter().zip(posterior::strokes());
+    runners_up.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let runners_up = runners_up.into_iter().zip(posterior::strokes());
     winner
         .map(|e| (Stroke::solid(CONCLUDED, 3.2), e))
-        .chain(rivals.map(|(e, stroke)| (stroke, e)))
+        .chain(runners_up.map(|(e, stroke)| (stroke, e)))
         .collect()
 }
 

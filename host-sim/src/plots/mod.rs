@@ -39,7 +39,7 @@ use stairscan::signal::grid::PolarMap;
 use stairscan::signal::range::{Profile, RangeProcessor};
 
 pub use particles::{BeamView, ClusterView, ParticleView};
-pub use plane::Ground;
+pub use plane::Background;
 pub use profile::ProfileView;
 pub use staircase::{StepView, steps};
 pub use surface::surface;
@@ -49,7 +49,7 @@ use crate::output::Outputs;
 use crate::recording::Recording;
 use crate::setup;
 use crate::views::{InspectView, Point, PosteriorView};
-use plane::{SagittalPlane, Words};
+use plane::{PlotTexts, SagittalPlane};
 
 /// Intermediate results of the paper's estimator on one map.
 #[derive(Clone, Debug, Default)]
@@ -104,17 +104,17 @@ pub fn write_scan((outputs, dir): (&Outputs, &Path), scan: &ScanView<'_>) -> Res
         keep("fig09-cfar-threshold", profile::threshold(&view))?;
     }
     let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
-    let of = |title: &str| Words {
+    let of = |title: &str| PlotTexts {
         title: title.into(),
         subtitle: format!("{name}, {}", sweep(scan)),
         legend: Vec::new(),
     };
     let raw = of("Radar map of the sagittal plane");
-    keep("fig04-map", plane.map(&raw, Ground::Raw))?;
+    keep("fig04-map", plane.map(&raw, Background::Raw))?;
     let cfar = of("The map after CA-CFAR");
-    keep("fig10-map-cfar", plane.map(&cfar, Ground::Cfar))?;
+    keep("fig10-map-cfar", plane.map(&cfar, Background::Cfar))?;
     let paper = scan.paper;
-    let of = |title: &str| Words {
+    let of = |title: &str| PlotTexts {
         title: format!("{title}: the paper's estimator"),
         subtitle: format!("{name}{}", beside(scan)),
         legend: Vec::new(),
@@ -138,7 +138,7 @@ pub fn write_scan((outputs, dir): (&Outputs, &Path), scan: &ScanView<'_>) -> Res
     let picture = particles::beam(&plane, &words, &paper.kept, &paper.beams);
     keep("fig11-beam-correction", picture)?;
     let truth = scan.recording.meta.truth.as_ref();
-    let words = Words {
+    let words = PlotTexts {
         title: "Reconstructed staircase".into(),
         subtitle: format!("{name}: {}", conclusion(scan)),
         legend: Vec::new(),
@@ -171,8 +171,8 @@ pub fn write_inspect(
     view: &InspectView,
 ) -> Result<()> {
     let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
-    let words = Words {
-        title: "Echoes with their roles, the winning reading and its rivals".into(),
+    let words = PlotTexts {
+        title: "Echoes with their roles, the best hypothesis and its runners-up".into(),
         subtitle: format!(
             "{}: {}; 2.3 nats: ten times as likely",
             scan.recording.name,

@@ -14,7 +14,7 @@ use super::particles::{BeamView, ClusterView, ParticleView};
 use crate::views::Point;
 
 /// Intermediate results of the estimator on one scan.
-struct Witness<'a> {
+struct TraceObserver<'a> {
     map: &'a PolarMap,
     particles: ParticleView,
     /// Particles with their clusters, before and after rejection.
@@ -22,7 +22,7 @@ struct Witness<'a> {
     extents: Vec<Extent>,
 }
 
-impl<'a> Witness<'a> {
+impl<'a> TraceObserver<'a> {
     fn new(map: &'a PolarMap) -> Self {
         Self {
             map,
@@ -82,7 +82,7 @@ impl<'a> Witness<'a> {
     }
 }
 
-impl Observer for Witness<'_> {
+impl Observer for TraceObserver<'_> {
     fn event(&mut self, event: Event<'_>) {
         let Event::Particles {
             stage,
@@ -113,13 +113,13 @@ impl Observer for Witness<'_> {
 }
 
 /// Returns the estimator's outcome on a map, and its intermediate results.
-fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Witness<'a>) {
+fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, TraceObserver<'a>) {
     let mut paper = Box::new(Paper::new());
     paper.begin(map);
     for row in 0..map.rows() {
         paper.row(map, row);
     }
-    let mut witness = Witness::new(map);
+    let mut witness = TraceObserver::new(map);
     let outcome = paper.finish(map, config, scan, &mut witness);
     (outcome, witness)
 }

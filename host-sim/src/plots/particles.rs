@@ -6,8 +6,8 @@ use stairscan::paper::cluster::ClusterVerdict;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};
-use super::plane::{Ground, SagittalPlane, Words};
-use super::room::Room;
+use super::plane::{Background, PlotTexts, SagittalPlane};
+use super::room::LabelPlacer;
 use super::shape::{SOLID, Shape};
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::views::Point;
@@ -44,7 +44,11 @@ pub struct BeamView {
 }
 
 /// Draws particles over the raw map (figs. 5 and 6).
-pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) -> Result<Vec<u8>> {
+pub fn particles(
+    plane: &SagittalPlane<'_>,
+    words: &PlotTexts,
+    view: &ParticleView,
+) -> Result<Vec<u8>> {
     let mut words = words.clone();
     let rounds = match view.rounds {
         1 => "after 1 round of resampling (large: many copies)".to_owned(),
@@ -57,9 +61,9 @@ pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) 
         ),
         (Swatch::Mark(Shape::Dot, 5.0, CONCLUDED), rounds),
     ];
-    plane.draw(&words, Ground::Raw, Palette::Ground, |sheet, frame| {
+    plane.draw(&words, Background::Raw, Palette::Ground, |sheet, frame| {
         dots(sheet, frame, &view.initial, 2.6, (Shape::Diamond, HUES[5]))?;
-        heaps(sheet, frame, &view.resampled, 2.6, (Shape::Dot, CONCLUDED))
+        particle_counts(sheet, frame, &view.resampled, 2.6, (Shape::Dot, CONCLUDED))
     })
 }
 
@@ -68,7 +72,7 @@ fn dots(
     frame: &Frame,
     points: &[Point],
     radius: f64,
-    (shape, ink): Look,
+    (shape, ink): MarkStyle,
 ) -> Result<()> {
     for &(x, y) in points.iter().filter(|p| frame.holds(p.0, p.1)) {
         sheet.marker(shape, frame.spot(x, y), radius, ink, WHITE)?;
@@ -77,20 +81,20 @@ fn dots(
 }
 
 /// Draws dots whose area is proportional to the number of particles at the same place.
-fn heaps(
+fn particle_counts(
     sheet: &Sheet<'_>,
     frame: &Frame,
     points: &[Point],
     radius: f64,
-    look: Look,
+    mark_style: MarkStyle,
 ) -> Result<()> {
     /// Number of copies above which the dot does not grow.
-    const MOST: usize = 12;
+    const MAX_COPIES: usize = 12;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     for heap in sorted.chunk_by(|a, b| a == b) {
-        let copies = heap.len().min(MOST) as f64;
-        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), look)?;
+        let copies = heap.len().min(MAX_COPIES) as f64;
+        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), mark_style)?;
     }
     Ok(())
 }
@@ -98,11 +102,12 @@ fn heaps(
 /// Draws the clusters, with the rejected ones marked (figs. 7 and 8).
 pub fn clusters(
     plane: &SagittalPlane<'_>,
-    words: &Words,
+    words: &PlotTexts,
     clusters: &[ClusterView],
 ) -> Result<Vec<u8>> {
     let mut words = words.clone();
-    let shown: Vec<(Look, &ClusterView)> = looks(clusters).into_iter().zip(clusters).collect();
+    let shown: Vec<(MarkStyle, &ClusterView)> =
+        mark_styles(clusters).into_iter().zip(clusters).collect();
     words.legend = shown
         .iter()
         .filter(|(_, c)| c.fate == ClusterVerdict::Kept)
@@ -130,9 +135,9 @@ pub fn clusters(
     if shown.is_empty() {
         words.subtitle.push_str("; no clusters");
     }
-    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
-        for (look, cluster) in &shown {
-            dots(sheet, frame, &cluster.points, 3.6, *look)?;
+    plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
+        for (mark_style, cluster) in &shown {
+            dots(sheet, frame, &cluster.points, 3.6, *mark_style)?;
         }
         let mut room = plane.room(frame);
         for (_, cluster) in &shown {
@@ -151,7 +156,7 @@ pub fn clusters(
 fn draw_lost(
     sheet: &Sheet<'_>,
     frame: &Frame,
-    room: &mut Room,
+    room: &mut LabelPlacer,
     clusters: &[ClusterView],
 ) -> Result<()> {
     let lost = || clusters.iter().filter(|c| c.fate != ClusterVerdict::Kept);
@@ -173,7 +178,7 @@ fn draw_lost(
 }
 
 /// Marks the places of particles as covered.
-fn cover_dots(room: &mut Room, frame: &Frame, points: &[Point]) {
+fn cover_dots(room: &mut LabelPlacer, frame: &Frame, points: &[Point]) {
     for &(x, y) in points {
         room.cover_mark(frame.spot(x, y), 5.0);
     }
@@ -186,13 +191,13 @@ fn count_of(clusters: &[ClusterView], fate: ClusterVerdict) -> usize {
 }
 
 /// Shape and colour of a marker.
-type Look = (Shape, RGBColor);
+type MarkStyle = (Shape, RGBColor);
 
 /// Assigns a look to each cluster, first to the kept ones, so that they look the same in all plots.
-fn looks(clusters: &[ClusterView]) -> Vec<Look> {
+fn mark_styles(clusters: &[ClusterView]) -> Vec<MarkStyle> {
     let kept = count_of(clusters, ClusterVerdict::Kept);
     let (mut next_kept, mut next_other) = (0, kept);
-    let look = |c: &ClusterView| {
+    let mark_style = |c: &ClusterView| {
         let next = match c.fate {
             ClusterVerdict::Kept => &mut next_kept,
             _ => &mut next_other,
@@ -201,7 +206,7 @@ fn looks(clusters: &[ClusterView]) -> Vec<Look> {
         let k = *next - 1;
         (SOLID[k % SOLID.len()], HUES[k % HUES.len()])
     };
-    clusters.iter().map(look).collect()
+    clusters.iter().map(mark_style).collect()
 }
 
 /// Returns the corners of the box around a cluster, the first one twice; empty for a cluster
@@ -229,7 +234,7 @@ fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
 /// Draws the correction from the top particle to the height by the 3 dB beam model (fig. 11).
 pub fn beam(
     plane: &SagittalPlane<'_>,
-    words: &Words,
+    words: &PlotTexts,
     clusters: &[ClusterView],
     beams: &[BeamView],
 ) -> Result<Vec<u8>> {
@@ -255,7 +260,7 @@ pub fn beam(
         words.subtitle.push_str("; no steps");
     }
     let mirror = plane.mirror();
-    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+    plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
         let mut room = plane.room(frame);
         for beam in beams {
             wedge(sheet, frame, &mut room, (mirror, half), beam)?;
@@ -277,7 +282,7 @@ pub fn beam(
 fn wedge(
     sheet: &Sheet<'_>,
     frame: &Frame,
-    room: &mut Room,
+    room: &mut LabelPlacer,
     (from, half): (Point, f64),
     beam: &BeamView,
 ) -> Result<()> {
@@ -300,7 +305,12 @@ fn wedge(
 }
 
 /// Draws the cluster's end and the reported edge.
-fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
+fn correction(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    room: &mut LabelPlacer,
+    beam: &BeamView,
+) -> Result<()> {
     let end = frame.spot(beam.end.0, beam.end.1);
     let edge = frame.spot(beam.edge.0, beam.edge.1);
     room.cover_line(&[end, edge]);
@@ -312,7 +322,7 @@ fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView
 }
 
 /// Writes the distance of the edge from the cluster's end, and its place.
-fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
+fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut LabelPlacer, beam: &BeamView) -> Result<()> {
     let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
     let cm = |v: f64| number(100.0 * v, 1);
     let (by, result) = if dy.abs() > dx.abs() {

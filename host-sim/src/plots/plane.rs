@@ -6,7 +6,7 @@ use stairscan::signal::grid::PolarMap;
 
 use super::colour::{Palette, Scale};
 use super::page::{Axis, Frame, Page, Swatch};
-use super::room::Room;
+use super::room::LabelPlacer;
 use super::sector::{self, Sector};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot};
@@ -14,13 +14,13 @@ use super::sheet::{FAINT, Face, INK, Sheet, Spot};
 /// Maximum width and height of the data, pixels.
 const LARGEST: Spot = (1200.0, 860.0);
 /// Minimum width and height of the data, pixels, for planes so long that the mount height vanishes.
-const LEAST: f64 = 40.0;
+const MIN_SPAN_DB: f64 = 40.0;
 /// The label of every colour bar.
 const BAR_LABEL: &str = "power [dB of full scale]";
 
 /// Cells shown as the background of a plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ground {
+pub enum Background {
     /// Every cell (fig. 4).
     Raw,
     /// CA-CFAR detections; other cells have the minimum power (fig. 10, paper III-C).
@@ -29,7 +29,7 @@ pub enum Ground {
 
 /// Texts around the data.
 #[derive(Clone, Debug, Default)]
-pub struct Words {
+pub struct PlotTexts {
     /// Title of the plot.
     pub title: String,
     /// Recording and settings.
@@ -53,7 +53,7 @@ impl<'a> SagittalPlane<'a> {
         let (x, y) = sector::view(map, points);
         let scale = (LARGEST.0 / (x.1 - x.0)).min(LARGEST.1 / (y.1 - y.0));
         // Whole pixels, with the same scale along both axes.
-        let pixels = |span: (f64, f64)| ((span.1 - span.0) * scale).round().max(LEAST);
+        let pixels = |span: (f64, f64)| ((span.1 - span.0) * scale).round().max(MIN_SPAN_DB);
         let size = (pixels(x), pixels(y));
         let view = ((x.0, x.0 + size.0 / scale), (y.0, y.0 + size.1 / scale));
         let frame = Frame {
@@ -72,7 +72,7 @@ impl<'a> SagittalPlane<'a> {
     }
 
     /// Returns a page of this plane.
-    fn page(&self, words: &Words, scale: Option<Scale>) -> Page {
+    fn page(&self, words: &PlotTexts, scale: Option<Scale>) -> Page {
         Page {
             title: words.title.clone(),
             subtitle: words.subtitle.clone(),
@@ -87,8 +87,8 @@ impl<'a> SagittalPlane<'a> {
     /// Draws a plot with the map as background and `over` on top.
     pub fn draw(
         &self,
-        words: &Words,
-        ground: Ground,
+        words: &PlotTexts,
+        ground: Background,
         palette: Palette,
         over: impl FnOnce(&Sheet<'_>, &Frame) -> Result<()>,
     ) -> Result<Vec<u8>> {
@@ -99,7 +99,7 @@ impl<'a> SagittalPlane<'a> {
                     .map(|cell| scale.colour(sector::decibels(cell)))
                     .collect();
                 let pixels = self.sector.paint(|row, bin| {
-                    let shown = ground == Ground::Raw || self.map.is_detected(row, bin);
+                    let shown = ground == Background::Raw || self.map.is_detected(row, bin);
                     let cell = if shown { self.map.cell(row, bin) } else { 0 };
                     colours[usize::from(cell)]
                 });
@@ -110,7 +110,7 @@ impl<'a> SagittalPlane<'a> {
     }
 
     /// Draws the map alone.
-    pub fn map(&self, words: &Words, ground: Ground) -> Result<Vec<u8>> {
+    pub fn map(&self, words: &PlotTexts, ground: Background) -> Result<Vec<u8>> {
         self.draw(words, ground, Palette::Viridis, |_, _| Ok(()))
     }
 
@@ -120,8 +120,8 @@ impl<'a> SagittalPlane<'a> {
     }
 
     /// Returns the free space for text beside the CA-CFAR detections.
-    pub fn room(&self, frame: &Frame) -> Room {
-        let mut room = Room::new(frame);
+    pub fn room(&self, frame: &Frame) -> LabelPlacer {
+        let mut room = LabelPlacer::new(frame);
         let hit = |(row, bin)| self.map.is_detected(row, bin);
         room.cover_where(|x, y| sector::cell_at(self.map, x, y).is_some_and(hit));
         let (x, y) = self.mirror();

@@ -6,7 +6,7 @@ use plotters::style::RGBColor;
 
 use super::colour::{CONCLUDED, HUES};
 use super::page::{Frame, Swatch, number};
-use super::room::Room;
+use super::room::LabelPlacer;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::surface::surface_to_draw;
 use crate::answer::{Answer, metres, nearest_m};
@@ -14,13 +14,13 @@ use crate::score::MATCH_M;
 use crate::views::{HypothesisView, Point, PosteriorView};
 
 /// Number of other hypotheses that are drawn.
-const RIVALS: usize = 3;
+const RUNNERS_UP: usize = 3;
 /// Minimum probability of a drawn hypothesis; less is displayed as 0 %.
-const LEAST: f64 = 0.005;
+const MIN_PROBABILITY: f64 = 0.005;
 /// Minimum probability of a hypothesis that is brought into view: that of a reported `MAYBE`.
-const LEAST_IN_VIEW: f64 = 0.05;
+const MIN_PROBABILITY_IN_VIEW: f64 = 0.05;
 /// Colours of the other hypotheses, and their dashes and gaps, pixels.
-const LOOKS: [(RGBColor, f64, f64); RIVALS] = [
+const LOOKS: [(RGBColor, f64, f64); RUNNERS_UP] = [
     (HUES[5], 22.0, 8.0),
     (HUES[7], 9.0, 7.0),
     (HUES[6], 3.0, 6.0),
@@ -36,19 +36,19 @@ fn percent(probability: f64) -> String {
 }
 
 /// Whether a hypothesis has the same edges as an answer.
-fn same(hypothesis: &HypothesisView, told: &[Point]) -> bool {
-    let mut pairs = hypothesis.edges.iter().zip(told);
-    hypothesis.edges.len() == told.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
+fn same_edges(hypothesis: &HypothesisView, reported: &[Point]) -> bool {
+    let mut pairs = hypothesis.edges.iter().zip(reported);
+    hypothesis.edges.len() == reported.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
 }
 
 /// Returns the most probable hypotheses whose edges differ from the answer's, with their strokes.
-pub fn rivals<'a>(
+pub fn runners_up<'a>(
     posterior: &'a PosteriorView,
-    told: &[Point],
+    reported: &[Point],
 ) -> Vec<(Stroke, &'a HypothesisView)> {
-    let likely = (posterior.hypotheses.iter()).filter(|h| h.probability >= LEAST);
-    let rivals = likely.filter(|h| !same(h, told));
-    strokes().zip(rivals).collect()
+    let likely = (posterior.hypotheses.iter()).filter(|h| h.probability >= MIN_PROBABILITY);
+    let runners_up = likely.filter(|h| !same_edges(h, reported));
+    strokes().zip(runners_up).collect()
 }
 
 /// Returns the strokes of the other hypotheses, the most probable first. They lie under the
@@ -74,18 +74,21 @@ pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
 
 /// Returns the posterior probability of an answer as text for the legend; empty without a
 /// posterior.
-pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
-    let alike = posterior.hypotheses.iter().filter(|h| same(h, told));
+pub fn share(posterior: &PosteriorView, reported: &[Point]) -> String {
+    let matching = posterior
+        .hypotheses
+        .iter()
+        .filter(|h| same_edges(h, reported));
     match posterior.hypotheses.as_slice() {
         [] => String::new(),
-        _ => format!(", {}", percent(alike.map(|h| h.probability).sum())),
+        _ => format!(", {}", percent(matching.map(|h| h.probability).sum())),
     }
 }
 
 /// Returns the places that must be in view: `MAYBE`s, the `DROP`, and edges of probable hypotheses.
 pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Point> {
-    let likely = posterior.hypotheses.iter().take(1 + RIVALS);
-    let likely = likely.filter(|h| h.probability >= LEAST_IN_VIEW);
+    let likely = posterior.hypotheses.iter().take(1 + RUNNERS_UP);
+    let likely = likely.filter(|h| h.probability >= MIN_PROBABILITY_IN_VIEW);
     let maybes = answer.maybes.iter();
     let maybes = maybes.map(|m| (metres(m.distance), metres(m.height)));
     likely
@@ -96,18 +99,18 @@ pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Poi
 }
 
 /// Returns the legend of the other hypotheses, `DROP` and `MAYBE`s.
-pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
-    let rival = |(stroke, h): &(Stroke, &HypothesisView)| {
-        let label = format!("rival, {}: {}", percent(h.probability), h.name);
+pub fn legend(runners_up: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
+    let runner_up = |(stroke, h): &(Stroke, &HypothesisView)| {
+        let label = format!("runner-up, {}: {}", percent(h.probability), h.name);
         (Swatch::Line(*stroke), label)
     };
-    let mut legend: Vec<(Swatch, String)> = rivals.iter().map(rival).collect();
+    let mut legend: Vec<(Swatch, String)> = runners_up.iter().map(runner_up).collect();
     if answer.drop.is_some() {
         let label = "DROP: the ground ends, band of ±3σ, with its probability".to_owned();
         legend.push((Swatch::Area(CONCLUDED, BAND, drop_stroke()), label));
     }
     if !answer.maybes.is_empty() {
-        let label = "MAYBE: may stand there, with its probability".to_owned();
+        let label = "MAYBE: possible step with its probability".to_owned();
         legend.push((Swatch::Line(maybe_stroke()), label));
     }
     legend
@@ -117,26 +120,28 @@ pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swa
 const EDGE: f64 = 14.0;
 
 /// Draws the staircases of the other hypotheses, each with its probability at its end.
-pub fn draw_rivals(
+pub fn draw_runners_up(
     sheet: &Sheet<'_>,
     frame: &Frame,
-    rivals: &[(Stroke, &HypothesisView)],
+    runners_up: &[(Stroke, &HypothesisView)],
 ) -> Result<()> {
     let right = frame.at.0 + frame.size.0;
     let mut words: Vec<Spot> = Vec::new();
-    let lines = rivals.iter().map(|(_, rival)| outline(frame, &rival.edges));
+    let lines = runners_up
+        .iter()
+        .map(|(_, runner_up)| outline(frame, &runner_up.edges));
     let lines: Vec<Vec<Spot>> = lines.collect();
     // The broadest line lies below the others.
-    for ((stroke, _), line) in rivals.iter().zip(&lines).rev() {
+    for ((stroke, _), line) in runners_up.iter().zip(&lines).rev() {
         sheet.line(line, *stroke)?;
     }
-    for ((stroke, rival), line) in rivals.iter().zip(&lines) {
+    for ((stroke, runner_up), line) in runners_up.iter().zip(&lines) {
         let end = line.last().copied().unwrap_or(frame.at);
         let above = (end.1 - 18.0).clamp(frame.at.1 + EDGE, frame.at.1 + frame.size.1 - EDGE);
         let at = free(&words, (end.0.min(right) - 6.0, above));
         words.push(at);
         let face = Face::plain(20.0).right().ink(stroke.ink);
-        sheet.note(&percent(rival.probability), at, face)?;
+        sheet.note(&percent(runner_up.probability), at, face)?;
     }
     Ok(())
 }
@@ -235,7 +240,7 @@ pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<
 pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) -> Result<()> {
     let mut at = (frame.at.0 + 14.0, frame.at.1 + 22.0);
     let counts = posterior.counts.iter().enumerate();
-    let likely: Vec<(usize, &f64)> = counts.filter(|(_, p)| **p >= LEAST).collect();
+    let likely: Vec<(usize, &f64)> = counts.filter(|(_, p)| **p >= MIN_PROBABILITY).collect();
     let face = Face::plain(20.0).left();
     if !likely.is_empty() {
         sheet.note("number of steps", at, face.ink(FAINT))?;
@@ -251,13 +256,13 @@ pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) 
 /// Marks the drawn objects as covered: lines of the other hypotheses, the drop's line, marks of the
 /// possible steps, the list of counts.
 pub fn cover(
-    room: &mut Room,
+    room: &mut LabelPlacer,
     frame: &Frame,
     answer: &Answer,
-    (posterior, rivals): (&PosteriorView, &[(Stroke, &HypothesisView)]),
+    (posterior, runners_up): (&PosteriorView, &[(Stroke, &HypothesisView)]),
 ) {
-    for (_, rival) in rivals {
-        room.cover_line(&outline(frame, &rival.edges));
+    for (_, runner_up) in runners_up {
+        room.cover_line(&outline(frame, &runner_up.edges));
     }
     if let Some(drop) = &answer.drop {
         let x = metres(drop.distance);
@@ -267,7 +272,11 @@ pub fn cover(
         let at = frame.spot(metres(maybe.distance), metres(maybe.height));
         room.cover((at.0 - 12.0, at.1 - 12.0), (at.0 + 80.0, at.1 + 12.0));
     }
-    let counts = posterior.counts.iter().filter(|p| **p >= LEAST).count() as f64;
+    let counts = posterior
+        .counts
+        .iter()
+        .filter(|p| **p >= MIN_PROBABILITY)
+        .count() as f64;
     let end = (frame.at.0 + 170.0, frame.at.1 + 34.0 + COUNT * counts);
     room.cover(frame.at, end);
 }
@@ -293,12 +302,12 @@ mod tests {
                 hypothesis(0.004, &[(0.3, 0.1)]),
             ],
         };
-        let rivals = |told: &[Point]| -> Vec<f64> {
-            let rivals = rivals(&posterior, told).into_iter();
-            rivals.map(|r| r.1.probability).collect()
+        let runners_up = |reported: &[Point]| -> Vec<f64> {
+            let runners_up = runners_up(&posterior, reported).into_iter();
+            runners_up.map(|r| r.1.probability).collect()
         };
-        assert_eq!(rivals(&[(0.6, 0.15), (0.91, 0.31)]), [0.2, 0.1, 0.096]);
-        assert_eq!(rivals(&[]), [0.6, 0.2, 0.096]);
+        assert_eq!(runners_up(&[(0.6, 0.15), (0.91, 0.31)]), [0.2, 0.1, 0.096]);
+        assert_eq!(runners_up(&[]), [0.6, 0.2, 0.096]);
     }
 
     #[test]

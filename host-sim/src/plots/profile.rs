@@ -6,7 +6,7 @@ use stairscan::signal::range::Profile;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, TRUE};
 use super::page::{Axis, Frame, Page, Swatch, number};
-use super::room::{self, Room};
+use super::room::{self, LabelPlacer};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
@@ -100,7 +100,7 @@ pub fn peaks(view: &ProfileView) -> Result<Vec<u8>> {
             let (x, y) = frame.spot(range, db);
             sheet.marker(Shape::Fall, (x, y - 11.0), 6.0, CONCLUDED, WHITE)?;
         }
-        label_peaks(sheet, frame, view, Room::new(frame))
+        label_peaks(sheet, frame, view, LabelPlacer::new(frame))
     })
 }
 
@@ -122,7 +122,7 @@ pub fn threshold(view: &ProfileView) -> Result<Vec<u8>> {
         for &(range, db) in &view.detections {
             sheet.marker(Shape::Dot, frame.spot(range, db), 6.5, CONCLUDED, WHITE)?;
         }
-        let mut room = Room::new(frame);
+        let mut room = LabelPlacer::new(frame);
         room.cover_line(&line);
         label_peaks(sheet, frame, view, room)
     })
@@ -166,11 +166,16 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
     }
     // Aliased echoes rise from the lower left.
     let corner = spot((far + end) / 2.0, bottom + 0.85 * (top - bottom));
-    sheet.text("wraps round", corner, face)
+    sheet.text("aliased", corner, face)
 }
 
 /// Writes the range of each peak beside it, the strongest first, if there is room beside all lines.
-fn label_peaks(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView, mut room: Room) -> Result<()> {
+fn label_peaks(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    view: &ProfileView,
+    mut room: LabelPlacer,
+) -> Result<()> {
     room.cover_line(&power_line(frame, view));
     // Texts in the untested ranges stand along their edges.
     if let Some((near, far)) = view.tested() {
@@ -201,7 +206,7 @@ fn label_peaks(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView, mut room: R
 }
 
 /// Returns text and place of the peaks' labels, each beginning at its place.
-fn peak_labels(frame: &Frame, view: &ProfileView, room: &mut Room) -> Vec<(String, Spot)> {
+fn peak_labels(frame: &Frame, view: &ProfileView, room: &mut LabelPlacer) -> Vec<(String, Spot)> {
     let mut order = view.detections.clone();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut labels = Vec::new();
@@ -247,7 +252,7 @@ mod tests {
         let line: Vec<Spot> = (view.threshold_db.iter().enumerate())
             .filter_map(|(k, db)| db.map(|db| frame.spot(k as f64 * view.bin_m, db)))
             .collect();
-        let mut room = Room::new(&frame);
+        let mut room = LabelPlacer::new(&frame);
         room.cover_line(&line);
         room.cover_line(&power_line(&frame, &view));
         let labels = peak_labels(&frame, &view, &mut room);

@@ -23,17 +23,17 @@ const LINE: f64 = 1.2;
 /// Cost of a covered cell, pixels of distance: so large that a label covers data only if no free place is in reach.
 const COVERED: f64 = 1e4;
 /// Cost of a pixel of sideways offset between a label and its point: of equally near places the straightest is taken.
-const ASKEW: f64 = 0.05;
+const OFFSET_COST: f64 = 0.05;
 
 /// The covered cells of a frame.
 #[derive(Clone, Debug)]
-pub struct Room {
+pub struct LabelPlacer {
     frame: Frame,
     columns: usize,
     taken: Vec<bool>,
 }
 
-impl Room {
+impl LabelPlacer {
     /// Creates an empty frame.
     pub fn new(frame: &Frame) -> Self {
         let cells = |length: f64| (length / CELL).ceil().max(1.0) as usize;
@@ -124,7 +124,7 @@ impl Room {
             let end = (place.0 + size.0, place.1 + size.1);
             let gap = distance(near, (place, end));
             let middle = (place.0 + size.0 / 2.0 - near.0).hypot(place.1 + size.1 / 2.0 - near.1);
-            let cost = gap + ASKEW * middle;
+            let cost = gap + OFFSET_COST * middle;
             if gap > reach || cost >= best.0 {
                 continue;
             }
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn words_stand_beside_what_they_speak_of_and_cover_nothing() {
-        let mut room = Room::new(&FRAME);
+        let mut room = LabelPlacer::new(&FRAME);
         // A column of data with a mark in it, and labels written earlier.
         room.cover((300.0, 50.0), (340.0, 450.0));
         let mark = (320.0, 200.0);
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn where_all_is_taken_the_least_is_covered() {
-        let mut room = Room::new(&FRAME);
+        let mut room = LabelPlacer::new(&FRAME);
         room.cover((100.0, 50.0), (700.0, 450.0));
         let (place, covered) = room.find((400.0, 200.0), (40.0, 20.0), 50.0);
         assert!(
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn lines_and_cells_of_the_data_are_taken() {
-        let mut room = Room::new(&FRAME);
+        let mut room = LabelPlacer::new(&FRAME);
         room.cover_line(&[(-1e9, 250.0), (1e9, 250.0)]);
         room.cover_line(&[(100.0, 250.0), (700.0, 250.0)]);
         room.cover_where(|x, y| x > 0.5 && y > 0.5);

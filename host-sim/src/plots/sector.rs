@@ -132,7 +132,7 @@ pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
     const STRONG_DB: f64 = 35.0;
     const MARGIN_M: (f64, f64) = (0.3, 0.15);
     /// Minimum width and height, metres.
-    const LEAST_M: (f64, f64) = (1.2, 0.8);
+    const MIN_SPAN_M: (f64, f64) = (1.2, 0.8);
     let geometry = map.geometry();
     let mount = f64::from(geometry.mount_height_m);
     let hits = || {
@@ -168,11 +168,11 @@ pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
         let high = (v.1 + margin).min(all.1.max(origin) + 0.08);
         (low, high.max(low + least))
     };
-    let x = clip(x, all_x, 0.0, MARGIN_M.0, LEAST_M.0);
+    let x = clip(x, all_x, 0.0, MARGIN_M.0, MIN_SPAN_M.0);
     let y = match geometry.plane {
         // Echoes that appear below the ground are mirror images in it.
-        Plane::Depth => clip((y.0.max(-0.1), y.1), all_y, mount, MARGIN_M.1, LEAST_M.1),
-        Plane::Height => clip(y, all_y, mount, MARGIN_M.1, LEAST_M.1),
+        Plane::Depth => clip((y.0.max(-0.1), y.1), all_y, mount, MARGIN_M.1, MIN_SPAN_M.1),
+        Plane::Height => clip(y, all_y, mount, MARGIN_M.1, MIN_SPAN_M.1),
     };
     (x, y)
 }

@@ -7,9 +7,9 @@ use stairscan::answer::Direction;
 
 use super::colour::{CONCLUDED, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
-use super::plane::{Ground, SagittalPlane, Words};
+use super::plane::{Background, PlotTexts, SagittalPlane};
 use super::posterior;
-use super::room::Room;
+use super::room::LabelPlacer;
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::surface::{surface, surface_up_to};
@@ -42,7 +42,7 @@ pub fn steps(answer: &Answer) -> Vec<StepView> {
 /// Draws the reported staircase over the truth, if known, and the probable other hypotheses.
 pub fn draw(
     plane: &SagittalPlane<'_>,
-    words: &Words,
+    words: &PlotTexts,
     (answer, posterior): (&Answer, &PosteriorView),
     truth: Option<&Truth>,
 ) -> Result<Vec<u8>> {
@@ -50,7 +50,7 @@ pub fn draw(
     let edges: Vec<Point> = (reported.iter())
         .map(|s| (s.distance_m, s.height_m))
         .collect();
-    let rivals = posterior::rivals(posterior, &edges);
+    let runners_up = posterior::runners_up(posterior, &edges);
     let found = Stroke::solid(CONCLUDED, 3.2);
     let no_promise = found.dashed(5.0, 5.0);
     let horizon = answer.horizon_m.unwrap_or(f64::INFINITY);
@@ -65,7 +65,7 @@ pub fn draw(
             .push((mark, "edge of a step, box of ±2σ".into()));
     }
     if reported.iter().any(|step| step.distance_m > horizon) {
-        let label = "beyond its horizon: no promise".to_owned();
+        let label = "beyond its horizon: not valid".to_owned();
         words.legend.push((Swatch::Line(no_promise), label));
     }
     if truth.is_some() {
@@ -79,17 +79,17 @@ pub fn draw(
             .legend
             .push((Swatch::Line(stroke), "out of sight".into()));
     }
-    words.legend.extend(posterior::legend(&rivals, answer));
-    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+    words.legend.extend(posterior::legend(&runners_up, answer));
+    plane.draw(&words, Background::Cfar, Palette::Ground, |sheet, frame| {
         if let Some(truth) = truth {
             draw_truth(sheet, frame, truth)?;
         }
-        posterior::draw_rivals(sheet, frame, &rivals)?;
+        posterior::draw_runners_up(sheet, frame, &runners_up)?;
         posterior::draw_drop(sheet, frame, answer)?;
         posterior::draw_maybes(sheet, frame, answer)?;
         posterior::draw_counts(sheet, frame, posterior)?;
         if edges.is_empty() {
-            return say_none(sheet, frame, answer);
+            return draw_no_steps(sheet, frame, answer);
         }
         let [promised, beyond] = surface_up_to(frame, &edges, horizon);
         sheet.line(&beyond, no_promise)?;
@@ -100,7 +100,7 @@ pub fn draw(
         if let Some(truth) = truth {
             room.cover_line(&true_line(frame, truth));
         }
-        posterior::cover(&mut room, frame, answer, (posterior, &rivals));
+        posterior::cover(&mut room, frame, answer, (posterior, &runners_up));
         for step in &reported {
             draw_step(sheet, frame, &mut room, step)?;
         }
@@ -142,7 +142,12 @@ fn true_line(frame: &Frame, truth: &Truth) -> Vec<Spot> {
 }
 
 /// Draws a step's edge and uncertainty.
-fn draw_step(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, step: &StepView) -> Result<()> {
+fn draw_step(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    room: &mut LabelPlacer,
+    step: &StepView,
+) -> Result<()> {
     const RADIUS: f64 = 6.0;
     let (x, y) = (step.distance_m, step.height_m);
     let (sx, sy) = step.two_sigma_m;
@@ -160,7 +165,7 @@ fn draw_step(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, step: &StepView)
 fn write_step(
     sheet: &Sheet<'_>,
     frame: &Frame,
-    room: &mut Room,
+    room: &mut LabelPlacer,
     (k, step): (usize, &StepView),
     truth: Option<&Truth>,
 ) -> Result<()> {
@@ -179,7 +184,7 @@ fn write_step(
         }
     };
     let face = Face::plain(20.0);
-    let told = [
+    let values = [
         format!("{}: distance {} cm", k + 1, cm(x)),
         format!("height {} cm", cm(y)),
     ];
@@ -187,14 +192,14 @@ fn write_step(
         let off = [x - real.distance_m, y - real.height_m].map(signed);
         format!("off by {} and {} cm", off[0], off[1])
     });
-    let told = told.iter().map(|line| (line.as_str(), face.bold()));
+    let values = values.iter().map(|line| (line.as_str(), face.bold()));
     let off = off.iter().map(|line| (line.as_str(), face.ink(FAINT)));
-    let lines: Vec<(&str, Face)> = told.chain(off).collect();
+    let lines: Vec<(&str, Face)> = values.chain(off).collect();
     room.write(sheet, frame.spot(x, y), &lines)
 }
 
 /// Writes that there are no steps, and the reason.
-fn say_none(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
+fn draw_no_steps(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     let what = if answer.is_fault() {
         format!("no answer: {}", answer.scan.reasons)
     } else if answer.scan.direction == Direction::None {

@@ -278,8 +278,8 @@ fn a_drop_has_its_mark() {
         })
     };
     let none = image("none", None);
-    for (name, told) in [("near", drop(9_000, 150)), ("edge", drop(-2_000, 9_000))] {
-        assert!(image(name, told) != none, "{name}");
+    for (name, answer) in [("near", drop(9_000, 150)), ("edge", drop(-2_000, 9_000))] {
+        assert!(image(name, answer) != none, "{name}");
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) const TIME: &str = "stairscan:time_s";
 pub(super) const PITCH: &str = "stairscan:pitch_deg";
 
 /// Keys of a capture that are read.
-const KNOWN: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
+const KEYS: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
 
 /// Maximum magnitude of the pitch, degrees.
 const STEEPEST_DEG: f64 = 45.0;
@@ -126,7 +126,7 @@ fn carrier(captures: &[Value]) -> Result<f64> {
     let mut carrier_hz = None;
     for (k, capture) in captures.iter().enumerate() {
         let capture = Keys::of(Some(capture), &format!("captures[{k}]"))?;
-        capture.check_spelling(&KNOWN)?;
+        capture.check_spelling(&KEYS)?;
         let found = capture.optional(FREQUENCY, "a frequency above 0 Hz", |v| v > 0.0)?;
         carrier_hz = carrier_hz.or(Some(found.unwrap_or(DEFAULT_CARRIER_HZ)));
     }

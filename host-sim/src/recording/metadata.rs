@@ -91,7 +91,7 @@ const TRUTH_TRAVEL: &str = "stairscan:truth_travel_m";
 const ELSEWHERE: [&str; 2] = ["stairscan:mode", "stairscan:truth_guard"];
 
 /// Keys of `global` that have fields in [`Metadata`].
-const KNOWN: &[&str] = &[
+const KEYS: &[&str] = &[
     "core:datatype",
     "core:version",
     "core:sample_rate",
@@ -119,7 +119,7 @@ impl Metadata {
     /// Names the key and the expected value.
     pub(super) fn parse(document: &Value) -> Result<Self> {
         let global = Keys::of(document.get("global"), "global")?;
-        global.check_spelling(&[KNOWN, &ELSEWHERE].concat())?;
+        global.check_spelling(&[KEYS, &ELSEWHERE].concat())?;
         let real = match global.text("core:datatype", DATATYPES)? {
             "ci16_le" => false,
             "ri16_le" => true,
@@ -162,7 +162,7 @@ impl Metadata {
             extra: global
                 .object
                 .iter()
-                .filter(|(key, _)| !KNOWN.contains(&key.as_str()))
+                .filter(|(key, _)| !KEYS.contains(&key.as_str()))
                 .map(|(key, value)| (key.clone(), value.clone()))
                 .collect(),
         })

@@ -28,7 +28,7 @@ pub struct TrueDrop {
 }
 
 /// Minimum fall of a drop, metres.
-const LEAST_FALL_M: f64 = 0.04;
+const MIN_FALL_M: f64 = 0.04;
 
 /// The report of a perfect scanner.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,7 +49,7 @@ pub struct Disturbance {
     /// Kind of the disturbance.
     pub kind: String,
     /// Whether an answer from this recording may be off by more than 3 cm or in the count.
-    pub harmful: bool,
+    pub misleading: bool,
     /// Other keys, kept unchanged.
     pub extra: Map<String, Value>,
 }
@@ -87,7 +87,7 @@ impl Truth {
 
     /// Returns the uncounted edges that lead down.
     fn edges_down(&self) -> Vec<&TrueStep> {
-        let down = |s: &&TrueStep| s.height_m < -LEAST_FALL_M;
+        let down = |s: &&TrueStep| s.height_m < -MIN_FALL_M;
         self.uncounted.iter().filter(down).collect()
     }
 
@@ -147,8 +147,8 @@ impl Truth {
                 let drop = Keys::of(Some(drop), &format!("{place} drops[{k}]"))?;
                 drop.check_spelling(&["distance_m", "depth_m", "far_m"])?;
                 let maybe = |key: &str| {
-                    let told = drop.get(key).filter(|value| !value.is_null());
-                    let number = told.map(|_| drop.number(key, "metres or null", |_| true));
+                    let json = drop.get(key).filter(|value| !value.is_null());
+                    let number = json.map(|_| drop.number(key, "metres or null", |_| true));
                     number.transpose()
                 };
                 Ok(TrueDrop {
@@ -197,7 +197,7 @@ impl Disturbance {
         let object = Keys::of(Some(value), "global stairscan:disturbance")?;
         object.check_spelling(&["kind", "harmful"])?;
         let kind = object.text("kind", "the disturbance's name")?.to_owned();
-        let harmful = object
+        let misleading = object
             .get("harmful")
             .and_then(Value::as_bool)
             .ok_or_else(|| object.wrong("harmful", "true or false"))?;
@@ -205,7 +205,7 @@ impl Disturbance {
         extra.retain(|key, _| key != "kind" && key != "harmful");
         Ok(Self {
             kind,
-            harmful,
+            misleading,
             extra,
         })
     }
@@ -213,7 +213,7 @@ impl Disturbance {
     pub(super) fn json(&self) -> Value {
         let mut object = Map::new();
         object.insert("kind".into(), json!(self.kind));
-        object.insert("harmful".into(), json!(self.harmful));
+        object.insert("harmful".into(), json!(self.misleading));
         object.extend(self.extra.clone());
         Value::Object(object)
     }
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn listed_drops_survive_the_way_out_and_back() {
-        let told = json!({
+        let json = json!({
             "direction": "none",
             "steps": [],
             "uncounted": [],
@@ -238,9 +238,9 @@ mod tests {
                 {"distance_m": 0.8, "depth_m": 0.18, "far_m": null},
             ],
         });
-        let truth = read(&told).unwrap();
+        let truth = read(&json).unwrap();
         assert_eq!(truth.ground_ends(), [1.5, 0.8]);
-        assert_eq!(truth.json(), told);
+        assert_eq!(truth.json(), json);
         let bad = json!({"direction": "none", "drops": [{"distance_m": 1.5, "far_m": "far"}]});
         let error = read(&bad).unwrap_err().to_string();
         assert!(error.contains("drops[0] far_m"), "{error}");
@@ -272,8 +272,8 @@ mod tests {
                 let edge = |&(x, y): &(f64, f64)| json!({"distance_m": x, "height_m": y});
                 edges.iter().map(edge).collect()
             };
-            let told = json!({"direction": "none", "steps": list(steps), "uncounted": list(edges)});
-            read(&told).unwrap()
+            let json = json!({"direction": "none", "steps": list(steps), "uncounted": list(edges)});
+            read(&json).unwrap()
         };
         // Stairs down, two holes, a fall that is no drop, and a riser.
         let stairs = edges(&[(1.1, -0.34), (0.8, -0.17)], &[]);

@@ -15,7 +15,7 @@ use super::spec::{MaterialSpec, PolylineSpec, SceneSpec};
 
 /// Maximum conductivity of a material with scatter from inside, S/m: the skin depth is 0.1 mm
 /// there.
-const MOST_INSIDE: f64 = 300.0;
+const MAX_INSIDE: f64 = 300.0;
 
 /// Checks everything that can be checked before the surfaces are built.
 pub fn spec(s: &SceneSpec) -> Result<()> {
@@ -154,8 +154,8 @@ fn receiver(s: &SceneSpec) -> Result<()> {
 
 fn material_values(prefix: &str, m: &MaterialSpec) -> Result<()> {
     ensure!(
-        !m.diffuse_inside || m.conductivity <= MOST_INSIDE,
-        "{prefix}diffuse_inside: true: expected false for a conductivity above {MOST_INSIDE}, which is {}",
+        !m.diffuse_inside || m.conductivity <= MAX_INSIDE,
+        "{prefix}diffuse_inside: true: expected false for a conductivity above {MAX_INSIDE}, which is {}",
         m.conductivity
     );
     numbers(

@@ -24,40 +24,37 @@ use crate::recording::{DATA_SUFFIX, Recording, meta_path};
 /// Scans a scene file with the simulated radar and writes the recording.
 #[derive(Args, Debug)]
 pub struct SimulateArgs {
-    /// Scene file (TOML; scenes/ holds commented examples), or random:KIND, the kinds being those of
-    /// scenes/README.md.
+    /// Scene file (TOML; commented examples in scenes/), or random:KIND with the kinds of scenes/README.md.
     scene: PathBuf,
-    /// Recording to write, with or without its suffix. With --count: a directory (made if need be)
-    /// for SCENE_000, SCENE_001, …, or a name in which {} stands for the number.
+    /// Recording to write, with or without its suffix. With --count: a directory (created if missing) for SCENE_000,
+    /// SCENE_001, …, or a name with {} in place of the number.
     #[arg(short, long)]
     output: PathBuf,
-    /// Seed of surfaces, jitter and noise: the same seed gives the same bytes on every host. With
-    /// random:KIND those up to 999999 are there to look at; the seeds from 3000000 on are for the
-    /// published tables alone.
+    /// Seed of surfaces, jitter and noise: the same seed gives the same bytes on every host. With random:KIND, seeds up
+    /// to 999999 are free for use; seeds from 3000000 on are reserved for the published tables.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Number of recordings, with the seeds SEED, SEED + 1, …
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     count: Option<u32>,
-    /// This many scans in one recording, of a chair that comes nearer and stands during each. Random
-    /// scenes stand as far away as drawn at the last of them, scene files at the first.
+    /// Number of scans in one recording of an approach, in which the chair stands during each scan. Random scenes are
+    /// as far away as drawn at the last scan, scene files at the first.
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=64))]
     approach: Option<u32>,
-    /// Way between two scans of an approach, metres, up to 40 % less or more.
+    /// Travel between two scans of an approach, metres, varied by up to 40 %.
     #[arg(long, requires = "approach", default_value_t = 0.1)]
     step: f64,
-    /// The chair of an approach does not stand during a scan but drives on at this speed, m/s.
+    /// Speed of the chair during an approach, which then does not stand during a scan, m/s.
     #[arg(long, requires = "approach", conflicts_with = "step")]
     speed: Option<f64>,
-    /// Time of a scan at that speed, seconds; without it 1.3 or 5.7, as the seed has it.
+    /// Duration of a scan at that speed, seconds; without it 1.3 or 5.7, drawn by the seed.
     #[arg(long, requires = "speed")]
     scan_time: Option<f64>,
-    /// How widely a random scene's instrument is drawn (mount, beam, bandwidth, pitch); without it as its
-    /// kind has it.
+    /// Spread of a random scene's instrument (mount, beam, bandwidth, pitch); without it that of the scene's kind.
     #[arg(long, value_enum)]
     instrument: Option<Spread>,
-    /// How widely what a recording does not state is drawn (surfaces, antenna pattern, sweep errors,
-    /// polarisation, yaw); without it as its kind has it.
+    /// Spread of what a recording does not state (surfaces, antenna pattern, sweep errors, polarisation, yaw); without
+    /// it that of the scene's kind.
     #[arg(long, value_enum)]
     effects: Option<Spread>,
     #[command(flatten)]
@@ -96,8 +93,8 @@ impl Source {
         let Some(kind) = name.to_str().and_then(|text| text.strip_prefix("random:")) else {
             ensure!(
                 args.instrument.is_none() && args.effects.is_none(),
-                "--instrument, --effects: expected random:KIND as scene, not {}: a scene file says it \
-                 itself",
+                "--instrument, --effects: expected random:KIND as scene, not {}: a scene file \
+                 contains it",
                 name.display()
             );
             return Ok(Self::File(Box::new(Scene::read(name)?)));
@@ -213,7 +210,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         let bar = busy("the simulated radar scans");
         let (chirps, scans) = source.write(&outputs, &args.output, args.seed, approach)?;
         bar.finish_and_clear();
-        emit(&told(&args.output, chirps, scans));
+        emit(&summary(&args.output, chirps, scans));
         return Ok(());
     };
     let name = pattern(&args.scene, &args.output)?;
@@ -231,23 +228,24 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         });
     written.collect::<Result<()>>()?;
     bar.finish_and_clear();
-    emit(&told_many(&name, count));
+    emit(&summary_of_many(&name, count));
     Ok(())
 }
 
 /// Returns the text on what was written, and on the next commands.
-fn told(output: &Path, chirps: usize, scans: usize) -> String {
+fn summary(output: &Path, chirps: usize, scans: usize) -> String {
     let plural = if scans == 1 { "" } else { "s" };
     let (meta, name) = (meta_path(output), output.display());
     format!(
-        "{}: {chirps} chirps, {scans} scan{plural}, with what is really there; samples beside it in .{DATA_SUFFIX}\n\
-         next: cargo sim replay {name} for the answer, cargo sim report {name} for a page to look at\n",
+        "{}: {chirps} chirps, {scans} scan{plural}, with ground truth; samples beside it in \
+         .{DATA_SUFFIX}\nnext: cargo sim replay {name} for the answer, cargo sim report {name} for \
+         an HTML report\n",
         meta.display()
     )
 }
 
 /// Returns the same text for many recordings.
-fn told_many(pattern: &str, count: u32) -> String {
+fn summary_of_many(pattern: &str, count: u32) -> String {
     let dir = Path::new(pattern)
         .parent()
         .filter(|dir| !dir.as_os_str().is_empty());
@@ -255,8 +253,8 @@ fn told_many(pattern: &str, count: u32) -> String {
     let (first, last) = (0, count.saturating_sub(1));
     let name = |k| numbered(pattern, k);
     format!(
-        "{count} recordings, {} to {}, with what is really there\n\
-         next: cargo sim score {dir} for how good the answers are, cargo sim report {dir} for a page of all\n",
+        "{count} recordings, {} to {}, with ground truth\nnext: cargo sim score {dir} to evaluate \
+         the answers, cargo sim report {dir} for an HTML report of all\n",
         name(first),
         name(last)
     )
@@ -292,13 +290,13 @@ mod tests {
 
     #[test]
     fn it_says_what_it_wrote_and_what_to_do_next() {
-        let text = told(Path::new("my_stairs"), 281, 1);
+        let text = summary(Path::new("my_stairs"), 281, 1);
         assert!(
             text.starts_with("my_stairs.sigmf-meta: 281 chirps, 1 scan,"),
             "{text}"
         );
         assert!(text.contains("cargo sim replay my_stairs "), "{text}");
-        let text = told_many("many/stair_a_{}", 3);
+        let text = summary_of_many("many/stair_a_{}", 3);
         assert!(
             text.contains("many/stair_a_000 to many/stair_a_002"),
             "{text}"

@@ -9,10 +9,10 @@ use anyhow::Result;
 use stairscan::Iq;
 
 use super::maths::Random;
-use super::passing::{GRAIN_M, Passing, Shot};
+use super::passing::{FINE_STEP_M, Passing, Shot};
 use super::receiver::Receiver;
 use super::scatter::EVERYWHERE;
-use super::sequence::{READING_SD, ROW_S, SCALE_MOST, SCALE_SD, SCAN_STREAMS, digits};
+use super::sequence::{READING_SD, ROW_S, MAX_SCALE_ERROR, SCALE_SD, SCAN_STREAMS, digits};
 use super::way::Way;
 use super::{CHIRPS, Scene};
 use crate::recording::{Motion, Recording, Sequence};
@@ -48,13 +48,13 @@ impl Odometer {
     /// Draws the errors of an odometer.
     pub fn draw(rng: &mut Random) -> Self {
         Self {
-            scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST),
+            scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-MAX_SCALE_ERROR, MAX_SCALE_ERROR),
             slip: rng.between(0.0, TAU),
         }
     }
 
     /// Returns the reading after `travel` metres.
-    pub fn said(&self, travel: f64) -> f64 {
+    pub fn reading_m(&self, travel: f64) -> f64 {
         let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
         let said = travel * self.scale + slip(travel) - slip(0.0);
         libm::floor(said / TICK_M + 0.5) * TICK_M
@@ -234,8 +234,8 @@ impl<'a> Course<'a> {
 
     /// Returns the places from which surfaces are seen, metres.
     fn eyes(&self) -> Vec<f64> {
-        let grains = (self.length_m / GRAIN_M) as usize + 1;
-        (0..=grains).map(|g| g as f64 * GRAIN_M).collect()
+        let grains = (self.length_m / FINE_STEP_M) as usize + 1;
+        (0..=grains).map(|g| g as f64 * FINE_STEP_M).collect()
     }
 
     /// Returns the true travel at the last row of a scan, metres.
@@ -274,7 +274,7 @@ impl<'a> Course<'a> {
                 motion.pitch_deg.push(digits(reading, 1e3));
                 motion
                     .travel_m
-                    .push(digits(drive.odometer.said(travel), 1e4));
+                    .push(digits(drive.odometer.reading_m(travel), 1e4));
                 motion.time_s.push(digits(time, 1e5));
             }
         }

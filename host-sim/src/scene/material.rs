@@ -221,7 +221,7 @@ impl Material {
     /// Returns the factor on σ° = γ cos θ of scatter from inside the material: the two-way
     /// transmissivity of the surface relative to that at normal incidence. It is 1 for scatter at
     /// the surface.
-    pub fn held_back(&self, cos_incidence: f64) -> f64 {
+    pub fn volume_scatter_factor(&self, cos_incidence: f64) -> f64 {
         if !self.spec.diffuse_inside {
             return 1.0;
         }
@@ -291,7 +291,9 @@ mod tests {
     fn what_scatters_inside_fades_at_grazing_angles_in_one_polarisation() {
         let factor = |polarisation, grazing: f64| {
             let asphalt = at("asphalt", polarisation);
-            10.0 * asphalt.held_back(grazing.to_radians().sin()).log10()
+            10.0 * asphalt
+                .volume_scatter_factor(grazing.to_radians().sin())
+                .log10()
         };
         // For ε = 4, in dB: Fresnel by hand.
         for (grazing, book) in [(10.0, -8.6), (20.0, -4.4), (30.0, -2.5), (90.0, 0.0)] {
@@ -304,7 +306,7 @@ mod tests {
             assert!((-0.7..1.1).contains(&found), "{grazing}°: {found} dB");
         }
         let concrete = at("concrete", Polarisation::Horizontal);
-        assert_eq!(concrete.held_back(0.1), 1.0);
+        assert_eq!(concrete.volume_scatter_factor(0.1), 1.0);
     }
 
     #[test]

@@ -339,7 +339,7 @@ impl Scene {
         let warp = receiver.phase_noise(random);
         let mut echo = vec![Complex64::ZERO; receiver.samples()];
         if shaft::turns(mirror) {
-            self.smeared(row_deg, tilt, tones, &warp, &mut echo);
+            self.turning_echoes(row_deg, tilt, tones, &warp, &mut echo);
         } else {
             let grid = self.weighed(shaft + tilt, tones);
             self.beats().tones.sum(&grid, &warp, &mut echo);

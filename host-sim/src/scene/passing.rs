@@ -20,7 +20,7 @@ use super::spec::PlaneSpec;
 /// Travel after which the echoes near the beam are computed anew, metres. By then facets have come
 /// into view or left it, and the place that the beam lights at 30 cm has moved by a tenth of the
 /// beam's width.
-pub const GRAIN_M: f64 = 0.01;
+pub const FINE_STEP_M: f64 = 0.01;
 /// Travel after which all other echoes are computed anew, metres.
 pub(super) const COARSE_M: f64 = 0.1;
 /// Angle from the beam's axis, two beam widths, beyond which echoes enter by side lobes only,
@@ -51,7 +51,7 @@ struct Place {
 }
 
 /// Echoes for the rows of one stretch of the way with about the same beam angle.
-struct Heard {
+struct CachedEchoes {
     stretch: usize,
     beam: f64,
     /// Echoes near the beam, from the middle of the stretch.
@@ -75,7 +75,7 @@ pub struct Passing<'a> {
     receiver: &'a Receiver<'a>,
     relief: Relief,
     place: Option<Place>,
-    heard: Option<Heard>,
+    cached: Option<CachedEchoes>,
     /// Index and middle of a coarse stretch, and all echoes from there.
     all: Option<(usize, f64, Vec<Echo>)>,
 }
@@ -144,7 +144,7 @@ impl<'a> Passing<'a> {
             receiver,
             relief,
             place: None,
-            heard: None,
+            cached: None,
             all: None,
         }
     }
@@ -171,14 +171,14 @@ impl<'a> Passing<'a> {
     /// Names the place at which the mirror lies inside or behind a surface.
     pub fn tones(&mut self, shot: &Shot) -> Result<(&Scene, Vec<&Bundles>)> {
         let beam = self.go(shot)?;
-        self.listen(shot.travel_m, beam)?;
-        let (Some(place), Some(heard)) = (&self.place, &mut self.heard) else {
+        self.update_echoes(shot.travel_m, beam)?;
+        let (Some(place), Some(cached)) = (&self.place, &mut self.cached) else {
             return Ok((self.scene, Vec::new()));
         };
         let (here, receiver) = (&place.scene, self.receiver);
         let gain = receiver.gain(here.antenna_gain_dbi());
         let on = shot.travel_m - place.middle_m;
-        for ((echo, from_middle), tone) in heard.near.iter().zip(&mut heard.tones) {
+        for ((echo, from_middle), tone) in cached.near.iter().zip(&mut cached.tones) {
             let is_beside = (echo.back - beam).abs() > BESIDE;
             let moved = || here.tone(receiver, gain, &here.nearer(echo, on, shot.speed));
             *tone = match is_beside {
@@ -186,13 +186,13 @@ impl<'a> Passing<'a> {
                 false => moved().unwrap_or(*from_middle),
             };
         }
-        heard.moved = Bundles::new(heard.tones.iter().copied());
-        Ok((here, vec![&heard.moved, &heard.others]))
+        cached.moved = Bundles::new(cached.tones.iter().copied());
+        Ok((here, vec![&cached.moved, &cached.others]))
     }
 
     /// Updates the place to the stretch of `shot`, and returns the beam's angle, radians.
     fn go(&mut self, shot: &Shot) -> Result<f64> {
-        let (at, middle_m) = stretch(shot.travel_m, GRAIN_M);
+        let (at, middle_m) = stretch(shot.travel_m, FINE_STEP_M);
         let mut place = match self.place.take() {
             Some(place) if place.stretch == at => place,
             _ => {
@@ -213,12 +213,12 @@ impl<'a> Passing<'a> {
     }
 
     /// Computes the echoes that `beam` needs, unless the present ones still serve.
-    fn listen(&mut self, travel: f64, beam: f64) -> Result<()> {
+    fn update_echoes(&mut self, travel: f64, beam: f64) -> Result<()> {
         let Some(place) = &self.place else {
             return Ok(());
         };
-        let still = |h: &Heard| h.stretch == place.stretch && (beam - h.beam).abs() <= TURN;
-        if self.heard.as_ref().is_some_and(still) {
+        let still = |h: &CachedEchoes| h.stretch == place.stretch && (beam - h.beam).abs() <= TURN;
+        if self.cached.as_ref().is_some_and(still) {
             return Ok(());
         }
         let (coarse, middle_m) = stretch(travel, COARSE_M);
@@ -241,7 +241,7 @@ impl<'a> Passing<'a> {
             let others = others.filter(|e| e.back < low || e.back >= high);
             Bundles::new(others.filter_map(|echo| here.tone(receiver, gain, &echo)))
         });
-        self.heard = Some(Heard {
+        self.cached = Some(CachedEchoes {
             stretch: place.stretch,
             beam,
             tones: near.iter().map(|(_, tone)| *tone).collect(),
@@ -290,7 +290,7 @@ mod tests {
         let receiver = Receiver::new(&scene.spec.radar, &scene.spec.receiver);
         let relief = scene.relief(5, &[0.0, 0.1]);
         let mut passing = Passing::new(&scene, &receiver, (5, relief), (0.0, 0.1));
-        let travel_m = 0.5 * GRAIN_M;
+        let travel_m = 0.5 * FINE_STEP_M;
         let (here, relief) = passing.from(travel_m).unwrap();
         let echoes = passing.echoes(&here, &relief, EVERYWHERE);
         for angle_deg in [-15.0, 0.0, 20.0, 45.0] {
@@ -309,8 +309,8 @@ mod tests {
             let gain = receiver.gain(here.antenna_gain_dbi());
             let expected = echoes.iter().filter(|e| (e.back - beam).abs() <= BESIDE);
             let expected = expected.filter_map(|e| here.tone(&receiver, gain, e));
-            let heard = passing.heard.as_ref().unwrap();
-            let near = heard
+            let cached = passing.cached.as_ref().unwrap();
+            let near = cached
                 .tones
                 .iter()
                 .filter(|t| (t.back - beam).abs() <= BESIDE);

@@ -177,7 +177,7 @@ impl View<'_> {
         // σ° = γ cos θ, isotropic in azimuth and uncorrelated from facet to facet (Barton, Radar
         // Equations for Modern Radar, sec. 3.6: constant-γ model).
         let gamma = power(material.spec.diffuse_db) * share * share;
-        let per_metre = gamma * leg.cos * facet.len * material.held_back(leg.cos);
+        let per_metre = gamma * leg.cos * facet.len * material.volume_scatter_factor(leg.cos);
         for strip in self.facet_sum(relief, k, [leg, leg], None, direct) {
             let coherent = strip.sum * material.reflection(leg.cos) * share;
             let spread = match diffuse {

@@ -23,7 +23,7 @@ pub(super) const SCAN_STREAMS: u64 = 1024;
 /// Errors of odometry: a scale error of up to 2 % (tyre pressure and load), and a slip of
 /// millimetres that adds up, metres per stop.
 pub(super) const SCALE_SD: f64 = 0.01;
-pub(super) const SCALE_MOST: f64 = 0.02;
+pub(super) const MAX_SCALE_ERROR: f64 = 0.02;
 const WANDER_SD: f64 = 0.0015;
 
 /// Standard deviation of a standing chair's pitch from stop to stop, degrees: floors, castors and
@@ -60,7 +60,7 @@ impl Approach {
     pub fn new(seed: u64, scans: usize, step_m: f64) -> Self {
         let mut rng = Random::new(seed, STOPS);
         let row_s = ROW_S[rng.index(ROW_S.len())];
-        let scale = 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST);
+        let scale = 1.0 + (SCALE_SD * rng.normal()).clamp(-MAX_SCALE_ERROR, MAX_SCALE_ERROR);
         let (mut travel, mut wander) = (0.0, 0.0);
         let stops = (0..scans)
             .map(|k| {

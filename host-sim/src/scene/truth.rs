@@ -15,10 +15,10 @@ use crate::recording::{TrueStep, Truth};
 const NEAR: f64 = 0.03;
 
 /// Minimum rise of a step that a scanner must report, metres. Wheelchairs drive over lower ones.
-const LEAST_RISE: f64 = 0.06;
+const MIN_RISE_M: f64 = 0.06;
 
 /// Maximum single rise that counts as a step, metres. A higher one is an obstacle.
-const MOST_SINGLE_RISE: f64 = 0.30;
+const MAX_SINGLE_RISE_M: f64 = 0.30;
 
 /// Number of cells at the far end of the range axis that are not evaluated: the width of the
 /// window's main lobe.
@@ -130,7 +130,7 @@ impl ScanGeometry<'_> {
         let eye = Vec2::new(0.0, self.spec.mount.height_m);
         let in_sight = |p: Vec2| self.covers(p) && visible(world, eye, p);
         let Some((from, to)) = step.below else {
-            return step.rise >= LEAST_RISE && in_sight(step.edge);
+            return step.rise >= MIN_RISE_M && in_sight(step.edge);
         };
         // A drop is detected by the surface below it, some of which must be in sight.
         self.covers(step.edge) && (1..20).any(|k| in_sight(from.towards(to, f64::from(k) / 20.0)))
@@ -158,7 +158,7 @@ impl ScanGeometry<'_> {
             .copied()
             .collect();
         // In the height plane a box is no step down.
-        let climbable = |b: &&BuiltStep| (LEAST_RISE..=MOST_SINGLE_RISE).contains(&b.rise);
+        let climbable = |b: &&BuiltStep| (MIN_RISE_M..=MAX_SINGLE_RISE_M).contains(&b.rise);
         let boxes = world
             .boxes
             .iter()

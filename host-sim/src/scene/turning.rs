@@ -11,7 +11,7 @@ use super::{Bundles, Scene};
 
 impl Scene {
     /// Returns the echoes of a chirp in whose middle the mirror passes `row_deg`.
-    pub(super) fn smeared(
+    pub(super) fn turning_echoes(
         &self,
         row_deg: f64,
         tilt: f64,

@@ -30,11 +30,11 @@ pub use super::passing::Shot;
 
 /// Travel after which echoes are computed anew, metres. With a first-order shift, phases are exact
 /// to 0.1 rad on the nearest ground.
-const GRAIN_M: f64 = 0.02;
+const COARSE_STEP_M: f64 = 0.02;
 /// Number of range shifts within a stretch for which beat tones are summed.
 const RANGES: usize = 8;
 /// Step of these range shifts, metres.
-const RANGE_STEP_M: f64 = GRAIN_M / RANGES as f64;
+const RANGE_STEP_M: f64 = COARSE_STEP_M / RANGES as f64;
 /// Width of the interval of directions that form one bundle, radians. The beam is 20 times as wide,
 /// and the phases differ by 0.05 rad over a centimetre.
 const DIRECTION: f64 = 0.25 * PI / 180.0;
@@ -73,8 +73,8 @@ impl<'a> Way<'a> {
     pub fn new(scene: &'a Scene, seed: u64, end_m: f64) -> Self {
         // Computed here once, so that the scenes cloned from this one share it.
         scene.beats();
-        let grains = (end_m / GRAIN_M) as usize + 1;
-        let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * GRAIN_M).collect();
+        let grains = (end_m / COARSE_STEP_M) as usize + 1;
+        let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * COARSE_STEP_M).collect();
         let rows = scene.angles.iter().map(|angle| angle.to_radians());
         let sector = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
             (low.min(row - MARGIN), high.max(row + MARGIN))
@@ -118,7 +118,7 @@ impl<'a> Way<'a> {
         let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
         // The Doppler shift is equivalent to this additional travel.
         let shifted = on + shot.speed * radar.carrier_hz * chirp_s / radar.bandwidth_hz;
-        let k = ((shifted + 0.5 * GRAIN_M) / RANGE_STEP_M) as usize;
+        let k = ((shifted + 0.5 * COARSE_STEP_M) / RANGE_STEP_M) as usize;
         let k = k.min(RANGES - 1);
         let wave = 4.0 * PI * radar.carrier_hz / LIGHT;
         let middle = 0.5 * (self.receiver.samples() as f64 - 1.0);
@@ -133,7 +133,7 @@ impl<'a> Way<'a> {
 
     /// Returns the place that contains `travel_m`.
     fn place(&self, travel_m: f64) -> Result<&Place> {
-        let (at, middle_m) = stretch(travel_m.min(self.end_m), GRAIN_M);
+        let (at, middle_m) = stretch(travel_m.min(self.end_m), COARSE_STEP_M);
         let (at, middle_m) = match self.places.get(at) {
             Some(_) => (at, middle_m.min(self.end_m)),
             None => (self.places.len() - 1, self.end_m),
@@ -235,7 +235,7 @@ impl<'a> Way<'a> {
 
 /// Returns the middle of range shift `k`, metres from the stretch's middle.
 fn range_shift(k: usize) -> f64 {
-    (k as f64 + 0.5) * RANGE_STEP_M - 0.5 * GRAIN_M
+    (k as f64 + 0.5) * RANGE_STEP_M - 0.5 * COARSE_STEP_M
 }
 
 impl Scene {

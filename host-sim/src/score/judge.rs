@@ -15,13 +15,13 @@ pub const MATCH_M: f64 = 0.10;
 /// far beyond it.
 pub const LIMIT_M: f64 = 0.03;
 /// Maximum expanded uncertainty of a reported step, metres.
-const MOST_M: f64 = 0.08;
+const MAX_ERROR_M: f64 = 0.08;
 /// True drops nearer than this must be reported, metres.
 pub const NEAR_DROP_M: f64 = 1.6;
 /// Maximum error of a reported depth, metres.
 pub const DEPTH_M: f64 = 0.02;
 /// Minimum probability of a reported drop that is scored.
-const SURE_DROP: f64 = 0.5;
+const MIN_DROP_PROBABILITY: f64 = 0.5;
 /// Minimum signal-to-noise ratio of a strong step, which must not be missed, dB.
 const STRONG_DB: f64 = 15.0;
 /// Minimum distance that an answer's confidence applies to, metres: design contract of the report.
@@ -63,7 +63,7 @@ pub struct SceneScore {
     /// Its `MAYBE`s, and whether there is a step; empty for a `fault`.
     pub maybes: Vec<Prediction>,
     /// Whether the answer reports a drop.
-    pub tells_drop: bool,
+    pub reports_drop: bool,
     /// Whether the reported drop has a depth.
     pub tells_depth: bool,
     /// Reported less true depth of a drop, metres; `None` if no depth is reported or the drop covers none of known
@@ -82,7 +82,7 @@ pub struct SceneScore {
     /// True steps without a reported one.
     pub missed: Vec<TrueStep>,
     /// Distances of reported steps without a true one, metres.
-    pub invented: Vec<f64>,
+    pub false_steps: Vec<f64>,
     /// Whether every true step is matched and nothing else is reported.
     pub exact: bool,
     /// Whether something up to the horizon is missing, false, or off by more than its expanded uncertainty.
@@ -94,7 +94,7 @@ pub struct SceneScore {
     /// Whether stairs were reported in a scene without any.
     pub false_stair: bool,
     /// Whether the recording's fault causes an error of more than 3 cm or in the number of steps, if it is not detected.
-    pub harmful: bool,
+    pub misleading: bool,
 }
 
 impl SceneScore {
@@ -142,7 +142,7 @@ pub fn nearest(first: &[f64], second: &[f64]) -> Vec<(usize, usize)> {
 
 /// Returns [`nearest`] of reported and true steps.
 fn pair(reported: &[Reported], truth: &[TrueStep]) -> Vec<(usize, usize)> {
-    let reported: Vec<f64> = reported.iter().map(|told| told.distance).collect();
+    let reported: Vec<f64> = reported.iter().map(|step| step.distance).collect();
     let truth: Vec<f64> = truth.iter().map(|step| step.distance_m).collect();
     nearest(&reported, &truth)
 }
@@ -154,7 +154,7 @@ struct Sorted {
     /// Indices of true steps without a reported one.
     missed: Vec<usize>,
     /// Distances of reported steps that match neither a true nor an uncounted one, metres.
-    invented: Vec<f64>,
+    false_steps: Vec<f64>,
 }
 
 impl Sorted {
@@ -165,32 +165,32 @@ impl Sorted {
         let left = (0..reported.len()).filter(|r| pairs.iter().all(|p| p.0 != *r));
         let left: Vec<Reported> = left.map(|r| reported[r]).collect();
         let ignored = pair(&left, uncounted);
-        let invented = (0..left.len()).filter(|r| ignored.iter().all(|p| p.0 != *r));
+        let false_steps = (0..left.len()).filter(|r| ignored.iter().all(|p| p.0 != *r));
         Self {
             pairs,
             missed,
-            invented: invented.map(|r| left[r].distance).collect(),
+            false_steps: false_steps.map(|r| left[r].distance).collect(),
         }
     }
 
     /// Whether every true step is matched and nothing else is reported.
     fn exact(&self) -> bool {
-        self.missed.is_empty() && self.invented.is_empty()
+        self.missed.is_empty() && self.false_steps.is_empty()
     }
 }
 
 /// Returns distance and height of a reported step less those of a true one, metres.
-fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
-    (told.distance - real.distance_m, told.height - real.height_m)
+fn errors(step: &Reported, real: &TrueStep) -> (f64, f64) {
+    (step.distance - real.distance_m, step.height - real.height_m)
 }
 
 /// The scored part of an answer: its steps and its drop; empty for a `fault`.
-struct Told {
+struct ReportedAnswer {
     steps: Vec<Reported>,
     drop: Option<DropLine>,
 }
 
-impl Told {
+impl ReportedAnswer {
     fn of(answer: &Answer) -> Self {
         Self {
             steps: reported(answer),
@@ -198,9 +198,9 @@ impl Told {
         }
     }
 
-    /// Returns the reported drop if its probability is at least [`SURE_DROP`].
-    fn sure_drop(&self) -> Option<&DropLine> {
-        let sure = |drop: &&DropLine| f64::from(drop.probability) >= 1000.0 * SURE_DROP;
+    /// Returns the reported drop if its probability is at least [`MIN_DROP_PROBABILITY`].
+    fn probable_drop(&self) -> Option<&DropLine> {
+        let sure = |drop: &&DropLine| f64::from(drop.probability) >= 1000.0 * MIN_DROP_PROBABILITY;
         self.drop.as_ref().filter(sure)
     }
 }
@@ -233,54 +233,54 @@ fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
 }
 
 /// Whether a reported drop covers no true one.
-fn is_made_up(drop: &DropLine, truth: &Truth) -> bool {
+fn is_false_drop(drop: &DropLine, truth: &Truth) -> bool {
     !truth.falls_near(metres(drop.distance), reach(drop))
 }
 
 /// Returns the errors up to `end` (metres) as text: missing, false, or off.
-fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
+fn errors_before(answer: &ReportedAnswer, truth: &Truth, end: f64) -> Vec<String> {
     let near = |step: &&TrueStep| step.distance_m <= end;
-    let told: Vec<Reported> = (answer.steps.iter().copied())
+    let steps: Vec<Reported> = (answer.steps.iter().copied())
         .filter(|r| r.distance <= end)
         .collect();
     let real: Vec<TrueStep> = truth.steps.iter().filter(near).cloned().collect();
     // A step reported just before the end may be the true one just behind it.
     let beyond = truth.steps.iter().filter(|step| !near(step));
     let uncounted: Vec<TrueStep> = truth.uncounted.iter().chain(beyond).cloned().collect();
-    let sorted = Sorted::new(&told, &real, &uncounted);
+    let sorted = Sorted::new(&steps, &real, &uncounted);
     let off = sorted.pairs.iter().flat_map(|&(r, t)| {
-        let (told, (distance, height)) = (&told[r], errors(&told[r], &real[t]));
+        let (step, (distance, height)) = (&steps[r], errors(&steps[r], &real[t]));
         let off = |what: &str, error: f64, sigma: f64| {
-            let most = (3.0 * sigma).clamp(LIMIT_M, MOST_M);
-            let [at, error_cm, most_cm] = [told.distance, 100.0 * error, 100.0 * most];
+            let most = (3.0 * sigma).clamp(LIMIT_M, MAX_ERROR_M);
+            let [at, error_cm, most_cm] = [step.distance, 100.0 * error, 100.0 * most];
             (error.abs() > most).then(|| {
                 format!("{what} of the step at {at:.2} m off by {error_cm:+.1} cm (more than {most_cm:.1})")
             })
         };
         let errors = [
-            off("distance", distance, told.distance_sigma),
-            off("height", height, told.height_sigma),
+            off("distance", distance, step.distance_sigma),
+            off("height", height, step.height_sigma),
         ];
         errors.into_iter().flatten()
     });
     let missed = sorted.missed.iter().map(|&t| real[t].distance_m);
     let missed = missed.map(|at| format!("the step at {at:.2} m is missing"));
-    let invented = sorted.invented.iter();
-    let invented = invented.map(|at| format!("there is no step at {at:.2} m"));
+    let false_steps = sorted.false_steps.iter();
+    let false_steps = false_steps.map(|at| format!("there is no step at {at:.2} m"));
     let missed_drop = |at: &f64| *at <= end && !covers(answer.drop.as_ref(), *at);
     let drops = truth.ground_ends().into_iter().filter(missed_drop);
     let drops = drops.map(|at| format!("the ground ends at {at:.2} m"));
-    let false_drop = |drop: &&DropLine| metres(drop.distance) <= end && is_made_up(drop, truth);
+    let false_drop = |drop: &&DropLine| metres(drop.distance) <= end && is_false_drop(drop, truth);
     let false_drop = answer.drop.iter().filter(false_drop);
     let false_drop =
         false_drop.map(|drop| format!("the ground does not end at {:.2} m", metres(drop.distance)));
-    let steps = off.chain(missed).chain(invented);
+    let steps = off.chain(missed).chain(false_steps);
     steps.chain(drops).chain(false_drop).collect()
 }
 
 /// Whether an answer is wrong up to `horizon` (metres from the mirror).
 pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
-    !flaws(&Told::of(answer), truth, horizon + LIMIT_M).is_empty()
+    !errors_before(&ReportedAnswer::of(answer), truth, horizon + LIMIT_M).is_empty()
 }
 
 /// Returns an answer's confidence, and whether the answer is correct over the distance that it applies to.
@@ -288,60 +288,61 @@ fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
     let permille = answer.scan.confidence.filter(|_| !answer.is_fault())?;
     let end = answer.horizon_m.unwrap_or(f64::INFINITY).max(CONFIDENCE_M);
     Some(Prediction {
-        told: f64::from(permille) / 1000.0,
-        so: !wrong_up_to(answer, truth, end),
+        predicted: f64::from(permille) / 1000.0,
+        outcome: !wrong_up_to(answer, truth, end),
     })
 }
 
 /// Returns the `MAYBE`s of an answer, and whether there is a step.
 pub fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
-    let told = answer.maybes.iter().filter(|_| !answer.is_fault());
+    let reported = answer.maybes.iter().filter(|_| !answer.is_fault());
     let prediction = |maybe: &MaybeLine| {
         let down = maybe.height.0 < 0;
         let mut real = truth.steps.iter().chain(&truth.uncounted);
         Prediction {
-            told: f64::from(maybe.probability) / 1000.0,
-            so: real.any(|step| {
+            predicted: f64::from(maybe.probability) / 1000.0,
+            outcome: real.any(|step| {
                 let apart = (step.distance_m - metres(maybe.distance)).abs();
                 apart <= MATCH_M && (step.height_m < 0.0) == down
             }),
         }
     };
-    told.map(prediction).collect()
+    reported.map(prediction).collect()
 }
 
 /// Returns the steps of an answer; none for a `fault`.
 fn reported(answer: &Answer) -> Vec<Reported> {
-    let told = answer.steps.iter().filter(|_| !answer.is_fault());
-    told.map(|s| Reported {
-        distance: metres(s.distance),
-        height: metres(s.height),
-        distance_sigma: metres(s.distance_sigma),
-        height_sigma: metres(s.height_sigma),
-    })
-    .collect()
+    let reported = answer.steps.iter().filter(|_| !answer.is_fault());
+    reported
+        .map(|s| Reported {
+            distance: metres(s.distance),
+            height: metres(s.height),
+            distance_sigma: metres(s.distance_sigma),
+            height_sigma: metres(s.height_sigma),
+        })
+        .collect()
 }
 
 /// Whether an answer reports steps or a direction in a scene without steps.
 pub fn false_stairs(answer: &Answer, truth: &Truth) -> bool {
     let none = truth.steps.is_empty() && truth.uncounted.is_empty();
-    let told = !answer.steps.is_empty() || answer.scan.direction != Direction::None;
-    none && told && !answer.is_fault()
+    let has_stairs = !answer.steps.is_empty() || answer.scan.direction != Direction::None;
+    none && has_stairs && !answer.is_fault()
 }
 
 /// Scores one answer.
 pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
-    let told = Told::of(answer);
-    let reported = &told.steps;
+    let parsed = ReportedAnswer::of(answer);
+    let reported = &parsed.steps;
     let sorted = Sorted::new(reported, &truth.steps, &truth.uncounted);
     let matches = sorted.pairs.iter().map(|&(r, t)| {
-        let (told, real) = (&reported[r], &truth.steps[t]);
-        let (distance_error, height_error) = errors(told, real);
+        let (step, real) = (&reported[r], &truth.steps[t]);
+        let (distance_error, height_error) = errors(step, real);
         Match {
             distance_error,
             height_error,
-            distance_z: distance_error / told.distance_sigma,
-            height_z: height_error / told.height_sigma,
+            distance_z: distance_error / step.distance_sigma,
+            height_z: height_error / step.height_sigma,
             strong: is_strong(real),
         }
     });
@@ -351,10 +352,10 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let covered = truth.steps.iter().enumerate().filter(|(t, step)| {
         !answer.is_fault() && (step.distance_m <= end || !sorted.missed.contains(t))
     });
-    let mut flaws = flaws(&told, truth, end);
+    let mut flaws = errors_before(&parsed, truth, end);
     let ends = truth.ground_ends();
     let near_drops = ends.iter().filter(|at| **at < NEAR_DROP_M);
-    let depth = told.drop.as_ref();
+    let depth = parsed.drop.as_ref();
     let depth = depth.and_then(|drop| Some((drop, metres(drop.depth?))));
     if false_stair && flaws.is_empty() {
         flaws.push("there are no steps".to_owned());
@@ -373,12 +374,12 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
         horizon_m,
         confidence: confidence(answer, truth),
         maybes: maybes(answer, truth),
-        tells_drop: told.drop.is_some(),
+        reports_drop: parsed.drop.is_some(),
         tells_depth: depth.is_some(),
-        depth_error_m: depth.and_then(|(drop, told)| Some(told - true_depth(drop, truth)?)),
-        near_drops: Share::count(near_drops, |at| covers(told.sure_drop(), *at)),
+        depth_error_m: depth.and_then(|(drop, depth)| Some(depth - true_depth(drop, truth)?)),
+        near_drops: Share::count(near_drops, |at| covers(parsed.probable_drop(), *at)),
         without_drop: ends.is_empty(),
-        false_drop: (told.sure_drop()).is_some_and(|drop| is_made_up(drop, truth)),
+        false_drop: (parsed.probable_drop()).is_some_and(|drop| is_false_drop(drop, truth)),
         truth: truth.steps.clone(),
         exact: sorted.exact() && !false_stair,
         wrong: !flaws.is_empty(),
@@ -390,8 +391,8 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
             .iter()
             .map(|&t| truth.steps[t].clone())
             .collect(),
-        invented: sorted.invented,
+        false_steps: sorted.false_steps,
         false_stair,
-        harmful: false,
+        misleading: false,
     }
 }

@@ -9,7 +9,7 @@ const CONFIDENCE: &[f64] = &[0.0, 0.5, 0.8, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0];
 /// Edges of the bins of a `MAYBE`'s probability, which is reported from 5 % on.
 const MAYBES: &[f64] = &[0.0, 0.1, 0.2, 0.5, 0.8, 1.0];
 /// Minimum number of predictions of a bin for a comparison.
-const JUDGED: usize = 30;
+const MIN_PREDICTIONS: usize = 30;
 /// Maximum difference between prediction and outcome that counts as agreement.
 const AGREES: f64 = 0.05;
 /// Maximum difference in standard errors that counts as agreement; the larger of both limits applies.
@@ -19,9 +19,9 @@ const AGREES_ERRORS: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
     /// The probability, 0…1.
-    pub told: f64,
+    pub predicted: f64,
     /// Outcome.
-    pub so: bool,
+    pub outcome: bool,
 }
 
 /// Predictions of similar probability.
@@ -50,9 +50,9 @@ impl Bin {
         };
         for prediction in predictions {
             bin.actual.of += 1;
-            bin.actual.hits += usize::from(prediction.so);
-            bin.sum += prediction.told;
-            bin.variance += prediction.told * (1.0 - prediction.told);
+            bin.actual.hits += usize::from(prediction.outcome);
+            bin.sum += prediction.predicted;
+            bin.variance += prediction.predicted * (1.0 - prediction.predicted);
         }
         bin
     }
@@ -74,10 +74,10 @@ impl Bin {
     /// Whether predicted and actual share differ by at most 5 points or twice the standard error; `None`
     /// with fewer than 30 predictions.
     pub fn agrees(&self) -> Option<bool> {
-        let judged = self.actual.of >= JUDGED;
+        let is_compared = self.actual.of >= MIN_PREDICTIONS;
         let apart = (self.predicted()? - self.actual.value()?).abs();
         let most = AGREES.max(AGREES_ERRORS * self.standard_error()?);
-        judged.then_some(apart <= most)
+        is_compared.then_some(apart <= most)
     }
 
     /// The figures as JSON, probabilities 0…1.
@@ -105,33 +105,34 @@ pub struct Reliability {
 
 impl Reliability {
     /// Reliability of the answers' confidence.
-    pub fn of_confidence<'a>(told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
-        Self::by(CONFIDENCE, told)
+    pub fn of_confidence<'a>(predictions: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
+        Self::by(CONFIDENCE, predictions)
     }
 
     /// Reliability of the `MAYBE`s.
-    pub fn of_maybes<'a>(told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
-        Self::by(MAYBES, told)
+    pub fn of_maybes<'a>(predictions: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
+        Self::by(MAYBES, predictions)
     }
 
-    fn by<'a>(edges: &[f64], told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
+    fn by<'a>(edges: &[f64], predictions: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
         let last = edges.len().saturating_sub(2);
         let bin = |(k, pair): (usize, &[f64])| {
             let (from, to) = (pair[0], pair[1]);
             // A probability of 1 belongs to the last bin.
-            let inside = move |p: &&Prediction| p.told >= from && (p.told < to || k == last);
-            Bin::new(from, to, told.clone().filter(inside))
+            let inside =
+                move |p: &&Prediction| p.predicted >= from && (p.predicted < to || k == last);
+            Bin::new(from, to, predictions.clone().filter(inside))
         };
         let ends = (edges.first(), edges.last());
         let (from, to) = (ends.0.copied(), ends.1.copied());
         Self {
             bins: edges.windows(2).enumerate().map(bin).collect(),
-            all: Bin::new(from.unwrap_or(0.0), to.unwrap_or(1.0), told.clone()),
+            all: Bin::new(from.unwrap_or(0.0), to.unwrap_or(1.0), predictions.clone()),
         }
     }
 
     /// Returns the share of judged bins that agree.
-    pub fn kept(&self) -> Share {
+    pub fn agreeing_bins(&self) -> Share {
         Share::count(self.bins.iter().filter_map(Bin::agrees), |agrees| agrees)
     }
 
@@ -148,12 +149,12 @@ impl Reliability {
 mod tests {
     use super::*;
 
-    /// Returns `of` predictions of probability `told`, of which `right` came true.
-    fn predictions(told: f64, right: usize, of: usize) -> Vec<Prediction> {
+    /// Returns `of` predictions of probability `predicted`, of which `right` came true.
+    fn predictions(predicted: f64, right: usize, of: usize) -> Vec<Prediction> {
         (0..of)
             .map(|k| Prediction {
-                told,
-                so: k < right,
+                predicted,
+                outcome: k < right,
             })
             .collect()
     }
@@ -220,7 +221,7 @@ mod tests {
         assert_eq!(reliability.bins[7].agrees(), None);
         assert_eq!(reliability.bins[7].actual, Share::new(0, 29));
         assert_eq!(reliability.bins[1].agrees(), Some(false));
-        assert_eq!(reliability.kept(), Share::new(0, 1));
+        assert_eq!(reliability.agreeing_bins(), Share::new(0, 1));
         let empty = &reliability.bins[0];
         assert_eq!((empty.predicted(), empty.standard_error()), (None, None));
         assert!(reliability.json()["bins"][0]["predicted_mean"].is_null());

@@ -87,7 +87,7 @@ impl AnswerType {
 
     fn of(scene: &SceneScore) -> Self {
         match scene.direction {
-            Direction::None if scene.tells_drop => Self::Drop,
+            Direction::None if scene.reports_drop => Self::Drop,
             Direction::None => Self::NoSteps,
             Direction::Up => Self::Up,
             Direction::Down => Self::Down,
@@ -129,7 +129,7 @@ pub struct SetScore {
     /// Share of strong true steps that were missed.
     pub strong_missed: Share,
     /// Number of reported steps without a true one.
-    pub invented: usize,
+    pub false_steps: usize,
     /// Share of scenes without steps in which some were reported.
     pub false_stairs: Share,
     /// Numbers of scenes reported `ok`, `degraded`, `fault`.
@@ -141,7 +141,7 @@ pub struct SetScore {
     /// Share of `ok` answers that are wrong, by type of answer.
     pub ok_and_wrong_by_type: [(AnswerType, Share); 4],
     /// Share of `ok` among the answers that are neither wrong nor a `fault`.
-    pub ok_of_right: Share,
+    pub ok_among_correct: Share,
     /// Share of true steps that lie within the horizon or are reported.
     pub covered: Share,
     /// Median horizon of the `ok` answers, metres; infinite if they do not report it.
@@ -149,7 +149,7 @@ pub struct SetScore {
     /// Reliability of the confidence.
     pub confidence: Reliability,
     /// Share of true drops nearer than [`NEAR_DROP_M`](super::NEAR_DROP_M) that are reported.
-    pub told_drops: Share,
+    pub reported_drops: Share,
     /// Share of scenes without a true drop in which one is reported.
     pub false_drops_without: Share,
     /// Number of scenes with a reported drop that covers none, including scenes with true drops elsewhere.
@@ -166,7 +166,7 @@ pub struct SetScore {
     /// Reliability of the `MAYBE`s.
     pub maybes: Reliability,
     /// Share of recordings with a harmful fault that are `ok` nevertheless.
-    pub harmful_ok: Share,
+    pub misleading_ok: Share,
     /// Absolute distance errors of all matched steps, then of the strong ones.
     pub distance: [Option<Spread>; 2],
     /// Absolute height errors of all matched steps, then of the strong ones.
@@ -207,7 +207,7 @@ impl SetScore {
             exact: Share::count(scenes.clone(), |s| s.exact),
             missed: Share::new(count(&|s| s.missed.len()), steps),
             strong_missed: Share::new(count(&|s| strong(&s.missed)), count(&|s| strong(&s.truth))),
-            invented: count(&|s| s.invented.len()),
+            false_steps: count(&|s| s.false_steps.len()),
             false_stairs: Share::count(scenes.clone().filter(empty), |s| s.false_stair),
             status: [Status::Ok, Status::Degraded, Status::Fault].map(|s| of(s).count()),
             ok: Share::count(scenes.clone(), |s| s.status == Status::Ok),
@@ -216,25 +216,27 @@ impl SetScore {
                 let of_type = of(Status::Ok).filter(|s| AnswerType::of(s) == kind);
                 (kind, Share::count(of_type, SceneScore::ok_and_wrong))
             }),
-            ok_of_right: Share::count(scenes.clone().filter(right), |s| s.status == Status::Ok),
+            ok_among_correct: Share::count(scenes.clone().filter(right), |s| {
+                s.status == Status::Ok
+            }),
             covered: Share::new(count(&|s| s.covered), steps),
             ok_horizon_m: horizons.get(horizons.len() / 2).copied(),
             confidence: Reliability::of_confidence(
                 scenes.clone().filter_map(|s| s.confidence.as_ref()),
             ),
-            told_drops: Share::new(count(&|s| s.near_drops.hits), count(&|s| s.near_drops.of)),
+            reported_drops: Share::new(count(&|s| s.near_drops.hits), count(&|s| s.near_drops.of)),
             false_drops_without: Share::count(scenes.clone().filter(|s| s.without_drop), |s| {
                 s.false_drop
             }),
             false_drops: count(&|s| usize::from(s.false_drop)),
-            drops: count(&|s| usize::from(s.tells_drop)),
-            depths: Share::count(scenes.clone().filter(|s| s.tells_drop), |s| s.tells_depth),
+            drops: count(&|s| usize::from(s.reports_drop)),
+            depths: Share::count(scenes.clone().filter(|s| s.reports_drop), |s| s.tells_depth),
             depth: Spread::of(scenes.clone().filter_map(|s| s.depth_error_m)),
             depths_off: Share::count(scenes.clone().filter_map(|s| s.depth_error_m), |error| {
                 error.abs() > DEPTH_M
             }),
             maybes: Reliability::of_maybes(scenes.clone().flat_map(|s| &s.maybes)),
-            harmful_ok: Share::count(scenes.clone().filter(|s| s.harmful), |s| {
+            misleading_ok: Share::count(scenes.clone().filter(|s| s.misleading), |s| {
                 s.status == Status::Ok
             }),
             distance: spread(|m| m.distance_error),
@@ -256,7 +258,7 @@ impl SetScore {
             "missed": self.missed.hits,
             "strong_steps": self.strong_missed.of,
             "strong_missed": self.strong_missed.hits,
-            "false_steps": self.invented,
+            "false_steps": self.false_steps,
             "scenes_without_steps": self.false_stairs.of,
             "false_stairs": self.false_stairs.hits,
             "status": {"ok": self.status[0], "degraded": self.status[1], "fault": self.status[2]},
@@ -268,18 +270,18 @@ impl SetScore {
                 "of": share.of,
                 "upper_bound_95": upper_bound(share.hits, share.of),
             })),
-            "ok_of_right": self.ok_of_right.json(),
+            "ok_of_right": self.ok_among_correct.json(),
             "covered": self.covered.json(),
             "ok_horizon_m": finite(self.ok_horizon_m),
             "confidence": self.confidence.json(),
-            "told_drops": self.told_drops.json(),
+            "told_drops": self.reported_drops.json(),
             "false_drops": self.false_drops,
             "false_drops_without": self.false_drops_without.json(),
             "depths": self.depths.json(),
             "depth_error_m": Spread::json(self.depth),
             "depths_off": self.depths_off.json(),
             "maybes": self.maybes.json(),
-            "harmful_ok": self.harmful_ok.json(),
+            "harmful_ok": self.misleading_ok.json(),
             "distance_error_m": Spread::json(self.distance[0]),
             "height_error_m": Spread::json(self.height[0]),
             "strong_distance_error_m": Spread::json(self.distance[1]),

@@ -77,7 +77,7 @@ fn nearest_pairs_come_first() {
         &answer(Status::Ok, &[(0.55, 0.1), (0.62, 0.1)]),
         &truth(&[(0.60, 0.1)], &[]),
     );
-    assert_eq!(score.invented, [0.55]);
+    assert_eq!(score.false_steps, [0.55]);
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn ok_and_wrong_is_counted_of_what_is_ok() {
     let set = SetScore::new("set", scenes.iter());
     assert_eq!((set.exact, set.ok), (Share::new(4, 5), Share::new(2, 5)));
     assert_eq!(set.ok_and_wrong, Share::new(1, 2));
-    assert_eq!(set.ok_of_right, Share::new(1, 2));
+    assert_eq!(set.ok_among_correct, Share::new(1, 2));
     assert_eq!(set.covered, Share::new(4, 5));
     assert_eq!(set.json()["ok_horizon_m"], serde_json::Value::Null);
     assert!(confusions(&scenes).contains("ok WRONG"));
@@ -199,12 +199,12 @@ fn ok_and_wrong_is_counted_of_what_is_ok() {
 #[test]
 fn quantiles_have_intervals() {
     let errors: Vec<(f64, f64)> = (0..100).map(|k| (10.0 + f64::from(k), 0.1)).collect();
-    let told: Vec<(f64, f64)> = errors
+    let reported: Vec<(f64, f64)> = errors
         .iter()
         .zip(1..)
         .map(|(e, k)| (e.0, 0.1 + f64::from(k) * 0.01))
         .collect();
-    let score = scene(&answer(Status::Ok, &told), &truth(&errors, &[]));
+    let score = scene(&answer(Status::Ok, &reported), &truth(&errors, &[]));
     let height = SetScore::new("set", [score].iter()).height[0].unwrap();
     assert!((height.median - 0.505).abs() < 1e-3, "{height:?}");
     let (low, high) = height.median_interval;
@@ -222,7 +222,7 @@ fn quantiles_have_intervals() {
 #[test]
 fn confidence_is_held_against_what_it_speaks_of() {
     let real = truth(&[(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)], &[]);
-    let told = |mut answer: Answer, permille| {
+    let reported = |mut answer: Answer, permille| {
         answer.scan.confidence = permille;
         scene(&answer, &real).confidence
     };
@@ -230,18 +230,21 @@ fn confidence_is_held_against_what_it_speaks_of() {
     // The step missing at 0.9 m is beyond the horizon, but within the first metre.
     let short = vouching(0.7, first);
     assert!(!scene(&short, &real).wrong);
-    let so = |so, told| Some(Prediction { told, so });
-    assert_eq!(told(short, Some(873)), so(false, 0.873));
+    let so = |outcome, predicted| Some(Prediction { predicted, outcome });
+    assert_eq!(reported(short, Some(873)), so(false, 0.873));
     // The step missing at 1.4 m is beyond both.
     let two = &[(0.6, 0.15), (0.9, 0.30)];
-    assert_eq!(told(vouching(0.7, two), Some(995)), so(true, 0.995));
-    assert_eq!(told(vouching(1.2, two), Some(995)), so(true, 0.995));
-    assert_eq!(told(vouching(1.4, two), Some(995)), so(false, 0.995));
+    assert_eq!(reported(vouching(0.7, two), Some(995)), so(true, 0.995));
+    assert_eq!(reported(vouching(1.2, two), Some(995)), so(true, 0.995));
+    assert_eq!(reported(vouching(1.4, two), Some(995)), so(false, 0.995));
     // Without a horizon the confidence applies to all distances; without a confidence there is no
     // prediction.
-    assert_eq!(told(answer(Status::Ok, two), Some(995)), so(false, 0.995));
-    assert_eq!(told(vouching(1.2, two), None), None);
-    assert_eq!(told(answer(Status::Fault, &[]), Some(10)), None);
+    assert_eq!(
+        reported(answer(Status::Ok, two), Some(995)),
+        so(false, 0.995)
+    );
+    assert_eq!(reported(vouching(1.2, two), None), None);
+    assert_eq!(reported(answer(Status::Fault, &[]), Some(10)), None);
     let mut sure = vouching(1.2, two);
     sure.scan.confidence = Some(995);
     let set = SetScore::new("set", [scene(&sure, &real)].iter());
@@ -252,9 +255,9 @@ fn confidence_is_held_against_what_it_speaks_of() {
 
 #[test]
 fn maybes_are_right_where_something_of_their_kind_stands() {
-    let maybes = |status, told: &[(i32, i32)], real: &Truth| {
+    let maybes = |status, reported: &[(i32, i32)], real: &Truth| {
         let mut answer = answer(status, &[]);
-        answer.maybes = (told.iter())
+        answer.maybes = (reported.iter())
             .map(|&(distance, height)| MaybeLine {
                 distance: Tenths(10 * distance),
                 height: Tenths(10 * height),
@@ -262,18 +265,18 @@ fn maybes_are_right_where_something_of_their_kind_stands() {
                 ..MaybeLine::default()
             })
             .collect();
-        let told = scene(&answer, real).maybes;
-        assert!(told.iter().all(|m| m.told == 0.25));
-        told.iter().map(|m| m.so).collect::<Vec<_>>()
+        let reported = scene(&answer, real).maybes;
+        assert!(reported.iter().all(|m| m.predicted == 0.25));
+        reported.iter().map(|m| m.outcome).collect::<Vec<_>>()
     };
     let stairs = truth(&[(0.6, 0.15)], &[(1.8, 0.6)]);
-    let told = [(690, 150), (710, 150), (600, -100), (1750, 300)];
-    let so = maybes(Status::Degraded, &told, &stairs);
+    let reported = [(690, 150), (710, 150), (600, -100), (1750, 300)];
+    let so = maybes(Status::Degraded, &reported, &stairs);
     assert_eq!(so, [true, false, false, true]);
     let drop = truth(&[], &[(0.8, -0.6)]);
     let so = maybes(Status::Degraded, &[(800, -100), (800, 100)], &drop);
     assert_eq!(so, [true, false]);
-    assert!(maybes(Status::Fault, &told, &stairs).is_empty());
+    assert!(maybes(Status::Fault, &reported, &stairs).is_empty());
 }
 
 /// An answer with the horizon `horizon_m` that reports a drop: distance and σ in metres,
@@ -306,8 +309,9 @@ fn ground_ends_at(places: &[f64]) -> Truth {
 
 #[test]
 fn a_told_drop_covers_a_true_one_within_10_cm_or_3_sigma() {
-    let wrong =
-        |horizon_m, told, real: &Truth| scene(&dropping(Status::Ok, horizon_m, told), real).wrong;
+    let wrong = |horizon_m, reported, real: &Truth| {
+        scene(&dropping(Status::Ok, horizon_m, reported), real).wrong
+    };
     let real = ground_ends_at(&[0.9]);
     assert!(scene(&vouching(0.88, &[]), &real).wrong, "not told");
     assert!(!scene(&vouching(0.86, &[]), &real).wrong, "beyond the end");
@@ -327,7 +331,8 @@ fn a_told_drop_covers_a_true_one_within_10_cm_or_3_sigma() {
 
 #[test]
 fn a_drop_that_is_made_up_is_wrong_up_to_the_horizon() {
-    let score = |horizon_m, told, real: &Truth| scene(&dropping(Status::Ok, horizon_m, told), real);
+    let score =
+        |horizon_m, reported, real: &Truth| scene(&dropping(Status::Ok, horizon_m, reported), real);
     let none = ground_ends_at(&[]);
     let made_up = score(1.2, (1.1, 0.01, 990), &none);
     assert!(made_up.wrong && made_up.false_drop);
@@ -355,11 +360,11 @@ fn drops_are_counted_where_they_are_near() {
         scene(&vouching(1.2, &[]), &none),
     ];
     let set = SetScore::new("set", scenes.iter());
-    assert_eq!(set.told_drops, Share::new(1, 4));
+    assert_eq!(set.reported_drops, Share::new(1, 4));
     assert_eq!((set.drops, set.false_drops), (5, 2));
     assert_eq!(set.false_drops_without, Share::new(1, 2));
     let text = table(std::slice::from_ref(&set));
-    let words = "set: drops nearer than 1.6 m told 1 of 4; false drops 2, 1 of them on 2 scenes without one\n";
+    let words = "set: drops nearer than 1.6 m reported 1 of 4; false drops 2, 1 of them on 2 scenes without one\n";
     assert!(text.contains(words), "{text}");
     assert_eq!(set.json()["told_drops"]["count"], 1);
     // Two of the `ok` answers report a drop; one of them is wrong.
@@ -379,7 +384,7 @@ fn drops_are_counted_where_they_are_near() {
 
 #[test]
 fn a_told_depth_is_held_against_the_drop_that_is_covered() {
-    let told = |at: f64, depth_m: f64| {
+    let reported = |at: f64, depth_m: f64| {
         let mut answer = dropping(Status::Ok, 0.5, (at, 0.01, 990));
         answer.drop.as_mut().unwrap().depth = Some(Tenths((depth_m * 10_000.0).round() as i32));
         answer
@@ -394,10 +399,10 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
     };
     let stairs = truth(&[], &[(0.9, -0.17), (1.2, -0.34)]);
     let scenes = [
-        scene(&told(0.92, 0.16), &listed(Some(0.15))),
-        scene(&told(0.92, 0.14), &stairs),
-        scene(&told(0.92, 0.16), &listed(None)),
-        scene(&told(0.7, 0.16), &stairs),
+        scene(&reported(0.92, 0.16), &listed(Some(0.15))),
+        scene(&reported(0.92, 0.14), &stairs),
+        scene(&reported(0.92, 0.16), &listed(None)),
+        scene(&reported(0.7, 0.16), &stairs),
         scene(&dropping(Status::Ok, 0.5, (0.9, 0.01, 990)), &stairs),
         scene(&vouching(0.5, &[]), &stairs),
     ];
@@ -415,7 +420,7 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
         (Share::new(4, 5), Share::new(1, 2))
     );
     let text = table(std::slice::from_ref(&set));
-    let words = "; depth told with 4 of 5, error of 2 that cover a true one: median 2.0 cm, 95 % 2.9 cm, \
+    let words = "; depth reported with 4 of 5, error of 2 that cover a true one: median 2.0 cm, 95 % 2.9 cm, \
                  more than 2 cm 1\n";
     assert!(text.contains(words), "{text}");
 }
@@ -423,25 +428,25 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
 /// If every step is matched but one is off, the text gives the error.
 #[test]
 fn what_is_wrong_is_told() {
-    let told = |answer: &Answer, truth: &Truth| {
+    let reported = |answer: &Answer, truth: &Truth| {
         let score = scene(answer, truth);
         let (exact, text) = (score.exact, confusions(&[score]));
         assert!(text.contains("ok WRONG"), "{text}");
         (exact, text)
     };
-    let (exact, text) = told(
+    let (exact, text) = reported(
         &answer(Status::Ok, &[(0.6, 0.1)]),
         &truth(&[(0.6, 0.16)], &[]),
     );
     assert!(exact);
     let words = ": height of the step at 0.60 m off by -6.0 cm (more than 3.0)";
     assert!(text.contains(words), "{text}");
-    let (exact, text) = told(&answer(Status::Ok, &[]), &truth(&[], &[(0.8, -0.3)]));
+    let (exact, text) = reported(&answer(Status::Ok, &[]), &truth(&[], &[(0.8, -0.3)]));
     assert!(
         exact && text.contains(": the ground ends at 0.80 m"),
         "{text}"
     );
-    let (_, text) = told(
+    let (_, text) = reported(
         &answer(Status::Ok, &[(0.6, 0.1)]),
         &truth(&[(0.9, 0.1)], &[]),
     );

@@ -39,7 +39,7 @@ pub fn table(sets: &[SetScore]) -> String {
             percent(set.covered),
             of(set.missed),
             of(set.strong_missed),
-            set.invented,
+            set.false_steps,
             of(set.false_stairs),
             spread(set.distance[0]),
             spread(set.height[0]),
@@ -47,11 +47,14 @@ pub fn table(sets: &[SetScore]) -> String {
             percent(set.height_sigmas[0]),
         );
     }
-    for set in sets.iter().filter(|set| set.told_drops.of + set.drops > 0) {
+    for set in sets
+        .iter()
+        .filter(|set| set.reported_drops.of + set.drops > 0)
+    {
         let _ = writeln!(out, "\n{}: {}", set.name, drops(set));
     }
-    for set in sets.iter().filter(|set| set.harmful_ok.of > 0) {
-        let Share { hits, of } = set.harmful_ok;
+    for set in sets.iter().filter(|set| set.misleading_ok.of > 0) {
+        let Share { hits, of } = set.misleading_ok;
         let _ = writeln!(
             out,
             "\n{}: {hits} of {of} harmful disturbances are ok",
@@ -66,16 +69,17 @@ pub fn table(sets: &[SetScore]) -> String {
 
 /// Returns the line with reported and false drops.
 pub fn drops(set: &SetScore) -> String {
-    let Share { hits, of } = set.told_drops;
+    let Share { hits, of } = set.reported_drops;
     let without = set.false_drops_without;
     let mut out = format!(
-        "drops nearer than {NEAR_DROP_M:.1} m told {hits} of {of}; false drops {}, {} of them on {} scenes without one",
+        "drops nearer than {NEAR_DROP_M:.1} m reported {hits} of {of}; false drops {}, {} of them \
+         on {} scenes without one",
         set.false_drops, without.hits, without.of
     );
     if set.depths.hits > 0 {
         let _ = write!(
             out,
-            "; depth told with {} of {}",
+            "; depth reported with {} of {}",
             set.depths.hits, set.depths.of
         );
     }
@@ -98,14 +102,14 @@ fn promise(set: &SetScore) -> String {
     let horizon = match set.ok_horizon_m {
         None => "no answer is ok".to_owned(),
         Some(m) if m.is_finite() => format!("median horizon of an ok {m:.2} m"),
-        Some(_) => "an ok has no horizon: it vouches for everything".to_owned(),
+        Some(_) => "an ok without a horizon is valid at any distance".to_owned(),
     };
     format!(
         "{}: ok and wrong {} of {} ok; ok of what is not wrong {}; {horizon}",
         set.name,
         set.ok_and_wrong.hits,
         set.ok.hits,
-        set.ok_of_right.percent()
+        set.ok_among_correct.percent()
     )
 }
 
@@ -136,7 +140,7 @@ pub fn median_table(runs: &[Vec<SetScore>]) -> String {
             set.missed.of,
             middle(|s| s.strong_missed.hits),
             set.strong_missed.of,
-            middle(|s| s.invented),
+            middle(|s| s.false_steps),
             middle(|s| s.false_stairs.hits),
             set.false_stairs.of,
             100.0 * median(&|s| s.distance[0].map(|d| d.median)),
@@ -157,7 +161,11 @@ pub fn confusions(scenes: &[SceneScore]) -> String {
             format!("{:.2} m{snr}", s.distance_m)
         });
         let missed: Vec<String> = missed.collect();
-        let invented: Vec<String> = scene.invented.iter().map(|d| format!("{d:.2} m")).collect();
+        let false_steps: Vec<String> = scene
+            .false_steps
+            .iter()
+            .map(|d| format!("{d:.2} m"))
+            .collect();
         let list = |what: &str, items: &[String]| match items {
             [] => String::new(),
             items => format!("  {what} {}", items.join(", ")),
@@ -179,7 +187,7 @@ pub fn confusions(scenes: &[SceneScore]) -> String {
             scene.matches.len(),
             scene.truth.len(),
             list("missed", &missed),
-            list("false", &invented),
+            list("false", &false_steps),
         );
     }
     out
@@ -198,7 +206,7 @@ pub fn confusions_json(scenes: &[SceneScore]) -> Value {
             "steps": s.truth.len(),
             "matched": s.matches.len(),
             "missed_m": s.missed.iter().map(|t| t.distance_m).collect::<Vec<_>>(),
-            "false_m": s.invented,
+            "false_m": s.false_steps,
             "false_stair": s.false_stair,
             "false_drop": s.false_drop,
         })

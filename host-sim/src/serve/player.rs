@@ -67,7 +67,7 @@ impl<'a> Times<'a> {
     }
 }
 
-/// Plays `recording` to `outlet` until `clock` ends it. `told` is called with each scan as published.
+/// Plays `recording` to `outlet` until `clock` ends it. `on_scan` is called with each scan as published.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -76,7 +76,7 @@ pub fn play(
     options: &Options,
     outlet: &dyn Outlet,
     clock: &mut dyn Clock,
-    told: &mut dyn FnMut(&Scan),
+    on_scan: &mut dyn FnMut(&Scan),
 ) -> Result<()> {
     Playback::new(&recording, &options.config)?;
     let recording = Arc::new(recording);
@@ -95,7 +95,7 @@ pub fn play(
                 begin_ns,
             };
             match session.scan(&parts[k], clock)? {
-                Some(scan) => told(&scan),
+                Some(scan) => on_scan(&scan),
                 None => return Ok(()),
             }
         }
@@ -137,7 +137,7 @@ impl Session<'_> {
     /// Plays one scan; `None` if the session has ended meanwhile.
     fn scan(&self, part: &Part, clock: &mut dyn Clock) -> Result<Option<Scan>> {
         let recording = self.times.recording;
-        let number = &part.scan.told["scan"];
+        let number = &part.scan.json["scan"];
         let mut stamp_ns = self.begin_ns;
         for k in recording.chirps_of(part.scan.answer.scan_of_recording()) {
             stamp_ns = self.begin_ns + self.times.chirp(k);

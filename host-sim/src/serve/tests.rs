@@ -130,13 +130,13 @@ fn chirps_come_one_by_one_at_their_times_with_their_samples() {
     assert!(chirps.len() > 281, "{}", chirps.len());
     for (k, (message, stamp_ns)) in chirps[..281].iter().enumerate() {
         assert_eq!(*stamp_ns, BEGIN_NS + 10_000_000 * k as u64);
-        let told: Value = serde_json::from_slice(message).unwrap();
-        assert_eq!(told["chirp"], k);
-        assert_eq!(told["angle_deg"], recording.meta.angles_deg[k]);
+        let json: Value = serde_json::from_slice(message).unwrap();
+        assert_eq!(json["chirp"], k);
+        assert_eq!(json["angle_deg"], recording.meta.angles_deg[k]);
         let samples = recording.chirp(k).unwrap();
         for (part, value) in [("i", samples[7].i), ("q", samples[7].q)] {
-            assert_eq!(told[part][7], value);
-            assert_eq!(told[part].as_array().unwrap().len(), samples.len());
+            assert_eq!(json[part][7], value);
+            assert_eq!(json[part].as_array().unwrap().len(), samples.len());
         }
     }
     assert_eq!(chirps[281].1, BEGIN_NS + 3_800_000_000);

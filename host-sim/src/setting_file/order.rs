@@ -17,10 +17,10 @@ pub type Refused = (&'static str, ConfigError);
 ///
 /// # Errors
 /// This program would not accept a value: the scanner has another firmware version. The message names the setting.
-pub fn settings_of(told: &BTreeMap<String, String>) -> Result<Settings, ConfigError> {
+pub fn settings_of(values: &BTreeMap<String, String>) -> Result<Settings, ConfigError> {
     let mut settings = Settings::default();
     // The radar module's settings, which no command changes.
-    let number = |key: &str| told.get(key).and_then(|value| value.parse::<u32>().ok());
+    let number = |key: &str| values.get(key).and_then(|value| value.parse::<u32>().ok());
     let radar = &mut settings.config.radar;
     radar.carrier_khz = number("radar-carrier").unwrap_or(radar.carrier_khz);
     radar.bandwidth_khz = number("radar-bandwidth").unwrap_or(radar.bandwidth_khz);
@@ -30,7 +30,7 @@ pub fn settings_of(told: &BTreeMap<String, String>) -> Result<Settings, ConfigEr
         .iter()
         .filter(|key| !key.starts_with("radar-"));
     let changes: Vec<Change> = changes
-        .filter_map(|key| Some((*key, told.get(*key)?.clone())))
+        .filter_map(|key| Some((*key, values.get(*key)?.clone())))
         .collect();
     match in_order(&settings, &changes) {
         Ok((_, settings)) => Ok(settings),

@@ -29,17 +29,17 @@ pub struct Profile {
     pub entries: Vec<Entry>,
 }
 
-/// Returns the text of a file with all settings in `told`, as commands write them; `about` is its first comment.
-pub fn text(told: &BTreeMap<String, String>, about: &str) -> String {
+/// Returns the text of a file with all settings in `values`, as commands write them; `about` is its first comment.
+pub fn text(values: &BTreeMap<String, String>, about: &str) -> String {
     let mut text = String::new();
     for line in about.lines() {
         let _ = writeln!(text, "# {line}");
     }
     for row in table::rows() {
-        let Some(value) = told.get(row.key) else {
+        let Some(value) = values.get(row.key) else {
             continue;
         };
-        let (range, default) = (row.range(), row.spoken(row.default));
+        let (range, default) = (row.range(), row.with_unit(row.default));
         let range = if range.is_empty() {
             range
         } else {
@@ -54,7 +54,7 @@ pub fn text(told: &BTreeMap<String, String>, about: &str) -> String {
 
 /// Returns a value in the notation of the file.
 fn value_text(row: &Row, value: &str) -> String {
-    let spoken = row.spoken(value);
+    let spoken = row.with_unit(value);
     let bare = row.unit.written.is_empty() && spoken.parse::<f64>().is_ok();
     if bare {
         spoken
@@ -100,16 +100,16 @@ impl Profile {
         Ok(profile)
     }
 
-    /// Returns the commands, in an order that a scanner with the settings `told` accepts, and the resulting settings.
+    /// Returns the commands, in an order that a scanner with the settings `values` accepts, and the resulting settings.
     ///
     /// # Errors
     /// All keys of the file `name` that such a scanner would refuse.
     pub fn changes(
         &self,
         name: &str,
-        told: &BTreeMap<String, String>,
+        values: &BTreeMap<String, String>,
     ) -> Result<(Vec<Change>, Settings)> {
-        let settings = order::settings_of(told).map_err(|error| {
+        let settings = order::settings_of(values).map_err(|error| {
             anyhow!("the scanner's own {error}: its firmware is not the one that this program belongs to")
         })?;
         let changes = self
@@ -120,7 +120,7 @@ impl Profile {
         order::in_order(&settings, &changes).map_err(|refused| {
             let lines = refused.iter().filter_map(|(key, error)| {
                 let entry = self.entries.iter().find(|entry| entry.row.key == *key)?;
-                let value = entry.row.spoken(&entry.value);
+                let value = entry.row.with_unit(&entry.value);
                 Some(format!(
                     "{name}:{}: {key} = {value}: with the other settings, {error}",
                     entry.line
@@ -130,20 +130,20 @@ impl Profile {
         })
     }
 
-    /// Returns the differences between the scanner's settings `told` and the file, one line each.
-    pub fn differences(&self, told: &BTreeMap<String, String>) -> Vec<String> {
+    /// Returns the differences between the scanner's settings `values` and the file, one line each.
+    pub fn differences(&self, values: &BTreeMap<String, String>) -> Vec<String> {
         let mut lines = Vec::new();
         for Entry { row, value, line } in &self.entries {
-            let file = row.spoken(value);
-            match told.get(row.key) {
+            let file = row.with_unit(value);
+            match values.get(row.key) {
                 Some(there) if there == value => {}
                 Some(there) => lines.push(format!(
                     "{}: scanner {}, file {file} (line {line})",
                     row.key,
-                    row.spoken(there)
+                    row.with_unit(there)
                 )),
                 None => lines.push(format!(
-                    "{}: scanner does not know it, file {file} (line {line})",
+                    "{}: unknown to the scanner, file {file} (line {line})",
                     row.key
                 )),
             }

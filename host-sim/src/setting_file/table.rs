@@ -49,7 +49,7 @@ impl Row {
 
     /// Converts `value` from the notation of commands to that of files: `0.4 m` for `40000`. A value that is not a
     /// number is unchanged.
-    pub fn spoken(&self, value: &str) -> String {
+    pub fn with_unit(&self, value: &str) -> String {
         match (self.unit.word_of(self.key, value), value.parse::<i64>()) {
             (Some(word), _) => word,
             (None, Ok(number)) if self.words.is_empty() => self.unit.shown(number.into()),

@@ -9,13 +9,13 @@ use super::{order, table};
 
 fn defaults() -> BTreeMap<String, String> {
     let settings = Settings::default();
-    let told = Settings::KEYS.iter().map(|key| {
+    let values = Settings::KEYS.iter().map(|key| {
         (
             (*key).to_owned(),
             settings.get(key).unwrap().as_str().to_owned(),
         )
     });
-    told.collect()
+    values.collect()
 }
 
 fn refused(text: &str) -> String {
@@ -26,16 +26,16 @@ fn refused(text: &str) -> String {
 fn every_setting_is_in_the_table_with_its_default() {
     let keys: Vec<&str> = table::rows().iter().map(|row| row.key).collect();
     assert_eq!(keys, Settings::KEYS);
-    let told = defaults();
+    let values = defaults();
     for row in table::rows() {
-        assert_eq!(row.default, told[row.key], "{}", row.key);
+        assert_eq!(row.default, values[row.key], "{}", row.key);
         assert!(!row.meaning.is_empty());
     }
 }
 
 #[test]
 fn people_s_units_are_written() {
-    let spoken = |key: &str, value: &str| table::row(key).unwrap().spoken(value);
+    let spoken = |key: &str, value: &str| table::row(key).unwrap().with_unit(value);
     for (key, value, text) in [
         ("mount-height", "40000", "0.4 m"),
         ("mirror-echo", "22013", "0.22013 m"),
@@ -84,7 +84,7 @@ fn a_file_that_was_written_sets_the_same_values() {
             if row.key == "calibrated" {
                 continue;
             }
-            let spoken = row.spoken(&number.to_string());
+            let spoken = row.with_unit(&number.to_string());
             assert_eq!(
                 row.unit.parse(row.key, &spoken),
                 Ok(number.into()),
@@ -93,17 +93,17 @@ fn a_file_that_was_written_sets_the_same_values() {
             );
         }
     }
-    let told = defaults();
-    let text = profile::text(&told, "about");
+    let values = defaults();
+    let text = profile::text(&values, "about");
     let read = Profile::parse("chair.toml", &text).unwrap();
-    assert_eq!(read.differences(&told), Vec::<String>::new());
+    assert_eq!(read.differences(&values), Vec::<String>::new());
     assert_eq!(
         read.entries.len(),
         Settings::KEYS.len() - 3,
         "but for what the module reports"
     );
     for entry in &read.entries {
-        assert_eq!(entry.value, told[entry.row.key]);
+        assert_eq!(entry.value, values[entry.row.key]);
     }
     assert!(text.contains("mount-height = \"0.4 m\"\n"), "{text}");
     assert!(text.contains("# 0.01 m to 5 m; default 0.4 m\n"), "{text}");
@@ -135,7 +135,7 @@ fn every_wrong_line_is_named_with_its_value_and_range() {
     let text = "mount-height = 0.4\nmirror-offset = \"9 m\"\n\nplane = \"sideways\"\nretries = 11\nseed = -1\n\
                 mount_height = \"1 m\"\nradar-carrier = \"60 GHz\"\nmotion = true\nspeed = \"1 m\"\nbeamwidth = \"5.00001 deg\"\n\
                 calibrated = \"yesterday\"\n";
-    let told = refused(text);
+    let message = refused(text);
     for words in [
         "chair.toml:1: mount-height = 0.4: expected a number and its unit (m, cm, mm), such as \"1 m\"; 0.01 m to 5 m",
         "chair.toml:2: mirror-offset = 9 m: expected 0 m to 2 m",
@@ -149,9 +149,9 @@ fn every_wrong_line_is_named_with_its_value_and_range() {
         "chair.toml:11: beamwidth = 5.00001 deg: expected a multiple of 0.001 deg",
         "chair.toml:12: calibrated = yesterday: expected a date",
     ] {
-        assert!(told.contains(words), "{words} is not in\n{told}");
+        assert!(message.contains(words), "{words} is not in\n{message}");
     }
-    assert_eq!(told.lines().count(), 11, "{told}");
+    assert_eq!(message.lines().count(), 11, "{message}");
     assert!(refused("plane = \"depth\"\nplane = \"height\"\n").starts_with("chair.toml:2:"));
     assert!(refused("plane =\n").starts_with("chair.toml:1:"));
 }
@@ -170,28 +170,28 @@ fn settings_that_only_fit_together_are_put_in_order() {
     }
     assert_eq!(scanner, wanted);
     let profile = Profile::parse("chair.toml", "angle-count = 8000\n").unwrap();
-    let told = profile
+    let message = profile
         .changes("chair.toml", &defaults())
         .unwrap_err()
         .to_string();
     assert!(
-        told.starts_with("chair.toml:1: angle-count = 8000: with the other settings, "),
-        "{told}"
+        message.starts_with("chair.toml:1: angle-count = 8000: with the other settings, "),
+        "{message}"
     );
 }
 
 #[test]
 fn a_scanner_s_own_settings_are_taken_as_they_are() {
-    let mut told = defaults();
+    let mut values = defaults();
     for (key, value) in [
         ("radar-carrier", "60800000"),
         ("radar-bandwidth", "5337500"),
         ("radar-samples", "128"),
     ] {
-        told.insert(key.to_owned(), value.to_owned());
+        values.insert(key.to_owned(), value.to_owned());
     }
-    let settings = order::settings_of(&told).unwrap();
+    let settings = order::settings_of(&values).unwrap();
     assert_eq!(settings.config.radar.samples, 128);
-    told.insert("plane".to_owned(), "sideways".to_owned());
-    assert_eq!(order::settings_of(&told).unwrap_err().field, "plane");
+    values.insert("plane".to_owned(), "sideways".to_owned());
+    assert_eq!(order::settings_of(&values).unwrap_err().field, "plane");
 }

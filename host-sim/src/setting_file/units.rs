@@ -257,13 +257,13 @@ fn decimal(above: i128, below: i128) -> String {
 
 /// Returns the digits of a decimal as an integer, and the number of decimal places.
 fn digits_of(text: &str) -> Option<(i128, u32)> {
-    const MOST: usize = 24;
+    const MAX_LETTERS: usize = 24;
     let text = text.replace('_', "");
     let (whole, places) = text.split_once('.').unwrap_or((&text, ""));
     let digits = format!("{whole}{places}");
     let unsigned = digits.trim_start_matches(['-', '+']);
     let good = !unsigned.is_empty()
-        && digits.len() <= MOST
+        && digits.len() <= MAX_LETTERS
         && digits.len() - unsigned.len() <= 1
         && unsigned.bytes().all(|b| b.is_ascii_digit());
     let number = good.then(|| digits.parse().ok()).flatten()?;

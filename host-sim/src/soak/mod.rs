@@ -5,7 +5,7 @@
 //! A visit is one recording, scanned a few times forward and backward at standstill. It begins with `stop`, the
 //! recording's settings, `selftest` and `start`, and may end in the middle of a scan.
 
-mod desk;
+mod bench;
 mod stage;
 
 use std::rc::Rc;
@@ -25,15 +25,15 @@ use crate::recording::Recording;
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
-use desk::{Desk, ScannerMemory, Told};
-use stage::{Plan, Reel, Stage};
+use bench::{ReportedScan, ScannerBench, ScannerMemory};
+use stage::{Environment, Plan, ScanChirps};
 
 /// Random stream of the test, separate from those of scenes and faults.
 const STREAM: u64 = 0x534F_414B;
 /// Maximum number of simulated recordings that are kept. Simulating one takes as long as about twenty scans.
-const KEPT: usize = 12;
+const MAX_RECORDINGS: usize = 12;
 /// Number of visits after which one of them is replaced.
-const RENEWED: u64 = 10;
+const RENEWAL_VISITS: u64 = 10;
 /// Number of consecutive lost rows after which the sweep ends with a silent link, if they are the scan's last.
 const STREAK: usize = 8;
 /// Lines that must have no effect in any state of the scanner.
@@ -83,7 +83,7 @@ fn resident() -> Option<u64> {
 
 /// Recordings of the visits.
 struct Library {
-    kept: Vec<Recording>,
+    recordings: Vec<Recording>,
     visits: u64,
     next: u64,
 }
@@ -91,19 +91,19 @@ struct Library {
 impl Library {
     /// Returns a random recording, sometimes with a fault of the instrument, and whether it has one.
     fn choose(&mut self, random: &mut Random) -> Result<(Recording, bool)> {
-        if self.kept.len() < KEPT && self.visits >= self.kept.len() as u64
-            || self.visits.is_multiple_of(RENEWED)
+        if self.recordings.len() < MAX_RECORDINGS && self.visits >= self.recordings.len() as u64
+            || self.visits.is_multiple_of(RENEWAL_VISITS)
         {
             let kind = Kind::ALL[random.index(Kind::ALL.len())];
             let recording = random_scan(kind, kind.variety(), self.next)?;
             self.next += 1;
-            if self.kept.len() == KEPT {
-                self.kept.remove(0);
+            if self.recordings.len() == MAX_RECORDINGS {
+                self.recordings.remove(0);
             }
-            self.kept.push(recording);
+            self.recordings.push(recording);
         }
         self.visits += 1;
-        let clean = &self.kept[random.index(self.kept.len())];
+        let clean = &self.recordings[random.index(self.recordings.len())];
         if random.chance(0.6) {
             return Ok((clean.clone(), false));
         }
@@ -128,7 +128,7 @@ fn plan(random: &mut Random, rows: usize) -> Plan {
 
 /// The scanner under test and its expected state.
 struct Soak<'a> {
-    desk: Desk<'a>,
+    bench: ScannerBench<'a>,
     random: Random,
     tally: Tally,
     wanted: u64,
@@ -143,12 +143,12 @@ struct Soak<'a> {
 pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     let mut random = Random::new(seed, STREAM);
     let mut library = Library {
-        kept: Vec::new(),
+        recordings: Vec::new(),
         visits: 0,
         next: 1_000 * (seed % 100_000),
     };
     let (first, _) = library.choose(&mut random)?;
-    let first = Rc::new(Reel::new(&first, &Config::default())?);
+    let first = Rc::new(ScanChirps::new(&first, &Config::default())?);
     let mut memory = ScannerMemory::new();
     let settings = Settings {
         motion: Mode::Standing,
@@ -157,7 +157,7 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
         ..Settings::default()
     };
     let mut soak = Soak {
-        desk: Desk::new(&mut memory, Stage::new(first), settings),
+        bench: ScannerBench::new(&mut memory, Environment::new(first), settings),
         random,
         tally: Tally::default(),
         wanted: scans,
@@ -166,9 +166,9 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     while soak.tally.scans < scans {
         let (recording, faulty) = library.choose(&mut soak.random)?;
         // A fault may leave a bandwidth or a mounting that cannot be scanned.
-        if let Ok(reel) = Reel::new(&recording, &Config::default()) {
+        if let Ok(chirps) = ScanChirps::new(&recording, &Config::default()) {
             let before = soak.tally.scans;
-            soak.visit(Rc::new(reel))?;
+            soak.visit(Rc::new(chirps))?;
             soak.tally.faulty += u64::from(faulty) * (soak.tally.scans - before);
         }
         let half = usize::from(soak.tally.scans > scans / 2);
@@ -180,39 +180,39 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
 }
 
 impl Soak<'_> {
-    /// Scans `reel` a few times.
-    fn visit(&mut self, reel: Rc<Reel>) -> Result<()> {
-        self.begin(&reel)?;
-        ensure!(self.desk.command("start")?, "start: refused");
+    /// Scans `chirps` a few times.
+    fn visit(&mut self, chirps: Rc<ScanChirps>) -> Result<()> {
+        self.begin(&chirps)?;
+        ensure!(self.bench.command("start")?, "start: refused");
         let times = 1 + self.random.index(4) as u64;
         for _ in 0..times.min(self.wanted - self.tally.scans) {
-            self.scan(&reel)?;
+            self.scan(&chirps)?;
         }
         if self.random.chance(0.3) {
             // The next `stop` falls in the middle of a scan.
-            let before = self.desk.scans();
+            let before = self.bench.scans();
             let steps = self.random.index(1200);
-            (0..steps).try_for_each(|_| self.desk.step())?;
-            self.tally.stopped += u64::from(self.desk.scans() > before || steps > 0);
+            (0..steps).try_for_each(|_| self.bench.step())?;
+            self.tally.stopped += u64::from(self.bench.scans() > before || steps > 0);
         }
         Ok(())
     }
 
     /// Changes to another recording: its settings, and a random seed and estimator.
-    fn begin(&mut self, reel: &Rc<Reel>) -> Result<()> {
-        ensure!(self.desk.command("stop")?, "stop: refused");
+    fn begin(&mut self, chirps: &Rc<ScanChirps>) -> Result<()> {
+        ensure!(self.bench.command("stop")?, "stop: refused");
         // The previous scan is discarded.
-        self.desk.told();
+        self.bench.take_report();
         {
-            let mut stage = self.desk.stage.borrow_mut();
-            stage.reel = reel.clone();
-            stage.plan = plan(&mut self.random, reel.rows());
+            let mut stage = self.bench.stage.borrow_mut();
+            stage.chirps = chirps.clone();
+            stage.plan = plan(&mut self.random, chirps.rows());
             stage.shown.clear();
         }
         self.config = Config {
             seed: self.random.index(1 << 20) as u32,
             estimator: self.estimator(),
-            ..reel.config
+            ..chirps.config
         };
         let wanted = Settings {
             config: self.config,
@@ -224,13 +224,13 @@ impl Soak<'_> {
                 let value = wanted.get(key).unwrap_or_default();
                 let set = format!("set,{key},{value}");
                 ensure!(
-                    self.desk.command(&set)? || !last,
+                    self.bench.command(&set)? || !last,
                     "{}: {set}: refused",
-                    reel.name
+                    chirps.name
                 );
                 self.tally.typed += 1;
             }
-            ensure!(self.desk.command("selftest")?, "selftest: refused");
+            ensure!(self.bench.command("selftest")?, "selftest: refused");
         }
         Ok(())
     }
@@ -244,34 +244,34 @@ impl Soak<'_> {
     }
 
     /// Runs one scan, with lines without effect and sometimes a setting for the next scan during it.
-    fn scan(&mut self, reel: &Reel) -> Result<()> {
-        let begun = |desk: &mut Desk<'_>| !desk.stage.borrow().shown.is_empty();
-        self.desk.until(begun)?;
-        let number = self.desk.scans();
-        let (plan, config) = (self.desk.stage.borrow().plan.clone(), self.config);
+    fn scan(&mut self, chirps: &ScanChirps) -> Result<()> {
+        let begun = |bench: &mut ScannerBench<'_>| !bench.stage.borrow().shown.is_empty();
+        self.bench.until(begun)?;
+        let number = self.bench.scans();
+        let (plan, config) = (self.bench.stage.borrow().plan.clone(), self.config);
         for _ in 0..self.random.index(3) {
             let line = CHATTER[self.random.index(CHATTER.len())];
-            self.desk.type_in(&framed(&[line]));
+            self.bench.type_in(&framed(&[line]));
             self.tally.typed += 1;
         }
         if self.random.chance(0.1) {
-            self.desk.type_in("\u{1}~~~~\r\n$PSTC,stop*00000000\r\n");
+            self.bench.type_in("\u{1}~~~~\r\n$PSTC,stop*00000000\r\n");
         }
         if self.random.chance(0.3) {
             self.config.seed = self.random.index(1 << 20) as u32;
             let seed = self.config.seed.to_string();
-            self.desk.type_in(&framed(&["set", "seed", &seed]));
+            self.bench.type_in(&framed(&["set", "seed", &seed]));
             self.tally.typed += 1;
         }
-        let mut told = None;
-        self.desk.until(|desk| {
-            told = desk.told();
-            told.is_some()
+        let mut reported = None;
+        self.bench.until(|bench| {
+            reported = bench.take_report();
+            reported.is_some()
         })?;
-        let shown = std::mem::take(&mut self.desk.stage.borrow_mut().shown);
-        self.desk.stage.borrow_mut().plan = self::plan(&mut self.random, reel.rows());
-        if let Some(told) = told {
-            self.compare(reel, (number, &config), &plan, (&shown, &told));
+        let shown = std::mem::take(&mut self.bench.stage.borrow_mut().shown);
+        self.bench.stage.borrow_mut().plan = self::plan(&mut self.random, chirps.rows());
+        if let Some(reported) = reported {
+            self.compare(chirps, (number, &config), &plan, (&shown, &reported));
         }
         Ok(())
     }
@@ -279,37 +279,38 @@ impl Soak<'_> {
     /// Compares the reported with the expected lines.
     fn compare(
         &mut self,
-        reel: &Reel,
+        chirps: &ScanChirps,
         (number, config): (u32, &Config),
         plan: &Plan,
-        (shown, told): (&[(usize, bool)], &Told),
+        (shown, reported): (&[(usize, bool)], &ReportedScan),
     ) {
         self.tally.scans += 1;
         let lost = shown.iter().filter(|(_, came)| !came).count();
         let last = shown.iter().rev().take(STREAK);
         let silent = last.filter(|(_, came)| !came).count() == STREAK;
-        let whole = shown.len() == reel.rows() && plan.stalls_at.is_none() && !silent;
+        let whole = shown.len() == chirps.rows() && plan.stalls_at.is_none() && !silent;
         let expected = if whole && lost <= usize::from(Settings::default().timing.max_lost) {
             self.tally.lossy += u64::from(lost > 0);
-            self.tally.statuses[told.head.status as usize] += 1;
-            fresh(reel, config, (number, told.head.settings), shown)
+            self.tally.statuses[reported.head.status as usize] += 1;
+            fresh(chirps, config, (number, reported.head.settings), shown)
         } else {
             self.tally.ended += 1;
-            let reasons = told.head.reasons;
+            let reasons = reported.head.reasons;
             let hardware = [Reason::MotorStall, Reason::LinkSilent, Reason::TooManyLost];
             let named = hardware.iter().any(|&reason| reasons.has(reason));
-            let right = told.head.status == Status::Fault && named && told.head.scan == number;
+            let right =
+                reported.head.status == Status::Fault && named && reported.head.scan == number;
             if right {
-                told.lines.clone()
+                reported.lines.clone()
             } else {
                 vec!["a fault of the hardware".into()]
             }
         };
-        if expected != told.lines {
+        if expected != reported.lines {
             let line = format!(
-                "scan {number} of {}: told {}, expected {}",
-                reel.name,
-                told.lines.join(" "),
+                "scan {number} of {}: reported {}, expected {}",
+                chirps.name,
+                reported.lines.join(" "),
                 expected.join(" ")
             );
             self.tally.differing.push(line);
@@ -324,7 +325,12 @@ fn own_keys() -> impl Iterator<Item = &'static &'static str> {
 
 /// Returns the lines that a new pipeline reports for the same rows. `of` is the scan's number and the hash of its
 /// settings.
-fn fresh(reel: &Reel, config: &Config, of: (u32, u32), shown: &[(usize, bool)]) -> Vec<String> {
+fn fresh(
+    chirps: &ScanChirps,
+    config: &Config,
+    of: (u32, u32),
+    shown: &[(usize, bool)],
+) -> Vec<String> {
     let mut pipeline = Box::new(Pipeline::new());
     if let Err(error) = pipeline.begin(config, of.0) {
         return vec![error.to_string()];
@@ -332,7 +338,7 @@ fn fresh(reel: &Reel, config: &Config, of: (u32, u32), shown: &[(usize, bool)]) 
     let mut lost = 0;
     for &(row, came) in shown {
         let samples = pipeline.samples();
-        match reel
+        match chirps
             .chirp(row)
             .filter(|chirp| came && chirp.len() == samples.len())
         {

@@ -19,7 +19,7 @@ use crate::recording::{META_SUFFIX, Recording};
 use crate::setup;
 
 /// A scan's chirps by row.
-pub struct Reel {
+pub struct ScanChirps {
     /// Name of the recording.
     pub name: String,
     /// Configuration of the recording.
@@ -27,7 +27,7 @@ pub struct Reel {
     chirps: Vec<Option<Vec<Iq>>>,
 }
 
-impl Reel {
+impl ScanChirps {
     /// From the first scan of `recording`.
     ///
     /// # Errors
@@ -74,9 +74,9 @@ pub struct Plan {
 }
 
 /// Module, mirror and report port.
-pub struct Stage {
+pub struct Environment {
     /// The recording that is scanned.
-    pub reel: Rc<Reel>,
+    pub chirps: Rc<ScanChirps>,
     /// Disturbances of the current scan, and of the next one.
     pub plan: Plan,
     /// Rows of the current scan in their order, and whether their chirps were delivered.
@@ -89,11 +89,11 @@ pub struct Stage {
     asked: bool,
 }
 
-impl Stage {
-    /// The state before the first scan of `reel`.
-    pub fn new(reel: Rc<Reel>) -> Self {
+impl Environment {
+    /// The state before the first scan of `chirps`.
+    pub fn new(chirps: Rc<ScanChirps>) -> Self {
         Self {
-            reel,
+            chirps,
             plan: Plan::default(),
             shown: Vec::new(),
             typed: VecDeque::new(),
@@ -112,7 +112,7 @@ impl Stage {
         if silent || self.plan.lost.contains(&row) {
             return None;
         }
-        let chirp = self.reel.chirp(row)?;
+        let chirp = self.chirps.chirp(row)?;
         self.shown[place].1 = true;
         Some(chirp)
     }
@@ -120,7 +120,7 @@ impl Stage {
 
 /// Shared stage that implements one of the scanner's traits.
 #[derive(Clone)]
-pub struct Shared(pub Rc<RefCell<Stage>>);
+pub struct Shared(pub Rc<RefCell<Environment>>);
 
 /// Link to the simulated module.
 pub struct Link {
@@ -144,7 +144,7 @@ impl RadarModule for Link {
     }
 
     fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        Poll::Ready(Ok(self.stage.0.borrow().reel.config.radar))
+        Poll::Ready(Ok(self.stage.0.borrow().chirps.config.radar))
     }
 
     fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
@@ -157,7 +157,7 @@ impl RadarModule for Link {
 
     fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
         let mut stage = self.stage.0.borrow_mut();
-        let row = row_at(&stage.reel.config, self.shaft_angle);
+        let row = row_at(&stage.chirps.config, self.shaft_angle);
         Poll::Ready(match row.and_then(|row| stage.show(row)) {
             Some(chirp) if chirp.len() == samples.len() => {
                 samples.copy_from_slice(chirp);

@@ -23,7 +23,7 @@ const TO_M: f64 = 1.7;
 /// Step of the points at which a piece is sampled, metres.
 const STEP_M: f64 = 0.02;
 /// Minimum ratio of the power of ground and noise to that of noise for ground that shows: 3 dB.
-const SHOWS: f64 = 2.0;
+const MIN_POWER_RATIO: f64 = 2.0;
 /// Minimum angle between the ground and a row whose cell counts as noise, radians.
 const OFF_RAD: f64 = 7.0 * PI / 180.0;
 /// Quantile of those cells from which the noise is estimated. Things that stand on the ground fill
@@ -167,22 +167,22 @@ impl Meter {
 
     /// Returns the distance up to which the ground shows in the rows of the last sweeps, metres
     /// from the mirror at the odometer reading `travel_m`.
-    pub fn shows_m(&self, rows: &[Row], travel_m: f64) -> f64 {
+    pub fn ground_echo_range_m(&self, rows: &[Row], travel_m: f64) -> f64 {
         let noise = self.noise(rows);
         let pieces = ((TO_M - FROM_M) / PIECE_M + 0.5) as usize;
         let place = |k: usize| FROM_M + k as f64 * PIECE_M;
         let dark = |k: &usize| {
             let power = self.piece(rows, place(*k), travel_m);
-            power.is_none_or(|power| power < SHOWS * noise)
+            power.is_none_or(|power| power < MIN_POWER_RATIO * noise)
         };
         place((0..pieces).find(dark).unwrap_or(pieces))
     }
 }
 
-/// Whether ground that shows up to `shows_m` shows up to a hazard at `at_m`. Only whole pieces
+/// Whether ground that shows up to `ground_echo_range_m` shows up to a hazard at `at_m`. Only whole pieces
 /// before the hazard count.
-pub fn reaches(shows_m: f64, at_m: f64) -> bool {
-    shows_m + PIECE_M > at_m
+pub fn reaches(ground_echo_range_m: f64, at_m: f64) -> bool {
+    ground_echo_range_m + PIECE_M > at_m
 }
 
 /// Returns the distance up to which the ground shows after each sweep of a recording, metres.
@@ -205,7 +205,7 @@ pub fn of(recording: &Recording) -> Result<Vec<f64>> {
             let chirps = recording.chirps_of(sweep);
             let from = recording.chirps_of(sweep.saturating_sub(SWEEPS - 1)).start;
             let travel_m = at(&meta.motion.travel_m, chirps.end - 1);
-            meter.shows_m(&rows[from..chirps.end], travel_m)
+            meter.ground_echo_range_m(&rows[from..chirps.end], travel_m)
         })
         .collect())
 }

@@ -11,13 +11,13 @@ use super::truth::Hazard;
 use crate::scene::spec::{BoxSpec, DoorSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
 
 /// Minimum height of a rise or depth of a drop that is a hazard, metres: the guard's contract.
-const LEAST_M: f64 = 0.04;
+const MIN_HEIGHT_M: f64 = 0.04;
 /// Maximum lateral distance between the swept plane and the nearest part of a thing in the beam,
 /// metres. The beam of 5° (two-way) lights 4 cm to either side at 1 m.
 const ASIDE_M: f64 = 0.08;
 /// Maximum top of a box that counts as a rise, metres. A higher single step cannot be climbed and
 /// is an obstacle.
-const MOST_RISE_M: f64 = 0.30;
+const MAX_RISE_M: f64 = 0.30;
 /// End of a floor without a given end, metres: as in scene files.
 const FLOOR_END_M: f64 = 4.0;
 
@@ -39,12 +39,12 @@ impl Beam<'_> {
     /// Whether a thing from `bottom_m` to `top_m` high is in the way and reaches below the mirror.
     /// No row looks above the mirror.
     fn reaches(&self, bottom_m: f64, top_m: f64) -> bool {
-        top_m > LEAST_M && bottom_m < self.spec.mount.height_m
+        top_m > MIN_HEIGHT_M && bottom_m < self.spec.mount.height_m
     }
 
     fn solid(&self, b: &BoxSpec) -> Option<Hazard> {
         let there = self.meets(b.lateral_m, b.width_m) && self.reaches(b.bottom_m, b.top_m);
-        let stands = b.bottom_m < LEAST_M && b.top_m <= MOST_RISE_M;
+        let stands = b.bottom_m < MIN_HEIGHT_M && b.top_m <= MAX_RISE_M;
         there.then_some(Hazard {
             at_m: b.from_m,
             kind: if stands {
@@ -63,7 +63,7 @@ impl Beam<'_> {
             true => HazardKind::Obstacle,
             false => HazardKind::Rise,
         };
-        let found = kind == HazardKind::Obstacle || d.threshold_m > LEAST_M;
+        let found = kind == HazardKind::Obstacle || d.threshold_m > MIN_HEIGHT_M;
         found.then_some(Hazard { at_m: d.at_m, kind })
     }
 
@@ -79,8 +79,8 @@ impl Beam<'_> {
             entries.reduce(f64::min)
         };
         let up =
-            nearest(LEAST_M, self.spec.mount.height_m).map(|at_m| (at_m, HazardKind::Obstacle));
-        let down = nearest(f64::NEG_INFINITY, -LEAST_M).map(|at_m| (at_m, HazardKind::Drop));
+            nearest(MIN_HEIGHT_M, self.spec.mount.height_m).map(|at_m| (at_m, HazardKind::Obstacle));
+        let down = nearest(f64::NEG_INFINITY, -MIN_HEIGHT_M).map(|at_m| (at_m, HazardKind::Drop));
         let found = up.into_iter().chain(down);
         found
             .filter(|_| self.meets(p.lateral_m, p.width_m))
@@ -126,7 +126,7 @@ fn edge(s: &StairsSpec) -> Option<Hazard> {
     let part = |list: &[f64], k: usize, all: f64| list.get(k).copied().unwrap_or(all);
     let mut at_m = s.distance_m;
     for k in 0..s.count {
-        if part(&s.rises_m, k, s.rise_m) > LEAST_M {
+        if part(&s.rises_m, k, s.rise_m) > MIN_HEIGHT_M {
             let kind = match s.direction {
                 Way::Up => HazardKind::Rise,
                 Way::Down => HazardKind::Drop,

@@ -56,7 +56,7 @@ const STREAM: u64 = 0x4755_4152_4400;
 /// Stream of the random numbers of scenes for drives.
 const APPROACHES: u64 = 0x4755_4152_4500;
 
-/// Kind of scene that random sweeps look at.
+/// Kind of scene of random sweeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 #[repr(u8)]
 pub enum Kind {
@@ -74,9 +74,9 @@ pub enum Kind {
     Ascending,
     /// A single platform of 18 to 30 cm.
     Platform,
-    /// Things that stand about.
+    /// Clutter: furniture, boxes, posts.
     Clutter,
-    /// What lies between street and foyer.
+    /// Kerbs, ramps, thresholds, paving and doors of entrances.
     Entrance,
     /// A level floor into which a person steps.
     Person,

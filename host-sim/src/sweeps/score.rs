@@ -16,13 +16,13 @@ use crate::guarded::Guarded;
 use crate::score::{Share, upper_bound};
 
 /// Number of sweeps at the beginning of a recording that are not counted.
-const FIRST: usize = 2;
+const SKIPPED_SWEEPS: usize = 2;
 /// Tolerance beyond the hazard above which a free distance is wrong, metres: the guard's contract.
 const BEYOND_M: f64 = 0.05;
 /// Distance that a useful free distance has to reach where no hazard is nearer, metres.
-const ENOUGH_M: f64 = 1.2;
+const USEFUL_RANGE_M: f64 = 1.2;
 /// Tolerance by which a useful free distance may fall short of that or of the hazard, metres.
-const SHORT_M: f64 = 0.25;
+const USEFUL_TOLERANCE_M: f64 = 0.25;
 /// Maximum distance of a hazard that must be named, metres.
 pub const NEAR_M: f64 = 1.5;
 /// Number of sweeps within which it must be named.
@@ -30,7 +30,7 @@ const NAMED_WITHIN: usize = 2;
 
 /// The answer on one sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Word {
+pub struct GuardAnswer {
     /// Status of the answer.
     pub status: Status,
     /// Free distance, metres; `None` of a fault.
@@ -39,7 +39,7 @@ pub struct Word {
     pub ending: HazardKind,
 }
 
-impl Word {
+impl GuardAnswer {
     /// Takes the answer of a sentence.
     pub fn of(guarded: &Guarded) -> Self {
         let line = &guarded.line;
@@ -73,17 +73,17 @@ pub struct Sweep {
     /// The first hazard.
     pub hazard: Option<Hazard>,
     /// The scanner's answer.
-    pub word: Word,
+    pub answer: GuardAnswer,
     /// Whether the hazard was not there at the previous sweep.
     pub stepped_in: bool,
     /// Distance up to which the ground's echo shows, metres ([`super::ground`]).
-    pub shows_m: f64,
+    pub ground_echo_range_m: f64,
 }
 
 impl Sweep {
     /// Whether the answer is `ok`.
     pub fn ok(&self) -> bool {
-        self.word.status == Status::Ok
+        self.answer.status == Status::Ok
     }
 
     /// Returns the distance of the first hazard, metres; infinite without one.
@@ -93,26 +93,31 @@ impl Sweep {
 
     /// Whether the answer is `ok` and its free distance ends beyond the hazard. A hazard that has
     /// just stepped in does not count.
-    pub fn wrong(&self) -> bool {
+    pub fn free_beyond_hazard(&self) -> bool {
         let beyond = |free_m| free_m > self.hazard_m() + BEYOND_M;
-        self.ok() && !self.stepped_in && self.word.free_m.is_some_and(beyond)
+        self.ok() && !self.stepped_in && self.answer.free_m.is_some_and(beyond)
     }
 
     /// Whether the ground's echo shows up to the hazard, or as far as a chair needs.
-    pub fn shows(&self) -> bool {
-        reaches(self.shows_m, self.hazard_m().min(ENOUGH_M))
+    pub fn has_ground_echo(&self) -> bool {
+        reaches(
+            self.ground_echo_range_m,
+            self.hazard_m().min(USEFUL_RANGE_M),
+        )
     }
 
     /// Whether the answer is `ok`, not wrong, and reaches the hazard, or as far as a chair needs,
     /// less a margin.
     pub fn useful(&self) -> bool {
-        let least = self.hazard_m().min(ENOUGH_M) - SHORT_M;
-        self.ok() && !self.wrong() && self.word.free_m.is_some_and(|free_m| free_m >= least)
+        let least = self.hazard_m().min(USEFUL_RANGE_M) - USEFUL_TOLERANCE_M;
+        self.ok()
+            && !self.free_beyond_hazard()
+            && self.answer.free_m.is_some_and(|free_m| free_m >= least)
     }
 
     /// Whether a rise or a drop is reported where there is no hazard.
-    pub fn made_up(&self) -> bool {
-        self.hazard.is_none() && matches!(self.word.ending, HazardKind::Rise | HazardKind::Drop)
+    pub fn false_detection(&self) -> bool {
+        self.hazard.is_none() && matches!(self.answer.ending, HazardKind::Rise | HazardKind::Drop)
     }
 
     /// Whether a hazard is within [`NEAR_M`].
@@ -128,9 +133,9 @@ impl Sweep {
             "{} sweep {}: {} free {} cm by {}, hazard {} cm {}",
             self.recording,
             self.number,
-            self.word.status.as_str(),
-            cm(self.word.free_m),
-            self.word.ending.as_str(),
+            self.answer.status.as_str(),
+            cm(self.answer.free_m),
+            self.answer.ending.as_str(),
             cm(hazard),
             kind.map_or("none", HazardKind::as_str)
         )
@@ -146,40 +151,46 @@ pub struct Scored {
     /// came so near, or if fewer sweeps follow.
     pub named: Option<bool>,
     /// Whether the ground's echo showed up to the hazard then.
-    pub named_shows: bool,
+    pub named_with_ground_echo: bool,
 }
 
-/// Scores the answers on a recording's sweeps. `words`, `truth` and `shows_m` have one entry per
+/// Scores the answers on a recording's sweeps. `answers`, `truth` and `ground_echo_range_m` have one entry per
 /// sweep.
-pub fn recording(name: &str, words: &[Word], truth: &Truth, shows_m: &[f64]) -> Scored {
+pub fn recording(
+    name: &str,
+    answers: &[GuardAnswer],
+    truth: &Truth,
+    ground_echo_range_m: &[f64],
+) -> Scored {
     let stepped_in = |k: usize| {
         let before = k.checked_sub(1).and_then(|k| truth[k]);
         // The travel between two sweeps is a few centimetres.
         let jumped = |now: Hazard| before.is_none_or(|before| now.at_m < before.at_m - 0.2);
         k > 0 && truth[k].is_some_and(|now| now.at_m <= NEAR_M && jumped(now))
     };
-    let all: Vec<Sweep> = (words.iter().zip(truth).enumerate())
-        .map(|(k, (word, hazard))| Sweep {
+    let all: Vec<Sweep> = (answers.iter().zip(truth).enumerate())
+        .map(|(k, (answer, hazard))| Sweep {
             recording: name.to_owned(),
             number: k + 1,
             hazard: *hazard,
-            word: *word,
+            answer: *answer,
             stepped_in: stepped_in(k),
-            shows_m: shows_m.get(k).copied().unwrap_or(0.0),
+            ground_echo_range_m: ground_echo_range_m.get(k).copied().unwrap_or(0.0),
         })
         .collect();
     let named = all.iter().position(Sweep::near).and_then(|first| {
         let within = all.get(first..first + NAMED_WITHIN)?;
-        let named = |sweep: &Sweep| sweep.hazard.is_some_and(|h| sweep.word.names(h));
+        let named = |sweep: &Sweep| sweep.hazard.is_some_and(|h| sweep.answer.names(h));
         Some(within.iter().any(named))
     });
     let first_near = all.iter().find(|sweep| sweep.near());
-    let named_shows = first_near.is_some_and(|sweep| reaches(sweep.shows_m, sweep.hazard_m()));
-    let sweeps = all.into_iter().skip(FIRST).collect();
+    let named_with_ground_echo =
+        first_near.is_some_and(|sweep| reaches(sweep.ground_echo_range_m, sweep.hazard_m()));
+    let sweeps = all.into_iter().skip(SKIPPED_SWEEPS).collect();
     Scored {
         sweeps,
         named,
-        named_shows,
+        named_with_ground_echo,
     }
 }
 
@@ -193,18 +204,18 @@ pub struct Sums {
     /// Sweeps with `ok`, of all counted sweeps.
     pub ok: Share,
     /// Wrong sweeps with `ok`, of those with `ok`.
-    pub wrong: Share,
+    pub free_beyond_hazard: Share,
     /// Useful sweeps, of all counted sweeps.
     pub useful: Share,
     /// Useful sweeps, of those in which the ground's echo shows up to the hazard or as far as a
     /// chair needs.
-    pub useful_shown: Share,
+    pub useful_with_echo: Share,
     /// Recordings whose hazard is named in time, of those in which one comes near.
     pub named: Share,
     /// As `named`, of the recordings in which the ground's echo shows up to the hazard.
-    pub named_shown: Share,
+    pub named_with_echo: Share,
     /// Sweeps that report a rise or a drop, of those without a hazard.
-    pub made_up: Share,
+    pub false_detection: Share,
 }
 
 impl Sums {
@@ -224,21 +235,23 @@ impl Sums {
             recordings: scored.len(),
             near: all(Sweep::near),
             ok: all(Sweep::ok),
-            wrong: Share::count(ok, |sweep| sweep.wrong()),
+            free_beyond_hazard: Share::count(ok, |sweep| sweep.free_beyond_hazard()),
             useful: all(Sweep::useful),
-            useful_shown: Share::count(sweeps.iter().filter(|s| s.shows()), |s| s.useful()),
+            useful_with_echo: Share::count(sweeps.iter().filter(|s| s.has_ground_echo()), |s| {
+                s.useful()
+            }),
             named: Share::count(scored.iter().filter_map(|one| one.named), |named| named),
-            named_shown: {
-                let shown = scored.iter().filter(|one| one.named_shows);
+            named_with_echo: {
+                let shown = scored.iter().filter(|one| one.named_with_ground_echo);
                 Share::count(shown.filter_map(|one| one.named), |named| named)
             },
-            made_up: Share::count(free, |sweep| sweep.made_up()),
+            false_detection: Share::count(free, |sweep| sweep.false_detection()),
         }
     }
 
     /// Returns the upper 95 % bound of the share of `ok` sweeps that are wrong.
     pub fn bound(&self) -> f64 {
-        upper_bound(self.wrong.hits, self.wrong.of)
+        upper_bound(self.free_beyond_hazard.hits, self.free_beyond_hazard.of)
     }
 
     /// Returns the figures as JSON.
@@ -249,22 +262,22 @@ impl Sums {
             "sweeps": self.near.of,
             "near": self.near.hits,
             "ok": self.ok.json(),
-            "ok_and_wrong": self.wrong.json(),
+            "ok_and_wrong": self.free_beyond_hazard.json(),
             "ok_and_wrong_bound": self.bound(),
             "useful": self.useful.json(),
-            "useful_shown": self.useful_shown.json(),
+            "useful_shown": self.useful_with_echo.json(),
             "named": self.named.json(),
-            "named_shown": self.named_shown.json(),
-            "made_up": self.made_up.json(),
+            "named_shown": self.named_with_echo.json(),
+            "made_up": self.false_detection.json(),
         })
     }
 }
 
 /// Heading of the table of [`row`]s.
-pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok` and wrong, of `ok` | upper 95 % \
-     bound (Clopper-Pearson) | useful | the same where the ground shows | named within two sweeps | the same where the ground \
-     shows | false rise or drop, without a hazard |\n\
-     |---|---|---|---|---|---|---|---|---|---|---|---|\n";
+pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok`, \
+    free beyond the hazard, of `ok` | upper 95 % bound (Clopper-Pearson) | useful | useful, with \
+    ground echo | named within two sweeps | named, with ground echo | false rise or drop, without a \
+    hazard |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// Returns one line of the table.
 pub fn row(name: &str, sums: &Sums) -> String {
@@ -272,7 +285,7 @@ pub fn row(name: &str, sums: &Sums) -> String {
         "| {name} | {} | {} | {} ",
         sums.recordings, sums.near.of, sums.near.hits
     );
-    let bound = match sums.wrong.of {
+    let bound = match sums.free_beyond_hazard.of {
         0 => "–".into(),
         _ => format!("{:.2} %", 100.0 * sums.bound()),
     };
@@ -280,13 +293,13 @@ pub fn row(name: &str, sums: &Sums) -> String {
         out,
         "| {} | {} | {bound} | {} | {} of {} | {} | {} | {} |",
         sums.ok.percent(),
-        counted(sums.wrong),
+        counted(sums.free_beyond_hazard),
         sums.useful.percent(),
-        sums.useful_shown.percent(),
-        sums.useful_shown.of,
+        sums.useful_with_echo.percent(),
+        sums.useful_with_echo.of,
         counted(sums.named),
-        counted(sums.named_shown),
-        counted(sums.made_up)
+        counted(sums.named_with_echo),
+        counted(sums.false_detection)
     );
     out
 }
@@ -303,8 +316,8 @@ fn counted(share: Share) -> String {
 mod tests {
     use super::*;
 
-    fn word(free_m: f64, ending: HazardKind) -> Word {
-        Word {
+    fn answer(free_m: f64, ending: HazardKind) -> GuardAnswer {
+        GuardAnswer {
             status: Status::Ok,
             free_m: Some(free_m),
             ending,
@@ -316,30 +329,31 @@ mod tests {
         Some(Hazard { at_m, kind })
     }
 
-    fn scored(words: &[Word], truth: &[Option<Hazard>]) -> Scored {
-        recording("made", words, &truth.to_vec(), &vec![1.7; truth.len()])
+    fn scored(answers: &[GuardAnswer], truth: &[Option<Hazard>]) -> Scored {
+        recording("made", answers, &truth.to_vec(), &vec![1.7; truth.len()])
     }
 
     #[test]
     fn beyond_the_hazard_is_wrong_and_short_of_it_useless() {
         let truth = [rise(1.0); 7];
-        let degraded = Word {
+        let degraded = GuardAnswer {
             status: Status::Degraded,
-            ..word(1.5, HazardKind::None)
+            ..answer(1.5, HazardKind::None)
         };
-        let words = [
-            word(2.0, HazardKind::None),
-            word(2.0, HazardKind::None),
-            word(1.04, HazardKind::Rise),
-            word(1.06, HazardKind::Rise),
-            word(0.76, HazardKind::Rise),
-            word(0.74, HazardKind::Rise),
+        let answers = [
+            answer(2.0, HazardKind::None),
+            answer(2.0, HazardKind::None),
+            answer(1.04, HazardKind::Rise),
+            answer(1.06, HazardKind::Rise),
+            answer(0.76, HazardKind::Rise),
+            answer(0.74, HazardKind::Rise),
             degraded,
         ];
-        let found = scored(&words, &truth);
+        let found = scored(&answers, &truth);
         // The first two sweeps do not count.
-        let wrong: Vec<bool> = found.sweeps.iter().map(Sweep::wrong).collect();
-        assert_eq!(wrong, [false, true, false, false, false]);
+        let free_beyond_hazard: Vec<bool> =
+            found.sweeps.iter().map(Sweep::free_beyond_hazard).collect();
+        assert_eq!(free_beyond_hazard, [false, true, false, false, false]);
         let useful: Vec<bool> = found.sweeps.iter().map(Sweep::useful).collect();
         assert_eq!(useful, [true, false, true, false, false]);
         assert_eq!(found.named, Some(false));
@@ -347,42 +361,53 @@ mod tests {
 
     #[test]
     fn without_a_hazard_95_cm_are_useful_and_a_rise_is_made_up() {
-        let words = [word(0.96, HazardKind::None), word(0.94, HazardKind::Rise)];
-        let words = [words[0], words[0], words[0], words[1]];
-        let sweeps = scored(&words, &[None; 4]).sweeps;
-        assert!(sweeps[0].useful() && !sweeps[0].made_up());
-        assert!(!sweeps[1].useful() && sweeps[1].made_up() && !sweeps[1].wrong());
+        let answers = [answer(0.96, HazardKind::None), answer(0.94, HazardKind::Rise)];
+        let answers = [answers[0], answers[0], answers[0], answers[1]];
+        let sweeps = scored(&answers, &[None; 4]).sweeps;
+        assert!(sweeps[0].useful() && !sweeps[0].false_detection());
+        assert!(
+            !sweeps[1].useful() && sweeps[1].false_detection() && !sweeps[1].free_beyond_hazard()
+        );
     }
 
     #[test]
     fn who_steps_in_counts_from_the_second_sweep_on() {
         let truth = [None, None, None, rise(0.9), rise(0.88), rise(0.86)];
-        let free = word(1.6, HazardKind::None);
-        let seen = word(0.8, HazardKind::Obstacle);
+        let free = answer(1.6, HazardKind::None);
+        let seen = answer(0.8, HazardKind::Obstacle);
         let found = scored(&[free, free, free, free, seen, seen], &truth);
-        assert!(found.sweeps.iter().all(|sweep| !sweep.wrong()));
+        assert!(found.sweeps.iter().all(|sweep| !sweep.free_beyond_hazard()));
         assert_eq!(found.named, Some(true));
         let late = scored(&[free, free, free, free, free, seen], &truth);
-        assert_eq!(late.sweeps.iter().filter(|sweep| sweep.wrong()).count(), 1);
+        assert_eq!(
+            late.sweeps
+                .iter()
+                .filter(|sweep| sweep.free_beyond_hazard())
+                .count(),
+            1
+        );
         assert_eq!(late.named, Some(false));
     }
 
     #[test]
     fn a_hazard_that_comes_nearer_with_the_chair_has_not_stepped_in() {
         let truth = [rise(1.56), rise(1.52), rise(1.48), rise(1.44)];
-        let sweeps = scored(&[word(1.7, HazardKind::None); 4], &truth).sweeps;
-        assert!(sweeps.iter().all(Sweep::wrong));
+        let sweeps = scored(&[answer(1.7, HazardKind::None); 4], &truth).sweeps;
+        assert!(sweeps.iter().all(Sweep::free_beyond_hazard));
     }
 
     #[test]
     fn sums_count_sweeps_and_recordings() {
-        let good = scored(&[word(0.9, HazardKind::Obstacle); 4], &[rise(1.0); 4]);
-        let free = scored(&[word(1.5, HazardKind::Drop); 3], &[None; 3]);
+        let good = scored(&[answer(0.9, HazardKind::Obstacle); 4], &[rise(1.0); 4]);
+        let free = scored(&[answer(1.5, HazardKind::Drop); 3], &[None; 3]);
         let all = Sums::of([good, free].iter(), |_| true);
         assert_eq!((all.recordings, all.near), (2, Share::new(2, 3)));
-        assert_eq!((all.ok, all.wrong), (Share::new(3, 3), Share::new(0, 3)));
         assert_eq!(
-            (all.named, all.made_up),
+            (all.ok, all.free_beyond_hazard),
+            (Share::new(3, 3), Share::new(0, 3))
+        );
+        assert_eq!(
+            (all.named, all.false_detection),
             (Share::new(1, 1), Share::new(1, 1))
         );
         assert!((all.bound() - 0.632).abs() < 1e-3, "{}", all.bound());

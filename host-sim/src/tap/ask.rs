@@ -25,33 +25,33 @@ const TIMEOUT_US: u32 = 500_000;
 const RETRIES: u32 = 2;
 
 /// Bytes of a port with their direction, recorded since the last read.
-pub type Overheard = Rc<RefCell<Vec<(Wire, u8)>>>;
+pub type TappedBytes = Rc<RefCell<Vec<(Wire, u8)>>>;
 
 /// A port that records its bytes in both directions.
 #[derive(Debug)]
 pub struct Tapped<P> {
     port: P,
-    overheard: Overheard,
+    tapped: TappedBytes,
 }
 
 impl<P: BytePort> Tapped<P> {
     /// Records the bytes of `port`.
-    pub fn new(port: P, overheard: Overheard) -> Self {
-        Self { port, overheard }
+    pub fn new(port: P, tapped: TappedBytes) -> Self {
+        Self { port, tapped }
     }
 }
 
 impl<P: BytePort> BytePort for Tapped<P> {
     fn read(&mut self) -> Option<u8> {
         let byte = self.port.read()?;
-        self.overheard.borrow_mut().push((Wire::FromModule, byte));
+        self.tapped.borrow_mut().push((Wire::FromModule, byte));
         Some(byte)
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         let count = self.port.write(bytes);
         let taken = bytes.iter().take(count).map(|byte| (Wire::ToModule, *byte));
-        self.overheard.borrow_mut().extend(taken);
+        self.tapped.borrow_mut().extend(taken);
         count
     }
 }
@@ -114,7 +114,10 @@ pub fn scan(
     });
     let radar = match settings {
         Ok(radar) => radar,
-        Err(error) => bail!("the module does not tell its settings: {}", explain(error)),
+        Err(error) => bail!(
+            "the module does not report its settings: {}",
+            explain(error)
+        ),
     };
     let mut samples = vec![Iq::default(); usize::from(radar.samples)];
     let mut lost = 0;
@@ -129,7 +132,10 @@ pub fn scan(
         match chirp {
             Ok(()) => lost = 0,
             Err(error) if lost + 1 == LOST_IN_A_ROW => {
-                bail!("{LOST_IN_A_ROW} chirps did not come: {}", explain(error));
+                bail!(
+                    "{LOST_IN_A_ROW} chirps were not received: {}",
+                    explain(error)
+                );
             }
             Err(_) => lost += 1,
         }
@@ -161,18 +167,18 @@ fn wait<T>(mut poll: impl FnMut() -> Poll<Result<T, LinkError>>) -> Result<T, Li
 fn explain(error: LinkError) -> String {
     match error {
         LinkError::Timeout => {
-            "nothing came. Is it powered, and are its TX+/TX- and RX+/RX- the right way round?"
+            "nothing was received. Is it powered, and are its TX+/TX- and RX+/RX- the right way round?"
                 .to_owned()
         }
         LinkError::Frame(_) => {
-            "what came is damaged. The link's speed is 1,000,000 baud".to_owned()
+            "the received bytes are damaged. The link's speed is 1,000,000 baud".to_owned()
         }
         LinkError::Module(code) => format!("it reports error {code} (docs/link.md)"),
-        _ => "it answers something else".to_owned(),
+        _ => "it sends another reply".to_owned(),
     }
 }
 
 /// Returns a link over a recorded port.
-pub fn link<P: BytePort>(port: P, overheard: &Overheard) -> FrameLink<Tapped<P>> {
-    FrameLink::new(Tapped::new(port, overheard.clone()))
+pub fn link<P: BytePort>(port: P, tapped: &TappedBytes) -> FrameLink<Tapped<P>> {
+    FrameLink::new(Tapped::new(port, tapped.clone()))
 }

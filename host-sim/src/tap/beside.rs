@@ -55,7 +55,7 @@ impl Beside {
     }
 
     /// Applies the settings that the scanner has reported.
-    fn tell(&self, settings: &mut Settings) {
+    fn apply_reported(&self, settings: &mut Settings) {
         // The angles are valid only in some orders: three passes cover them.
         for _ in 0..3 {
             for (key, value) in &self.settings {
@@ -68,7 +68,7 @@ impl Beside {
     /// Returns the scanner's settings as far as reported (`get`), and whether the mounting is among them.
     pub fn settings(&self) -> (Settings, bool) {
         let mut settings = Settings::default();
-        self.tell(&mut settings);
+        self.apply_reported(&mut settings);
         let mounting = ["plane", "mirror-offset", "mount-height", "beamwidth"];
         (
             settings,
@@ -77,7 +77,7 @@ impl Beside {
     }
 
     /// Returns the angles and the chirp's duration, if reported.
-    fn told(&self) -> (Option<SweepConfig>, Option<u32>) {
+    fn reported(&self) -> (Option<SweepConfig>, Option<u32>) {
         let (settings, _) = self.settings();
         let keys = ["first-angle", "angle-step", "angle-count"];
         let all = keys.iter().all(|key| self.settings.contains_key(*key));
@@ -87,9 +87,9 @@ impl Beside {
     }
 }
 
-/// What people say of the mounting; none of it where they do not.
+/// Mounting values given on the command line.
 #[derive(clap::Args, Clone, Debug, Default)]
-pub struct Said {
+pub struct MountingArgs {
     /// Mirror centre above the ground, m
     #[arg(long, value_name = "M", value_parser = metres)]
     pub mount_height: Option<f64>,
@@ -121,16 +121,16 @@ fn plane(text: &str) -> Result<Plane, String> {
 
 /// Returns the mounting and a remark on its source: the user's values, else those reported by the scanner, else the
 /// defaults.
-pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
-    let (settings, told) = beside.settings();
+pub fn mounting(args: &MountingArgs, beside: &Beside) -> (Mounting, Option<String>) {
+    let (settings, has_mounting) = beside.settings();
     let mount = &settings.config.mount;
     let metres = |hundredths: i32| f64::from(hundredths) / 1e5;
-    let Said {
+    let MountingArgs {
         mount_height,
         mirror_offset,
         beamwidth,
         plane,
-    } = *said;
+    } = *args;
     let setup = MirrorSetup {
         offset_m: mirror_offset.unwrap_or(metres(mount.mirror_offset)),
         beamwidth_deg: beamwidth.unwrap_or(f64::from(mount.beamwidth) / 1000.0),
@@ -138,18 +138,22 @@ pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
         plane: plane.unwrap_or(mount.plane.first()),
     };
     let all = mount_height.and(mirror_offset).and(beamwidth).is_some() && plane.is_some();
-    let note = (!told && !all).then(|| {
+    let note = (!has_mounting && !all).then(|| {
         format!(
-            "the link does not tell how the scanner is mounted: taken are plane {}, mirror offset {} m, mount \
-             height {} m, beam {}°; say otherwise with --plane, --mirror-offset, --mount-height, --beamwidth, \
-             or let the scanner tell it with --report PORT --ask",
-            if setup.plane == Plane::Depth { "depth" } else { "height" },
+            "the link does not transmit the mounting: assumed are plane {}, mirror offset {} m, \
+             mount height {} m, beam {}°; give other values with --plane, --mirror-offset, \
+             --mount-height, --beamwidth, or read them from the scanner with --report PORT --ask",
+            if setup.plane == Plane::Depth {
+                "depth"
+            } else {
+                "height"
+            },
             setup.offset_m,
             setup.mount_height_m,
             setup.beamwidth_deg
         )
     });
-    let (sweep, chirp_us) = beside.told();
+    let (sweep, chirp_us) = beside.reported();
     let mounting = Mounting {
         setup,
         sweep,
@@ -165,14 +169,14 @@ pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
         config: *base,
         ..Settings::default()
     };
-    beside.tell(&mut settings);
+    beside.apply_reported(&mut settings);
     let word = settings.get("motion").map(|word| word.as_str().to_owned());
     (settings.config, settings.motion, word.unwrap_or_default())
 }
 
 /// Returns the difference between a replayed answer and the scanner's own; `None` if there is none.
-pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> {
-    if said == replayed {
+pub fn difference(args: &[String], replayed: &[String]) -> Option<&'static str> {
+    if args == replayed {
         return None;
     }
     // `SCAN` without number and hash, the other sentences without their scan's number.
@@ -192,10 +196,12 @@ pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> 
         };
         lines.iter().map(body).collect()
     };
-    Some(match bare(said) == bare(replayed) {
+    Some(match bare(args) == bare(replayed) {
         true => {
             "the same steps, status and horizon; only the scan's number or the hash of the settings differs"
         }
-        false => "another answer: is the scanner set otherwise, or did it know earlier scans?",
+        false => {
+            "another answer: does the scanner have other settings, or did it use earlier scans?"
+        }
     })
 }

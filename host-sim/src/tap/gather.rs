@@ -101,25 +101,27 @@ impl Gather {
 
     fn record(&mut self, scan: &Scan) -> Result<(), String> {
         if !scan.begun {
-            return Err("the tap began within it".to_owned());
+            return Err("the recording began within it".to_owned());
         }
         let Some(radar) = scan.radar else {
-            return Err("the module's settings were not heard".to_owned());
+            return Err("the module's settings were not received".to_owned());
         };
         if !scan.settings_heard {
-            self.note("the module's settings were not heard: they are taken to be those of the scan before");
+            self.note(
+                "the module's settings were not received: those of the previous scan are assumed",
+            );
         }
-        let heard = scan.heard().count();
-        if heard < FEWEST {
-            return Err(format!("{heard} chirps were heard ({})", scan.losses));
+        let received = scan.received().count();
+        if received < FEWEST {
+            return Err(format!("{received} chirps were received ({})", scan.losses));
         }
         let plane = self.mounting.setup.plane;
         let angles: Vec<i32> = scan.rows.iter().map(|row| row.angle).collect();
-        let told = self
+        let reported = self
             .mounting
             .sweep
-            .and_then(|told| sweep::follows(&told, &angles, plane));
-        let found = told.or_else(|| sweep::schedule(&angles, plane));
+            .and_then(|reported| sweep::follows(&reported, &angles, plane));
+        let found = reported.or_else(|| sweep::schedule(&angles, plane));
         self.check_end(found.as_ref())?;
         if found.is_none() {
             self.note("its angles follow no schedule of this motor: recorded as the shaft's own");
@@ -243,7 +245,7 @@ impl Gather {
                 name: self.name(self.parts.len() + 1),
                 meta: Metadata {
                     description:
-                        "tap of the radar link; times are those at which triggers were heard"
+                        "tap of the radar link; times are those at which triggers were received"
                             .to_owned(),
                     sample_rate_hz: self.mounting.chirp_us.map(rate),
                     carrier_hz: f64::from(carrier_khz) * 1e3,

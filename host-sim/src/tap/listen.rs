@@ -6,7 +6,7 @@ use stairscan::signal::radar::frame::{self, Decoder, Frame, FrameKind, Progress}
 
 /// A received frame.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum LinkEvent {
     /// Scanner: request for the settings.
     Configure,
     /// Scanner: request for a chirp at this shaft angle, 0.001°.
@@ -21,11 +21,11 @@ pub enum Heard {
     Malformed,
 }
 
-impl Heard {
+impl LinkEvent {
     /// Returns `None` for frames of the line itself (baud rate), which do not belong to a scan.
     fn of(frame: &Frame<'_>) -> Option<Self> {
         let payload = frame.payload;
-        let heard = match frame.kind {
+        let received = match frame.kind {
             FrameKind::Rate | FrameKind::RateSet => return None,
             FrameKind::Configure | FrameKind::Program => Some(Self::Configure),
             FrameKind::Trigger => {
@@ -41,7 +41,7 @@ impl Heard {
             }
             FrameKind::Error => payload.first().map(|code| Self::Error(*code)),
         };
-        Some(heard.unwrap_or(Self::Malformed))
+        Some(received.unwrap_or(Self::Malformed))
     }
 }
 
@@ -63,17 +63,18 @@ pub struct Listener {
 
 impl Listener {
     /// Returns the frames that `bytes` complete, each with its sequence number.
-    pub fn push(&mut self, bytes: &[u8]) -> Vec<(u16, Heard)> {
+    pub fn push(&mut self, bytes: &[u8]) -> Vec<(u16, LinkEvent)> {
         self.pending.extend(bytes);
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         while let Some(&byte) = self.pending.get(self.seen) {
             self.seen += 1;
             match self.decoder.push(byte) {
                 Ok(Progress::Partial) => self.forget_garbage(),
                 Ok(Progress::Complete) => {
                     let frame = self.decoder.frame();
-                    heard
-                        .extend(frame.and_then(|frame| Some((frame.sequence, Heard::of(&frame)?))));
+                    received.extend(
+                        frame.and_then(|frame| Some((frame.sequence, LinkEvent::of(&frame)?))),
+                    );
                     self.skip(self.seen);
                 }
                 Err(_) => {
@@ -82,7 +83,7 @@ impl Listener {
                 }
             }
         }
-        heard
+        received
     }
 
     /// Returns the offset of the frame that the decoder has rejected.
@@ -130,8 +131,8 @@ mod tests {
                 bytes.extend(chirp(k));
             }
             let mut listener = Listener::default();
-            let heard = listener.push(&bytes);
-            let numbers: Vec<u16> = heard.iter().map(|h| h.0).collect();
+            let received = listener.push(&bytes);
+            let numbers: Vec<u16> = received.iter().map(|h| h.0).collect();
             assert_eq!(numbers, [2, 3, 4, 5], "{lost} bytes lost");
             assert!(listener.damaged > 0);
         }
@@ -151,14 +152,14 @@ mod tests {
             // Padding that completes a frame which garbage seemed to begin.
             bytes.extend([0; MAX_FRAME]);
             let mut listener = Listener::default();
-            let mut heard = Vec::new();
+            let mut received = Vec::new();
             let (mut at, mut cut) = (0, cuts.iter().cycle());
             while at < bytes.len() {
                 let end = (at + cut.next().unwrap()).min(bytes.len());
-                heard.extend(listener.push(&bytes[at..end]));
+                received.extend(listener.push(&bytes[at..end]));
                 at = end;
             }
-            let triggers = heard.iter().filter(|h| h.1 == Heard::Trigger(1000)).count();
+            let triggers = received.iter().filter(|h| h.1 == LinkEvent::Trigger(1000)).count();
             prop_assert_eq!(triggers, 8);
         }
     }

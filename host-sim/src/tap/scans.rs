@@ -6,12 +6,12 @@ use std::fmt;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 
-use super::listen::{Heard, Listener};
+use super::listen::{LinkEvent, Listener};
 use crate::live::Ms;
 
 /// Maximum number of answers that may be read before their request. The ports are read one after the other, and
 /// a busy machine may read one of them half a second late.
-const EARLY: usize = 64;
+const MAX_UNMATCHED: usize = 64;
 /// Time after which such an answer is assigned to a lost request, ms: sequence numbers repeat.
 const WAITS: Ms = 1_000;
 
@@ -22,7 +22,7 @@ struct Asked {
     /// Shaft angle of a trigger, 0.001°.
     angle: i32,
     at: Ms,
-    answer: Option<Heard>,
+    answer: Option<LinkEvent>,
 }
 
 /// A scan that is being received: a request for the settings, and the triggers up to the next such request.
@@ -90,14 +90,14 @@ pub struct Scan {
 
 impl Scan {
     /// Returns the rows with a chirp.
-    pub fn heard(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
+    pub fn received(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
         let rows = self.rows.iter();
         rows.filter_map(|row| Some((row, row.chirp.as_deref()?)))
     }
 
     /// Returns the number of rows without a chirp.
     pub fn lost(&self) -> usize {
-        self.rows.len() - self.heard().count()
+        self.rows.len() - self.received().count()
     }
 }
 
@@ -117,35 +117,38 @@ pub enum Wire {
 pub struct Tap {
     wires: [Listener; 3],
     drafts: VecDeque<Draft>,
-    early: VecDeque<(Ms, u16, Heard)>,
+    unmatched: VecDeque<(Ms, u16, LinkEvent)>,
     /// Last settings that the module reported.
     radar: Option<RadarConfig>,
     /// Number of answers whose requests were not received.
-    strays: u32,
+    unmatched_count: u32,
     done: VecDeque<Scan>,
     /// Time of the last frame.
-    heard: Option<Ms>,
+    received: Option<Ms>,
 }
 
 impl Tap {
     /// Processes bytes received at `now`.
     pub fn push(&mut self, now: Ms, wire: Wire, bytes: &[u8]) {
-        for (sequence, heard) in self.wires[wire as usize].push(bytes) {
-            self.heard = Some(now);
-            match heard {
-                Heard::Configure => self.begin(Some(sequence)),
-                Heard::Trigger(angle) => self.trigger(now, sequence, angle),
+        for (sequence, received) in self.wires[wire as usize].push(bytes) {
+            self.received = Some(now);
+            match received {
+                LinkEvent::Configure => self.begin(Some(sequence)),
+                LinkEvent::Trigger(angle) => self.trigger(now, sequence, angle),
                 answer => {
                     if let Some(answer) = self.answer(sequence, answer) {
-                        self.keep_early(now, sequence, answer);
+                        self.keep_unmatched(now, sequence, answer);
                     }
                     continue;
                 }
             }
             // Its answer may have been read before it.
-            self.forget_early(now);
-            if let Some(place) = self.early.iter().position(|early| early.1 == sequence)
-                && let Some((_, sequence, answer)) = self.early.remove(place)
+            self.expire_unmatched(now);
+            if let Some(place) = self
+                .unmatched
+                .iter()
+                .position(|unmatched| unmatched.1 == sequence)
+                && let Some((_, sequence, answer)) = self.unmatched.remove(place)
             {
                 self.answer(sequence, answer);
             }
@@ -165,8 +168,8 @@ impl Tap {
     }
 
     /// Returns the time of the last frame.
-    pub fn heard(&self) -> Option<Ms> {
-        self.heard
+    pub fn received(&self) -> Option<Ms> {
+        self.received
     }
 
     /// Returns the number of damaged frames on all wires.
@@ -175,8 +178,8 @@ impl Tap {
     }
 
     /// Returns the number of answers whose requests were not received.
-    pub fn strays(&self) -> u32 {
-        self.strays + self.early.len() as u32
+    pub fn unmatched_count(&self) -> u32 {
+        self.unmatched_count + self.unmatched.len() as u32
     }
 
     fn trigger(&mut self, now: Ms, sequence: u16, angle: i32) {
@@ -203,28 +206,28 @@ impl Tap {
         });
     }
 
-    fn keep_early(&mut self, now: Ms, sequence: u16, answer: Heard) {
-        self.forget_early(now);
-        if self.early.len() == EARLY {
-            self.early.pop_front();
-            self.strays += 1;
+    fn keep_unmatched(&mut self, now: Ms, sequence: u16, answer: LinkEvent) {
+        self.expire_unmatched(now);
+        if self.unmatched.len() == MAX_UNMATCHED {
+            self.unmatched.pop_front();
+            self.unmatched_count += 1;
         }
-        self.early.push_back((now, sequence, answer));
+        self.unmatched.push_back((now, sequence, answer));
     }
 
     /// Discards answers whose requests have not been received in time.
-    fn forget_early(&mut self, now: Ms) {
-        let late = |early: &mut (Ms, u16, Heard)| now.saturating_sub(early.0) > WAITS;
-        while self.early.pop_front_if(late).is_some() {
-            self.strays += 1;
+    fn expire_unmatched(&mut self, now: Ms) {
+        let late = |unmatched: &mut (Ms, u16, LinkEvent)| now.saturating_sub(unmatched.0) > WAITS;
+        while self.unmatched.pop_front_if(late).is_some() {
+            self.unmatched_count += 1;
         }
     }
 
     /// Assigns an answer to its request; returns it if there is none.
-    fn answer(&mut self, sequence: u16, answer: Heard) -> Option<Heard> {
+    fn answer(&mut self, sequence: u16, answer: LinkEvent) -> Option<LinkEvent> {
         for (place, draft) in self.drafts.iter_mut().enumerate().rev() {
             if draft.question == Some(sequence) {
-                if let Heard::Settings(radar) = answer {
+                if let LinkEvent::Settings(radar) = answer {
                     draft.radar = Some(radar);
                     self.radar = Some(radar);
                 }
@@ -259,11 +262,11 @@ impl Tap {
         let mut rows: Vec<Row> = Vec::new();
         for asked in draft.triggers {
             let chirp = match asked.answer {
-                Some(Heard::Chirp(chirp)) if samples.is_none_or(|n| n == chirp.len()) => {
+                Some(LinkEvent::Chirp(chirp)) if samples.is_none_or(|n| n == chirp.len()) => {
                     Some(chirp)
                 }
-                Some(Heard::Chirp(_)) => count(&mut losses.misshapen),
-                Some(Heard::Error(_)) => count(&mut losses.refused),
+                Some(LinkEvent::Chirp(_)) => count(&mut losses.misshapen),
+                Some(LinkEvent::Error(_)) => count(&mut losses.refused),
                 _ => count(&mut losses.unanswered),
             };
             let row = Row {
@@ -372,7 +375,7 @@ mod tests {
         trigger(&mut tap, 5_000, 7, 0);
         tap.end();
         assert_eq!(values(&tap.scan().unwrap()), [None]);
-        assert_eq!(tap.strays(), 1);
+        assert_eq!(tap.unmatched_count(), 1);
     }
 
     #[test]
@@ -390,11 +393,11 @@ mod tests {
         trigger(&mut tap, 5, 6, 0);
         settings(&mut tap, 6, 7, &other);
         tap.end();
-        let heard: Vec<_> = std::iter::from_fn(|| tap.scan())
+        let received: Vec<_> = std::iter::from_fn(|| tap.scan())
             .map(|scan| (scan.radar, scan.settings_heard))
             .collect();
         assert_eq!(
-            heard,
+            received,
             [(None, false), (Some(RADAR), true), (Some(RADAR), false)]
         );
     }

@@ -30,7 +30,7 @@ impl Unfinished {
         let dir = output.with_file_name(format!("{name}.unfinished"));
         ensure!(
             !dir.exists(),
-            "{}: holds the scans of a session that was cut off: move it away, or look at them with cargo sim \
+            "{}: holds the scans of an interrupted session: move it away, or inspect them with cargo sim \
              report {0}",
             dir.display()
         );

@@ -129,8 +129,8 @@ fn figures_come_as_json_too() {
     assert_eq!(likelihood["estimator"], "likelihood");
     let kinds = likelihood["kinds"].as_array().unwrap();
     let names: Vec<String> = Kind::ALL.iter().map(ToString::to_string).collect();
-    let told = kinds.iter().map(|kind| kind["set"].as_str().unwrap());
-    assert!(told.eq(names.iter().map(String::as_str)));
+    let printed = kinds.iter().map(|kind| kind["set"].as_str().unwrap());
+    assert!(printed.eq(names.iter().map(String::as_str)));
     for (whole, part) in [("ok", "count"), ("ok_and_wrong", "of"), ("covered", "of")] {
         let of = |set: &serde_json::Value| set[whole][part].as_u64().unwrap();
         assert_eq!(of(&likelihood["all"]), kinds.iter().map(of).sum::<u64>());

@@ -24,7 +24,7 @@ impl Bad for Scratch {
                 })
             })
             .collect();
-        self.spoilt(&captures, json!({}), change)
+        self.damaged(&captures, json!({}), change)
     }
 }
 
@@ -313,8 +313,8 @@ fn a_misspelt_key_is_told() {
         let angle = capture.remove("stairscan:mirror_angle_deg").unwrap();
         capture.insert("stairscan:mirror_angel_deg".into(), angle);
     });
-    let told = ["captures[3] stairscan:mirror_angel_deg", "no such key"];
-    refused(&recording, &told);
+    let printed = ["captures[3] stairscan:mirror_angel_deg", "no such key"];
+    refused(&recording, &printed);
     // Unknown keys of other programs are accepted.
     let recording = scratch.recording(|m| m["global"]["stairscan:operator"] = json!("me"));
     let done = sim(&["profile", recording.to_str().unwrap()]);

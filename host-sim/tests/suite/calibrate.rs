@@ -205,7 +205,8 @@ fn an_instrument_that_is_not_well_is_not_calibrated() {
         sample.q = sample.i;
     }
     let refusal = calibrated(&recording, 1.5).unwrap_err();
-    let named = refusal.contains("the instrument is not well") && refusal.contains("channel-dead");
+    let named =
+        refusal.contains("the instrument failed health checks") && refusal.contains("channel-dead");
     assert!(named, "{refusal}");
 }
 
@@ -318,8 +319,8 @@ fn the_example_calibrates() {
         .split(' ')
         .map(|word| if word == "wall" { wall } else { word });
     let done = sim(&words.collect::<Vec<_>>());
-    let told = String::from_utf8(done.stdout).unwrap();
+    let printed = String::from_utf8(done.stdout).unwrap();
     let message = String::from_utf8(done.stderr).unwrap();
     assert!(done.status.success(), "{message}");
-    assert!(told.contains("mount height"), "{told}");
+    assert!(printed.contains("mount height"), "{printed}");
 }

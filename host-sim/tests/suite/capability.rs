@@ -34,7 +34,7 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
     for title in [
         "## At a glance",
         "## Smallest rise and drop",
-        "## Sizes, and what shrinks them",
+        "## Detection by size and window loss",
         "## Approach",
         "## False alarms on level ground",
         "## Second draw",

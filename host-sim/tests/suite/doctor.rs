@@ -12,7 +12,7 @@ use stairscan::verdict::{Reason, Reasons, Status};
 use crate::common::scanner::{Scanner, stair_a};
 use crate::common::sim;
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
@@ -110,11 +110,12 @@ fn telling(
                 settings: 0,
             })],
             ("get", _) => {
-                let told = Settings::KEYS.iter().map(|key| {
+                let printed = Settings::KEYS.iter().map(|key| {
                     let value = settings.get(key).unwrap();
                     line(&Sentence::Config { key, value: &value })
                 });
-                told.chain([line(&Sentence::Done { command: "get" })])
+                printed
+                    .chain([line(&Sentence::Done { command: "get" })])
                     .collect()
             }
             (_, Ok("selftest")) if number == 0 => {
@@ -138,7 +139,7 @@ fn telling(
 fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
     let scanner = Scanner::plug_in(stair_a());
     let output = doctor(&scanner.path, &[]);
-    let text = told(&output);
+    let text = printed(&output);
     has(
         &text,
         "port",
@@ -164,7 +165,7 @@ fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
     assert_eq!(output.status.code(), Some(3), "{text}");
     // Each line of JSON is a check.
     let json = doctor(&scanner.path, &["--format", "json"]);
-    let lines: Vec<serde_json::Value> = told(&json)
+    let lines: Vec<serde_json::Value> = printed(&json)
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
@@ -183,7 +184,7 @@ fn a_module_without_signal_is_a_fault() {
         .for_each(|sample| *sample = stairscan::Iq::default());
     let scanner = Scanner::plug_in(recording);
     let output = doctor(&scanner.path, &[]);
-    let text = told(&output);
+    let text = printed(&output);
     has(&text, "signal", "FAULT", "silent: No signal at all.");
     has(&text, "radar module", "ok", "");
     has(&text, "mirror echo", "not seen", "silent");
@@ -228,7 +229,7 @@ fn every_stage_at_which_a_scanner_stops_is_told() {
         };
         let scanner = telling(state, number, Status::Fault, reasons);
         let output = doctor(&scanner.path, &[]);
-        let text = told(&output);
+        let text = printed(&output);
         has(&text, broken, "FAULT", reasons[0].meaning());
         has(&text, behind, "not seen", reasons[0].as_str());
         assert_eq!(output.status.code(), Some(1), "{text}");
@@ -240,7 +241,7 @@ fn every_stage_at_which_a_scanner_stops_is_told() {
         Status::Degraded,
         &[Reason::Mount, Reason::GainDrift, Reason::ImageUnsealed],
     );
-    let text = told(&doctor(&scanner.path, &[]));
+    let text = printed(&doctor(&scanner.path, &[]));
     for (check, word) in [
         ("mount, floor", "mount:"),
         ("mirror echo", "gain-drift:"),
@@ -254,10 +255,10 @@ fn every_stage_at_which_a_scanner_stops_is_told() {
 #[test]
 fn a_scanner_that_stands_is_moved_only_if_it_may_be() {
     let scanner = telling("idle", 3, Status::Ok, &[]);
-    let text = told(&doctor(&scanner.path, &["--no-move"]));
+    let text = printed(&doctor(&scanner.path, &["--no-move"]));
     has(&text, "motor", "not seen", "");
     has(&text, "answer", "not seen", "no scan came");
-    let text = told(&doctor(&scanner.path, &[]));
+    let text = printed(&doctor(&scanner.path, &[]));
     has(&text, "motor", "ok", "");
     has(&text, "answer", "ok", "scan 3");
     scanner.unplug();
@@ -267,13 +268,13 @@ fn a_scanner_that_stands_is_moved_only_if_it_may_be() {
 fn a_silent_port_and_one_that_is_not_there_are_told() {
     let silent = Pty::new().unwrap();
     let output = doctor(&silent.path, &[]);
-    let text = told(&output);
-    has(&text, "port", "FAULT", "says nothing");
-    has(&text, "motor", "not seen", "the port does not speak");
+    let text = printed(&output);
+    has(&text, "port", "FAULT", "sends nothing");
+    has(&text, "motor", "not seen", "no sentences at the port");
     assert!(text.contains("-> Is the scanner powered?"), "{text}");
     assert_eq!(output.status.code(), Some(1));
     has(
-        &told(&doctor("/dev/no-such-port", &[])),
+        &printed(&doctor("/dev/no-such-port", &[])),
         "port",
         "FAULT",
         "no /dev/no-such-port",
@@ -285,7 +286,7 @@ fn a_silent_port_and_one_that_is_not_there_are_told() {
 fn a_scanner_that_does_not_hear_is_told() {
     let scanner = Scanner::scripted(|| live("idle"), |_| Vec::new());
     let output = doctor(&scanner.path, &["--wait", "1"]);
-    let text = told(&output);
+    let text = printed(&output);
     has(&text, "port", "FAULT", "does not answer");
     assert!(text.contains("REPORT_RX"), "{text}");
     has(&text, "firmware", "not seen", "");
@@ -310,7 +311,7 @@ fn a_port_that_hangs_up_is_told_with_what_was_seen() {
     std::thread::sleep(Duration::from_millis(1_500));
     scanner.unplug();
     let output = asking.join().unwrap();
-    let text = told(&output);
+    let text = printed(&output);
     has(&text, "port", "FAULT", "has gone");
     has(&text, "firmware", "ok", "version 0.1.0");
     has(&text, "radar module", "not seen", "");

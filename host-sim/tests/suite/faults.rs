@@ -62,11 +62,11 @@ fn draws(name: &str, strength: f64) -> (u32, u32, u32) {
     let (clean, fault) = (stairs(), Fault::named(name).unwrap());
     let (mut ok, mut wrong, mut named) = (0, 0, 0);
     for seed in 0..3 {
-        let spoilt = fault.on(&clean, strength, seed).unwrap();
-        let answer = replay::answer(&spoilt, &Options::default()).unwrap();
+        let damaged = fault.on(&clean, strength, seed).unwrap();
+        let answer = replay::answer(&damaged, &Options::default()).unwrap();
         let reasons = answer.scan.reasons;
         let is_ok = answer.scan.status == Status::Ok;
-        let truth = spoilt.truth(0).unwrap();
+        let truth = damaged.truth(0).unwrap();
         ok += u32::from(is_ok);
         wrong += u32::from(is_ok && score::scene(&answer, truth).wrong);
         named += u32::from(fault.reasons.iter().any(|&r| reasons.has(r)));

@@ -12,7 +12,7 @@ use host_sim::emulate::session::Waits;
 use host_sim::live::model::{Entry, Link, State};
 use host_sim::live::port::Source;
 use host_sim::live::pty::Pty;
-use host_sim::live::trouble::{Strange, Trouble};
+use host_sim::live::trouble::{Trouble, UnexpectedData};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay;
@@ -140,7 +140,7 @@ fn wrong_ports_are_explained() {
     let silent = Pty::new().unwrap();
     let mut view = View::of(&silent.path);
     view.until("nothing", |state, now| {
-        state.strange(now) == Some(Strange::Nothing)
+        state.unexpected_data(now) == Some(UnexpectedData::Nothing)
     });
     let mut busy = View::of(&silent.path);
     let locked = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Busy));
@@ -151,7 +151,7 @@ fn wrong_ports_are_explained() {
     view.until("open", |state, _| state.is_open());
     noisy.write(b"\x80\xf8\x00\xff\n\xe0~\x1c\n");
     view.until("noise", |state, now| {
-        state.strange(now) == Some(Strange::Noise)
+        state.unexpected_data(now) == Some(UnexpectedData::Noise)
     });
 }
 
@@ -161,9 +161,9 @@ fn a_terminal_is_asked_for_and_a_port_listed() {
     let error = String::from_utf8(output.stderr).unwrap();
     assert!(error.contains("expected a terminal"), "{error}");
     let output = sim(&["live"]);
-    let told = [output.stdout, output.stderr].concat();
-    let told = String::from_utf8(told).unwrap();
-    assert!(told.contains("serial port"), "{told}");
+    let printed = [output.stdout, output.stderr].concat();
+    let printed = String::from_utf8(printed).unwrap();
+    assert!(printed.contains("serial port"), "{printed}");
 }
 
 /// Ends the emulator's thread, after a failure as well.
@@ -269,8 +269,8 @@ fn a_terminal_that_hung_up_ends_the_program() {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
-    let mut told = String::new();
-    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut told).unwrap();
-    assert_eq!(status.code(), Some(1), "{told}");
-    assert!(told.contains("the terminal has gone"), "{told}");
+    let mut printed = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut printed).unwrap();
+    assert_eq!(status.code(), Some(1), "{printed}");
+    assert!(printed.contains("the terminal was closed"), "{printed}");
 }

@@ -95,22 +95,22 @@ fn every_row_is_put_where_it_was_seen() {
 fn the_drive_is_carried_from_scan_to_scan_and_shown_with_its_own_answer() {
     let mut shown = Vec::new();
     let options = Options::default();
-    let told = replay::answers(driven(), &options, |scanned| {
+    let printed = replay::answers(driven(), &options, |scanned| {
         let drive = &scanned.drive;
         let rode_m = drive.known().map(|track| track.end().travel_m);
         shown.push((rode_m, drive.moved_m, drive.since_s.is_some()));
     });
-    assert_eq!(told.unwrap().len(), 3);
+    assert_eq!(printed.unwrap().len(), 3);
     let truth = &driven().meta.sequence.truth_travel_m;
-    let near = |told: f32, truth: f64| (f64::from(told) - truth).abs() < 0.02 * truth + 0.005;
+    let near = |printed: f32, truth: f64| (f64::from(printed) - truth).abs() < 0.02 * truth + 0.005;
     for (k, (rode_m, moved_m, since)) in shown.iter().enumerate() {
         // 1.3 s at 0.2 m/s.
         assert!(near(rode_m.unwrap(), 0.26), "scan {k}: {rode_m:?}");
         assert_eq!(*since, k > 0, "scan {k}");
         let gone = k.checked_sub(1).map(|before| truth[k] - truth[before]);
         assert_eq!(moved_m.is_some(), gone.is_some(), "scan {k}");
-        for (told, truth) in moved_m.iter().zip(gone) {
-            assert!(near(*told, truth), "scan {k}: {told} for {truth}");
+        for (printed, truth) in moved_m.iter().zip(gone) {
+            assert!(near(*printed, truth), "scan {k}: {printed} for {truth}");
         }
     }
 }
@@ -124,16 +124,16 @@ fn sentences_with_the_triggers_say_where_each_row_was_seen() {
         by_trigger: true,
         ..Options::default()
     };
-    let told = answers(driven(), by_trigger);
-    assert_eq!(told.len(), timed.len());
-    for (told, timed) in told.iter().zip(&timed) {
-        assert!(!says(told, Reason::MotionInput) && !says(told, Reason::Moving));
+    let printed = answers(driven(), by_trigger);
+    assert_eq!(printed.len(), timed.len());
+    for (printed, timed) in printed.iter().zip(&timed) {
+        assert!(!says(printed, Reason::MotionInput) && !says(printed, Reason::Moving));
         assert_eq!(
-            says(told, Reason::Unconfirmed),
+            says(printed, Reason::Unconfirmed),
             says(timed, Reason::Unconfirmed)
         );
-        assert_eq!(told.steps.len(), timed.steps.len());
-        for (a, b) in told.steps.iter().zip(&timed.steps) {
+        assert_eq!(printed.steps.len(), timed.steps.len());
+        for (a, b) in printed.steps.iter().zip(&timed.steps) {
             // Without the chirp's duration the range-Doppler coupling is not compensated: 1.9 mm.
             assert!(a.distance.0.abs_diff(b.distance.0) < 40, "{a:?} {b:?}");
         }
@@ -143,10 +143,10 @@ fn sentences_with_the_triggers_say_where_each_row_was_seen() {
 #[test]
 fn without_its_keys_the_same_recording_is_never_ok() {
     let blind = without_keys(driven());
-    let told = answers(&blind, Options::default());
-    assert!(told.iter().all(|a| !ok(a)));
-    assert!(says(&told[0], Reason::Unconfirmed));
-    assert!(told[1..].iter().all(|a| says(a, Reason::Moving)));
+    let printed = answers(&blind, Options::default());
+    assert!(printed.iter().all(|a| !ok(a)));
+    assert!(says(&printed[0], Reason::Unconfirmed));
+    assert!(printed[1..].iter().all(|a| says(a, Reason::Moving)));
 }
 
 #[test]
@@ -156,9 +156,13 @@ fn each_scan_as_the_first_of_its_own_is_confirmed_by_none() {
             single: true,
             ..Options::default()
         };
-        let told = answers(&recording, single);
-        assert_eq!(told.len(), 3);
-        assert!(told.iter().all(|a| !ok(a) && says(a, Reason::Unconfirmed)));
+        let printed = answers(&recording, single);
+        assert_eq!(printed.len(), 3);
+        assert!(
+            printed
+                .iter()
+                .all(|a| !ok(a) && says(a, Reason::Unconfirmed))
+        );
     }
 }
 
@@ -190,18 +194,22 @@ fn required_motion_input_is_required() {
         motion: Some(Mode::Required),
         ..Options::default()
     };
-    let told = answers(&without_keys(driven()), required);
-    assert!(told.iter().all(|a| !ok(a) && says(a, Reason::MotionInput)));
-    let told = answers(driven(), required);
-    assert!(told.iter().all(|a| !says(a, Reason::MotionInput)));
+    let printed = answers(&without_keys(driven()), required);
+    assert!(
+        printed
+            .iter()
+            .all(|a| !ok(a) && says(a, Reason::MotionInput))
+    );
+    let printed = answers(driven(), required);
+    assert!(printed.iter().all(|a| !says(a, Reason::MotionInput)));
 }
 
 #[test]
 fn motion_sentences_that_are_damaged_stuck_or_impossible_are_told_and_not_used() {
     let blind = answers(&without_keys(driven()), Options::default());
     for fault in [Fault::Garbled, Fault::Jumping, Fault::Swapped] {
-        let told = with_fault(fault);
-        for (answer, blind) in told.iter().zip(&blind) {
+        let printed = with_fault(fault);
+        for (answer, blind) in printed.iter().zip(&blind) {
             assert!(says(answer, Reason::MotionInput), "{fault:?}: {answer:?}");
             assert!(!ok(answer), "{fault:?}");
             // As without sentences, except for the recording's times.
@@ -209,18 +217,18 @@ fn motion_sentences_that_are_damaged_stuck_or_impossible_are_told_and_not_used()
         }
     }
     let stuck = with_fault(Fault::Stuck);
-    let told = |a: &Answer| says(a, Reason::MotionInput);
-    assert!(!told(&stuck[0]) && told(&stuck[1]) && told(&stuck[2]));
+    let printed = |a: &Answer| says(a, Reason::MotionInput);
+    assert!(!printed(&stuck[0]) && printed(&stuck[1]) && printed(&stuck[2]));
     assert!(stuck.iter().all(|a| !ok(a)));
 }
 
 #[test]
 fn motion_that_is_not_the_chairs_is_contradicted_by_the_sweeps() {
     for fault in [Fault::Frozen, Fault::Reversed] {
-        let told = with_fault(fault);
-        assert!(told.iter().all(|a| !ok(a)), "{fault:?}");
+        let printed = with_fault(fault);
+        assert!(printed.iter().all(|a| !ok(a)), "{fault:?}");
         assert!(
-            told[1..].iter().all(|a| says(a, Reason::Moving)),
+            printed[1..].iter().all(|a| says(a, Reason::Moving)),
             "{fault:?}"
         );
     }
@@ -247,14 +255,18 @@ fn a_chair_that_stands_is_believed_from_the_second_sweep_on() {
         scans: Some(2),
         ..Options::default()
     };
-    let told = answers(&one, auto);
-    assert!(says(&told[0], Reason::Unconfirmed) && !ok(&told[0]));
+    let printed = answers(&one, auto);
+    assert!(says(&printed[0], Reason::Unconfirmed) && !ok(&printed[0]));
     let doubts = [Reason::Unconfirmed, Reason::Moving, Reason::MotionInput];
-    assert!(!doubts.iter().any(|r| says(&told[1], *r)), "{:?}", told[1]);
+    assert!(
+        !doubts.iter().any(|r| says(&printed[1], *r)),
+        "{:?}",
+        printed[1]
+    );
     // A recording of one scan without motion keys counts as made at standstill.
     let standing = answers(&one, Options::default());
     let places =
         |a: &Answer| -> Vec<_> { a.steps.iter().map(|s| (s.distance, s.height)).collect() };
-    assert_eq!(places(&standing[0]), places(&told[1]));
+    assert_eq!(places(&standing[0]), places(&printed[1]));
     assert!(!says(&standing[0], Reason::Unconfirmed));
 }

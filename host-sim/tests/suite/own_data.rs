@@ -70,8 +70,8 @@ fn what_cannot_be_scanned_is_told_when_it_is_converted() {
     // As from an encoder: every angle deviates by another fraction of a step.
     let uneven = |k: usize| -20.0 + 0.25 * (k as f64 + 0.4 * (k as f64).sin());
     let uneven = converted(&scratch, &array, "uneven", uneven);
-    let told = "not to be scanned: uneven.sigmf-meta: captures[";
-    assert!(uneven.contains(told), "{uneven}");
+    let printed = "cannot be scanned: uneven.sigmf-meta: captures[";
+    assert!(uneven.contains(printed), "{uneven}");
     let profile = scratch.path().join("bare").display().to_string();
     let out = sim(&["convert", &array, "--bandwidth-hz", "10e9", "-o", &profile]);
     let bare = String::from_utf8(out.stdout).unwrap();

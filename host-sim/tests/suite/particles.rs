@@ -87,13 +87,13 @@ fn the_particles_settle_how_many_steps_there_are() {
         let recording = random_scan(kind, kind.variety(), seed).unwrap();
         let steps = recording.meta.truth.as_ref().unwrap().steps.len();
         let pair = pair(&recording);
-        let told = (
+        let printed = (
             pair.with.outcome.answer.steps.len(),
             pair.without.outcome.answer.steps.len(),
         );
-        right += usize::from(told.0 == steps);
-        right_without += usize::from(told.1 == steps);
-        if told.0 == steps && told.1 != steps {
+        right += usize::from(printed.0 == steps);
+        right_without += usize::from(printed.1 == steps);
+        if printed.0 == steps && printed.1 != steps {
             settled.push((kind, seed));
         }
     }

@@ -134,12 +134,12 @@ fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<Told> {
         shaft_angle: 0,
         begun: Rc::clone(&begun),
     };
-    let told = run(link, settings, chair, scans);
-    let planes: Vec<usize> = (told.iter())
+    let printed = run(link, settings, chair, scans);
+    let planes: Vec<usize> = (printed.iter())
         .map(|(head, _)| usize::from(head.plane == Some(Plane::Height)))
         .collect();
     assert_eq!(begun.borrow()[..scans], planes, "as told, and as turned");
-    told
+    printed
 }
 
 /// Scans until `scans` answers have been reported.
@@ -176,29 +176,32 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
         }
     }
     let said = String::from_utf8(std::mem::take(&mut scanner.port_mut().said)).unwrap();
-    let mut told: Vec<Told> = Vec::new();
+    let mut printed: Vec<Told> = Vec::new();
     for line in said.lines() {
         match Sentence::parse(line).unwrap() {
-            Sentence::Scan(head) => told.push((head, Vec::new())),
-            Sentence::Step(step) => told.last_mut().unwrap().1.push(step),
+            Sentence::Scan(head) => printed.push((head, Vec::new())),
+            Sentence::Step(step) => printed.last_mut().unwrap().1.push(step),
             _ => {}
         }
     }
-    assert!(told.len() >= scans, "{said}");
-    told.truncate(scans);
-    told
+    assert!(printed.len() >= scans, "{said}");
+    printed.truncate(scans);
+    printed
 }
 
 #[test]
 fn before_a_flight_going_down_a_standing_chair_looks_down_it() {
     for chair in [Chair::Standing, Chair::SaidToStand] {
-        let told = answers(DOWN, chair, 4);
-        let planes: Vec<_> = told.iter().map(|(head, _)| head.plane.unwrap()).collect();
+        let printed = answers(DOWN, chair, 4);
+        let planes: Vec<_> = printed
+            .iter()
+            .map(|(head, _)| head.plane.unwrap())
+            .collect();
         let (depth, height) = (Plane::Depth, Plane::Height);
         assert_eq!(planes, [depth, height, depth, height]);
-        let numbers: Vec<u32> = told.iter().map(|(head, _)| head.scan).collect();
+        let numbers: Vec<u32> = printed.iter().map(|(head, _)| head.scan).collect();
         assert_eq!(numbers, [1, 2, 3, 4]);
-        for (head, steps) in &told {
+        for (head, steps) in &printed {
             if head.plane == Some(depth) {
                 assert_eq!((head.drops, head.steps), (1, 0));
                 continue;
@@ -209,8 +212,8 @@ fn before_a_flight_going_down_a_standing_chair_looks_down_it() {
             assert!(head.reasons.has(Reason::Unconfirmed));
             let heights: Vec<i32> = steps.iter().map(|step| step.height.0).collect();
             assert_eq!(heights.len(), 4);
-            for (told, true_height) in heights.iter().zip([-1600, -3200, -4800, -6400]) {
-                assert!((told - true_height).abs() < 100, "{heights:?}");
+            for (printed, true_height) in heights.iter().zip([-1600, -3200, -4800, -6400]) {
+                assert!((printed - true_height).abs() < 100, "{heights:?}");
             }
         }
     }

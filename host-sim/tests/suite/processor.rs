@@ -68,10 +68,10 @@ fn a_patched_image_has_one_variable_changed() {
         (&["params", "UP"], 16),
     ] {
         let refused = image::patch(elf, &to, (symbol, size), |_| panic!("{symbol:?}"));
-        let told = format!("{:#}", refused.unwrap_err());
+        let printed = format!("{:#}", refused.unwrap_err());
         assert!(
-            told.contains(symbol[0]) && told.contains(&size.to_string()),
-            "{told}"
+            printed.contains(symbol[0]) && printed.contains(&size.to_string()),
+            "{printed}"
         );
         assert!(!to.exists());
     }

@@ -90,15 +90,15 @@ fn what_needs_i_and_q_refuses_real_samples() {
     let recording = simulated("stair_a", true);
     recording.write(&path).unwrap();
     let fault = faults::Fault::named("iq-swapped").unwrap();
-    let told = fault.on(&recording, 1.0, 1).unwrap_err().to_string();
-    assert!(told.contains("real samples"), "{told}");
+    let printed = fault.on(&recording, 1.0, 1).unwrap_err().to_string();
+    assert!(printed.contains("real samples"), "{printed}");
     let array = scratch.path().join("chirps.npy");
     let paths = [path.to_str().unwrap(), array.to_str().unwrap()];
     let out = sim(&["convert", paths[0], "-o", paths[1]]);
-    let told = String::from_utf8(out.stderr).unwrap();
+    let printed = String::from_utf8(out.stderr).unwrap();
     assert!(
-        !out.status.success() && told.contains("real samples"),
-        "{told}"
+        !out.status.success() && printed.contains("real samples"),
+        "{printed}"
     );
     // Keys of another source would make I and Q of them.
     let other = scratch.path().join("other");
@@ -110,10 +110,10 @@ fn what_needs_i_and_q_refuses_real_samples() {
         "-o",
         other.to_str().unwrap(),
     ]);
-    let told = String::from_utf8(out.stderr).unwrap();
+    let printed = String::from_utf8(out.stderr).unwrap();
     assert!(
-        !out.status.success() && told.contains("real samples"),
-        "{told}"
+        !out.status.success() && printed.contains("real samples"),
+        "{printed}"
     );
     assert!(!array.exists() && !meta_path(&other).exists());
 }

@@ -28,10 +28,10 @@ fn a_directory_becomes_a_page_with_an_index() {
     let scratch = Scratch::new("report-directory");
     let page = scratch.path().join("all.html");
     let output = run(&["report", "-o", page.to_str().unwrap()], &[recordings()]);
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     assert!(
-        told.contains("all.html") && told.contains("open it"),
-        "{told}"
+        printed.contains("all.html") && printed.contains("open it"),
+        "{printed}"
     );
     let page = fs::read_to_string(page).unwrap();
     for name in ["stair_a", "stair_b", "stair_c", "descending", "empty"] {
@@ -50,8 +50,8 @@ fn a_bad_recording_stands_in_the_page() {
     let good = recordings().join("empty");
     let output = run(&["report", "-o", page.to_str().unwrap()], &[good, bad]);
     assert_eq!(output.status.code(), Some(1));
-    let told = text(&output.stderr);
-    assert!(told.contains("bad.sigmf-meta"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("bad.sigmf-meta"), "{printed}");
     let page = fs::read_to_string(page).unwrap();
     let (first, second) = (page.find("\"bad\""), page.find("\"empty\""));
     assert!(first.is_some() && first < second, "the failing one first");
@@ -78,8 +78,8 @@ fn nothing_but_what_is_none_is_an_error() {
     let readme = recordings().join("README.md");
     let output = run(&["replay"], &[readme.clone(), readme]);
     assert_eq!(output.status.code(), Some(1));
-    let told = text(&output.stderr);
-    assert!(told.contains("README.md: no recording"), "{told}");
+    let printed = text(&output.stderr);
+    assert!(printed.contains("README.md: no recording"), "{printed}");
 }
 
 /// Compares; returns the output and the page's data.
@@ -87,12 +87,12 @@ fn compared(scratch: &Scratch, command: &[&str]) -> (String, Value) {
     let page = scratch.path().join("compare.html");
     let page = page.to_str().unwrap();
     let output = sim(&[&["report"], command, &["--compare", "--force", "-o", page]].concat());
-    let told = text(&output.stdout);
+    let printed = text(&output.stdout);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let page = fs::read_to_string(page).unwrap();
     let (_, rest) = page.split_once("type=\"application/json\">").unwrap();
     let (data, _) = rest.split_once("</script>").unwrap();
-    (told, serde_json::from_str(data).unwrap())
+    (printed, serde_json::from_str(data).unwrap())
 }
 
 /// Returns a row of the differences.
@@ -106,8 +106,8 @@ fn row<'a>(data: &'a Value, what: &str) -> &'a Value {
 fn two_recordings_stand_side_by_side_with_their_differences_first() {
     let scratch = Scratch::new("report-compare");
     let [a, b] = ["stair_a", "stair_c"].map(|name| recordings().join(name).display().to_string());
-    let (told, data) = compared(&scratch, &[&a, &b]);
-    assert!(told.starts_with("stair_a | stair_c\n"), "{told}");
+    let (printed, data) = compared(&scratch, &[&a, &b]);
+    assert!(printed.starts_with("stair_a | stair_c\n"), "{printed}");
     assert_eq!(data["recordings"][0]["name"], "stair_a");
     assert_eq!(data["recordings"][1]["name"], "stair_c");
     let height = row(&data, "step 1, height");
@@ -116,7 +116,7 @@ fn two_recordings_stand_side_by_side_with_their_differences_first() {
     assert_eq!(row(&data, "reason inferred-step")["second"], "–");
     assert_eq!(row(&data, "horizon")["by"], "+10.00 cm");
     for row in data["compare"]["rows"].as_array().unwrap() {
-        assert!(told.contains(row["what"].as_str().unwrap()), "{row}");
+        assert!(printed.contains(row["what"].as_str().unwrap()), "{row}");
     }
 }
 
@@ -147,8 +147,8 @@ fn one_recording_stands_beside_itself_under_other_settings() {
     ]);
     assert_eq!(settings(&data), expected);
     // A setting that equals the recording's own changes nothing, and the page states it.
-    let (told, data) = compared(&scratch, &[&a, "--with", "mount-height=40cm"]);
-    assert!(told.contains("nothing differs"), "{told}");
+    let (printed, data) = compared(&scratch, &[&a, "--with", "mount-height=40cm"]);
+    assert!(printed.contains("nothing differs"), "{printed}");
     assert_eq!(data["compare"]["rows"], json!([]));
 }
 
@@ -185,9 +185,9 @@ fn what_cannot_be_compared_is_told() {
     ] {
         let page = page.to_str().unwrap();
         let output = sim(&[&["report"], command, &["--compare", "-o", page]].concat());
-        let told = text(&output.stderr);
+        let printed = text(&output.stderr);
         assert!(!output.status.success(), "{command:?}");
-        assert!(told.contains(words), "{command:?}: {told}");
+        assert!(printed.contains(words), "{command:?}: {printed}");
     }
     assert!(!page.exists());
     let output = sim(&["report", &a, "--with", "seed=2"]);

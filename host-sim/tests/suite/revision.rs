@@ -86,11 +86,11 @@ fn a_commit_reruns_the_build_script_and_staging_does_not() {
 fn simulator_revision(dir: &Path, script: &Path, lock: &str) -> String {
     fs::write(dir.join("../Cargo.lock"), lock).unwrap();
     let output = run(dir, script.to_str().unwrap(), &[]);
-    let mut told = output.lines().filter_map(|line| {
+    let mut printed = output.lines().filter_map(|line| {
         line.strip_prefix("cargo::rustc-env=")
             .or(line.strip_prefix("cargo::error="))
     });
-    told.next().unwrap().to_owned()
+    printed.next().unwrap().to_owned()
 }
 
 /// A change of another dependency must not invalidate the cached recordings.

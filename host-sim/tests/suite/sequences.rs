@@ -264,7 +264,7 @@ fn inspect_profile_and_pictures_take_sequences() {
 }
 
 /// Writes a recording of 2 scans of 3 chirps with the metadata changed by `change`.
-fn spoilt(scratch: &Scratch, change: impl FnOnce(&mut Value)) -> PathBuf {
+fn damaged(scratch: &Scratch, change: impl FnOnce(&mut Value)) -> PathBuf {
     let captures: Vec<Value> = [-0.5, 0.0, 0.5, 0.5, 0.0, -0.5]
         .iter()
         .enumerate()
@@ -285,7 +285,7 @@ fn spoilt(scratch: &Scratch, change: impl FnOnce(&mut Value)) -> PathBuf {
         "stairscan:truth_scans": [none, none],
         "stairscan:disturbance": {"kind": "jolt", "harmful": true, "row": 3},
     });
-    scratch.spoilt(&captures, further, change)
+    scratch.damaged(&captures, further, change)
 }
 
 /// A change of the metadata, and the expected parts of the message.
@@ -403,16 +403,16 @@ const CAPTURES: &[Case] = &[
 fn wrong_sequences_name_file_and_key() {
     let scratch = Scratch::new("sequence-values");
     for (change, words) in GLOBAL.iter().chain(CAPTURES) {
-        let recording = spoilt(&scratch, change);
+        let recording = damaged(&scratch, change);
         refused(&recording, &[&["bad.sigmf-meta"], *words].concat());
     }
     // The unchanged recording is read with all values.
-    let good = Recording::read(&spoilt(&scratch, |_| ())).unwrap();
+    let good = Recording::read(&damaged(&scratch, |_| ())).unwrap();
     assert_eq!((good.scans(), good.chirps_per_scan()), (2, 3));
     let disturbance = good.meta.disturbance.unwrap();
-    assert!(disturbance.harmful && disturbance.extra["row"] == 3);
+    assert!(disturbance.misleading && disturbance.extra["row"] == 3);
     // A capture without a pitch uses the recording's.
-    let mixed = spoilt(&scratch, |m| {
+    let mixed = damaged(&scratch, |m| {
         m["global"]["stairscan:pitch_deg"] = json!(-1);
         m["captures"][1]
             .as_object_mut()

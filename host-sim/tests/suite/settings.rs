@@ -10,7 +10,7 @@ use stairscan::scanner::Settings;
 use crate::common::scanner::{Scanner, stair_a};
 use crate::common::{Scratch, sim};
 
-fn told(output: &Output) -> String {
+fn printed(output: &Output) -> String {
     String::from_utf8([&output.stdout[..], &output.stderr].concat()).unwrap()
 }
 
@@ -28,18 +28,18 @@ fn a_scanner_s_settings_are_got_compared_and_set() {
         |what: &str, more: &[&str]| sim(&[&["settings", &scanner.path, what, path], more].concat());
 
     let got = run("--get", &[]);
-    assert_eq!(got.status.code(), Some(0), "{}", told(&got));
+    assert_eq!(got.status.code(), Some(0), "{}", printed(&got));
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.contains("mount-height = \"0.4 m\"\n"), "{text}");
     assert!(text.contains("# radar-carrier = \"94 GHz\"\n"), "{text}");
     // An existing file is not replaced.
     let again = run("--get", &[]);
     assert_eq!(again.status.code(), Some(1));
-    assert!(told(&again).contains("--force"), "{}", told(&again));
+    assert!(printed(&again).contains("--force"), "{}", printed(&again));
 
     let same = run("--diff", &[]);
-    assert_eq!(same.status.code(), Some(0), "{}", told(&same));
-    assert!(same.stdout.is_empty(), "{}", told(&same));
+    assert_eq!(same.status.code(), Some(0), "{}", printed(&same));
+    assert!(same.stdout.is_empty(), "{}", printed(&same));
 
     fs::write(
         &file,
@@ -53,20 +53,20 @@ fn a_scanner_s_settings_are_got_compared_and_set() {
         "mount-height: scanner 0.4 m, file 0.41 m (line 1)\nretries: scanner 2, file 3 (line 2)\n"
     );
     assert!(
-        told(&differs).contains("were not compared"),
+        printed(&differs).contains("were not compared"),
         "{}",
-        told(&differs)
+        printed(&differs)
     );
 
     let set = run("--set", &[]);
-    assert_eq!(set.status.code(), Some(0), "{}", told(&set));
+    assert_eq!(set.status.code(), Some(0), "{}", printed(&set));
     for words in [
         "mount-height: 0.4 m -> 0.41 m\n",
         "retries: 2 -> 3\n",
         "3 settings set and read back",
         "--save keeps",
     ] {
-        assert!(told(&set).contains(words), "{words}: {}", told(&set));
+        assert!(printed(&set).contains(words), "{words}: {}", printed(&set));
     }
     assert_eq!(run("--diff", &[]).status.code(), Some(0));
 
@@ -74,15 +74,15 @@ fn a_scanner_s_settings_are_got_compared_and_set() {
     let saved = run("--set", &["--save"]);
     assert_eq!(saved.status.code(), Some(1));
     assert!(
-        told(&saved).contains("set, but not saved: save: refused: flash"),
+        printed(&saved).contains("set, but not saved: save: refused: flash"),
         "{}",
-        told(&saved)
+        printed(&saved)
     );
     let live = sim(&["doctor", &scanner.path, "--format", "json"]);
     assert!(
-        told(&live).contains("\"check\":\"answer\""),
+        printed(&live).contains("\"check\":\"answer\""),
         "{}",
-        told(&live)
+        printed(&live)
     );
     scanner.unplug();
 }
@@ -108,12 +108,12 @@ fn a_wrong_file_sends_nothing() {
         fs::write(&file, text).unwrap();
         let set = sim(&["settings", &scanner.path, "--set", path]);
         assert_eq!(set.status.code(), Some(1));
-        assert!(told(&set).contains(words), "{words}: {}", told(&set));
-        assert!(set.stdout.is_empty(), "{}", told(&set));
+        assert!(printed(&set).contains(words), "{words}: {}", printed(&set));
+        assert!(set.stdout.is_empty(), "{}", printed(&set));
     }
     fs::write(&file, "retries = 2\n").unwrap();
     let same = sim(&["settings", &scanner.path, "--diff", path]);
-    assert_eq!(same.status.code(), Some(0), "{}", told(&same));
+    assert_eq!(same.status.code(), Some(0), "{}", printed(&same));
     scanner.unplug();
 }
 
@@ -128,14 +128,14 @@ fn what_the_scanner_refuses_or_keeps_otherwise_is_named() {
         format!("${body}*{:08X}", stairscan::report::sentence::crc32(&body))
     };
     let scanner = Scanner::scripted(live, move |typed| {
-        let told = |settings: &Settings, key: &str| {
+        let printed = |settings: &Settings, key: &str| {
             let value = settings.get(key).unwrap();
             line(&Sentence::Config { key, value: &value })
         };
         if typed == "get" {
             let mut lines: Vec<String> = Settings::KEYS
                 .iter()
-                .map(|key| told(&settings, key))
+                .map(|key| printed(&settings, key))
                 .collect();
             lines.push(line(&Sentence::Done { command: "get" }));
             return lines;
@@ -149,11 +149,11 @@ fn what_the_scanner_refuses_or_keeps_otherwise_is_named() {
                 })]
             }
             Ok(stairscan::scanner::command::Command::Set("settle", _)) => {
-                vec![told(&settings, "settle")]
+                vec![printed(&settings, "settle")]
             }
             Ok(stairscan::scanner::command::Command::Set(key, value)) => {
                 settings.set(key, value).unwrap();
-                vec![told(&settings, key)]
+                vec![printed(&settings, key)]
             }
             _ => Vec::new(),
         }
@@ -180,7 +180,7 @@ fn what_the_scanner_refuses_or_keeps_otherwise_is_named() {
         "mount-height: 0.4 m -> 0.41 m\n",
         "was not saved",
     ] {
-        assert!(told(&set).contains(words), "{words}: {}", told(&set));
+        assert!(printed(&set).contains(words), "{words}: {}", printed(&set));
     }
     scanner.unplug();
 }
@@ -193,17 +193,17 @@ fn ports_that_cannot_be_used_are_explained() {
     let missing = sim(&["settings", "/dev/no-such-port", "--get", path]);
     assert_eq!(missing.status.code(), Some(1));
     assert!(
-        told(&missing).contains("no /dev/no-such-port"),
+        printed(&missing).contains("no /dev/no-such-port"),
         "{}",
-        told(&missing)
+        printed(&missing)
     );
     let silent = host_sim::live::pty::Pty::new().unwrap();
     let nothing = sim(&["settings", &silent.path, "--get", path]);
     assert_eq!(nothing.status.code(), Some(1));
     assert!(
-        told(&nothing).contains("says nothing"),
+        printed(&nothing).contains("sends nothing"),
         "{}",
-        told(&nothing)
+        printed(&nothing)
     );
     assert!(!file.exists());
 }

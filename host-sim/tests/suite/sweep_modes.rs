@@ -190,8 +190,8 @@ fn a_continuous_sweep_turns_at_constant_speed() {
             (2 * rows - 1 - k, -1)
         };
         let position = schedule.position(row);
-        let told = stairscan::schedule::shaft_angle(position);
-        assert_eq!(shot.trigger.shaft_angle, told, "trigger {k}");
+        let printed = stairscan::schedule::shaft_angle(position);
+        assert_eq!(shot.trigger.shaft_angle, printed, "trigger {k}");
         let past = way * (shot.position.unwrap() - i64::from(position)) + i64::from(lead);
         assert!(
             (0..35).contains(&past),

@@ -194,21 +194,21 @@ def _angles(angles: npt.ArrayLike | None, chirps: int, config: Config) -> npt.ND
 
 
 def _answer(raw: dict[str, Any]) -> Answer:
-    told = json.loads(raw["answer"])
-    drop = told["drop"]
+    values = json.loads(raw["answer"])
+    drop = values["drop"]
     return Answer(
-        recording=told["recording"],
-        scan=told["scan"],
-        status=told["status"],
-        direction=told["direction"],
-        reasons=tuple(told["reasons"]),
-        horizon_m=told["horizon_m"],
-        free_m=told["free_m"],
-        confidence=told["confidence"],
-        steps=tuple(Step(**step) for step in told["steps"]),
+        recording=values["recording"],
+        scan=values["scan"],
+        status=values["status"],
+        direction=values["direction"],
+        reasons=tuple(values["reasons"]),
+        horizon_m=values["horizon_m"],
+        free_m=values["free_m"],
+        confidence=values["confidence"],
+        steps=tuple(Step(**step) for step in values["steps"]),
         drop=None if drop is None else Drop(**drop),
-        maybes=tuple(Maybe(**maybe) for maybe in told["maybe"]),
-        lost_rows=told["lost_rows"],
+        maybes=tuple(Maybe(**maybe) for maybe in values["maybe"]),
+        lost_rows=values["lost_rows"],
         sentences=tuple(raw["sentences"]),
         summary=raw["summary"],
         text=raw["text"],
@@ -218,10 +218,10 @@ def _answer(raw: dict[str, Any]) -> Answer:
 def _posterior(raw: dict[str, Any]) -> Posterior | None:
     if "counts" not in raw:
         return None
-    told = json.loads(raw["hypotheses"])
-    hypotheses = np.zeros(len(told), HYPOTHESIS)
+    values = json.loads(raw["hypotheses"])
+    hypotheses = np.zeros(len(values), HYPOTHESIS)
     hypotheses["edges"] = np.nan
-    for row, (name, probability, edges) in zip(hypotheses, told, strict=True):
+    for row, (name, probability, edges) in zip(hypotheses, values, strict=True):
         row["name"], row["probability"] = name, probability
         row["edges"][: len(edges)] = np.reshape(edges, (len(edges), 2))
     return Posterior(

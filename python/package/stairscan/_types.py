@@ -282,9 +282,9 @@ class Recording:
 
     def truth(self, scan: int = 0) -> dict[str, Any] | None:
         """Return the ground truth of scan ``scan``, from 0; None if the recording does not contain it."""
-        told = self.metadata["global"]
-        of_scans = told.get("stairscan:truth_scans")
+        keys = self.metadata["global"]
+        of_scans = keys.get("stairscan:truth_scans")
         if of_scans is not None:
             return dict(of_scans[scan])
-        truth = told.get("stairscan:truth") if self.scans == 1 else None
+        truth = keys.get("stairscan:truth") if self.scans == 1 else None
         return None if truth is None else dict(truth)

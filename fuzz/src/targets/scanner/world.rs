@@ -344,7 +344,7 @@ pub struct Rows {
     samples: [Iq; MAX_SAMPLES],
     count: usize,
     /// Rows that are final: received or lost.
-    seen: Vec<bool>,
+    row_done: Vec<bool>,
 }
 
 impl Rows {
@@ -353,12 +353,12 @@ impl Rows {
             world,
             samples: [Iq::default(); MAX_SAMPLES],
             count: 0,
-            seen: Vec::new(),
+            row_done: Vec::new(),
         }
     }
 
     fn see(&mut self, row: u16) {
-        let seen = &mut self.seen[usize::from(row)];
+        let seen = &mut self.row_done[usize::from(row)];
         assert!(!*seen, "row {row} comes twice");
         *seen = true;
     }
@@ -368,7 +368,7 @@ impl DataPath for Rows {
     fn begin(&mut self, config: &Config, _: u32) -> Result<(), ConfigError> {
         config.validate()?;
         self.count = config.radar.samples.into();
-        self.seen = vec![false; config.sweep.angle_count.into()];
+        self.row_done = vec![false; config.sweep.angle_count.into()];
         Ok(())
     }
 
@@ -390,7 +390,7 @@ impl DataPath for Rows {
 
     fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
         assert!(
-            self.seen.iter().all(|&seen| seen),
+            self.row_done.iter().all(|&seen| seen),
             "concluded without all rows"
         );
         let mut sight = Assessment {
@@ -416,7 +416,7 @@ impl DataPath for Rows {
 
     fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardResult {
         assert!(
-            self.seen.iter().all(|&seen| seen),
+            self.row_done.iter().all(|&seen| seen),
             "a guard's word without all rows"
         );
         let ground = FreeGround {
@@ -436,7 +436,7 @@ impl DataPath for Rows {
 
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         assert!(
-            self.seen.iter().all(|&seen| seen),
+            self.row_done.iter().all(|&seen| seen),
             "calibrated without all rows"
         );
         match self.world.0.borrow().verdict % 3 {

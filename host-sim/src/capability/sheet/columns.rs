@@ -56,9 +56,9 @@ const COLUMNS: [&str; 6] = [
 fn columns(tally: &Tally, times: &Times) -> [String; 6] {
     [
         detected(tally.scan.detected),
-        wrong(tally.scan.beyond),
+        wrong(tally.scan.free_beyond_body),
         detected(tally.guard.detected),
-        wrong(tally.guard.beyond),
+        wrong(tally.guard.free_beyond_body),
         response(tally, 0.5, times),
         response(tally, 0.95, times),
     ]

@@ -26,7 +26,7 @@ pub fn driven(measured: &Measured) -> Vec<Part> {
                 cell.body.name(),
                 cell.value(),
                 detected(tally.guard.detected),
-                wrong(tally.guard.beyond),
+                wrong(tally.guard.free_beyond_body),
                 cm(tally.named_cm(0.5)),
                 cm(tally.named_cm(0.95)),
             ]);

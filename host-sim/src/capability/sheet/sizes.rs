@@ -62,7 +62,10 @@ pub fn smallest(measured: &Measured) -> Vec<Part> {
 
 /// Returns the share of answers that are not `ok` with free ground beyond the body.
 fn not_beyond(counts: &Counts) -> Share {
-    Share::new(counts.beyond.of - counts.beyond.hits, counts.beyond.of)
+    Share::new(
+        counts.free_beyond_body.of - counts.free_beyond_body.hits,
+        counts.free_beyond_body.of,
+    )
 }
 
 /// Whether as many scenes without a miss would show this share at 95 % confidence.
@@ -106,7 +109,7 @@ pub fn every_size(measured: &Measured) -> Vec<Part> {
         &measured.head.times,
     );
     vec![
-        Part::Heading(2, "Sizes, and what shrinks them".into()),
+        Part::Heading(2, "Detection by size and window loss".into()),
         Part::Text(words::SIZES.into()),
         Part::Table(table),
     ]
@@ -115,11 +118,11 @@ pub fn every_size(measured: &Measured) -> Vec<Part> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capability::measure::Seen;
+    use crate::capability::measure::SceneOutcome;
     use crate::capability::outcome::{GuardOutcome, ScanOutcome};
 
     fn tally(hits: usize, of: usize) -> Tally {
-        let seen = |k: usize| Seen {
+        let seen = |k: usize| SceneOutcome {
             scan: Some(ScanOutcome {
                 detected: k < hits,
                 ..ScanOutcome::default()

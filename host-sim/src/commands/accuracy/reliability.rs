@@ -11,7 +11,7 @@ pub fn horizon(set: &SetScore) -> String {
     match set.ok_horizon_m {
         None => "–".into(),
         Some(m) if m.is_finite() => format!("{m:.2} m"),
-        Some(_) => "not told".into(),
+        Some(_) => "not reported".into(),
     }
 }
 
@@ -21,7 +21,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     let mut out = format!(
         "All scenes together: `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
          an `ok` {}.\n\n",
-        all.ok_of_right.full(),
+        all.ok_among_correct.full(),
         all.ok_and_wrong.full(),
         horizon(all)
     );
@@ -30,9 +30,9 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
          |---|---|---|---|\n",
     );
     // Without a reported drop there is no row and no line.
-    let told = |kind: AnswerType| kind != AnswerType::Drop || all.drops > 0;
+    let occurs = |kind: AnswerType| kind != AnswerType::Drop || all.drops > 0;
     let types = all.ok_and_wrong_by_type.into_iter();
-    for (kind, Share { hits, of }) in types.filter(|(kind, _)| told(*kind)) {
+    for (kind, Share { hits, of }) in types.filter(|(kind, _)| occurs(*kind)) {
         let name = kind.name();
         let bound = match of {
             0 => "–".to_owned(),
@@ -41,27 +41,27 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "| {name} | {of} | {hits} | {bound} |");
     }
     out.push('\n');
-    out.push_str(&weighted::table(kinds, &told));
+    out.push_str(&weighted::table(kinds, &occurs));
     if all.drops > 0 {
         for (kind, set, _) in kinds
             .iter()
-            .filter(|(_, set, _)| set.told_drops.of + set.drops > 0)
+            .filter(|(_, set, _)| set.reported_drops.of + set.drops > 0)
         {
             let _ = writeln!(out, "- {kind}: {}", drops(set));
         }
         let _ = writeln!(out, "- all: {}\n", drops(all));
     }
     if all.confidence.all.actual.of == 0 {
-        out.push_str("No answer tells a confidence.\n");
+        out.push_str("No answer reports a confidence.\n");
         return out;
     }
     out.push_str(
-        "An answer's confidence is the probability that nothing is wrong up to its horizon, or over the \
-         first metre if that is farther; right is what is so up to there. The standard error is that of \
-         the actual share if every prediction is kept. Predicted and actual agree when they differ by at \
-         most 5 points or twice that; fewer than 30 say little and are not judged.\n\n\
-         | confidence | answers | predicted | right | standard error | agree |\n\
-         |---|---|---|---|---|---|\n",
+        "An answer's confidence is the probability that nothing is wrong up to its horizon, or over \
+         the first metre if that is farther; an answer is right if nothing is wrong up to there. \
+         The standard error is that of the actual share if the predictions are true. Predicted and \
+         actual agree when they differ by at most 5 points or twice that; bins of fewer than 30 \
+         answers are not compared.\n\n| confidence | answers | predicted | right | standard error | \
+         agree |\n|---|---|---|---|---|---|\n",
     );
     bins(&mut out, &all.confidence);
     let _ = write!(
@@ -72,15 +72,14 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         figures(&all.confidence.all)
     );
     for (kind, set, _) in kinds {
-        let Share { hits, of } = set.confidence.kept();
+        let Share { hits, of } = set.confidence.agreeing_bins();
         let figures = figures(&set.confidence.all);
         let _ = writeln!(out, "| {kind} | {figures} | {hits} of {of} |");
     }
     out.push_str(
-        "\nA `MAYBE` is right when a true step stands within 10 cm of it, or a drop where it says that \
-         the ground may end.\n\n\
-         | probability | `MAYBE`s | predicted | right | standard error | agree |\n\
-         |---|---|---|---|---|---|\n",
+        "\nA `MAYBE` is right when a true step stands within 10 cm of it, or a drop where it \
+         reports a possible end of the ground.\n\n| probability | `MAYBE`s | predicted | right | \
+         standard error | agree |\n|---|---|---|---|---|---|\n",
     );
     bins(&mut out, &all.maybes);
     let _ = writeln!(out, "| all | {} |", figures(&all.maybes.all));
@@ -121,7 +120,7 @@ mod tests {
     use stairscan::verdict::Status;
 
     /// An `ok` answer with its horizon and confidence, and a `MAYBE`.
-    fn scene(horizon_m: f64, told: f64, so: bool) -> SceneScore {
+    fn scene(horizon_m: f64, predicted: f64, outcome: bool) -> SceneScore {
         SceneScore {
             recording: String::new(),
             set: String::new(),
@@ -129,9 +128,12 @@ mod tests {
             direction: Direction::Up,
             reasons: String::new(),
             horizon_m,
-            confidence: Some(Prediction { told, so }),
-            maybes: vec![Prediction { told: 0.15, so }],
-            tells_drop: false,
+            confidence: Some(Prediction { predicted, outcome }),
+            maybes: vec![Prediction {
+                predicted: 0.15,
+                outcome,
+            }],
+            reports_drop: false,
             tells_depth: false,
             depth_error_m: None,
             near_drops: Share::default(),
@@ -140,13 +142,13 @@ mod tests {
             truth: Vec::new(),
             matches: Vec::new(),
             missed: Vec::new(),
-            invented: Vec::new(),
-            exact: so,
-            wrong: !so,
+            false_steps: Vec::new(),
+            exact: outcome,
+            wrong: !outcome,
             flaws: Vec::new(),
             covered: 0,
             false_stair: false,
-            harmful: false,
+            misleading: false,
         }
     }
 
@@ -171,9 +173,9 @@ mod tests {
     #[test]
     fn drops_are_told_of_where_an_answer_tells_one() {
         let quiet = scene(1.25, 0.96, true);
-        let told = SceneScore {
+        let confident = SceneScore {
             direction: Direction::None,
-            tells_drop: true,
+            reports_drop: true,
             near_drops: Share::new(1, 1),
             without_drop: false,
             ..quiet.clone()
@@ -182,14 +184,17 @@ mod tests {
             let set = || SetScore::new("all", scenes.iter());
             tables(&[(Kind::Brink, set(), Share::default())], &set())
         };
-        let (without, with) = (text(std::slice::from_ref(&quiet)), text(&[quiet, told]));
+        let (without, with) = (
+            text(std::slice::from_ref(&quiet)),
+            text(&[quiet, confident]),
+        );
         let quiet = !without.contains("a drop ahead") && !without.contains("drops");
         assert!(quiet, "{without}");
         assert!(
             with.contains("| a drop ahead | 1 | 0 | 95.00 % |"),
             "{with}"
         );
-        let line = "- brink: drops nearer than 1.6 m told 1 of 1; false drops 0, 0 of them on 1 scenes without one\n";
+        let line = "- brink: drops nearer than 1.6 m reported 1 of 1; false drops 0, 0 of them on 1 scenes without one\n";
         assert!(with.contains(line), "{with}");
     }
 
@@ -200,9 +205,12 @@ mod tests {
         let set = SetScore::new("all", [silent].iter());
         let text = tables(&[], &set);
         assert!(
-            text.contains("median horizon of an `ok` not told"),
+            text.contains("median horizon of an `ok` not reported"),
             "{text}"
         );
-        assert!(text.ends_with("No answer tells a confidence.\n"), "{text}");
+        assert!(
+            text.ends_with("No answer reports a confidence.\n"),
+            "{text}"
+        );
     }
 }

@@ -54,18 +54,16 @@ impl Weighted {
     }
 }
 
-/// Returns the table by type of answer that is `told`, with equal weights of the kinds and with their frequencies.
-pub fn table(kinds: &[(Kind, SetScore, Share)], told: &dyn Fn(AnswerType) -> bool) -> String {
+/// Returns the table by type of answer that is `occurs`, with equal weights of the kinds and with their frequencies.
+pub fn table(kinds: &[(Kind, SetScore, Share)], occurs: &dyn Fn(AnswerType) -> bool) -> String {
     let mut out = String::from(
-        "The same by type, but that each kind of scene counts as if it were met as often as every other (alike), or as \
-         often as a chair meets it (met; an assumption, in `host-sim/src/commands/accuracy/weighted.rs`): share of the \
-         `ok` answers that is wrong, its upper 95 % bound, and in brackets how many answers of one weight are known as \
-         well (Kish).\n\n\
-         | type of answer | alike | met |\n\
-         |---|---|---|\n",
+        "The same by type, weighted by kind of scene: all kinds alike, or as often as a chair meets \
+         each (met; an assumption, in `host-sim/src/commands/accuracy/weighted.rs`). Share of the \
+         `ok` answers that is wrong, its upper 95 % bound, and in brackets the effective number of \
+         answers (Kish).\n\n| type of answer | alike | met |\n|---|---|---|\n",
     );
     let types = AnswerType::ALL.into_iter().enumerate();
-    for (k, kind) in types.filter(|(_, kind)| told(*kind)) {
+    for (k, kind) in types.filter(|(_, kind)| occurs(*kind)) {
         let by = |weight: &dyn Fn(Kind) -> f64| {
             let answers: Vec<(f64, Share)> = kinds
                 .iter()

@@ -16,7 +16,7 @@ use crate::replay::{self, Options};
 use crate::seeds::Draw;
 use crate::setup::{self, Kind as Scans};
 use crate::sweeps::scenes::{self, Kind};
-use crate::sweeps::score::{self, Scored, Word};
+use crate::sweeps::score::{self, GuardAnswer, Scored};
 use crate::sweeps::{ground, truth};
 
 /// Returns the recordings to which faults are applied: simulated ones of each kind, or those of a directory that
@@ -42,9 +42,14 @@ fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording
 /// Scores the answers to a recording's sweeps.
 fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
     let truth = truth::read(recording)?.unwrap_or_default();
-    let words: Vec<Word> = words.iter().map(Word::of).collect();
-    let shows_m = ground::of(recording)?;
-    Ok(score::recording(&recording.name, &words, &truth, &shows_m))
+    let words: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
+    let ground_echo_range_m = ground::of(recording)?;
+    Ok(score::recording(
+        &recording.name,
+        &words,
+        &truth,
+        &ground_echo_range_m,
+    ))
 }
 
 /// Returns the recordings whose sweeps are `ok` at least once and never wrong.
@@ -53,7 +58,10 @@ pub fn clean(on: Option<&Path>, scenes: (Draw, u64), options: &Options) -> Resul
     let judged = harness::each(&whole, |recording| {
         let found = scored(recording, &replay::guarded(recording, options)?)?;
         let ok = found.sweeps.iter().any(score::Sweep::ok);
-        Ok((ok, ok && !found.sweeps.iter().any(score::Sweep::wrong)))
+        Ok((
+            ok,
+            ok && !found.sweeps.iter().any(score::Sweep::free_beyond_hazard),
+        ))
     })?;
     let (all, ok) = (whole.len(), judged.iter().filter(|(ok, _)| *ok).count());
     let right = whole
@@ -76,16 +84,16 @@ pub fn one(
     number: usize,
     options: &Options,
 ) -> Result<Vec<Run>> {
-    let Some(spoilt) = on(fault, strength, recording, SEEDS + number as u64)? else {
+    let Some(faulty) = on(fault, strength, recording, SEEDS + number as u64)? else {
         return Ok(Vec::new());
     };
     let context = || format!("{} {strength} on {}", fault.name, recording.name);
-    let words = replay::guarded(&spoilt, options).with_context(context)?;
-    let found = scored(&spoilt, &words)?;
+    let words = replay::guarded(&faulty, options).with_context(context)?;
+    let found = scored(&faulty, &words)?;
     let run = |sweep: &score::Sweep| {
         let word = &words[sweep.number - 1].line;
         let named = fault.reasons.iter().any(|reason| word.reasons.has(*reason));
-        let fate = match (sweep.word.status, sweep.wrong()) {
+        let fate = match (sweep.answer.status, sweep.free_beyond_hazard()) {
             (Status::Fault, _) => Fate::Fault,
             (Status::Degraded, _) if named => Fate::Named,
             (Status::Degraded, _) => Fate::Unnamed,
@@ -101,9 +109,9 @@ pub fn one(
 /// Returns the recording with the same fault applied to each of its sweeps; `None` if the fault removes rows or
 /// shifts them: the scanner would then guard with its own angles.
 fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
-    let mut spoilt = recording.clone();
-    spoilt.samples.clear();
-    spoilt.meta.angles_deg.clear();
+    let mut faulty = recording.clone();
+    faulty.samples.clear();
+    faulty.meta.angles_deg.clear();
     for sweep in 0..recording.scans() {
         let clean = recording.scan(sweep);
         let one = fault.on(&clean, strength, seed)?;
@@ -113,11 +121,11 @@ fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<
         if angles.len() != clean.len() || off.any(|off| (off - first).abs() > 1e-9) {
             return Ok(None);
         }
-        spoilt.meta.angles_deg.extend(angles);
-        spoilt.samples.extend_from_slice(&one.samples);
+        faulty.meta.angles_deg.extend(angles);
+        faulty.samples.extend_from_slice(&one.samples);
         // A fault of the mounting is in the metadata, for all sweeps.
-        spoilt.meta.mirror.clone_from(&one.meta.mirror);
-        spoilt.meta.bandwidth_hz = one.meta.bandwidth_hz;
+        faulty.meta.mirror.clone_from(&one.meta.mirror);
+        faulty.meta.bandwidth_hz = one.meta.bandwidth_hz;
     }
-    Ok(Some(spoilt))
+    Ok(Some(faulty))
 }

@@ -1,4 +1,4 @@
-//! `faults --signs`: values of the health checks without faults. Their limits are chosen from these.
+//! `faults --checks`: values of the health checks without faults. Their limits are chosen from these.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -22,7 +22,7 @@ const QUANTILES: [f64; 4] = [0.5, 0.95, 0.99, 1.0];
 
 /// One health check's value in one scene, relative to the limit if that is positive.
 #[derive(Clone, Copy)]
-struct Seen {
+struct CheckValue {
     value: f64,
     alarm: bool,
     /// Whether the answer is `ok`, or would be without the reasons of the instrument.
@@ -30,7 +30,7 @@ struct Seen {
 }
 
 /// The estimator's parameters with the checks of ground, mounting and beam turned off.
-const BELIEVING: Params = Params {
+const CHECKS_OFF: Params = Params {
     floor_elsewhere: f32::MAX,
     floor_alone: f32::MAX,
     calibration_strain: f32::MAX,
@@ -42,13 +42,13 @@ const BELIEVING: Params = Params {
 
 /// Observer of the checks of ground, mounting and beam.
 #[derive(Default)]
-struct Witness {
+struct TraceObserver {
     floor: Option<GroundEvidence>,
     lobes: Option<Lobes>,
     calibration: Option<Calibration>,
 }
 
-impl Observer for Witness {
+impl Observer for TraceObserver {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Floor(floor) => self.floor = Some(floor),
@@ -60,7 +60,7 @@ impl Observer for Witness {
 }
 
 /// Returns all values of one scene.
-fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
+fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValue)>> {
     let first = Options {
         scans: Some(1),
         ..*options
@@ -70,16 +70,16 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
     replay::answers(recording, &first, |scanned| {
         let (health, map) = (scanned.pipeline.health(), scanned.pipeline.map());
         let (config, scan) = (scanned.config, scanned.answer.scan.scan);
-        let mut seen = Witness::default();
-        let believing = Likelihood::with(&BELIEVING);
+        let mut witness = TraceObserver::default();
+        let believing = Likelihood::with(&CHECKS_OFF);
         let drive = &scanned.drive;
-        let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut seen);
+        let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut witness);
         let blind = health.fault(config.mount.mirror_offset > 0).is_some();
         let trusted = !blind && outcome.status() == Status::Ok;
         let mut add = |name: String, value: f64, alarm| {
             found.push((
                 name,
-                Seen {
+                CheckValue {
                     value,
                     alarm,
                     trusted,
@@ -100,16 +100,16 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
                 );
             },
         );
-        if let Some(floor) = seen.floor {
+        if let Some(floor) = witness.floor {
             let more = floor.other - floor.configured;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
             add("mount, floor".to_owned(), value, !floor.in_place(p));
         }
-        if let Some(found) = seen.calibration {
+        if let Some(found) = witness.calibration {
             let value = f64::from(found.chi_square) / f64::from(p.calibration_strain);
             add("mount, calibration".to_owned(), value, !found.fits(p));
         }
-        if let Some(lobes) = seen.lobes {
+        if let Some(lobes) = witness.lobes {
             let [narrow, broad] = lobes.limits(p);
             let narrow = (1.0 - lobes.median) / (1.0 - narrow);
             let broad = (lobes.least - 1.0) / (broad - 1.0);
@@ -126,24 +126,24 @@ pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
         .par_iter()
         .map(|r| of(r, options))
         .collect::<Result<_>>()?;
-    let mut signs: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
+    let mut checks: BTreeMap<String, Vec<CheckValue>> = BTreeMap::new();
     let mut doubted = 0;
     let mut trusted = 0;
     for scene in &scenes {
-        let ok = scene.first().is_some_and(|(_, seen)| seen.trusted);
+        let ok = scene.first().is_some_and(|(_, value)| value.trusted);
         trusted += u32::from(ok);
-        doubted += u32::from(ok && scene.iter().any(|(_, seen)| seen.alarm));
-        for (name, seen) in scene {
-            signs.entry(name.clone()).or_default().push(*seen);
+        doubted += u32::from(ok && scene.iter().any(|(_, value)| value.alarm));
+        for (name, value) in scene {
+            checks.entry(name.clone()).or_default().push(*value);
         }
     }
     let mut out = String::from(
-        "| sign | scenes | median | 95 % | 99 % | most | doubted | ok, 99 % | ok, most | ok, doubted |\n\
-         |---|---|---|---|---|---|---|---|---|---|\n",
+        "| health check | scenes | median | 95 % | 99 % | maximum | failed | ok, 99 % | ok, maximum \
+         | ok, failed |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    for (name, seen) in &signs {
-        let values = |of: &dyn Fn(&Seen) -> bool| {
-            let mut values: Vec<f64> = seen.iter().filter(|s| of(s)).map(|s| s.value).collect();
+    for (name, scenes) in &checks {
+        let values = |of: &dyn Fn(&CheckValue) -> bool| {
+            let mut values: Vec<f64> = scenes.iter().filter(|s| of(s)).map(|s| s.value).collect();
             values.sort_by(f64::total_cmp);
             move |share: f64| {
                 let place = (share * (values.len().saturating_sub(1)) as f64).ceil() as usize;
@@ -151,12 +151,13 @@ pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
             }
         };
         let (all, ok) = (values(&|_| true), values(&|s| s.trusted));
-        let _ = write!(out, "| {name} | {} |", seen.len());
+        let _ = write!(out, "| {name} | {} |", scenes.len());
         for share in QUANTILES {
             let _ = write!(out, " {:.2} |", all(share));
         }
         let doubts = |trusted: bool| {
-            seen.iter()
+            scenes
+                .iter()
                 .filter(|s| s.alarm && (s.trusted || !trusted))
                 .count()
         };
@@ -171,8 +172,8 @@ pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
     }
     let _ = writeln!(
         out,
-        "\nShares of the limit. {trusted} of {} answers are ok or would be but for a doubt, {doubted} of \
-         them are doubted.",
+        "\nValues relative to the limit. {trusted} of {} answers are ok, or would be without a \
+         failed health check; {doubted} of them have a failed check.",
         scenes.len()
     );
     Ok(out)

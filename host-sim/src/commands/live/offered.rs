@@ -62,14 +62,14 @@ fn play(args: &Args, path: &Path, open: Open<'_>) -> Result<ExitCode> {
     };
     let service = opened(open, &offer)?;
     let mut clock = Wall::new(interrupted()?);
-    let told = &mut |scan: &Scan| {
+    let report = &mut |scan: &Scan| {
         emit(&format!(
             "{}: {}\n",
             scan.answer.name(),
             scan.answer.summary()
         ));
     };
-    let played = player::play(recording, &options, &*service, &mut clock, told);
+    let played = player::play(recording, &options, &*service, &mut clock, report);
     service.stop();
     played.map(|()| ExitCode::SUCCESS)
 }

@@ -26,18 +26,18 @@ use crate::serve::address;
 /// Arguments of `live`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Commands are typed on the screen's last lines: status, scan, stop, start, get KEY ... `set`, `save` and
-`calibrate` count only inside a sentence with a CRC: the sentence is offered, and the next Enter sends it.
-DTR and RTS are never touched: nothing is reset."
+    after_help = "Commands are entered in the last lines of the screen: status, scan, stop, start, get KEY ... `set`, `save` and
+`calibrate` are accepted only as a sentence with a CRC: the sentence is shown, and the next Enter sends it.
+DTR and RTS are never changed, so that nothing is reset."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0; without it the ports of this machine are listed
     #[arg(group = "source")]
     pub port: Option<String>,
-    /// Show a scanner on this machine that scans this recording
+    /// Run a scanner on this machine that scans this recording, and show it
     #[arg(long, value_name = "REC", group = "source")]
     pub demo: Option<PathBuf>,
-    /// Play this recording to Foxglove or ROS 2 at its true speed, over and over, with echoes, map and (Foxglove) chirps
+    /// Play this recording to Foxglove or ROS 2 at its true speed, repeatedly, with echoes, map and (Foxglove) chirps
     #[arg(
         long,
         value_name = "REC",
@@ -46,25 +46,25 @@ pub struct Args {
         conflicts_with = "record"
     )]
     pub play: Option<PathBuf>,
-    /// Serve the answers to Foxglove, at port 8765 of this machine or at this address; works without a terminal, too
+    /// Serve the answers to Foxglove, at port 8765 of this machine or at this address; needs no terminal
     #[arg(long, value_name = "[ADDRESS:]PORT", num_args = 0..=1, default_missing_value = address::DEFAULT,
         value_parser = address::parse, requires = "source", group = "service")]
     pub foxglove: Option<SocketAddr>,
-    /// Publish the answers as a node of ROS 2, on this machine only or on the interface with this address (0.0.0.0: all);
-    /// works without a terminal, too
+    /// Publish the answers as a ROS 2 node, on this machine only or on the interface with this address (0.0.0.0: all);
+    /// needs no terminal
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = address::HERE,
         value_parser = address::interface, requires = "source", group = "service")]
     pub ros2: Option<Ipv4Addr>,
-    /// Domain of ROS 2, 0 to 232; without it ROS_DOMAIN_ID, else 0
+    /// ROS 2 domain, 0 to 232; without it ROS_DOMAIN_ID, else 0
     #[arg(long, value_name = "ID", value_parser = address::parse_domain, requires = "ros2")]
     pub domain: Option<u16>,
-    /// Keep every sentence with its time in a new file of this directory
+    /// Write every sentence with its time to a new file in this directory
     #[arg(long, value_name = "DIR")]
     pub record: Option<PathBuf>,
-    /// Speed of the port; the scanner's is 115200
+    /// Baud rate of the port; the scanner uses 115200
     #[arg(long, default_value_t = REPORT_BAUD, value_parser = clap::value_parser!(u32).range(50..=4_000_000))]
     pub baud: u32,
-    /// Estimator and seed of the demonstration, or of what is played
+    /// Estimator and seed of the demonstration or of the played recording
     #[command(flatten)]
     pub settings: Settings,
 }

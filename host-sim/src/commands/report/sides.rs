@@ -169,7 +169,7 @@ fn apply(side: &mut Side, set: &Set) -> Result<()> {
             anyhow!(
                 "{}: found {}, expected {expected}",
                 e.field,
-                row.spoken(value)
+                row.with_unit(value)
             )
         })?;
         if row.key == "motion" {
@@ -182,29 +182,33 @@ fn apply(side: &mut Side, set: &Set) -> Result<()> {
         .mirror
         .as_ref()
         .context("a recording without a mirror")?;
-    let told = |key: &str| set.values.iter().any(|(row, _)| row.key == key);
-    recording.meta.mirror = Some(mount(&settings.config.mount, mirror, told)?);
+    let is_given = |key: &str| set.values.iter().any(|(row, _)| row.key == key);
+    recording.meta.mirror = Some(mount(&settings.config.mount, mirror, is_given)?);
     Ok(())
 }
 
-/// Returns the recording's mounting, with the values that are `told` in the settings.
-fn mount(set: &MountConfig, own: &MirrorSetup, told: impl Fn(&str) -> bool) -> Result<MirrorSetup> {
-    let metres = |key, value: i32, own| match told(key) {
+/// Returns the recording's mounting, with the values that are `is_given` in the settings.
+fn mount(
+    set: &MountConfig,
+    own: &MirrorSetup,
+    is_given: impl Fn(&str) -> bool,
+) -> Result<MirrorSetup> {
+    let metres = |key, value: i32, own| match is_given(key) {
         true => f64::from(value) * 1e-5,
         false => own,
     };
-    let plane = match (told("plane"), set.plane) {
+    let plane = match (is_given("plane"), set.plane) {
         (false, _) => own.plane,
         (true, Planes::Depth) => Plane::Depth,
         (true, Planes::Height) => Plane::Height,
         (true, Planes::Both) => {
-            bail!("plane: found both, expected depth or height: a recording has one")
+            bail!("plane: found both, expected depth or height: a recording has one plane")
         }
     };
     Ok(MirrorSetup {
         offset_m: metres("mirror-offset", set.mirror_offset, own.offset_m),
         mount_height_m: metres("mount-height", set.mount_height, own.mount_height_m),
-        beamwidth_deg: match told("beamwidth") {
+        beamwidth_deg: match is_given("beamwidth") {
             true => f64::from(set.beamwidth) * 1e-3,
             false => own.beamwidth_deg,
         },

@@ -173,8 +173,9 @@ pub fn text(settings: &Settings, times: &[GuardTime]) -> String {
     out.extend(times.iter().map(GuardTime::text));
     let (rows, least) = (settings.guard.sweep().angle_count, settings.guard.rate);
     out + &format!(
-        "{rows} rows; `guard on` wants guard-rate, {least} sweeps a second, and refuses fewer unless that is 0. Ramps are \
-         as long as acceleration makes them, settling is timing of the mirror, not of the module.\n"
+        "{rows} rows; `guard on` requires guard-rate, {least} sweeps a second, and is refused below \
+         it unless it is 0. Ramps depend on acceleration; the settling time is the mirror's, not \
+         the module's.\n"
     )
 }
 

@@ -33,7 +33,7 @@ const DAMPING: f64 = 1e-3;
 /// after one that does.
 const DAMPING_FACTOR: f64 = 10.0;
 /// Damping at which the search ends.
-const MOST_DAMPING: f64 = 1e12;
+const MAX_DAMPING: f64 = 1e12;
 
 /// Maximises `likelihood` (nats) plus the log-priors from `start`. The likelihood must be smooth
 /// over a thousandth of a prior's standard deviation.
@@ -56,7 +56,7 @@ pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64
     for _ in 0..STEPS {
         let (slope, curvature) = differences(&u, best, &value);
         let mut gained = f64::INFINITY;
-        while damping < MOST_DAMPING {
+        while damping < MAX_DAMPING {
             let mut damped = curvature.clone();
             (0..count).for_each(|k| damped.add(k, k, damping));
             let step = damped.solve(&slope);
@@ -70,7 +70,7 @@ pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64
             }
             damping *= DAMPING_FACTOR;
         }
-        if damping >= MOST_DAMPING || gained < SETTLED {
+        if damping >= MAX_DAMPING || gained < SETTLED {
             break;
         }
     }

@@ -5,7 +5,7 @@ use stairscan::params::generative::{EXTENDED, POINTS};
 
 /// A point feature that was expected to be visible.
 #[derive(Clone, Copy, Debug)]
-pub struct Chance {
+pub struct DetectionTrial {
     /// Its class.
     pub class: usize,
     /// Covariates of its detection: 1, predicted level (tens of dB over 30 dB), distance to its
@@ -32,7 +32,7 @@ pub struct Counts {
     /// Echoes of each class of point features.
     pub hits: [Vec<(Hit, Level)>; POINTS],
     /// Point features of each riser.
-    pub chances: Vec<Vec<Chance>>,
+    pub trials: Vec<Vec<DetectionTrial>>,
     /// For each riser: covariates of showing no echo, and whether it shows none.
     pub risers: Vec<(Vec<f64>, bool)>,
     /// By class of extended features: level, distance from the surface and its standard deviation.
@@ -63,7 +63,7 @@ impl Counts {
                     ..
                 } => {
                     let class = class as usize;
-                    features.push(Chance {
+                    features.push(DetectionTrial {
                         class,
                         on: [1.0, q.into(), f64::from(room) - 1.0],
                         seen: hit.is_some(),
@@ -79,7 +79,7 @@ impl Counts {
                     let hidden = f64::from(u8::from(hidden));
                     let on = vec![1.0, q.into(), hidden, before.into()];
                     self.risers.push((on, nothing));
-                    self.chances.push(std::mem::take(&mut features));
+                    self.trials.push(std::mem::take(&mut features));
                 }
                 Sample::Extended {
                     class,

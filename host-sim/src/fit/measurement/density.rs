@@ -14,7 +14,7 @@ const TAIL_WIDTH: f64 = 128.0;
 /// Slope of the logistic approximation of the normal distribution.
 const PROBIT: f64 = 1.702;
 /// Minimum share of a level's distribution above the detection threshold.
-const LEAST_TAIL: f64 = 0.02;
+const MIN_TAIL: f64 = 0.02;
 /// Width of the uniform component of a level, dB.
 const FLAT_DB: f64 = 50.0;
 
@@ -37,7 +37,7 @@ pub fn above(z: f64) -> f64 {
 /// Density of a level, truncated at the detection threshold.
 pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
     let z = (snr_db - mean) / sigma;
-    let tail = above((f64::from(MIN_DB) - mean) / sigma).max(LEAST_TAIL);
+    let tail = above((f64::from(MIN_DB) - mean) / sigma).max(MIN_TAIL);
     (1.0 - flat) * (-0.5 * z * z).exp_portable() / (TAU.sqrt() * sigma * tail) + flat / FLAT_DB
 }
 

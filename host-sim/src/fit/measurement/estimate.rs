@@ -8,7 +8,7 @@ use stairscan::model::{Class, MIN_DB};
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 
 use super::climb::{Peak, Prior, climb};
-use super::counts::{Chance, Counts, Scan};
+use super::counts::{Counts, DetectionTrial, Scan};
 use super::density::{above, level, log_tailed, tailed};
 use super::prior::{START, floor, sigma};
 use crate::fit::logistic;
@@ -36,7 +36,7 @@ const EXTENDED_FLAT: [f64; EXTENDED] = [0.05, 0.002, 0.005, 0.05, 0.01, 0.0];
 /// Variance of the visible ends of a hidden riser due to the beam, m², as in the model.
 const SOFT_M2: f64 = 0.000_144;
 /// Minimum visible height of a hidden riser, metres, as in the model.
-const LEAST_SPAN_M: f64 = 0.01;
+const MIN_SPAN_M: f64 = 0.01;
 
 /// A fitted number.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,13 +52,13 @@ pub struct Number {
 }
 
 /// Collects the fitted numbers of a class.
-struct Told<'n> {
+struct ParameterLog<'n> {
     class: &'static str,
     count: usize,
     numbers: &'n mut Vec<Number>,
 }
 
-impl Told<'_> {
+impl ParameterLog<'_> {
     fn number(&mut self, field: &str, value: f64, error: f64) -> f32 {
         self.numbers.push(Number {
             name: format!("{} {field}", self.class),
@@ -107,30 +107,30 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
 pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) {
     let mut new = START;
     let mut numbers = Vec::new();
-    let seen = chances(counts, old);
+    let seen = trials(counts, old);
     for class in 0..POINTS {
         let hits = &counts.hits[class];
-        let mut told = Told {
+        let mut log = ParameterLog {
             class: POINT_NAMES[class],
             count: hits.len(),
             numbers: &mut numbers,
         };
         let start = &START.points[class];
         if class == Class::Hidden as usize {
-            hidden(hits, &mut new, &mut told);
+            hidden(hits, &mut new, &mut log);
         } else {
-            place(hits, start, &mut new.points[class], &mut told);
+            place(hits, start, &mut new.points[class], &mut log);
         }
         let p = &mut new.points[class];
         let levels = hits.iter().map(|h| &h.1);
         let priors = [start.snr_db, start.snr_per_db, start.snr_sigma_db];
         let floor = floor::POINT_DB;
         [p.snr_db, p.snr_per_db, p.snr_sigma_db] =
-            levels_of(levels, priors, floor, POINT_FLAT, &mut told);
+            levels_of(levels, priors, floor, POINT_FLAT, &mut log);
         if let Some(fit) = &seen[class] {
-            told.count = fit.samples;
+            log.count = fit.samples;
             let names = ["seen", "seen per 10 dB", "seen per room"];
-            let mut weight = |k: usize| told.number(names[k], fit.weights[k], fit.errors[k]);
+            let mut weight = |k: usize| log.number(names[k], fit.weights[k], fit.errors[k]);
             (p.seen, p.seen_per_ten_db, p.seen_per_room) = (weight(0), weight(1), weight(2));
         }
     }
@@ -138,7 +138,7 @@ pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) 
         extended(counts, class, &mut new.extended[class], &mut numbers);
     }
     let fit = logistic::fit(&counts.risers, 4, sigma::ODDS);
-    let mut told = Told {
+    let mut log = ParameterLog {
         class: "riser",
         count: fit.samples,
         numbers: &mut numbers,
@@ -150,13 +150,13 @@ pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) 
         "nothing per 10 dB before",
     ];
     for (k, name) in names.into_iter().enumerate() {
-        new.hidden.nothing[k] = told.number(name, fit.weights[k], fit.errors[k]);
+        new.hidden.nothing[k] = log.number(name, fit.weights[k], fit.errors[k]);
     }
     (new, numbers)
 }
 
 /// Fits the offsets of a class's echoes from their feature.
-fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_>) {
+fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, log: &mut ParameterLog<'_>) {
     let priors = [
         around(start.range_m, sigma::RANGE_M),
         over(start.range_sigma_m, floor::RANGE_M, sigma::RANGE_M),
@@ -178,18 +178,18 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_
         };
         hits.iter().map(log).sum()
     });
-    let number = |told: &mut Told<'_>, name, (value, error)| told.number(name, value, error);
-    p.range_m = number(told, "range m", peak.of(0));
-    p.range_sigma_m = told.spread("range sigma m", floor::RANGE_M, peak.of(1));
-    p.across_m = number(told, "across m", peak.of(2));
-    p.across_sigma_m = told.spread("across sigma m", floor::ACROSS_M, peak.of(3));
-    p.across_per_width_m = number(told, "across per width m", peak.of(4));
-    p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(5));
+    let number = |log: &mut ParameterLog<'_>, name, (value, error)| log.number(name, value, error);
+    p.range_m = number(log, "range m", peak.of(0));
+    p.range_sigma_m = log.spread("range sigma m", floor::RANGE_M, peak.of(1));
+    p.across_m = number(log, "across m", peak.of(2));
+    p.across_sigma_m = log.spread("across sigma m", floor::ACROSS_M, peak.of(3));
+    p.across_per_width_m = number(log, "across per width m", peak.of(4));
+    p.sigma_per_width_m = log.spread("sigma per width m", floor::WIDTH_M, peak.of(5));
 }
 
 /// Fits the places of the echoes of hidden risers, a mixture of three: the lower end of the visible
 /// part, the top, uniform between them.
-fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
+fn hidden(hits: &[(Hit, Level)], new: &mut Generative, log: &mut ParameterLog<'_>) {
     let class = Class::Hidden as usize;
     let (start, ends) = (&START.points[class], [START.hidden.low, START.hidden.top]);
     let rest = 1.0 - ends[0][0] - ends[1][0];
@@ -232,7 +232,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
             };
             let soft = (SOFT_M2 + va).sqrt();
             let within = (above(-low / soft) - above(-top / soft)).max(0.0);
-            let even = within / (low - top).max(LEAST_SPAN_M);
+            let even = within / (low - top).max(MIN_SPAN_M);
             let face =
                 shares[2] * even * log_tailed(dx * dx / vr).exp_portable() / (TAU * vr).sqrt();
             let at_low = end(shares[0], dx, low, x[4], x[5]);
@@ -243,19 +243,19 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     });
     let p = &mut new.points[class];
     let (value, error) = peak.of(0);
-    p.range_m = told.number("range m", value, error);
-    p.range_sigma_m = told.spread("range sigma m", floor::RANGE_M, peak.of(1));
-    p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(2));
+    p.range_m = log.number("range m", value, error);
+    p.range_sigma_m = log.spread("range sigma m", floor::RANGE_M, peak.of(1));
+    p.sigma_per_width_m = log.spread("sigma per width m", floor::WIDTH_M, peak.of(2));
     (p.across_m, p.across_sigma_m) = (0.0, 0.0);
     let shares = shares(&peak.at);
     let ends = [("low", 3), ("top", 6)];
     for (k, (name, at)) in ends.into_iter().enumerate() {
         let error = shares[k] * (1.0 - shares[k]) * peak.errors[at];
-        let share = told.number(&format!("{name} share"), shares[k], error);
+        let share = log.number(&format!("{name} share"), shares[k], error);
         let (value, error) = peak.of(at + 1);
-        let offset = told.number(&format!("{name} m"), value, error);
+        let offset = log.number(&format!("{name} m"), value, error);
         let field = format!("{name} sigma m");
-        let spread = told.spread(&field, floor::HIDDEN_M, peak.of(at + 2));
+        let spread = log.spread(&field, floor::HIDDEN_M, peak.of(at + 2));
         let end = match k {
             0 => &mut new.hidden.low,
             _ => &mut new.hidden.top,
@@ -270,7 +270,7 @@ fn levels_of<'l>(
     start: [f32; 3],
     floor: f64,
     flat: f64,
-    told: &mut Told<'_>,
+    log: &mut ParameterLog<'_>,
 ) -> [f32; 3] {
     let levels: Vec<_> = levels.collect();
     let priors = [
@@ -287,9 +287,9 @@ fn levels_of<'l>(
         levels.iter().map(log).sum()
     });
     [
-        told.number("snr dB", peak.at[0], peak.errors[0]),
-        told.number("snr per dB", peak.at[1], peak.errors[1]),
-        told.spread("snr sigma dB", floor, peak.of(2)),
+        log.number("snr dB", peak.at[0], peak.errors[0]),
+        log.number("snr per dB", peak.at[1], peak.errors[1]),
+        log.spread("snr sigma dB", floor, peak.of(2)),
     ]
 }
 
@@ -302,9 +302,9 @@ const TEN_DB: f64 = 10.0;
 /// detected feature are therefore left out, and each of the others is weighted for those that are
 /// left out: risers with the same probabilities of detection of which all features stay undetected. A
 /// riser with a single feature carries no information here.
-fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFit>> {
+fn trials(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFit>> {
     let mut rows = vec![Vec::new(); POINTS];
-    for riser in counts.chances.iter().filter(|r| r.len() > 1) {
+    for riser in counts.trials.iter().filter(|r| r.len() > 1) {
         if riser.iter().all(|f| !f.seen) {
             continue;
         }
@@ -318,22 +318,22 @@ fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFi
     rows.iter().map(fit).collect()
 }
 
-fn probability(f: &Chance, g: &Generative) -> f64 {
+fn probability(f: &DetectionTrial, g: &Generative) -> f64 {
     let p = &g.points[f.class];
     let weights = [p.seen, p.seen_per_ten_db, p.seen_per_room].map(f64::from);
     let odds: f64 = weights.iter().zip(&f.on).map(|(w, x)| w * x).sum();
-    (1.0 / (1.0 + (-odds).exp_portable())).clamp(LEAST_SEEN, MOST_SEEN)
+    (1.0 / (1.0 + (-odds).exp_portable())).clamp(MIN_DETECTION, MAX_DETECTION)
 }
 
 /// Bounds of the probability of detection, as in the model.
-const LEAST_SEEN: f64 = 0.02;
-/// See [`LEAST_SEEN`].
-const MOST_SEEN: f64 = 0.985;
+const MIN_DETECTION: f64 = 0.02;
+/// See [`MIN_DETECTION`].
+const MAX_DETECTION: f64 = 0.985;
 
 /// Fits a class of extended features.
 fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<Number>) {
     let (start, samples) = (&START.extended[class], &counts.extended[class]);
-    let mut told = Told {
+    let mut log = ParameterLog {
         class: EXTENDED_NAMES[class],
         count: samples.len(),
         numbers,
@@ -352,19 +352,19 @@ fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<N
         };
         counts.scans.iter().map(log).sum()
     });
-    p.rate = told.number("rate", peak.at[0], peak.errors[0]);
+    p.rate = log.number("rate", peak.at[0], peak.errors[0]);
     if class == NOISE {
         let above = samples.iter().map(|s| f64::from(s.0.snr_db - MIN_DB));
         let count = samples.len().max(1) as f64;
         let mean = (above.sum::<f64>() / count).max(floor::NOISE_DB);
-        p.snr_sigma_db = told.number("snr sigma dB", mean, mean / count.sqrt());
+        p.snr_sigma_db = log.number("snr sigma dB", mean, mean / count.sqrt());
         return;
     }
-    p.rate_per_ten_db = told.number("rate per 10 dB", peak.at[1], peak.errors[1]);
+    p.rate_per_ten_db = log.number("rate per 10 dB", peak.at[1], peak.errors[1]);
     let levels = samples.iter().map(|s| &s.0);
     let (floor, flat) = (floor::EXTENDED_DB, EXTENDED_FLAT[class]);
     let priors = [start.snr_db, start.snr_per_db, start.snr_sigma_db];
-    [p.snr_db, p.snr_per_db, p.snr_sigma_db] = levels_of(levels, priors, floor, flat, &mut told);
+    [p.snr_db, p.snr_per_db, p.snr_sigma_db] = levels_of(levels, priors, floor, flat, &mut log);
     if class < SURFACES {
         let prior = over(start.off_sigma_m, floor::OFF_M, sigma::ACROSS_M);
         let peak = from_means(&[prior], |x| {
@@ -374,6 +374,6 @@ fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<N
             };
             samples.iter().map(log).sum()
         });
-        p.off_sigma_m = told.spread("off sigma m", floor::OFF_M, peak.of(0));
+        p.off_sigma_m = log.spread("off sigma m", floor::OFF_M, peak.of(0));
     }
 }

@@ -66,7 +66,11 @@ const THRESHOLD_M: f32 = 0.1;
 
 /// Returns the most likely staircase with the true steps. Open risers, overhang, wall and objects
 /// are tried. `None` if the model cannot represent it: a step goes down or below the ground.
-pub fn standing(model: &Model<'_>, truth: &Truth, build: Option<Build>) -> Option<Staircase> {
+pub fn most_likely_staircase(
+    model: &Model<'_>,
+    truth: &Truth,
+    build: Option<Build>,
+) -> Option<Staircase> {
     let mut steps: Vec<(f32, f32)> = truth
         .steps
         .iter()
@@ -78,7 +82,7 @@ pub fn standing(model: &Model<'_>, truth: &Truth, build: Option<Build>) -> Optio
         return None;
     }
     let bare = match steps.is_empty() {
-        true => things(model),
+        true => non_step_candidates(model),
         false => build
             .map_or_else(Build::all, |build| vec![build])
             .iter()
@@ -125,7 +129,7 @@ fn walls(model: &Model<'_>) -> Vec<f32> {
 }
 
 /// Candidates for a scene without steps.
-fn things(model: &Model<'_>) -> Vec<Staircase> {
+fn non_step_candidates(model: &Model<'_>) -> Vec<Staircase> {
     let mut all = vec![Staircase::nothing()];
     for from_m in RAMPS_FROM_M {
         all.extend(SLOPES.map(|slope| Staircase::ramp(from_m, slope)));
@@ -145,7 +149,7 @@ fn things(model: &Model<'_>) -> Vec<Staircase> {
 
 /// One scan as a sample for the measurement model.
 #[derive(Clone, Debug)]
-pub struct Sighting {
+pub struct MeasurementSample {
     /// Its recording's name.
     pub name: String,
     /// Its echoes after calibration on the ground.
@@ -160,7 +164,7 @@ pub struct Sighting {
     pub build: Option<Build>,
 }
 
-impl Sighting {
+impl MeasurementSample {
     /// Returns the likelihood model of the echoes with the parameters `g`.
     pub fn model<'g>(&self, g: &'g stairscan::params::generative::Generative) -> Model<'g> {
         Model::new(&self.echoes, self.view, &self.geometry, g)

@@ -89,7 +89,7 @@ pub enum Sample {
 
 /// Assignment of an echo to a point feature.
 #[derive(Clone, Copy)]
-struct Claim {
+struct EchoAssignment {
     riser: usize,
     place: FeaturePlace,
     /// Index of the echo and the feature's share of it.
@@ -107,20 +107,21 @@ impl<'p> Deref for Labeller<'_, 'p> {
     }
 }
 
-/// Passes the labels of the echoes and features under `s` to `tell`. Returns the exposures of face, tread and floor:
+/// Passes the labels of the echoes and features under `s` to `emit`. Returns the exposures of face, tread and floor:
 /// expected numbers of echoes over their rates.
-pub fn label(model: &Model<'_>, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
-    Labeller(model).label(s, tell)
+pub fn label(model: &Model<'_>, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> [f32; 3] {
+    Labeller(model).label(s, emit)
 }
 
 impl Labeller<'_, '_> {
-    fn label(&self, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
-        let mut claims: Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }> = Vec::new();
+    fn label(&self, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> [f32; 3] {
+        let mut assignments: Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }> =
+            Vec::new();
         for k in 0..=s.len() {
-            self.claim(s, k, &mut claims);
+            self.claim(s, k, &mut assignments);
         }
         let mut owner = [None; MAX_MODEL_ECHOES];
-        for (i, claim) in claims.iter().enumerate() {
+        for (i, claim) in assignments.iter().enumerate() {
             let Some((echo, share)) = claim.echo.filter(|e| self.most(s, e.0, e.1)) else {
                 continue;
             };
@@ -131,7 +132,7 @@ impl Labeller<'_, '_> {
             }
         }
         for k in 0..s.len() {
-            self.tell_riser(s, k, &claims, &owner, tell);
+            self.label_riser(s, k, &assignments, &owner, emit);
         }
         let mut exposure = [0.0; number::SURFACES];
         for k in 0..=s.len() {
@@ -140,7 +141,7 @@ impl Labeller<'_, '_> {
             }
         }
         for (e, _) in self.echoes.iter().zip(&owner).filter(|(_, o)| o.is_none()) {
-            self.tell_extended(s, e, tell);
+            self.label_extended(s, e, emit);
         }
         exposure
     }
@@ -167,7 +168,7 @@ impl Labeller<'_, '_> {
         &self,
         s: &Staircase,
         k: usize,
-        claims: &mut Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }>,
+        assignments: &mut Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }>,
     ) {
         let x = if k < s.len() { s.x(k) } else { s.wall_m };
         let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
@@ -198,7 +199,7 @@ impl Labeller<'_, '_> {
             }
             let shares = gains.iter().enumerate();
             let most = shares.max_by(|a, b| a.1.total_cmp(b.1));
-            let _ = claims.push(Claim {
+            let _ = assignments.push(EchoAssignment {
                 riser: k,
                 place,
                 echo: most.map(|(i, gain)| (first + i, gain / z)),
@@ -206,21 +207,21 @@ impl Labeller<'_, '_> {
         }
     }
 
-    fn tell_riser(
+    fn label_riser(
         &self,
         s: &Staircase,
         k: usize,
-        claims: &[Claim],
+        assignments: &[EchoAssignment],
         owner: &[Option<(usize, f32)>; MAX_MODEL_ECHOES],
-        tell: &mut dyn FnMut(Sample),
+        emit: &mut dyn FnMut(Sample),
     ) {
         let (mut riser, mut nothing) = (None, true);
-        for (i, claim) in claims.iter().enumerate().filter(|(_, c)| c.riser == k) {
+        for (i, claim) in assignments.iter().enumerate().filter(|(_, c)| c.riser == k) {
             let echo = claim.echo.map_or(MAX_MODEL_ECHOES, |e| e.0);
             let mine = owner.get(echo).copied().flatten().is_some_and(|o| o.0 == i);
             let e = self.echoes.get(echo).filter(|_| mine);
             let q = self.expected_q(claim.place.range_m);
-            tell(Sample::Feature {
+            emit(Sample::Feature {
                 class: claim.place.class,
                 riser: k,
                 q,
@@ -231,7 +232,7 @@ impl Labeller<'_, '_> {
             riser = riser.or(Some((q, claim.place.class == Class::Hidden)));
         }
         if let Some((q, hidden)) = riser {
-            tell(Sample::Riser {
+            emit(Sample::Riser {
                 q,
                 hidden,
                 before: excess_level(self.level_before(s, k)),
@@ -268,7 +269,7 @@ impl Labeller<'_, '_> {
         (hit, level)
     }
 
-    fn tell_extended(&self, s: &Staircase, e: &ModelEcho, tell: &mut dyn FnMut(Sample)) {
+    fn label_extended(&self, s: &Staircase, e: &ModelEcho, emit: &mut dyn FnMut(Sample)) {
         let k = self.tread_of(s, e);
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
@@ -304,7 +305,7 @@ impl Labeller<'_, '_> {
             }
             _ => (0.0, 0.0),
         };
-        tell(Sample::Extended {
+        emit(Sample::Extended {
             class,
             level,
             off_m,

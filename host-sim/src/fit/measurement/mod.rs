@@ -29,7 +29,7 @@ use stairscan::params::generative::Generative;
 
 pub use counts::Counts;
 pub use estimate::Number;
-pub use flights::{Build, Sighting, standing};
+pub use flights::{Build, MeasurementSample, most_likely_staircase};
 pub use table::{print, write};
 
 /// Number of EM rounds. The labels converge after six.
@@ -49,7 +49,7 @@ pub struct Measured {
 }
 
 /// Fits the table to the sightings.
-pub fn measure(sightings: &[Sighting]) -> Measured {
+pub fn measure(measurement_samples: &[MeasurementSample]) -> Measured {
     let mut out = Measured {
         table: prior::START,
         numbers: Vec::new(),
@@ -57,10 +57,10 @@ pub fn measure(sightings: &[Sighting]) -> Measured {
         rounds: Vec::new(),
     };
     for _ in 0..ROUNDS {
-        let labelled: Vec<_> = sightings
+        let labelled: Vec<_> = measurement_samples
             .par_iter()
-            .filter(|sighting| sighting.geometry.plane == Plane::Depth)
-            .filter_map(|sighting| label(sighting, &out.table))
+            .filter(|measurement_sample| measurement_sample.geometry.plane == Plane::Depth)
+            .filter_map(|measurement_sample| label(measurement_sample, &out.table))
             .collect();
         let mut counts = Counts::default();
         for scan in &labelled {
@@ -73,7 +73,7 @@ pub fn measure(sightings: &[Sighting]) -> Measured {
         out.numbers = numbers;
         out.table = table::rounded(&table);
     }
-    let (treads, numbers) = treads::measure(sightings);
+    let (treads, numbers) = treads::measure(measurement_samples);
     out.numbers.extend(numbers);
     out.table = table::rounded(&Generative {
         treads,
@@ -90,9 +90,10 @@ struct Labelled {
     likelihood: f64,
 }
 
-fn label(sighting: &Sighting, g: &Generative) -> Option<Labelled> {
-    let model = sighting.model(g);
-    let flight = standing(&model, &sighting.truth, sighting.build)?;
+fn label(measurement_sample: &MeasurementSample, g: &Generative) -> Option<Labelled> {
+    let model = measurement_sample.model(g);
+    let flight =
+        most_likely_staircase(&model, &measurement_sample.truth, measurement_sample.build)?;
     let mut samples = Vec::new();
     let exposure = labels::label(&model, &flight, &mut |sample| samples.push(sample));
     Some(Labelled {
@@ -116,24 +117,22 @@ pub struct Contrast {
 }
 
 /// Change of a rise height, metres.
-const ODD_M: f32 = 0.03;
+const RISE_CHANGE_M: f32 = 0.03;
 /// Going of an added step where the flight has only one, metres.
 const GOING_M: f32 = 0.28;
 
 /// Returns the contrast of a table on scans that it was not fitted to.
-pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
-    let each: Vec<_> = sightings
+pub fn contrast(measurement_samples: &[MeasurementSample], g: &Generative) -> Contrast {
+    let each: Vec<_> = measurement_samples
         .par_iter()
-        .filter(|sighting| sighting.geometry.plane == Plane::Depth)
-        .filter_map(|sighting| {
-            let model = sighting.model(g);
-            let truth = standing(&model, &sighting.truth, sighting.build)?;
-            (!sighting.truth.steps.is_empty()).then(|| {
-                let seen = sighting.truth.steps.len();
-                (
-                    f64::from(model.log_likelihood(&truth)),
-                    costs(&model, &truth, seen),
-                )
+        .filter(|measurement_sample| measurement_sample.geometry.plane == Plane::Depth)
+        .filter_map(|measurement_sample| {
+            let model = measurement_sample.model(g);
+            let truth =
+                most_likely_staircase(&model, &measurement_sample.truth, measurement_sample.build)?;
+            (!measurement_sample.truth.steps.is_empty()).then(|| {
+                let seen = measurement_sample.truth.steps.len();
+                (f64::from(model.log_likelihood(&truth)), costs(&model, &truth, seen))
             })
         })
         .collect();
@@ -179,7 +178,7 @@ fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
         vec![of(&nothing)],
         vec![of(&truth.without_last())],
         vec![of(&more)],
-        vec![odd(ODD_M), odd(-ODD_M)],
+        vec![odd(RISE_CHANGE_M), odd(-RISE_CHANGE_M)],
     ];
     rivals.map(|rivals| {
         let odds: f64 = rivals

@@ -1,6 +1,6 @@
 use super::labels::{Hit, Level};
 use super::*;
-use crate::fit::sighting;
+use crate::fit::measurement_sample;
 use crate::recording::{TrueStep, Truth};
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
@@ -148,7 +148,7 @@ fn a_known_table_is_recovered() {
     assert!(number("corner across m").error < 0.001);
 }
 
-fn sightings() -> Vec<Sighting> {
+fn measurement_samples() -> Vec<MeasurementSample> {
     let kinds = [Kind::Ascending, Kind::Soft, Kind::None];
     let scenes = kinds
         .into_iter()
@@ -156,18 +156,21 @@ fn sightings() -> Vec<Sighting> {
     scenes
         .filter_map(|(kind, seed)| {
             let recording = random_scan(kind, kind.variety(), seed).unwrap();
-            sighting(&recording, None).unwrap()
+            measurement_sample(&recording, None).unwrap()
         })
         .collect()
 }
 
 #[test]
 fn a_rerun_writes_the_same_bytes_whatever_the_threads() {
-    let sightings = sightings();
-    assert!(sightings.len() > 6);
+    let measurement_samples = measurement_samples();
+    assert!(measurement_samples.len() > 6);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let measured = pool.build().unwrap().install(|| measure(&sightings));
+        let measured = pool
+            .build()
+            .unwrap()
+            .install(|| measure(&measurement_samples));
         assert!(measured.rounds.last() > measured.rounds.first());
         write(&measured.table) + &print(&measured.numbers)
     };
@@ -204,7 +207,7 @@ fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
 
 #[test]
 fn echoes_are_labelled_by_the_true_flight() {
-    let sighting = Sighting {
+    let measurement_sample = MeasurementSample {
         name: "one step".into(),
         echoes: vec![
             echo(0.9, 0.0, 32.0),
@@ -236,7 +239,7 @@ fn echoes_are_labelled_by_the_true_flight() {
         },
         build: None,
     };
-    let labelled = label(&sighting, &measured::MODEL).unwrap();
+    let labelled = label(&measurement_sample, &measured::MODEL).unwrap();
     let seen = |class| {
         let is = |s: &&Sample| matches!(s, Sample::Feature { class: c, hit: Some(_), .. } if *c == class);
         labelled.samples.iter().filter(is).count()

@@ -11,7 +11,7 @@ use stairscan::signal::echoes::Echo;
 
 use super::climb::{Peak, Prior, climb};
 use super::estimate::Number;
-use super::flights::Sighting;
+use super::flights::MeasurementSample;
 
 /// Width of a stretch in which echoes are counted, degrees.
 const STRETCH_DEG: f64 = 2.0;
@@ -38,18 +38,18 @@ struct TrueTread {
 
 /// A scan with its true treads.
 struct SeenScan<'s> {
-    sighting: &'s Sighting,
+    measurement_sample: &'s MeasurementSample,
     treads: Vec<TrueTread>,
     /// Level of the strongest echo, tens of dB over 30 dB.
     q: f64,
 }
 
 impl<'s> SeenScan<'s> {
-    fn of(sighting: &'s Sighting) -> Self {
-        let truth = &sighting.truth;
+    fn of(measurement_sample: &'s MeasurementSample) -> Self {
+        let truth = &measurement_sample.truth;
         let mut edges: Vec<_> = truth.steps.iter().chain(&truth.uncounted).collect();
         edges.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
-        let height_m = f64::from(sighting.view.height_m);
+        let height_m = f64::from(measurement_sample.view.height_m);
         let (mut y_m, mut from_m) = (0.0, f64::NEG_INFINITY);
         let mut treads = Vec::new();
         for edge in edges {
@@ -64,16 +64,19 @@ impl<'s> SeenScan<'s> {
             from_m,
             to_m: f64::INFINITY,
         });
-        let levels = sighting.echoes.iter().map(|e| f64::from(e.snr_db));
+        let levels = measurement_sample
+            .echoes
+            .iter()
+            .map(|e| f64::from(e.snr_db));
         Self {
-            sighting,
+            measurement_sample,
             treads,
             q: (levels.fold(0.0, f64::max) - 30.0) / 10.0,
         }
     }
 
     fn depth_m(&self, tread: &TrueTread) -> f64 {
-        f64::from(self.sighting.view.height_m) - tread.y_m
+        f64::from(self.measurement_sample.view.height_m) - tread.y_m
     }
 
     /// Returns the tread that an echo lies on.
@@ -94,7 +97,7 @@ impl<'s> SeenScan<'s> {
 
     /// Returns the area of the visible part of the plane, m².
     fn area_m2(&self) -> f64 {
-        let view = &self.sighting.view;
+        let view = &self.measurement_sample.view;
         let angle = f64::from(view.highest).atan() - f64::from(view.lowest).atan();
         let far_m = f64::from(view.farthest_m);
         0.5 * angle * (far_m * far_m - NEAREST_M * NEAREST_M)
@@ -146,12 +149,12 @@ impl TreadCounts {
     fn of(scans: &[SeenScan<'_>]) -> Self {
         let mut counts = Self::default();
         for scan in scans {
-            let view = &scan.sighting.view;
+            let view = &scan.measurement_sample.view;
             counts.area_m2 += scan.area_m2();
             for tread in &scan.treads {
                 counts.exposed(scan, tread, (view.lowest.into(), view.highest.into()));
             }
-            for e in &scan.sighting.echoes {
+            for e in &scan.measurement_sample.echoes {
                 if let Some(tread) = scan.tread_of(e) {
                     counts.levels[level(e)][0] += 1.0;
                     let arc_m = f64::from(e.range_m * e.angle_sigma_rad);
@@ -174,7 +177,7 @@ impl TreadCounts {
         while angle_deg < to {
             let end_deg = (angle_deg + STRETCH_DEG).min(to);
             let place = |angle_deg: f64| depth_m * (angle_deg / DEG_PER_RAD).tan();
-            let echoes = scan.sighting.echoes.iter().filter(|e| {
+            let echoes = scan.measurement_sample.echoes.iter().filter(|e| {
                 let here = f64::from(e.angle_rad) * DEG_PER_RAD;
                 let off_m = (f64::from(e.y_m) - tread.y_m).abs();
                 (angle_deg..end_deg).contains(&here) && off_m < f64::from(OFF_M)
@@ -195,7 +198,7 @@ impl TreadCounts {
             let ahead = usize::from(upper.to_m >= 0.0);
             for (k, tread) in [(ahead, upper), (2 + ahead, lower)] {
                 self.ends[k].0 += 1.0;
-                for e in &scan.sighting.echoes {
+                for e in &scan.measurement_sample.echoes {
                     let x_m = f64::from(e.x_m);
                     let on_m = if k < 2 {
                         tread.to_m - x_m
@@ -257,12 +260,13 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
 }
 
 /// Fits the tread model to these scans. Returns the numbers, also as a list with standard errors.
-pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
-    let below = sightings.iter();
-    let below = below.filter(|sighting| sighting.geometry.plane == Plane::Height);
+pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<Number>) {
+    let below = measurement_samples.iter();
+    let below =
+        below.filter(|measurement_sample| measurement_sample.geometry.plane == Plane::Height);
     let scans: Vec<_> = below.map(SeenScan::of).collect();
     let mut counts = TreadCounts::of(&scans);
-    let mut told = Listed {
+    let mut listed = Listed {
         numbers: Vec::new(),
     };
     let rates = from_means(&RATES, |weights| {
@@ -278,7 +282,7 @@ pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
         "rate_per_ten_deg",
         "rate_per_both",
     ];
-    told.take(&names, "treads", &rates, counts.stretches.len());
+    listed.take(&names, "treads", &rates, counts.stretches.len());
     for scan in &scans {
         counts.look_at_ends(scan, &rates.at);
     }
@@ -290,7 +294,7 @@ pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
         });
         each.sum()
     });
-    told.take(
+    listed.take(
         &["ln height_sigma_mm"],
         "treads",
         &height,
@@ -309,8 +313,8 @@ pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
                 sigma_m: 0.01,
             };
         };
-        let peak = from_means(&END, |p| shines(p, *treads, echoes));
-        told.take(
+        let peak = from_means(&END, |p| end_log_likelihood(p, *treads, echoes));
+        listed.take(
             &["ln number", "off_cm", "ln sigma_cm"],
             name,
             &peak,
@@ -332,7 +336,7 @@ pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
         edge_sigma_scale: 1.0,
     };
     numbers.edge_sigma_scale = edge_sigma_scale(&scans, numbers) as f32;
-    (numbers, told.numbers)
+    (numbers, listed.numbers)
 }
 
 /// Returns the ratio of the 95 % quantile of the edges' normalised errors to that of a normal distribution. The
@@ -342,7 +346,10 @@ fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     let numbers: &'static TreadNumbers = Box::leak(Box::new(numbers));
     let of = |scan: &SeenScan<'_>| {
         let mut model = Descending::new(numbers);
-        model.set_echoes(&scan.sighting.echoes, scan.sighting.view);
+        model.set_echoes(
+            &scan.measurement_sample.echoes,
+            scan.measurement_sample.view,
+        );
         let below = scan.treads.iter().skip(1).take(MAX_TREADS);
         let treads: Vec<_> = below.map(|t| model.tread(t.y_m as f32)).collect();
         model.evaluate(&treads);
@@ -360,7 +367,7 @@ fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
 }
 
 /// Log-likelihood of the echoes near an end: the rate of the tread up to it plus the echoes of the end itself.
-fn shines(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
+fn end_log_likelihood(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
     let (number, off_m) = (p[0].exp_portable(), 0.01 * p[1]);
     let sigma_m = 0.01 * p[2].exp_portable();
     let each = echoes.iter().map(|&[on_m, noise_m, rate]| {

@@ -55,7 +55,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> String {
     }))
 }
 
-fn tell(state: &mut State, at: Ms, lines: &[&str]) {
+fn receive(state: &mut State, at: Ms, lines: &[&str]) {
     for line in lines {
         state.take(at, &Event::Line((*line).to_owned()));
     }
@@ -66,7 +66,7 @@ fn tell(state: &mut State, at: Ms, lines: &[&str]) {
 fn scanned() -> State {
     let mut state = State::new("/dev/ttyUSB0", 115_200);
     state.take(100, &Event::Opened);
-    tell(&mut state, 3_000, &STAIR_A);
-    tell(&mut state, 3_100, &[&live(5_000, Some(124))]);
+    receive(&mut state, 3_000, &STAIR_A);
+    receive(&mut state, 3_100, &[&live(5_000, Some(124))]);
     state
 }

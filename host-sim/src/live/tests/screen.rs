@@ -79,8 +79,8 @@ fn degraded() {
         let body = line.trim_start_matches('$');
         format!("{line}*{:08X}", stairscan::report::sentence::crc32(body))
     });
-    tell(&mut state, 2_000, &closed.each_ref().map(String::as_str));
-    tell(&mut state, 2_100, &[&live(70_000, Some(110))]);
+    receive(&mut state, 2_000, &closed.each_ref().map(String::as_str));
+    receive(&mut state, 2_100, &[&live(70_000, Some(110))]);
     snapshot("degraded", &state, &Prompt::default(), 2_200);
 }
 
@@ -97,8 +97,8 @@ fn drop() {
         let body = line.trim_start_matches('$');
         format!("{line}*{:08X}", stairscan::report::sentence::crc32(body))
     });
-    tell(&mut state, 2_000, &closed.each_ref().map(String::as_str));
-    tell(&mut state, 2_100, &[&live(70_000, Some(110))]);
+    receive(&mut state, 2_000, &closed.each_ref().map(String::as_str));
+    receive(&mut state, 2_100, &[&live(70_000, Some(110))]);
     let screen = snapshot("drop", &state, &Prompt::default(), 2_200);
     assert!(!is_grey(&screen, " |   91.2 cm: the ground ends"));
     let old = drawn(&state, &Prompt::default(), 6_000);
@@ -109,7 +109,7 @@ fn drop() {
 fn fault() {
     let mut state = scanned();
     let fault = scan(2, Status::Fault, &[Reason::MotorStall]);
-    tell(&mut state, 9_000, &[&fault, &live(11_000, Some(6_100))]);
+    receive(&mut state, 9_000, &[&fault, &live(11_000, Some(6_100))]);
     let screen = snapshot("fault", &state, &Prompt::default(), 9_300);
     assert!(!text(&screen).contains("50.0 ±"), "a fault tells no steps");
 }
@@ -151,7 +151,7 @@ fn wrong_port() {
     snapshot("silent-port", &state, &Prompt::default(), 4_000);
     let mut state = State::new("/dev/ttyACM0", 9_600);
     state.take(10, &Event::Opened);
-    tell(&mut state, 900, &["\\x00\\xf8\\x80~\\xff", "\\xe0\\x1c"]);
+    receive(&mut state, 900, &["\\x00\\xf8\\x80~\\xff", "\\xe0\\x1c"]);
     snapshot("wrong-speed", &state, &Prompt::default(), 4_000);
 }
 
@@ -159,7 +159,7 @@ fn wrong_port() {
 fn command_answered_and_offered() {
     let mut state = scanned();
     state.sent(3_150, "stop");
-    tell(
+    receive(
         &mut state,
         3_180,
         &[&line(&Sentence::Done { command: "stop" })],
@@ -176,7 +176,7 @@ fn command_answered_and_offered() {
 fn any_size_and_any_answer_can_be_drawn() {
     let full: Vec<Reason> = Reason::ALL.to_vec();
     let mut state = scanned();
-    tell(
+    receive(
         &mut state,
         3_150,
         &[&scan(3, Status::Degraded, &full[..12])],
@@ -252,7 +252,7 @@ fn guarding() {
         let body = format!("PSTR,GUARD,{sweep},ok,{free}.0,rise,99.8,");
         let crc = stairscan::report::sentence::crc32(&body);
         let at = 3_100 + 100 * sweep;
-        tell(&mut state, at, &[&format!("${body}*{crc:08X}")]);
+        receive(&mut state, at, &[&format!("${body}*{crc:08X}")]);
     }
     let screen = snapshot("guarding", &state, &Prompt::default(), 4_050);
     assert!(!is_grey(&screen, "ok free"));

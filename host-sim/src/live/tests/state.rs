@@ -2,8 +2,8 @@ use stairscan::report::Sentence;
 use stairscan::verdict::{Reason, Status};
 
 use super::*;
-use crate::live::model::{Link, SILENCE, Standing, Way};
-use crate::live::trouble::{Strange, Trouble};
+use crate::live::model::{Link, SILENCE, Validity, Way};
+use crate::live::trouble::{Trouble, UnexpectedData};
 
 fn unplugged() -> Event {
     Event::Failed(Trouble::Unplugged("gone".to_owned()))
@@ -13,17 +13,17 @@ fn unplugged() -> Event {
 fn an_answer_counts_once_all_of_it_has_come() {
     let mut state = State::new("p", 115_200);
     state.take(0, &Event::Opened);
-    tell(&mut state, 10, &STAIR_A[..3]);
+    receive(&mut state, 10, &STAIR_A[..3]);
     assert!(state.answer.is_none());
     // LIVE may come between any two sentences.
-    tell(&mut state, 20, &[&live(300, None), STAIR_A[3]]);
+    receive(&mut state, 20, &[&live(300, None), STAIR_A[3]]);
     let (at, answer) = state.answer.as_ref().unwrap();
     assert_eq!((*at, answer.steps.len()), (20, 3));
     // An incomplete answer does not replace it.
     let second = scan(2, Status::Degraded, &[Reason::Moving]);
-    tell(&mut state, 30, &[STAIR_A[0], STAIR_A[1], STAIR_A[2]]);
+    receive(&mut state, 30, &[STAIR_A[0], STAIR_A[1], STAIR_A[2]]);
     assert_eq!(state.answer.as_ref().unwrap().0, 20);
-    tell(&mut state, 40, &[&second, STAIR_A[3]]);
+    receive(&mut state, 40, &[&second, STAIR_A[3]]);
     assert_eq!(state.answer.as_ref().unwrap().1.scan.scan, 2);
 }
 
@@ -33,7 +33,7 @@ fn age_counts_from_the_last_row_as_live_tells_it() {
     assert_eq!(state.age(3_100), Some(124));
     assert_eq!(state.age(3_400), Some(424));
     // A fault has no age in LIVE: it is measured from its arrival.
-    tell(
+    receive(
         &mut state,
         4_000,
         &[
@@ -48,14 +48,14 @@ fn age_counts_from_the_last_row_as_live_tells_it() {
 #[test]
 fn an_answer_goes_stale_in_each_way_that_there_is() {
     let mut state = scanned();
-    assert_eq!(state.standing(3_200), Standing::Fresh);
-    assert_eq!(state.standing(3_100 + SILENCE), Standing::Fresh);
+    assert_eq!(state.standing(3_200), Validity::Fresh);
+    assert_eq!(state.standing(3_100 + SILENCE), Validity::Fresh);
     assert_eq!(
         state.standing(3_101 + SILENCE),
-        Standing::Silent(SILENCE + 1)
+        Validity::Silent(SILENCE + 1)
     );
-    tell(&mut state, 30_000, &[&live(31_900, Some(27_000))]);
-    assert_eq!(state.standing(30_100), Standing::Old);
+    receive(&mut state, 30_000, &[&live(31_900, Some(27_000))]);
+    assert_eq!(state.standing(30_100), Validity::Old);
     let boot = line(&Sentence::Boot {
         version: "0.1.0",
         revision: "abc",
@@ -65,24 +65,24 @@ fn an_answer_goes_stale_in_each_way_that_there_is() {
         settings: 7,
         serial: [1, 2, 3],
     });
-    tell(&mut state, 30_200, &[&boot]);
-    assert_eq!(state.standing(30_200), Standing::Restarted);
-    tell(&mut state, 33_000, &STAIR_A);
-    assert_eq!(state.standing(33_000), Standing::Fresh);
+    receive(&mut state, 30_200, &[&boot]);
+    assert_eq!(state.standing(30_200), Validity::Restarted);
+    receive(&mut state, 33_000, &STAIR_A);
+    assert_eq!(state.standing(33_000), Validity::Fresh);
     // A lost BOOT is detected by the uptime in LIVE.
-    tell(
+    receive(
         &mut state,
         33_100,
         &[&live(40_000, Some(5)), &live(200, None)],
     );
-    assert_eq!(state.standing(33_100), Standing::Restarted);
+    assert_eq!(state.standing(33_100), Validity::Restarted);
 }
 
 #[test]
 fn a_pulled_plug_keeps_the_answer_and_says_so_until_it_comes_back() {
     let mut state = scanned();
     state.take(5_000, &unplugged());
-    assert_eq!(state.standing(5_000), Standing::Unplugged);
+    assert_eq!(state.standing(5_000), Validity::Unplugged);
     assert!(state.answer.is_some() && !state.is_open());
     // Further failures to open it are not new, and do not change the time.
     state.take(5_300, &Event::Failed(Trouble::Missing(Vec::new())));
@@ -97,18 +97,18 @@ fn a_pulled_plug_keeps_the_answer_and_says_so_until_it_comes_back() {
     state.take(5_800, &unplugged());
     state.take(6_000, &Event::Opened);
     assert_eq!((state.is_open(), state.reopened), (true, 1));
-    tell(&mut state, 6_100, &STAIR_A);
-    assert_eq!(state.standing(6_100), Standing::Fresh);
+    receive(&mut state, 6_100, &STAIR_A);
+    assert_eq!(state.standing(6_100), Validity::Fresh);
 }
 
 #[test]
 fn half_an_answer_does_not_survive_a_pulled_plug() {
     let mut state = State::new("p", 115_200);
     state.take(0, &Event::Opened);
-    tell(&mut state, 10, &STAIR_A[..2]);
+    receive(&mut state, 10, &STAIR_A[..2]);
     state.take(20, &unplugged());
     state.take(30, &Event::Opened);
-    tell(&mut state, 40, &STAIR_A[2..]);
+    receive(&mut state, 40, &STAIR_A[2..]);
     assert!(state.answer.is_none());
 }
 
@@ -117,28 +117,44 @@ fn a_port_without_sentences_is_explained_by_what_comes_instead() {
     let open = |lines: &[&str]| {
         let mut state = State::new("p", 9_600);
         state.take(1_000, &Event::Opened);
-        tell(&mut state, 1_100, lines);
-        assert_eq!(state.strange(2_000), None, "a scanner may be booting");
+        receive(&mut state, 1_100, lines);
+        assert_eq!(
+            state.unexpected_data(2_000),
+            None,
+            "a scanner may be booting"
+        );
         state
     };
-    assert_eq!(open(&[]).strange(4_000), Some(Strange::Nothing));
     assert_eq!(
-        open(&["\\xfe\\x80\\x00x"]).strange(4_000),
-        Some(Strange::Noise)
+        open(&[]).unexpected_data(4_000),
+        Some(UnexpectedData::Nothing)
+    );
+    assert_eq!(
+        open(&["\\xfe\\x80\\x00x"]).unexpected_data(4_000),
+        Some(UnexpectedData::Noise)
     );
     let other = "Zephyr OS build v3";
-    assert_eq!(open(&[other]).strange(4_000), Some(Strange::Others(other)));
+    assert_eq!(
+        open(&[other]).unexpected_data(4_000),
+        Some(UnexpectedData::Others(other))
+    );
     let damaged = STAIR_A[0].replace("1000.0", "1900.0");
-    assert_eq!(open(&[&damaged]).strange(4_000), Some(Strange::Damaged));
-    assert_eq!(scanned().strange(3_500), None);
-    assert_eq!(scanned().strange(9_000), Some(Strange::Silence));
+    assert_eq!(
+        open(&[&damaged]).unexpected_data(4_000),
+        Some(UnexpectedData::Damaged)
+    );
+    assert_eq!(scanned().unexpected_data(3_500), None);
+    assert_eq!(
+        scanned().unexpected_data(9_000),
+        Some(UnexpectedData::Silence)
+    );
 }
 
 #[test]
 fn a_command_has_its_answer_and_no_other() {
     let mut state = scanned();
     state.sent(4_000, "scan");
-    tell(
+    receive(
         &mut state,
         4_100,
         &[&line(&Sentence::Done { command: "stop" })],
@@ -146,7 +162,7 @@ fn a_command_has_its_answer_and_no_other() {
     assert_eq!(state.asked.as_ref().unwrap().reply, None);
     assert!(!state.asked.as_ref().unwrap().overdue(5_000));
     assert!(state.asked.as_ref().unwrap().overdue(7_000));
-    tell(
+    receive(
         &mut state,
         7_100,
         &[&line(&Sentence::Done { command: "scan" })],
@@ -160,7 +176,7 @@ fn a_command_has_its_answer_and_no_other() {
         field: "seed",
         expected: "a whole number",
     };
-    tell(&mut state, 8_050, &[&line(&refused)]);
+    receive(&mut state, 8_050, &[&line(&refused)]);
     let (_, text, good) = state.asked.as_ref().unwrap().reply.clone().unwrap();
     assert_eq!(
         (text.as_str(), good),
@@ -169,8 +185,8 @@ fn a_command_has_its_answer_and_no_other() {
     // `get` ends with its DONE; the self-test takes longer.
     state.sent(9_000, "get");
     let value = |key| line(&Sentence::Config { key, value: "1" });
-    tell(&mut state, 9_010, &[&value("seed"), &value("modes")]);
-    tell(
+    receive(&mut state, 9_010, &[&value("seed"), &value("modes")]);
+    receive(
         &mut state,
         9_020,
         &[&line(&Sentence::Done { command: "get" })],
@@ -186,7 +202,7 @@ fn a_command_has_its_answer_and_no_other() {
 #[test]
 fn lines_are_kept_with_their_time_and_way_but_for_live() {
     let mut state = scanned();
-    tell(&mut state, 3_200, &["$PSTR,DONE,x*00000000"]);
+    receive(&mut state, 3_200, &["$PSTR,DONE,x*00000000"]);
     state.sent(3_300, "status");
     let ways: Vec<_> = state
         .log
@@ -204,7 +220,7 @@ fn lines_are_kept_with_their_time_and_way_but_for_live() {
     ];
     assert_eq!(ways, expected);
     for k in 0..2_500 {
-        tell(&mut state, 4_000 + k, &["noise"]);
+        receive(&mut state, 4_000 + k, &["noise"]);
     }
     assert_eq!(state.log.len(), 2_000);
 }
@@ -220,14 +236,14 @@ fn an_emulated_scanner_is_slow_and_begins_without_its_module() {
             state = state.emulated();
         }
         state.take(100, &Event::Opened);
-        tell(&mut state, 200, &[&boot]);
+        receive(&mut state, 200, &[&boot]);
         assert_eq!(state.answer.is_none(), emulated, "the self-test's fault");
-        tell(&mut state, 28_000, &STAIR_A);
-        tell(&mut state, 56_000, &[&live(60_000, Some(28_200))]);
+        receive(&mut state, 28_000, &STAIR_A);
+        receive(&mut state, 56_000, &[&live(60_000, Some(28_200))]);
         let expected = if emulated {
-            Standing::Fresh
+            Validity::Fresh
         } else {
-            Standing::Old
+            Validity::Old
         };
         assert_eq!(state.standing(56_100), expected);
     }

@@ -8,7 +8,7 @@ use super::flight::{flight, opened, surroundings};
 use super::shaped::workmanship;
 
 /// Objects, in equal shares.
-const THINGS: [&str; 6] = [
+const OBJECTS: [&str; 6] = [
     "deep overhang",
     "stringer beside",
     "stringer under the treads",
@@ -17,11 +17,11 @@ const THINGS: [&str; 6] = [
     "ceiling",
 ];
 
-/// A flight of two to six steps and one of [`THINGS`].
+/// A flight of two to six steps and one of [`OBJECTS`].
 pub fn beside(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
-    let what = THINGS[rng.index(THINGS.len())];
+    let what = OBJECTS[rng.index(OBJECTS.len())];
     if what == "stringer under the treads" || rng.chance(0.15) {
         opened(&mut s, rng);
     }

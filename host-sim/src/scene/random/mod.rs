@@ -173,9 +173,9 @@ impl FromStr for Kind {
 /// How widely something is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Spread {
-    /// As the paper's instrument and this crate's table of materials have it.
+    /// The paper's instrument and this crate's table of materials.
     Paper,
-    /// As instruments, surfaces and drivers differ.
+    /// The range of real instruments, surfaces and drivers.
     Wide,
 }
 

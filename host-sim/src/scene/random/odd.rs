@@ -43,7 +43,7 @@ pub fn uneven(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     if open {
         opened(&mut s, rng);
     }
-    unsettle(&mut s, rng);
+    make_irregular(&mut s, rng);
     surroundings(scene, &s, rng);
     scene.stairs.push(s);
     if open {
@@ -54,7 +54,7 @@ pub fn uneven(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
 }
 
 /// Draws every rise and going of `s` about its mean.
-pub fn unsettle(s: &mut StairsSpec, rng: &mut Random) {
+pub fn make_irregular(s: &mut StairsSpec, rng: &mut Random) {
     let (rise, going) = (rng.between(0.004, 0.012), rng.between(0.004, 0.020));
     s.rises_m = (0..s.count)
         .map(|_| s.rise_m + (rise * rng.normal()).clamp(-0.025, 0.025))

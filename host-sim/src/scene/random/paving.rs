@@ -7,7 +7,7 @@ use super::draw::pick;
 
 /// Depth of the feet of solids below the floor, metres. It hides edges that exist only in the
 /// model.
-const SUNK: f64 = 0.002;
+const DEPTH_M: f64 = 0.002;
 
 /// Returns a solid across the whole way.
 pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
@@ -25,13 +25,13 @@ pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
 fn cap(at: f64, half: f64, height: f64, pieces: usize) -> Vec<[f64; 2]> {
     let radius = (half * half + height * height) / (2.0 * height);
     let most = libm::asin(half / radius);
-    let mut points = vec![[at - half, -SUNK]];
+    let mut points = vec![[at - half, -DEPTH_M]];
     points.extend((0..=pieces).map(|k| {
         let turn = most * (2.0 * k as f64 / pieces as f64 - 1.0);
         let (sin, cos) = libm::sincos(turn);
         [at + radius * sin, height - radius * (1.0 - cos)]
     }));
-    points.push([at + half, -SUNK]);
+    points.push([at + half, -DEPTH_M]);
     points
 }
 

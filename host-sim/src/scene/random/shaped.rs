@@ -4,7 +4,7 @@ use super::super::maths::Random;
 use super::super::spec::{MaterialSpec, RampSpec, SceneSpec, StairsSpec, WallSpec};
 use super::draw::pick;
 use super::flight::{flight, floor, opened, surroundings, uneven};
-use super::odd::unsettle;
+use super::odd::make_irregular;
 
 /// Draws a flight with carpet over the nosings, or with worn or cast round nosings: radii of 1 to 2
 /// cm.
@@ -249,6 +249,6 @@ pub fn workmanship(s: &mut StairsSpec, rng: &mut Random) {
     if rng.chance(0.7) {
         uneven(s, rng);
     } else {
-        unsettle(s, rng);
+        make_irregular(s, rng);
     }
 }

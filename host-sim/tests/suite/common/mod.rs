@@ -71,7 +71,7 @@ impl Scratch {
 
     /// Writes the recording `bad`: chirps of 16 samples with these captures and further keys of `global`, with
     /// the metadata changed by `change`.
-    pub fn spoilt(
+    pub fn damaged(
         &self,
         captures: &[Value],
         further: Value,

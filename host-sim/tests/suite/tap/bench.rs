@@ -9,7 +9,7 @@ use host_sim::live::lines::Splitter;
 use host_sim::playback::{Playback, SimShaft};
 use host_sim::recording::Recording;
 use host_sim::replay;
-use host_sim::tap::beside::{self, Beside, Said};
+use host_sim::tap::beside::{self, Beside, MountingArgs};
 use host_sim::tap::gather::{Gather, Part};
 use host_sim::tap::scans::{Tap, Wire};
 use host_sim::volatile::{Volatile, identity};
@@ -161,7 +161,7 @@ pub fn tapped(scanned: &Scanned, traffic: &Traffic) -> (Vec<Part>, Vec<String>, 
         tap.push(*at, *wire, bytes);
     }
     tap.end();
-    let (mounting, doubt) = beside::mounting(&Said::default(), &scanned.beside);
+    let (mounting, doubt) = beside::mounting(&MountingArgs::default(), &scanned.beside);
     assert_eq!(doubt, None, "the scanner has told how it is mounted");
     let mut gather = Gather::new("tap", mounting);
     while let Some(scan) = tap.scan() {

@@ -17,7 +17,7 @@ fn replaying_the_tap_gives_the_scanners_sentences() {
         let scanned = scan(&original, &Config::default(), scans, &[]);
         let (parts, notes, tap) = tapped(&scanned, &scanned.traffic);
         assert_eq!((parts.len(), notes.len()), (1, 0), "{name}: {notes:?}");
-        assert_eq!((tap.damaged(), tap.strays()), (0, 0));
+        assert_eq!((tap.damaged(), tap.unmatched_count()), (0, 0));
         let test = format!("tap-{name}");
         let (recording, answers) = replayed(&test, &parts[0], &scanned);
         assert_eq!(answers, scanned.answers, "{name}");
@@ -97,7 +97,7 @@ fn what_the_tap_loses_is_missing_and_told() {
         .collect();
     assert_eq!(held, [(1, 281), (1, 278), (1, 281)]);
     assert!(notes[0].contains("2 of 280 rows are missing"), "{notes:?}");
-    assert!(tap.damaged() >= 2 && tap.strays() == 1, "{tap:?}");
+    assert!(tap.damaged() >= 2 && tap.unmatched_count() == 1, "{tap:?}");
     let names: Vec<_> = parts
         .iter()
         .map(|part| part.recording.name.as_str())
@@ -118,7 +118,10 @@ fn scans_that_were_not_heard_from_end_to_end_are_left_out() {
     let some = scanned.traffic[200..900].to_vec();
     let (parts, notes, _) = tapped(&scanned, &some);
     assert!(parts.is_empty());
-    assert!(notes[0].contains("the tap began within it"), "{notes:?}");
+    assert!(
+        notes[0].contains("the recording began within it"),
+        "{notes:?}"
+    );
     assert!(notes[1].contains("only, of -20° to 50°"), "{notes:?}");
 }
 
@@ -130,7 +133,7 @@ fn it_does_not_matter_how_the_bytes_arrive() {
     let same = |traffic: &Traffic, what: &str| {
         let (parts, notes, tap) = tapped(&scanned, traffic);
         assert_eq!((parts.len(), notes.len()), (1, 0), "{what}: {notes:?}");
-        assert_eq!(tap.strays(), 0, "{what}");
+        assert_eq!(tap.unmatched_count(), 0, "{what}");
         assert_eq!(
             parts[0].recording.samples, expected[0].recording.samples,
             "{what}"

@@ -91,23 +91,23 @@ fn three_ports_are_recorded() {
     for (_, line) in lines {
         report.write_all(format!("{line}\r\n").as_bytes()).unwrap();
     }
-    let mut told = String::new();
+    let mut printed = String::new();
     child
         .stdout
         .take()
         .unwrap()
-        .read_to_string(&mut told)
+        .read_to_string(&mut printed)
         .unwrap();
     let mut notes = String::new();
     stderr.read_to_string(&mut notes).unwrap();
     assert!(child.wait().unwrap().success(), "{notes}");
     assert!(
-        told.contains("hall: 2 scans of 281 rows, -20.00° to 50.00°"),
-        "{told}"
+        printed.contains("hall: 2 scans of 281 rows, -20.00° to 50.00°"),
+        "{printed}"
     );
     assert!(
-        told.contains("the scanner's own sentences for 2 of 2 scans"),
-        "{told}{notes}"
+        printed.contains("the scanner's own sentences for 2 of 2 scans"),
+        "{printed}{notes}"
     );
     let recording = Recording::read(output.as_ref()).unwrap();
     assert_eq!(recording.scans(), 2);
@@ -145,11 +145,11 @@ fn the_module_itself_is_asked() {
         }
     }
     let output_of = program.join().unwrap();
-    let told = String::from_utf8(output_of.stderr).unwrap();
-    assert!(output_of.status.success(), "{told}");
+    let printed = String::from_utf8(output_of.stderr).unwrap();
+    assert!(output_of.status.success(), "{printed}");
     assert!(
-        told.contains("taken are plane depth, mirror offset 0.22 m"),
-        "{told}"
+        printed.contains("assumed are plane depth, mirror offset 0.22 m"),
+        "{printed}"
     );
     let recording = Recording::read(&output).unwrap();
     assert_eq!(recording.samples, original.samples);
@@ -162,11 +162,11 @@ fn a_module_that_is_not_there_is_told() {
     let output = dir.path().join("bench");
     let (_master, _slave, path) = terminal();
     let output_of = sim(&["record", &path, "--module", "-o", output.to_str().unwrap()]);
-    let told = String::from_utf8(output_of.stderr).unwrap();
+    let printed = String::from_utf8(output_of.stderr).unwrap();
     assert!(!output_of.status.success());
     assert!(
-        told.contains("does not tell its settings: nothing came"),
-        "{told}"
+        printed.contains("does not report its settings: nothing was received"),
+        "{printed}"
     );
 }
 
@@ -174,8 +174,11 @@ fn a_module_that_is_not_there_is_told() {
 fn what_cannot_be_recorded_is_explained() {
     let refused = |args: &[&str], words: &str| {
         let output = sim(args);
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(!output.status.success() && told.contains(words), "{told}");
+        let printed = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            !output.status.success() && printed.contains(words),
+            "{printed}"
+        );
     };
     refused(
         &["record", "/dev/no-such-port", "-o", "x"],
@@ -197,12 +200,12 @@ fn what_cannot_be_recorded_is_explained() {
         .unwrap();
     std::thread::sleep(Duration::from_millis(500));
     drop((master, slave));
-    let mut told = String::new();
-    stderr.read_to_string(&mut told).unwrap();
+    let mut printed = String::new();
+    stderr.read_to_string(&mut printed).unwrap();
     assert!(!child.wait().unwrap().success());
     assert!(
-        told.contains("has gone") && told.contains("1000000 baud"),
-        "{told}"
+        printed.contains("has gone") && printed.contains("1000000 baud"),
+        "{printed}"
     );
     assert!(!output.with_extension("sigmf-meta").exists());
 }
@@ -234,11 +237,11 @@ fn a_killed_session_leaves_its_scans() {
     assert!(replayed.status.success());
     // The next session does not mix its scans with them.
     let again = sim(&args);
-    let told = String::from_utf8(again.stderr).unwrap();
-    assert!(!again.status.success(), "{told}");
+    let printed = String::from_utf8(again.stderr).unwrap();
+    assert!(!again.status.success(), "{printed}");
     assert!(
-        told.contains("hall.unfinished: holds the scans of a session"),
-        "{told}"
+        printed.contains("hall.unfinished: holds the scans of an interrupted session"),
+        "{printed}"
     );
 }
 
@@ -249,8 +252,8 @@ fn the_demo_needs_no_hardware() {
     let output = output.to_str().unwrap();
     let original = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
     let done = sim(&["record", "--demo", original, "-o", output]);
-    let told = String::from_utf8(done.stderr).unwrap();
-    assert!(done.status.success(), "{told}");
+    let printed = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success(), "{printed}");
     let recording = Recording::read(output.as_ref()).unwrap();
     assert_eq!(recording.samples, read("stair_a").samples);
     let mut left: Vec<String> = std::fs::read_dir(dir.path())
@@ -264,6 +267,9 @@ fn the_demo_needs_no_hardware() {
     );
     // Without `--force` none of them is replaced.
     let done = sim(&["record", "--demo", original, "-o", output]);
-    let told = String::from_utf8(done.stderr).unwrap();
-    assert!(!done.status.success() && told.contains("--force"), "{told}");
+    let printed = String::from_utf8(done.stderr).unwrap();
+    assert!(
+        !done.status.success() && printed.contains("--force"),
+        "{printed}"
+    );
 }

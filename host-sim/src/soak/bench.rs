@@ -10,7 +10,7 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
-use super::stage::{Link, Shaft, Shared, Stage};
+use super::stage::{Environment, Link, Shaft, Shared};
 use crate::volatile::{Volatile, identity};
 
 /// Time between two steps of the loop; the mirror has settled by then.
@@ -45,7 +45,7 @@ impl Default for ScannerMemory {
 
 /// A reported scan.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct ReportedScan {
     /// Its head.
     pub head: ScanLine,
     /// All of its lines, including the head.
@@ -53,21 +53,21 @@ pub struct Told {
 }
 
 /// The scanner and its simulated environment.
-pub struct Desk<'a> {
+pub struct ScannerBench<'a> {
     /// The simulated environment.
-    pub stage: Rc<RefCell<Stage>>,
+    pub stage: Rc<RefCell<Environment>>,
     scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
     /// The scan that is being reported.
-    telling: Option<Told>,
+    receiving: Option<ReportedScan>,
     to_come: u8,
-    told: Option<Told>,
+    reported: Option<ReportedScan>,
     replies: Vec<String>,
 }
 
-impl<'a> Desk<'a> {
+impl<'a> ScannerBench<'a> {
     /// A scanner that has just booted and is stopped.
-    pub fn new(memory: &'a mut ScannerMemory, stage: Stage, settings: Settings) -> Self {
+    pub fn new(memory: &'a mut ScannerMemory, stage: Environment, settings: Settings) -> Self {
         let stage = Rc::new(RefCell::new(stage));
         let shared = Shared(stage.clone());
         let hardware = Hardware {
@@ -83,9 +83,9 @@ impl<'a> Desk<'a> {
             scanner: Scanner::new(hardware, data, lent, Some(settings), identity("soak"), now),
             stage,
             now,
-            telling: None,
+            receiving: None,
             to_come: 0,
-            told: None,
+            reported: None,
             replies: Vec::new(),
         }
     }
@@ -116,36 +116,36 @@ impl<'a> Desk<'a> {
     fn hear(&mut self, line: &str) -> Result<()> {
         match Sentence::parse(line).with_context(|| line.to_owned())? {
             Sentence::Scan(head) => {
-                ensure!(self.telling.is_none(), "{line}: within another scan");
+                ensure!(self.receiving.is_none(), "{line}: within another scan");
                 self.to_come = head.following();
-                self.telling = Some(Told {
+                self.receiving = Some(ReportedScan {
                     head,
                     lines: vec![line.to_owned()],
                 });
             }
             Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
-                let telling = self.telling.as_mut().context("a step of no scan")?;
-                telling.lines.push(line.to_owned());
+                let receiving = self.receiving.as_mut().context("a step of no scan")?;
+                receiving.lines.push(line.to_owned());
                 self.to_come = self.to_come.checked_sub(1).context("one step too many")?;
             }
             Sentence::Live(_) => {}
             _ => self.replies.push(line.to_owned()),
         }
-        if self.to_come == 0 && self.telling.is_some() {
-            self.told = self.telling.take();
+        if self.to_come == 0 && self.receiving.is_some() {
+            self.reported = self.receiving.take();
         }
         Ok(())
     }
 
     /// Takes the last reported scan.
-    pub fn told(&mut self) -> Option<Told> {
-        self.told.take()
+    pub fn take_report(&mut self) -> Option<ReportedScan> {
+        self.reported.take()
     }
 
     /// Runs steps until `done`.
     ///
     /// # Errors
-    /// Those of [`Desk::step`], or a timeout.
+    /// Those of [`ScannerBench::step`], or a timeout.
     pub fn until(&mut self, mut done: impl FnMut(&mut Self) -> bool) -> Result<()> {
         for _ in 0..PATIENCE {
             self.step()?;
@@ -153,7 +153,7 @@ impl<'a> Desk<'a> {
                 return Ok(());
             }
         }
-        bail!("stands still in state {}", self.scanner.state())
+        bail!("does not move in state {}", self.scanner.state())
     }
 
     /// Sends a line without waiting for a reply.
@@ -165,15 +165,15 @@ impl<'a> Desk<'a> {
     /// first.
     ///
     /// # Errors
-    /// Those of [`Desk::until`].
+    /// Those of [`ScannerBench::until`].
     pub fn command(&mut self, command: &str) -> Result<bool> {
-        self.until(|desk| desk.stage.borrow().typed.is_empty())?;
+        self.until(|bench| bench.stage.borrow().typed.is_empty())?;
         (0..100).try_for_each(|_| self.step())?;
         self.replies.clear();
         self.type_in(&framed(&[command]));
         let mut carried_out = false;
-        self.until(|desk| {
-            let answer = desk.replies.iter().find_map(|line| answer(line));
+        self.until(|bench| {
+            let answer = bench.replies.iter().find_map(|line| answer(line));
             carried_out = answer.unwrap_or(false);
             answer.is_some()
         })?;
