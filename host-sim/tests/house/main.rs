@@ -1,8 +1,8 @@
 //! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
 //! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
 //! circles among folders, no tuned number outside its table, no two types of one name, no status that is written
-//! outside `verdict`; and on the documents: no link that leads nowhere, as many tuned numbers as there are, and a
-//! diagram of the imports that there are.
+//! outside `verdict`; and on the documents: no link that leads nowhere, as many tuned numbers as there are, a
+//! diagram of the imports that there are, and no word that the glossary replaces, nor in a comment.
 
 mod diagram;
 mod documents;
@@ -11,8 +11,9 @@ mod literals;
 mod names;
 mod sources;
 mod statuses;
+mod terms;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use diagram::Layer;
 use graph::Graph;
@@ -160,8 +161,8 @@ fn one_folder_writes_a_status() {
 
 /// The counts had fallen seven numbers behind the table.
 #[test]
-fn the_estimator_s_document_counts_the_tuned_numbers() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/estimator.md");
+fn the_document_on_the_fit_counts_the_tuned_numbers() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/fit.md");
     let text = std::fs::read_to_string(path).unwrap();
     let mut said = vec![format!("{} numbers, of three origins", Params::TABLE.len())];
     for origin in [Origin::Derived, Origin::Custom, Origin::Hand] {
@@ -171,27 +172,61 @@ fn the_estimator_s_document_counts_the_tuned_numbers() {
     for said in said {
         assert!(
             text.contains(&said),
-            "docs/estimator.md does not say {said}"
+            "docs/fit.md does not say {said}"
         );
     }
 }
 
-#[test]
-fn every_link_of_a_document_leads_somewhere() {
+/// The repository, and its files below `folder` whose names end in `suffix`. Hidden folders and `target` are left out.
+fn files(folder: &str, suffix: &str) -> (PathBuf, Vec<PathBuf>) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("..")
         .canonicalize()
         .unwrap();
     let skipped =
         |name: &std::ffi::OsStr| name == "target" || name.as_encoded_bytes().starts_with(b".");
-    let walk = walkdir::WalkDir::new(&root).sort_by_file_name().into_iter();
-    let documents: Vec<_> = walk
+    let walk = walkdir::WalkDir::new(root.join(folder)).sort_by_file_name();
+    let files: Vec<_> = walk
+        .into_iter()
         .filter_entry(|e| e.depth() == 0 || !skipped(e.file_name()))
         .map(|e| e.unwrap().into_path())
-        .filter(|path| path.extension().is_some_and(|e| e == "md"))
+        .filter(|path| path.extension().is_some_and(|e| e == suffix))
         .collect();
-    assert!(documents.len() > 10, "{documents:?}");
+    assert!(files.len() > 10, "{files:?}");
+    (root, files)
+}
+
+#[test]
+fn every_link_of_a_document_leads_somewhere() {
+    let (root, documents) = files("", "md");
     none(&documents::dead_links(&root, &documents));
+}
+
+/// Documents in which replaced words may stand: the glossary, and what quotes earlier states.
+const QUOTING: &[&str] = &["docs/glossary.md", "docs/history.md", "CHANGELOG.md"];
+
+#[test]
+fn no_word_that_the_glossary_replaces_stands_in_comments_and_documents() {
+    let (root, documents) = files("", "md");
+    let glossary = std::fs::read_to_string(root.join("docs/glossary.md")).unwrap();
+    let replaced = terms::replaced(&glossary);
+    assert!(replaced.len() > 10, "{} words", replaced.len());
+    let sources = ["src", "host-sim"].map(|folder| files(folder, "rs").1);
+    let mut violations = Vec::new();
+    for path in documents.iter().chain(sources.iter().flatten()) {
+        let name = path.strip_prefix(&root).unwrap().to_string_lossy();
+        if QUOTING.contains(&&*name) {
+            continue;
+        }
+        let text = std::fs::read_to_string(path).unwrap();
+        let text = match name.ends_with(".rs") {
+            true => terms::comments(&text),
+            false => text,
+        };
+        let there = terms::violations(&name, &text, &replaced);
+        violations.extend(there.into_iter().filter(|v| !open(v)));
+    }
+    none(&violations);
 }
 
 /// Nodes of the diagram: what stands right in `src/` and is left out there is left out here.
