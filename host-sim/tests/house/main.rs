@@ -170,10 +170,7 @@ fn the_document_on_the_fit_counts_the_tuned_numbers() {
         said.push(format!("**{}** ({}", origin.as_str(), of.count()));
     }
     for said in said {
-        assert!(
-            text.contains(&said),
-            "docs/fit.md does not say {said}"
-        );
+        assert!(text.contains(&said), "docs/fit.md does not say {said}");
     }
 }
 
@@ -204,6 +201,16 @@ fn every_link_of_a_document_leads_somewhere() {
 
 /// Documents in which replaced words may stand: the glossary, and what quotes earlier states.
 const QUOTING: &[&str] = &["docs/glossary.md", "docs/history.md", "CHANGELOG.md"];
+
+/// Places that wait for other words: the beginning of a path, and the phrase that may stand there.
+const OPEN: &[(&str, &str)] = &[];
+
+/// Whether a violation may stand.
+fn open(violation: &str) -> bool {
+    OPEN.iter().any(|(path, phrase)| {
+        violation.starts_with(path) && violation.contains(&format!("\"{phrase}\""))
+    })
+}
 
 #[test]
 fn no_word_that_the_glossary_replaces_stands_in_comments_and_documents() {

@@ -153,8 +153,7 @@ mod tests {
 
     #[test]
     fn comments_are_found_and_strings_are_not() {
-        let source =
-            "//! Made up.\n\nlet a = \"// made up\"; // vouched\n/// `vouched`,\n/// made up\nfn made_up() {}\n";
+        let source = "//! Made up.\n\nlet a = \"// made up\"; // vouched\n/// `vouched`,\n/// made up\nfn made_up() {}\n";
         assert_eq!(
             violations("a.rs", &comments(source), &replaced(GLOSSARY)),
             [
