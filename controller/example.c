@@ -1,6 +1,6 @@
-/* A wheelchair's controller in small: bytes of the scanner's UART come in on standard input, and after each
- * sentence it says what the chair may do. On a chair: the same calls, with the UART's byte, a millisecond
- * timer and the odometer.
+/* A minimal controller of a wheelchair: reads the bytes of the scanner's UART from standard input and prints
+ * after each sentence what the chair may do. A real controller makes the same calls with the UART's byte, a
+ * millisecond timer and the odometer.
  *
  *   cc -std=c99 controller/stairscan.c controller/example.c -o example
  *   cargo sim replay recordings/stair_a | grep -o '\$PSTR.*' | ./example
@@ -10,7 +10,7 @@
 
 #include "stairscan.h"
 
-/* 115,200 baud, 10 bits a byte: what a timer would show where nothing pauses. */
+/* Returns the time of a byte at 115,200 baud with 10 bits a byte, without pauses. */
 static uint32_t clock_ms(uint32_t bytes) {
     return (uint32_t)((uint64_t)bytes * 10000 / 115200);
 }
@@ -76,7 +76,7 @@ int main(void) {
             break;
         }
     }
-    /* What a second without a sentence does. */
+    /* After a second without a sentence. */
     printf("a second later:\n");
     show_permit(stairscan_may(&scanner, clock_ms(bytes) + 1000, travel));
     return scanner.damaged + scanner.dropped > 0;

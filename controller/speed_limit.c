@@ -1,5 +1,6 @@
-/* A joystick whose command the scanner limits, and never raises. `limited` is what a controller takes over; the rest
- * is a simulated drive towards a kerb, with the scanner's sentences, an odometer and a chair that reacts late.
+/* Example: limits the command of a joystick by the scanner's free distance; it is never increased. A controller
+ * uses `limited`. The rest is a simulated drive towards a kerb, with the scanner's sentences, an odometer and a
+ * chair with a delay.
  *
  *   cc -std=c99 controller/stairscan.c controller/speed_limit.c -o speed_limit
  *   ./speed_limit          the drive
@@ -12,18 +13,18 @@
 #include "stairscan.h"
 
 #define CYCLE_MS 20u
-#define DEAD_MS 180u /* from a command until it acts on the wheels */
+#define DEAD_MS 180u /* time from a command until it acts on the wheels */
 
-/* Of an example chair. Measure those of yours. */
+/* Constants of an example chair. Measure those of your chair. */
 static const stairscan_chair_t CHAIR = {CYCLE_MS + DEAD_MS, 1000, 100};
 
-/* Oldest reading of the odometer when a command is made of it. */
+/* Maximum age of the odometer's reading when a command is calculated. */
 #define ODOMETER_MS CYCLE_MS
 
-/* Cycles of which the fastest counts: from the odometer's reading until the command acts. */
+/* Number of cycles over which the maximum speed is taken: from the odometer's reading until the command acts. */
 #define RECENT ((ODOMETER_MS + CYCLE_MS + DEAD_MS) / CYCLE_MS + 1u)
 
-/* A scanner, and the speeds of the last cycles. */
+/* The parser's state, and the speeds of the last cycles. */
 struct limiter {
     stairscan_t scanner;
     uint32_t recent_mm_s[RECENT];
@@ -47,7 +48,8 @@ static uint32_t speed_limit(struct limiter *limiter, uint32_t measured_mm_s, uin
     return stairscan_max_speed(&ground, &CHAIR);
 }
 
-/* Returns the joystick's command, reduced to the limit. Backward it is passed on: the scanner looks ahead only. */
+/* Returns the joystick's command, reduced to the limit. Backward commands are passed on: the scanner only looks
+ * ahead. */
 static int32_t limited(struct limiter *limiter, int32_t joystick_mm_s, uint32_t measured_mm_s, uint32_t limit_mm_s) {
     int32_t command = joystick_mm_s;
     if (command > 0 && (uint32_t)command > limit_mm_s) {
@@ -60,11 +62,11 @@ static int32_t limited(struct limiter *limiter, int32_t joystick_mm_s, uint32_t 
 
 /* ---- a simulated drive ---- */
 
-#define KERB_MM 1800     /* ahead of the mirror when the drive begins */
-#define HORIZON_MM 1500  /* of every answer */
-#define SCAN_MS 800u     /* from one answer to the next */
-#define LIVE_MS 200u     /* from one LIVE to the next */
-#define UNPLUGGED_MS 9000u /* from then on no sentence comes */
+#define KERB_MM 1800     /* distance from the mirror at the start of the drive */
+#define HORIZON_MM 1500  /* horizon of every answer */
+#define SCAN_MS 800u     /* interval of answers */
+#define LIVE_MS 200u     /* interval of LIVE */
+#define UNPLUGGED_MS 9000u /* time after which no sentence is received */
 #define END_MS 10400u
 #define SHOWN_MS 400u
 #define DEAD (DEAD_MS / CYCLE_MS)
@@ -75,7 +77,7 @@ struct drive {
     uint32_t scan;
     int32_t travel_um;
     int32_t speed_mm_s;
-    int32_t commands[DEAD]; /* that do not yet act, a ring */
+    int32_t commands[DEAD]; /* ring of commands that have not acted yet */
 };
 
 /* The odometer's reading, 0.1 mm, rounded up. */
@@ -83,7 +85,7 @@ static int32_t odometer(const struct drive *drive) {
     return (drive->travel_um + (drive->travel_um > 0 ? 99 : 0)) / 100;
 }
 
-/* Sends a sentence to the parser as the scanner writes it. */
+/* Sends a sentence to the parser in the scanner's format. */
 static void send(struct drive *drive, const stairscan_sentence_t *sentence) {
     stairscan_line_t line;
     size_t k;
@@ -138,7 +140,8 @@ static int32_t joystick(uint32_t now_ms) {
     return now_ms >= 6000 && now_ms < 7600 ? -400 : 900;
 }
 
-/* One cycle of a chair: a command acts after the dead time, with 500 mm/s^2 and, braking, the deceleration of CHAIR. */
+/* Simulates one cycle of a chair. A command acts after the dead time, with 500 mm/s^2 or, when braking, the
+ * deceleration of CHAIR. */
 static void move(struct drive *drive, int32_t command) {
     int32_t *late = &drive->commands[drive->now_ms / CYCLE_MS % DEAD];
     int32_t change = *late - drive->speed_mm_s;
@@ -191,7 +194,7 @@ static int simulate(void) {
 
 static int table(void) {
     static const uint32_t free_mm[] = {0, 50, 100, 200, 300, 500, 750, 1000, 1500, 2000, 3000};
-    /* CHAIR; a slower reaction; a weaker brake; CHAIR with a sweep of 100 ms ago and 500 mm/s since. */
+    /* CHAIR; a slower reaction; a weaker brake; CHAIR with a sweep 100 ms ago and 500 mm/s since then. */
     static const stairscan_chair_t chairs[] = {{200, 1000, 100}, {400, 1000, 100}, {200, 500, 100}, {200, 1000, 100}};
     stairscan_ground_t ground = {0, 0, 0};
     size_t row, column;

@@ -1,9 +1,9 @@
-/* See stairscan.h. Sentences are tables of fields: what is read is written by the same table. */
+/* See stairscan.h. Sentences are tables of fields, used for both reading and writing. */
 #include "stairscan.h"
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 #define TAIL 11u          /* '*', eight digits, CR LF */
-#define AFTER_REASONS 40u /* room for what follows the reasons of a SCAN */
+#define AFTER_REASONS 40u /* room for the fields after the reasons of a SCAN */
 #define STEEPEST 45000    /* 0.001 degrees */
 
 /* ---- words ---- */
@@ -55,7 +55,7 @@ static bool is_word(stairscan_text_t text, const char *word) {
     return k == text.length && word[k] == '\0';
 }
 
-/* The place of a text among words, or their count. */
+/* Returns the index of a text among words, or their count. */
 static uint32_t find(stairscan_text_t text, const char *const *words, size_t count) {
     uint32_t at = 0;
     while (at < count && !is_word(text, words[at])) {
@@ -87,7 +87,7 @@ static bool has_framing(stairscan_text_t text) {
 /* ---- CRC-32 and digits ---- */
 
 uint32_t stairscan_crc32(const char *bytes, size_t length) {
-    /* The polynomial 0xEDB88320 times each value of four bits. */
+    /* The polynomial 0xEDB88320 times each four-bit value. */
     static const uint32_t table[16] = {
         0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u,
         0x4DB26158u, 0x5005713Cu, 0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu,
@@ -106,7 +106,7 @@ static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/* The value of a hex digit, or 16. */
+/* Returns the value of a hex digit, or 16. */
 static uint32_t hex_digit(char c) {
     if (is_digit(c)) {
         return (uint32_t)(c - '0');
@@ -117,7 +117,7 @@ static uint32_t hex_digit(char c) {
     return c >= 'a' && c <= 'f' ? (uint32_t)(c - 'a') + 10u : 16u;
 }
 
-/* Words of eight hex digits each, and nothing else. */
+/* Reads exactly `count` words of eight hex digits each. */
 static bool read_hex(stairscan_text_t text, uint32_t *words, size_t count) {
     size_t k;
     if (text.length != 8 * count) {
@@ -134,7 +134,7 @@ static bool read_hex(stairscan_text_t text, uint32_t *words, size_t count) {
     return true;
 }
 
-/* At least one digit and nothing else, at most `largest`. */
+/* Reads a number of at least one digit and at most `largest`. */
 static bool read_digits(stairscan_text_t text, uint32_t largest, uint32_t *value) {
     uint64_t sum = 0;
     size_t k;
@@ -151,7 +151,7 @@ static bool read_digits(stairscan_text_t text, uint32_t largest, uint32_t *value
     return text.length > 0;
 }
 
-/* Without its first byte, if that is `sign`. */
+/* Removes the first byte if it is `sign`. */
 static bool strip(stairscan_text_t *text, char sign) {
     if (text->length == 0 || text->at[0] != sign) {
         return false;
@@ -166,7 +166,7 @@ static bool read_number(stairscan_text_t text, uint32_t largest, uint32_t *value
     return read_digits(text, largest, value);
 }
 
-/* The same as the words of commands say it: with either sign. */
+/* Reads a number as in commands: with an optional sign. */
 static bool read_count(stairscan_text_t text, uint32_t largest, uint32_t *value) {
     if (strip(&text, '-')) {
         return read_digits(text, 0, value);
@@ -187,7 +187,7 @@ static bool read_pitch(stairscan_text_t text, int32_t *pitch) {
     return true;
 }
 
-/* A sign perhaps, digits, a point, one digit. */
+/* Reads a length: an optional sign, digits, a point, one digit. */
 static bool read_length(stairscan_text_t text, int32_t *tenths) {
     bool negative = strip(&text, '-');
     stairscan_text_t whole = text;
@@ -212,7 +212,7 @@ static bool read_percent(stairscan_text_t text, int32_t *tenths) {
     return read_length(text, tenths) && *tenths >= 0 && *tenths <= 1000;
 }
 
-/* Words joined by '+'; empty ones count for nothing. */
+/* Reads reasons joined by '+'; empty ones are ignored. */
 static bool read_reasons(stairscan_text_t text, uint64_t *reasons) {
     size_t begin = 0;
     size_t end;
@@ -235,16 +235,16 @@ static bool read_reasons(stairscan_text_t text, uint64_t *reasons) {
 
 /* ---- the table of sentences ---- */
 
-/* What a field is; beside it the type of its place in stairscan_sentence_t. */
+/* Type of a field, with the type of its member in stairscan_sentence_t. */
 enum type {
     TEXT,        /* stairscan_text_t */
-    REST,        /* stairscan_text_t: all up to the end, commas included */
+    REST,        /* stairscan_text_t: the rest of the line, including commas */
     U8,          /* uint32_t, at most 255 */
     U16,         /* uint32_t, at most 65535 */
     U32,         /* uint32_t */
     TIME,        /* stairscan_time_t, or empty */
     HASH,        /* uint32_t, eight hex digits */
-    SERIAL,      /* three of them */
+    SERIAL,      /* three words of eight hex digits */
     LENGTH,      /* int32_t */
     MAY_LENGTH,  /* stairscan_optional_t, or empty */
     PERCENT,     /* uint32_t */
@@ -255,7 +255,7 @@ enum type {
     ENDING,      /* uint32_t */
     REASON,      /* uint32_t */
     REASON_SET,  /* uint64_t */
-    MAY_PLANE    /* uint32_t; the last field, with its comma, may be missing */
+    MAY_PLANE    /* uint32_t; the last field; may be missing together with its comma */
 };
 
 struct field {
@@ -378,7 +378,7 @@ static const struct field CALIBRATION[] = {W("wall", U16, wall_mm), W("date", U3
 
 /* ---- reading ---- */
 
-/* What is left of a line; nothing once its last field is taken. */
+/* The rest of a line; empty after its last field. */
 struct cursor {
     stairscan_text_t left;
     bool more;
@@ -444,7 +444,7 @@ static bool store_percent(stairscan_text_t text, uint32_t *tenths) {
     return true;
 }
 
-/* Puts a field's value into its place, whose type is that of the table above. */
+/* Stores a field's value in its member, whose type is given in the table above. */
 static bool store(stairscan_text_t text, enum type type, void *place) {
     switch (type) {
     case TEXT:
@@ -487,7 +487,7 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
     return false;
 }
 
-/* Reads all fields of a table into `base`; NULL, or the name of the one that is wrong. */
+/* Reads all fields of a table into `base`. Returns NULL, or the name of the wrong field. */
 static const char *read_fields(struct cursor *cursor, const struct field *fields, size_t count,
                                void *base) {
     size_t k;
@@ -517,7 +517,7 @@ static stairscan_result_t result(uint32_t error, const char *field) {
     return result;
 }
 
-/* What stands between '$' and the last '*', once its CRC has been found right. */
+/* Finds the text between '$' and the last '*' and checks the CRC. */
 static uint32_t unframe(const char *line, size_t length, stairscan_text_t *body) {
     stairscan_text_t sum;
     uint32_t crc = 0;
@@ -622,7 +622,7 @@ static void push_reasons(stairscan_line_t *line, uint64_t reasons) {
     uint32_t k;
     for (k = 0; k < COUNT(REASONS); k++) {
         if ((reasons >> k & 1) != 0) {
-            /* What follows must find room, too: the rarest reasons stand last. */
+            /* The fields that follow must fit, too: the rarest reasons are last. */
             size_t length = line->length + 1 + stairscan_text(REASONS[k]).length;
             if (length + AFTER_REASONS + TAIL > STAIRSCAN_MAX_SENTENCE) {
                 return;
@@ -636,7 +636,7 @@ static void push_reasons(stairscan_line_t *line, uint64_t reasons) {
     }
 }
 
-/* Eight digits, for which there is room. */
+/* Appends eight hex digits; the caller ensures the space. */
 static void put_hex(stairscan_line_t *line, uint32_t word) {
     int shift;
     for (shift = 28; shift >= 0; shift -= 4) {
@@ -667,9 +667,9 @@ static void push_time(stairscan_line_t *line, const stairscan_time_t *time) {
     }
 }
 
-/* Writes what `store` has put into a place. */
+/* Writes the value of a member that `store` has set. */
 static void push_field(stairscan_line_t *line, enum type type, const void *place) {
-    const uint32_t *number = (const uint32_t *)place; /* of most types; of others never followed */
+    const uint32_t *number = (const uint32_t *)place; /* of most types; not dereferenced for the others */
     push(line, ',');
     switch (type) {
     case TEXT:
@@ -741,7 +741,7 @@ static void push_fields(stairscan_line_t *line, const struct field *fields, size
     }
 }
 
-/* Pushed fields leave room for this. */
+/* Appends CRC and CR LF, for which the pushed fields leave space. */
 static void finish(stairscan_line_t *line) {
     uint32_t crc = stairscan_crc32(line->bytes + 1, line->length - 1);
     line->bytes[line->length++] = '*';
@@ -764,7 +764,7 @@ void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *lin
 
 /* ---- commands ---- */
 
-/* Whether a command is switched on or off. */
+/* Whether a command has the argument on or off. */
 static bool is_switch(uint32_t command) {
     return command == STAIRSCAN_COMMAND_GUARD || command == STAIRSCAN_COMMAND_WATCH;
 }
@@ -805,7 +805,7 @@ static bool begins_with(stairscan_text_t text, const char *prefix) {
     return is_word(text, prefix);
 }
 
-/* Takes the frame away where there is one; NULL, or what is wrong with it. */
+/* Removes the frame if there is one. Returns NULL, or the error. */
 static const char *unframe_command(stairscan_text_t *text) {
     stairscan_text_t sum;
     uint32_t crc = 0;
@@ -843,7 +843,7 @@ static stairscan_refusal_t parse_motion(stairscan_text_t body, stairscan_command
     return refusal(wrong == NULL ? NULL : "MOTION", wrong);
 }
 
-/* The next word; commas and spaces stand between them. Empty where there is none. */
+/* Returns the next word, separated by commas and spaces; empty if there is none. */
 static stairscan_text_t next_word(stairscan_text_t *left) {
     stairscan_text_t word;
     while (strip(left, ',') || strip(left, ' ')) {
@@ -858,7 +858,7 @@ static stairscan_text_t next_word(stairscan_text_t *left) {
     return word;
 }
 
-/* Reads key and value of `get` and `set`; NULL, or the field that is wrong. */
+/* Reads key and value of `get` and `set`. Returns NULL, or the wrong field. */
 static const char *parse_setting(stairscan_text_t *left, stairscan_command_t *command) {
     bool get = command->kind == STAIRSCAN_COMMAND_GET;
     uint32_t key;
@@ -876,14 +876,14 @@ static const char *parse_setting(stairscan_text_t *left, stairscan_command_t *co
     return command->value.length > 0 ? NULL : KEYS[key];
 }
 
-/* Whether a number reads as year, month and day. */
+/* Whether a number is a date: year, month and day. */
 static bool is_date(uint32_t date) {
     uint32_t month = date / 100 % 100;
     uint32_t day = date % 100;
     return date >= 20000000 && date < 100000000 && month >= 1 && month <= 12 && day >= 1 && day <= 31;
 }
 
-/* Reads the arguments of `calibrate`; NULL, or the field that is wrong. */
+/* Reads the arguments of `calibrate`. Returns NULL, or the wrong field. */
 static const char *parse_calibration(stairscan_text_t *left, stairscan_calibration_t *calibration) {
     if (!read_count(next_word(left), 65535, &calibration->wall_mm)) {
         return "wall";
@@ -894,7 +894,7 @@ static const char *parse_calibration(stairscan_text_t *left, stairscan_calibrati
     return NULL;
 }
 
-/* Reads the argument of `guard` and `watch`; NULL, or the field that is wrong. */
+/* Reads the argument of `guard` and `watch`. Returns NULL, or the wrong field. */
 static const char *parse_switch(stairscan_text_t *left, stairscan_text_t *value) {
     *value = next_word(left);
     return is_word(*value, "on") || is_word(*value, "off") ? NULL : "switch";
@@ -967,7 +967,7 @@ static void drop(stairscan_t *scanner) {
     scanner->collecting = false;
 }
 
-/* Nothing that was said before counts any more. */
+/* Voids all earlier information. */
 static void forget(stairscan_t *scanner) {
     drop(scanner);
     scanner->has_answer = scanner->faulty = scanner->doubtful = scanner->aged = false;
@@ -979,7 +979,7 @@ static void restarted(stairscan_t *scanner) {
     scanner->last_scan = scanner->uptime_ms = 0;
 }
 
-/* Notes what has gone by: silence makes all void, age the answer. Both stay so when the clock wraps. */
+/* Checks the timeouts: silence voids everything, age the answer. Both remain when the clock wraps. */
 static void pass(stairscan_t *scanner, uint32_t now_ms) {
     if (scanner->heard && now_ms - scanner->heard_ms > scanner->rules.silence_ms) {
         scanner->heard = false;
@@ -990,12 +990,12 @@ static void pass(stairscan_t *scanner, uint32_t now_ms) {
     }
 }
 
-/* Nearest place of a drop's edge. */
+/* Returns the nearest possible place of a drop's edge. */
 static int64_t brink(const stairscan_drop_t *edge) {
     return edge->distance - 3 * (int64_t)edge->distance_sigma;
 }
 
-/* Keeps the drop of an answer of the depth plane: the height plane's answer behind it takes nothing of it back. */
+/* Keeps the drop of an answer of the depth plane: a following answer of the height plane does not cancel it. */
 static void keep_edge(stairscan_t *scanner) {
     const stairscan_answer_t *coming = &scanner->coming;
     if (coming->head.plane != STAIRSCAN_PLANE_HEIGHT) {
@@ -1004,7 +1004,7 @@ static void keep_edge(stairscan_t *scanner) {
     }
 }
 
-/* Whether the answer that is coming in is whole; then it is the answer. */
+/* Makes the received answer the current one if it is complete. Returns whether it is. */
 static bool complete(stairscan_t *scanner) {
     const stairscan_scan_t *head = &scanner->coming.head;
     if (scanner->got_steps < head->steps || scanner->got_drops < head->drops ||
@@ -1036,7 +1036,7 @@ static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     scanner->coming.came_ms = now_ms;
     scanner->coming.travel = travel;
     if (head->plane == STAIRSCAN_PLANE_HEIGHT && !scanner->edge_known) {
-        drop(scanner); /* the answer that told the drop was lost */
+        drop(scanner); /* the answer with the drop was lost */
         return false;
     }
     if (head->steps > STAIRSCAN_MAX_STEPS || head->drops > 1 || head->maybes > STAIRSCAN_MAX_MAYBES ||
@@ -1096,7 +1096,7 @@ static void take_live(stairscan_t *scanner) {
     }
     scanner->uptime_ms = live->uptime_ms;
     if (live->scan > scanner->last_scan && live->scan - scanner->last_scan > 1) {
-        forget(scanner); /* the SCAN of one in between was lost: nobody knows what it said */
+        forget(scanner); /* the SCAN of one in between was lost, with an unknown status */
     }
     if (is_word(live->state, "fault")) {
         forget(scanner);
@@ -1104,7 +1104,7 @@ static void take_live(stairscan_t *scanner) {
     }
 }
 
-/* Acts on the sentence that has come; whether it completes an answer. */
+/* Processes the received sentence. Returns whether it completes an answer. */
 static bool act(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     switch (scanner->sentence.kind) {
     case STAIRSCAN_SCAN:
@@ -1147,8 +1147,8 @@ static enum stairscan_event end_line(stairscan_t *scanner, uint32_t now_ms, int3
     return act(scanner, now_ms, travel) ? STAIRSCAN_ANSWER : STAIRSCAN_SENTENCE;
 }
 
-/* Whether a '$' may go on with the line: FAIL offers a command's whole sentence, behind a space. Any other
- * begins a line anew, so that the one behind a lost line end is not lost with it. */
+/* Whether a '$' continues the line: FAIL offers a command's whole sentence, after a space. Any other '$' begins
+ * a new line, so that a lost line end does not cost the following line. */
 static bool is_within(const stairscan_t *scanner) {
     return !scanner->skipping && scanner->line[scanner->length - 1] == ' ';
 }
@@ -1181,10 +1181,10 @@ static int32_t clamp(int64_t value) {
     return value > INT32_MAX ? INT32_MAX : (int32_t)value;
 }
 
-/* What the margin holds of a distance's error, 0.1 mm. */
+/* Distance error that the margin covers, 0.1 mm. */
 #define WITHIN_MARGIN 300
 
-/* By how much a step may stand nearer than the margin holds: its expanded uncertainty of 3 sigma, 0.1 mm. */
+/* Returns the part of a step's expanded uncertainty (3 sigma) that the margin does not cover, 0.1 mm. */
 static int64_t nearer(const stairscan_step_t *step) {
     int64_t beyond = 3 * (int64_t)step->distance_sigma - WITHIN_MARGIN;
     return beyond > 0 ? beyond : 0;
@@ -1207,7 +1207,8 @@ stairscan_optional_t stairscan_free(const stairscan_answer_t *answer) {
     return way;
 }
 
-/* What the answer vouches for from where the chair is now, and how much of that is level ground: to `edge` at most. */
+/* Returns the remaining valid distance of the answer from the chair's current position, and its level part,
+ * which ends at `edge` at the latest. */
 static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone, int64_t edge) {
     stairscan_permit_t permit = {STAIRSCAN_GO, STAIRSCAN_WHY_OK, 0, 0};
     int64_t vouched = answer->head.horizon.value - gone;
@@ -1283,7 +1284,7 @@ uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel
     return permit.action == STAIRSCAN_GO ? (uint32_t)permit.clear / 10 : 0;
 }
 
-/* A 96-bit integer, high * 2^32 + low: C99 has none, and a 64-bit division would call a library. */
+/* A 96-bit integer, high * 2^32 + low. C99 has none, and a 64-bit division would call a library function. */
 struct wide {
     uint64_t high;
     uint32_t low;
@@ -1301,8 +1302,8 @@ static bool is_at_most(struct wide a, struct wide b) {
     return a.high != b.high ? a.high < b.high : a.low <= b.low;
 }
 
-/* Whether the chair stops on `free_um` of ground. Products of mm/s and ms are micrometres, so that
- * v * v / (2 * a) mm are 500 * v * v / a micrometres, and nothing is rounded. */
+/* Whether the chair stops within `free_um` of ground. Products of mm/s and ms are micrometres: v * v / (2 * a)
+ * mm are 500 * v * v / a micrometres, and nothing is rounded. */
 static bool stops(uint32_t speed, uint64_t free_um, uint32_t fastest, const stairscan_chair_t *chair) {
     uint64_t reaction_um = (uint64_t)(speed > fastest ? speed : fastest) * chair->latency_ms;
     return reaction_um <= free_um && is_at_most(product((uint64_t)speed * speed, 500),
@@ -1317,7 +1318,8 @@ uint32_t stairscan_max_speed(const stairscan_ground_t *ground, const stairscan_c
     if (ground->age_ms > chair->oldest_ms || chair->deceleration_mm_s2 == 0 || gone_um > free_um) {
         return 0;
     }
-    /* An integer square root bit by bit, of the whole inequality: the slower of two speeds stops earlier. */
+    /* An integer square root bit by bit, applied to the whole inequality: the lower of two speeds always stops
+     * earlier. */
     for (bit = (uint32_t)1 << 31; bit > 0; bit >>= 1) {
         if (stops(limit | bit, free_um - gone_um, ground->fastest_mm_s, chair)) {
             limit |= bit;

@@ -1,41 +1,42 @@
-/* The stair scanner's report, for a wheelchair's controller: parser, writer and rules.
+/* Parser, writer and rules for the stair scanner's report, for a wheelchair's controller.
  *
- * C99, two files (this and stairscan.c), no heap, no stdio, no floating point, no global state, and no
- * library function of their own. Time and travel come in as arguments. No input, however damaged, is undefined.
- * The whole story: docs/controller.md. What each field means: docs/report.md.
+ * C99, two files (this and stairscan.c), no heap, no stdio, no floating point, no global state, and no library
+ * function of their own. Time and travel are arguments. No input, however damaged, causes undefined behaviour.
+ * Full description: docs/controller.md. Meaning of each field: docs/report.md.
  *
- * What may I do when I read this? Feed every byte of the scanner's UART to stairscan_take, ask
- * stairscan_may in every control cycle, and do what it says:
+ * Use: pass every byte of the scanner's UART to stairscan_take, call stairscan_may in every control cycle, and
+ * act on its result:
  *
- *   what is there         stairscan_may      what the chair may do
- *   ok, young, near       STAIRSCAN_GO       drive forward, at most `clear`; climb what the steps say
- *                                            as far as `vouched`
- *   degraded              STAIRSCAN_HINT     begin no motion on it, stop the one begun; show the steps
- *                                            to people
- *   fault                 STAIRSCAN_STOP     stand: there is no answer, never "no stairs"
+ *   state of the report   stairscan_may      permitted motion
+ *   ok, not old, near     STAIRSCAN_GO       drive forward, at most `clear`; climb the reported steps
+ *                                            up to `vouched`
+ *   degraded              STAIRSCAN_HINT     begin no motion on it, stop the current one; show the steps
+ *                                            to the user
+ *   fault                 STAIRSCAN_STOP     stand: there is no answer, which does not mean "no stairs"
  *   silence               STAIRSCAN_STOP     stand: scanner or line is dead, older answers are void
- *   old answer            STAIRSCAN_STOP     stand until a newer one comes: too long ago, or the chair
- *                                            has gone too far on it
+ *   old answer            STAIRSCAN_STOP     stand until a newer one is received: its age, or the travel
+ *                                            since, is too large
  *
- * Speed: stairscan_max_speed makes a limit of stairscan_free_mm. Take the smaller of it and the joystick's command.
+ * Speed: stairscan_max_speed calculates a limit from stairscan_free_mm. Use the smaller of it and the
+ * joystick's command.
  *
- * It is for driving forward. The scanner looks nowhere else: not behind, not beside, not into a turn.
+ * For forward driving only. The scanner does not look backward, sideways or into a turn.
  *
- * Rules of state and time-out, all kept by stairscan_take and stairscan_may:
- * - An answer is one SCAN, its STEPs, its DROP, its MAYBEs, complete and in order. Where one is missing, none
- *   of it counts (`dropped` counts those). LIVE and answers to commands may stand between them.
- * - A SCAN that is not ok takes the older answer away at once, even if its own STEPs get lost.
- * - BOOT, HALT, an uptime that begins anew, a state `fault` in LIVE and silence take it away, too;
- *   so does a LIVE that shows that a whole answer was missed.
- * - Silence is no intact sentence for `silence_ms`. The scanner sends LIVE five times a second in
- *   every state, except while `save` erases its flash (some seconds, only when it was stopped).
- * - Old is `oldest_ms` since the SCAN came, or `farthest` of travel since. The clock may wrap; call
- *   stairscan_may at least once in a few days.
- * - Whoever configures the scanner sets `settings` to the hash that BOOT, STAT and SCAN bear: an
- *   answer made with other settings then counts as none.
+ * Rules of state and timeouts, all implemented by stairscan_take and stairscan_may:
+ * - An answer is one SCAN, its STEPs, its DROP, its MAYBEs, complete and in order. If one is missing, the whole
+ *   answer is discarded (`dropped` counts those). LIVE and replies to commands may come between them.
+ * - A SCAN that is not ok voids the older answer at once, even if its own STEPs get lost.
+ * - The older answer is also voided by BOOT, HALT, an uptime that restarts, the state `fault` in LIVE, silence,
+ *   and a LIVE that shows that a whole answer was missed.
+ * - Silence is no intact sentence for `silence_ms`. The scanner sends LIVE five times a second in every state,
+ *   except while `save` erases its flash (some seconds, only when it was stopped).
+ * - An answer is old after `oldest_ms` since its SCAN was received, or after `farthest` of travel since. The
+ *   clock may wrap; call stairscan_may at least once in a few days.
+ * - If you configure the scanner, set `settings` to the hash in BOOT, STAT and SCAN: answers made with other
+ *   settings are then ignored.
  *
- * Lengths are integers in tenths of a millimetre, probabilities in tenths of a per cent, angles in
- * 0.001 degrees: as on the wire. Distances count from the mirror at the scan's last row.
+ * Lengths are integers in tenths of a millimetre, probabilities in tenths of a per cent, angles in 0.001
+ * degrees, as in the sentences. Distances are measured from the mirror at the scan's last row.
  */
 #ifndef STAIRSCAN_H
 #define STAIRSCAN_H
@@ -48,12 +49,12 @@
 extern "C" {
 #endif
 
-#define STAIRSCAN_MAX_SENTENCE 224 /* bytes of the longest sentence, CR LF included */
-#define STAIRSCAN_MAX_COMMAND 96   /* bytes of the longest command that the scanner takes */
-#define STAIRSCAN_MAX_STEPS 16     /* of one answer */
-#define STAIRSCAN_MAX_MAYBES 6     /* of one answer */
+#define STAIRSCAN_MAX_SENTENCE 224 /* maximum length of a sentence, bytes, including CR LF */
+#define STAIRSCAN_MAX_COMMAND 96   /* maximum length of a command to the scanner, bytes */
+#define STAIRSCAN_MAX_STEPS 16     /* maximum number in an answer */
+#define STAIRSCAN_MAX_MAYBES 6     /* maximum number in an answer */
 
-/* Reasons: constant, word on the wire, meaning. */
+/* Reasons: constant, word in sentences, meaning. */
 /* begin generated: `cargo run -p stairscan-fuzz --example controller -- --write` */
 #define STAIRSCAN_REASONS(X) \
     X(LOST_ROWS, "lost-rows", "Some rows' chirps were lost after all retries.") \
@@ -183,7 +184,7 @@ extern "C" {
     X("stack-size")
 /* end generated */
 
-/* STAIRSCAN_REASON_LOST_ROWS and so on; a set of reasons has bit 1 << constant. */
+/* STAIRSCAN_REASON_LOST_ROWS and so on. A set of reasons is a bit mask: bit 1 << constant. */
 enum stairscan_reason {
 #define STAIRSCAN_X(name, word, meaning) STAIRSCAN_REASON_##name,
     STAIRSCAN_REASONS(STAIRSCAN_X)
@@ -191,15 +192,15 @@ enum stairscan_reason {
     STAIRSCAN_REASON_COUNT
 };
 
-/* The word or the meaning of a reason; "" for a number that is none. */
+/* Return the word or the meaning of a reason; "" for an unknown number. */
 const char *stairscan_reason_word(uint32_t reason);
 const char *stairscan_reason_meaning(uint32_t reason);
 
 enum stairscan_status { STAIRSCAN_OK, STAIRSCAN_DEGRADED, STAIRSCAN_FAULT };
 enum stairscan_direction { STAIRSCAN_NONE, STAIRSCAN_UP, STAIRSCAN_DOWN };
 
-/* Kinds of hazards that end the free ground of a guard sweep. NOTHING: nothing within the range that a sweep sees; UNKNOWN: nothing is
- * known of the ground beyond. */
+/* Hazards at the end of the free distance of a guard sweep. NOTHING: no hazard within the range of the sweep;
+ * UNKNOWN: the ground beyond is unknown. */
 enum stairscan_ending {
     STAIRSCAN_ENDS_NOTHING,
     STAIRSCAN_ENDS_RISE,
@@ -208,24 +209,24 @@ enum stairscan_ending {
     STAIRSCAN_ENDS_UNKNOWN
 };
 
-/* The plane that a scan was made in. AS_SET: the one that the setting `plane` names, and no field of SCAN. */
+/* Plane of a scan. AS_SET: that of the setting `plane`; SCAN then has no such field. */
 enum stairscan_plane { STAIRSCAN_PLANE_AS_SET, STAIRSCAN_PLANE_DEPTH, STAIRSCAN_PLANE_HEIGHT };
 
 /* ---- sentences of the report ---- */
 
-/* Text within the line that was parsed: not closed with a zero, gone with the line. */
+/* Text within the parsed line: not zero-terminated, valid as long as the line. */
 typedef struct {
     const char *at;
     size_t length;
 } stairscan_text_t;
 
-/* A number that may be missing; 0 then. */
+/* An optional number; 0 if absent. */
 typedef struct {
     bool present;
     int32_t value;
 } stairscan_optional_t;
 
-/* A time that may be missing; 0 then. */
+/* An optional time; 0 if absent. */
 typedef struct {
     bool present;
     uint32_t ms;
@@ -236,14 +237,14 @@ typedef struct {
     uint32_t scan;                   /* number since boot, from 1; 0 is a failed self-test */
     uint32_t status;                 /* enum stairscan_status */
     uint32_t direction;              /* enum stairscan_direction */
-    uint32_t steps;                  /* STEP sentences that follow */
+    uint32_t steps;                  /* number of STEP sentences that follow */
     uint32_t lost_rows;
     uint64_t reasons;                /* set of enum stairscan_reason */
-    stairscan_optional_t horizon;    /* 0.1 mm: how far the answer vouches for itself */
-    stairscan_optional_t confidence; /* 0.1 %: that nothing is wrong up to there */
-    uint32_t maybes;                 /* MAYBE sentences that follow */
+    stairscan_optional_t horizon;    /* 0.1 mm: the answer is valid up to here */
+    stairscan_optional_t confidence; /* 0.1 %: probability that nothing is wrong up to there */
+    uint32_t maybes;                 /* number of MAYBE sentences that follow */
     uint32_t settings;               /* hash of the settings */
-    uint32_t drops;                  /* DROP sentences that follow: 0 or 1 */
+    uint32_t drops;                  /* number of DROP sentences that follow: 0 or 1 */
     uint32_t plane;                  /* enum stairscan_plane */
 } stairscan_scan_t;
 
@@ -252,7 +253,7 @@ typedef struct {
     uint32_t scan;
     uint32_t index; /* from 1, nearest first */
     uint32_t count;
-    int32_t distance; /* to the foremost edge; negative where a drop lies behind the mirror */
+    int32_t distance; /* to the foremost edge; negative for a drop behind the mirror */
     int32_t height;   /* above the ground that the chair stands on */
     stairscan_optional_t tread;
     stairscan_optional_t riser;
@@ -261,8 +262,8 @@ typedef struct {
     uint32_t quality; /* 0 to 100 */
 } stairscan_step_t;
 
-/* DROP: the ground ends or falls by more than 40 mm, and no staircase going down is told. It does not end
- * before distance - 3 distance_sigma. */
+/* DROP: the ground ends or falls by more than 40 mm, and no downward staircase is reported. The nearest
+ * possible place of the edge is distance - 3 distance_sigma. */
 typedef struct {
     uint32_t scan;
     int32_t distance; /* 0.1 mm, to the edge */
@@ -271,7 +272,7 @@ typedef struct {
     uint32_t probability;       /* 0.1 % */
 } stairscan_drop_t;
 
-/* MAYBE: something may stand there that the answer does not hold. */
+/* MAYBE: a possible step or drop that is not part of the answer. */
 typedef struct {
     uint32_t scan;
     uint32_t index; /* from 1, nearest first */
@@ -281,13 +282,13 @@ typedef struct {
     uint32_t probability; /* 0.1 % */
 } stairscan_maybe_t;
 
-/* GUARD: how far the ground is free by one guard sweep. Only an ok promises it. */
+/* GUARD: free distance of one guard sweep. Only valid with the status ok. */
 typedef struct {
     uint32_t sweep;            /* number since the guard was switched on, from 1 */
     uint32_t status;           /* enum stairscan_status */
-    stairscan_optional_t free; /* 0.1 mm from the mirror at the sweep's last row; missing of a fault */
+    stairscan_optional_t free; /* 0.1 mm from the mirror at the sweep's last row; absent for a fault */
     uint32_t ending;           /* enum stairscan_ending */
-    uint32_t confidence;       /* 0.1 %: that no hazard is nearer */
+    uint32_t confidence;       /* 0.1 %: probability that no hazard is nearer */
     uint64_t reasons;          /* set of enum stairscan_reason */
 } stairscan_guard_t;
 
@@ -295,14 +296,14 @@ typedef struct {
 typedef struct {
     stairscan_text_t version;
     stairscan_text_t revision;
-    stairscan_text_t reset; /* why */
+    stairscan_text_t reset; /* cause of the reset */
     stairscan_text_t clock;
-    uint32_t boots; /* since power came */
+    uint32_t boots; /* number since power-up */
     uint32_t settings;
     uint32_t serial[3];
 } stairscan_boot_t;
 
-/* STAT: answer to `status`. */
+/* STAT: reply to `status`. */
 typedef struct {
     stairscan_text_t state; /* boot, self-test, idle, scanning, reporting, guarding, fault */
     stairscan_text_t clock;
@@ -314,17 +315,17 @@ typedef struct {
     uint32_t settings;
 } stairscan_stat_t;
 
-/* LIVE: five times a second in every state. Counters since boot, which stay at 65535. */
+/* LIVE: sent five times a second in every state. The counters start at boot and saturate at 65535. */
 typedef struct {
     stairscan_text_t state; /* as in STAT */
     uint32_t scan;          /* number of the scan that began last */
     uint32_t uptime_ms;
-    stairscan_time_t age; /* since the last row of the last scan that was no fault */
+    stairscan_time_t age; /* time since the last row of the last scan without a fault */
     stairscan_text_t motion;
     uint32_t motion_faults;
-    uint32_t refused;     /* lines that the scanner refused */
-    uint32_t port_errors; /* bytes that came to it damaged or were lost */
-    uint32_t link_errors; /* requests that the radar module did not answer as it should */
+    uint32_t refused;     /* number of refused lines */
+    uint32_t port_errors; /* number of damaged or lost bytes at the scanner's input */
+    uint32_t link_errors; /* number of requests without a correct answer of the radar module */
 } stairscan_live_t;
 
 /* CONF: one value of the configuration. */
@@ -333,12 +334,12 @@ typedef struct {
     stairscan_text_t value;
 } stairscan_conf_t;
 
-/* DONE: a command was carried out. */
+/* DONE: a command was executed. */
 typedef struct {
     stairscan_text_t command;
 } stairscan_done_t;
 
-/* FAIL: a command was refused, nothing changed. `command` and `field` may be "-". */
+/* FAIL: a command was refused and nothing changed. `command` and `field` may be "-". */
 typedef struct {
     stairscan_text_t command;
     stairscan_text_t field;
@@ -366,7 +367,7 @@ enum stairscan_kind {
 };
 
 typedef struct {
-    uint32_t kind; /* enum stairscan_kind: which of these holds */
+    uint32_t kind; /* enum stairscan_kind: the valid member of the union */
     union {
         stairscan_scan_t scan;
         stairscan_step_t step;
@@ -392,23 +393,23 @@ enum stairscan_error {
 
 typedef struct {
     uint32_t error;    /* enum stairscan_error */
-    const char *field; /* which, with STAIRSCAN_BAD_FIELD; else NULL */
+    const char *field; /* wrong field for STAIRSCAN_BAD_FIELD; else NULL */
 } stairscan_result_t;
 
-/* Parses a line, with or without its CR LF. `sentence` is meant only when the result is fine. */
+/* Parses a line, with or without its CR LF. `sentence` is valid only if the result is STAIRSCAN_FINE. */
 stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_sentence_t *sentence);
 
-/* A line to be sent, CR LF included, and a zero behind it. */
+/* A line to send, including CR LF, zero-terminated. */
 typedef struct {
     size_t length;
     char bytes[STAIRSCAN_MAX_SENTENCE + 1];
 } stairscan_line_t;
 
-/* Writes a sentence as the scanner does. What would break the frame becomes a space, what is too long
- * is cut. */
+/* Writes a sentence as the scanner does. Characters that would break the frame become spaces, and text that is
+ * too long is truncated. */
 void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *line);
 
-/* CRC-32 (ISO-HDLC) of what stands between '$' and '*'. */
+/* CRC-32 (ISO-HDLC) of the bytes between '$' and '*'. */
 uint32_t stairscan_crc32(const char *bytes, size_t length);
 
 /* ---- commands and the motion sentence ---- */
@@ -424,7 +425,7 @@ enum stairscan_command {
     STAIRSCAN_COMMAND_SELFTEST,
     STAIRSCAN_COMMAND_SAVE,
     STAIRSCAN_COMMAND_RESET,
-    STAIRSCAN_COMMAND_GET, /* `key`, or all of them where it is empty */
+    STAIRSCAN_COMMAND_GET, /* `key`; all of them if it is empty */
     STAIRSCAN_COMMAND_SET, /* `key`, `value` */
     STAIRSCAN_COMMAND_CALIBRATE, /* `calibration` */
     STAIRSCAN_COMMAND_MOTION
@@ -432,12 +433,12 @@ enum stairscan_command {
 
 /* MOTION: up to a hundred a second, at least five. */
 typedef struct {
-    uint32_t sequence;          /* 0 to 65535, one more each time */
+    uint32_t sequence;          /* 0 to 65535, incremented by one each time */
     int32_t travel;             /* 0.1 mm, forward positive, cumulative */
     stairscan_optional_t pitch; /* 0.001 degrees, nose up positive, within 45 degrees */
 } stairscan_motion_t;
 
-/* calibrate: a scan of a flat floor and a wall. */
+/* calibrate: a scan of flat ground and a wall. */
 typedef struct {
     uint32_t wall_mm; /* from the mirror, 0 to 65535 */
     uint32_t date;    /* year, month and day: YYYYMMDD */
@@ -451,64 +452,65 @@ typedef struct {
     stairscan_calibration_t calibration;
 } stairscan_command_t;
 
-/* Why a line is no command; both NULL where it is one. */
+/* Reason why a line is not a command; both NULL if it is one. */
 typedef struct {
-    const char *command; /* its word, or "-" */
+    const char *command; /* its name, or "-" */
     const char *field;
 } stairscan_refusal_t;
 
-/* Text of a string that is closed with a zero: for `key` and `value`. */
+/* Returns the text of a zero-terminated string, for `key` and `value`. */
 stairscan_text_t stairscan_text(const char *string);
 
-/* Writes a command or a motion sentence in its frame with CRC and CR LF. The scanner takes no `set`,
- * `save` and `calibrate` without them. */
+/* Writes a command or a motion sentence with frame, CRC and CR LF. The scanner refuses `set`, `save` and
+ * `calibrate` without them. */
 void stairscan_write_command(const stairscan_command_t *command, stairscan_line_t *line);
 
-/* Parses a command, framed or not, as the scanner does: for test benches. */
+/* Parses a command, with or without a frame, as the scanner does: for test benches. */
 stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
                                             stairscan_command_t *command);
 
-/* ---- answers and what may be done on them ---- */
+/* ---- answers and permitted motion ---- */
 
 typedef struct {
-    uint32_t silence_ms; /* no intact sentence for longer: silence */
-    uint32_t oldest_ms;  /* an answer is old after so long */
-    int32_t farthest;    /* 0.1 mm: and after so much travel */
-    int32_t margin;      /* 0.1 mm: taken off every way that may be gone */
-    bool check_settings; /* whether answers made with other settings count as none */
-    uint32_t settings;   /* the hash of these settings */
+    uint32_t silence_ms; /* silence: maximum time without an intact sentence */
+    uint32_t oldest_ms;  /* maximum age of an answer */
+    int32_t farthest;    /* 0.1 mm: maximum travel since an answer */
+    int32_t margin;      /* 0.1 mm: subtracted from every permitted distance */
+    bool check_settings; /* whether answers made with other settings are ignored */
+    uint32_t settings;   /* the hash of the required settings */
 } stairscan_rules_t;
 
-/* 500 ms: LIVE comes every 200 ms. 17 s: three scans of the longest kind. 500 mm: an odometer's 2 % of it
- * are 1 cm. 60 mm: 30 mm that an ok may be off where its sigma is at most 10 mm, and 30 mm that a chair goes at
- * 0.6 m/s from a scan's last row until its SCAN is read. Settings are not checked. */
+/* Returns the defaults. silence_ms 500: LIVE comes every 200 ms. oldest_ms 17 s: three scans of the longest
+ * kind. farthest 500 mm: an odometer's 2 % of it are 1 cm. margin 60 mm: 30 mm error of an ok answer with a
+ * sigma of at most 10 mm, and 30 mm of travel at 0.6 m/s from a scan's last row until its SCAN is read.
+ * Settings are not checked. */
 stairscan_rules_t stairscan_default_rules(void);
 
-/* A whole answer. */
+/* A complete answer. */
 typedef struct {
     stairscan_scan_t head;
-    stairscan_step_t steps[STAIRSCAN_MAX_STEPS];    /* head.steps of them */
-    stairscan_drop_t drop;                          /* where head.drops is 1 */
-    stairscan_maybe_t maybes[STAIRSCAN_MAX_MAYBES]; /* head.maybes of them */
-    uint32_t came_ms;                               /* when its SCAN came */
-    int32_t travel;                                 /* the chair's travel then */
+    stairscan_step_t steps[STAIRSCAN_MAX_STEPS];    /* head.steps are valid */
+    stairscan_drop_t drop;                          /* valid if head.drops is 1 */
+    stairscan_maybe_t maybes[STAIRSCAN_MAX_MAYBES]; /* head.maybes are valid */
+    uint32_t came_ms;                               /* time at which its SCAN was received */
+    int32_t travel;                                 /* the chair's travel at that time */
 } stairscan_answer_t;
 
-/* What is known of a scanner: some 2.4 KB. Fields not named here are the parser's own. */
+/* State of a scanner: about 2.4 KB. Members without a comment belong to the parser. */
 typedef struct {
     stairscan_rules_t rules;
     bool has_answer;
-    stairscan_answer_t answer;     /* the newest one, whole, where has_answer */
-    stairscan_sentence_t sentence; /* the last intact one; its text is gone with the next byte */
-    uint32_t damaged;              /* lines that were none; stays at its largest */
-    uint32_t dropped;              /* answers that were incomplete; likewise */
+    stairscan_answer_t answer;     /* the newest complete answer, if has_answer */
+    stairscan_sentence_t sentence; /* the last intact sentence; its text is valid until the next byte */
+    uint32_t damaged;              /* number of damaged lines; saturates */
+    uint32_t dropped;              /* number of incomplete answers; saturates */
 
     stairscan_answer_t coming;
     bool collecting;
     uint32_t got_steps, got_drops, got_maybes;
     uint32_t last_scan;
     bool heard, faulty, doubtful, aged, edge_known;
-    int64_t edge; /* 0.1 mm of travel: nearest place of the drop that the depth plane told last */
+    int64_t edge; /* 0.1 mm of travel: nearest place of the last drop that the depth plane reported */
     uint32_t heard_ms, uptime_ms;
     bool skipping;
     size_t length;
@@ -518,74 +520,76 @@ typedef struct {
 void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules);
 
 enum stairscan_event {
-    STAIRSCAN_NOTHING,  /* nothing yet */
-    STAIRSCAN_SENTENCE, /* scanner->sentence is a new one, part of no complete answer */
-    STAIRSCAN_ANSWER,   /* likewise, and scanner->answer is a new, whole answer */
-    STAIRSCAN_DAMAGED   /* a line was no sentence */
+    STAIRSCAN_NOTHING,  /* no complete line yet */
+    STAIRSCAN_SENTENCE, /* scanner->sentence is new, but completes no answer */
+    STAIRSCAN_ANSWER,   /* scanner->sentence is new, and scanner->answer is a new, complete answer */
+    STAIRSCAN_DAMAGED   /* a damaged line */
 };
 
-/* Takes one byte. `now_ms` is any clock in ms, `travel` the chair's as in its motion sentences. */
+/* Processes one byte. `now_ms` is any clock in ms, `travel` the chair's travel as in its motion sentences. */
 enum stairscan_event stairscan_take(stairscan_t *scanner, char byte, uint32_t now_ms, int32_t travel);
 
 enum stairscan_action { STAIRSCAN_STOP, STAIRSCAN_HINT, STAIRSCAN_GO };
 
 enum stairscan_why {
     STAIRSCAN_WHY_OK,
-    STAIRSCAN_WHY_DEGRADED,   /* the answer says so; its reasons say why */
-    STAIRSCAN_WHY_NO_HORIZON, /* ok without saying how far: no promise */
+    STAIRSCAN_WHY_DEGRADED,   /* the answer is degraded; its reasons give the cause */
+    STAIRSCAN_WHY_NO_HORIZON, /* ok without a horizon: valid nowhere */
     STAIRSCAN_WHY_SILENCE,
     STAIRSCAN_WHY_FAULT,
-    STAIRSCAN_WHY_NO_ANSWER, /* none yet, or it was taken away */
-    STAIRSCAN_WHY_SETTINGS,  /* made with other settings */
-    STAIRSCAN_WHY_OLD,       /* came too long ago */
-    STAIRSCAN_WHY_FAR        /* the chair has gone too far since */
+    STAIRSCAN_WHY_NO_ANSWER, /* none yet, or it was voided */
+    STAIRSCAN_WHY_SETTINGS,  /* the answer was made with other settings */
+    STAIRSCAN_WHY_OLD,       /* the answer is too old */
+    STAIRSCAN_WHY_FAR        /* the chair has travelled too far since the answer */
 };
 
 typedef struct {
     uint32_t action; /* enum stairscan_action */
     uint32_t why;    /* enum stairscan_why */
-    int32_t vouched; /* 0.1 mm ahead of the mirror now: so far the answer's promise reaches */
-    int32_t clear;   /* 0.1 mm: and so far it tells neither a step nor a drop nor a maybe. Both 0 unless GO */
+    int32_t vouched; /* 0.1 mm ahead of the mirror's current position: the answer is valid up to here */
+    int32_t clear;   /* 0.1 mm: and contains no step, drop or MAYBE up to here. Both are 0 unless GO */
 } stairscan_permit_t;
 
-/* Free distance of an answer, 0.1 mm from the mirror at its last row: the ground goes on level up to the nearest of
- * horizon, first step, and drop less 3 sigma. Missing unless the answer is ok and has a horizon. Without the rules of
- * age, travel and margin: those are stairscan_may's. */
+/* Returns the free distance of an answer, 0.1 mm from the mirror at its last row: the ground is level up to the
+ * nearest of horizon, first step, and drop less 3 sigma. Absent unless the answer is ok and has a horizon. Age,
+ * travel and margin are not taken into account: see stairscan_may. */
 stairscan_optional_t stairscan_free(const stairscan_answer_t *answer);
 
-/* What the chair may do now. Call it in every control cycle: time passes without bytes, too. */
+/* Returns what the chair may do now. Call it in every control cycle, also without new bytes. */
 stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
 
 /* ---- speed limit ---- */
 
-/* Returns the free ground ahead of the mirror where the chair is at `travel`, mm, rounded down: `clear` of
- * stairscan_may. 0 unless that is STAIRSCAN_GO: silence, a fault, an answer that is degraded, old or far. */
+/* Returns the free distance ahead of the mirror when the chair is at `travel`, mm, rounded down: `clear` of
+ * stairscan_may. 0 unless its action is STAIRSCAN_GO (silence, a fault, an answer that is degraded, old or too
+ * far back). */
 uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
 
-/* A free distance, and what may have become of it since it was measured. */
+/* A free distance, with the time since it was measured and the speed during it. */
 typedef struct {
-    uint32_t free_mm;      /* free ground ahead of the mirror at one instant: stairscan_free_mm, or a guard sweep's */
-    uint32_t age_ms;       /* time since that instant, rounded up: for stairscan_free_mm the age of `travel`, for a
-                            * sweep, or where there is no odometer, the time since its last row */
-    uint32_t fastest_mm_s; /* largest forward speed, measured or commanded, over the last age_ms + latency_ms */
+    uint32_t free_mm;      /* free distance ahead of the mirror at one instant: stairscan_free_mm, or a guard sweep's */
+    uint32_t age_ms;       /* time since that instant, rounded up: for stairscan_free_mm the age of `travel`; for a
+                            * sweep, or without an odometer, the time since its last row */
+    uint32_t fastest_mm_s; /* maximum forward speed, measured or commanded, over the last age_ms + latency_ms */
 } stairscan_ground_t;
 
 /* Constants of the chair and its controller. */
 typedef struct {
-    uint32_t latency_ms;         /* longest time from this call until the next call's command acts on the wheels:
+    uint32_t latency_ms;         /* maximum time from this call until the next call's command acts on the wheels:
                                   * control cycle, bus, motor controller, brake */
-    uint32_t deceleration_mm_s2; /* least deceleration from then on: down the steepest slope, heaviest rider */
-    uint32_t oldest_ms;          /* a ground with a larger age_ms counts as not free */
+    uint32_t deceleration_mm_s2; /* minimum deceleration from then on: steepest downward slope, heaviest rider */
+    uint32_t oldest_ms;          /* maximum age_ms; with a larger one nothing counts as free */
 } stairscan_chair_t;
 
 /* Returns the speed limit, mm/s: the largest v, at most UINT32_MAX, with
  *
  *   fastest * age + max(fastest, v) * latency + v * v / (2 * deceleration) <= free
  *
- * without rounding, and 0 where there is none, the ground is too old or the deceleration is 0. The chair goes on at
- * `fastest` until this command acts, so a controller that calls it in every cycle stops before the ground ends, unless
- * a newer answer ends it within the way that the chair needs to stop.
- * Defined for all values: never larger for less free ground, more age, speed or latency, or less deceleration. */
+ * calculated without rounding. Returns 0 if there is none, if age_ms is larger than oldest_ms, or if the
+ * deceleration is 0. The chair continues at `fastest` until this command acts. A controller that calls it in
+ * every cycle therefore stops before the ground ends, unless a newer answer puts the end within the braking
+ * distance. Defined for all values: never larger for less free ground, more age, speed or latency, or less
+ * deceleration. */
 uint32_t stairscan_max_speed(const stairscan_ground_t *ground, const stairscan_chair_t *chair);
 
 #ifdef __cplusplus

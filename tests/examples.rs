@@ -1,10 +1,10 @@
-//! The examples run and say what their comments promise.
+//! Tests that the examples run and print what their comments state.
 
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-/// Runs an example as its comment says, with `input` on its standard input.
+/// Runs an example with `input` on its standard input.
 fn run(example: &str, arguments: &[&str], input: &str) -> Output {
     let mut child = Command::new(env!("CARGO"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
@@ -33,7 +33,7 @@ fn a_chirp_becomes_a_profile() {
         .lines()
         .partition(|l| l.starts_with('#'));
     assert!(rows.len() > 150 && rows.iter().all(|row| row.split(' ').count() == 3));
-    // The two targets behind the mirror, and nothing else.
+    // The two targets behind the mirror only.
     let found: Vec<f64> = notes
         .iter()
         .filter_map(|note| note.strip_prefix("# detection at ")?.split(' ').next())
@@ -65,7 +65,7 @@ fn a_recording_that_is_not_there_is_named() {
 fn the_readme_s_report_is_parsed() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
-    // Without the lines that show a sentence's fields.
+    // Without the lines that describe a sentence's fields.
     let is_sentence = |line: &&str| line.starts_with("$PSTR,") && !line.contains('<');
     let lines: Vec<&str> = readme.lines().map(str::trim).filter(is_sentence).collect();
     assert_eq!(lines.len(), 4);

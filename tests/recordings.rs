@@ -1,5 +1,5 @@
-//! Recordings in, steps out: the repository's scans through the whole pipeline, against what is
-//! really there (`scenes/*.toml`).
+//! Tests the whole pipeline on the repository's recordings against their ground truth
+//! (`scenes/*.toml`).
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use stairscan::pipeline::Pipeline;
 use stairscan::scanner::DataPath;
 use stairscan::verdict::{Outcome, Status};
 
-/// The samples of a recording in `recordings/`: 281 chirps of 200.
+/// Returns the samples of a recording in `recordings/`: 281 chirps of 200.
 fn chirps(name: &str) -> Vec<Vec<Iq>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("recordings/{name}.sigmf-data"));
     let bytes = std::fs::read(path).unwrap();
@@ -44,7 +44,7 @@ fn descending() -> Config {
     }
 }
 
-/// Scans with the rows in the order that `order` gives.
+/// Scans with the rows in the given order.
 fn scan(name: &str, config: &Config, order: impl Iterator<Item = u16>) -> Outcome {
     let chirps = chirps(name);
     let mut pipeline = Box::new(Pipeline::new());
@@ -58,8 +58,8 @@ fn scan(name: &str, config: &Config, order: impl Iterator<Item = u16>) -> Outcom
     pipeline.finish()
 }
 
-/// Every true step is found within 10 cm and 4 cm, nothing else is, and no error exceeds six standard
-/// deviations.
+/// Asserts that every true step is found within 10 cm in distance and 4 cm in height, that nothing
+/// else is reported, and that no error exceeds six standard deviations.
 fn is_exact(outcome: &Outcome, direction: Direction, truth: &[(f32, f32)]) {
     assert_ne!(outcome.status(), Status::Fault, "{outcome:?}");
     assert_eq!(outcome.answer.direction, direction, "{outcome:?}");

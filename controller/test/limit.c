@@ -1,5 +1,5 @@
-/* The speed limit as a filter: a line of free_mm, age_ms, fastest_mm_s, latency_ms, deceleration_mm_s2 and oldest_ms in, a line
- * with the limit out. */
+/* The speed limit as a filter: reads lines of free_mm, age_ms, fastest_mm_s, latency_ms, deceleration_mm_s2 and
+ * oldest_ms; writes a line with the limit for each. */
 #include <stdio.h>
 
 #include "../stairscan.h"

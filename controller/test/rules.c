@@ -1,4 +1,4 @@
-/* The rules of stairscan.h, one by one, and over streams of sentences damaged at random. */
+/* Tests the rules of stairscan.h one by one, and over streams of randomly damaged sentences. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +20,7 @@ static unsigned checks;
         }                                                            \
     } while (0)
 
-/* The last event of these bytes. */
+/* Processes these bytes; returns the last event. */
 static enum stairscan_event take(const char *bytes, size_t length) {
     enum stairscan_event last = STAIRSCAN_NOTHING;
     size_t k;
@@ -72,7 +72,7 @@ static void ok(void) {
     CHECK(send(MAYBE_1) == STAIRSCAN_ANSWER);
 }
 
-/* Sends LIVE for so long. */
+/* Sends LIVE for `ms` milliseconds. */
 static void live_on(uint32_t ms) {
     uint32_t until = now + ms;
     while (now != until) {
@@ -98,14 +98,14 @@ static void an_ok_vouches_from_where_the_chair_is(void) {
     CHECK(send(CLEAR("2")) == STAIRSCAN_ANSWER);
     permit = stairscan_may(&scanner, now, travel);
     CHECK(permit.vouched == 14400 && permit.clear == 14400);
-    /* The ends of what travel can be. */
+    /* The limits of `travel`. */
     permit = stairscan_may(&scanner, now, INT32_MIN);
     CHECK(permit.action == STAIRSCAN_STOP && permit.why == STAIRSCAN_WHY_FAR);
     permit = stairscan_may(&scanner, now, INT32_MAX);
     CHECK(permit.action == STAIRSCAN_STOP && permit.why == STAIRSCAN_WHY_FAR);
 }
 
-/* 20 mm of sigma: the step may stand 60 mm nearer, of which the margin holds 30. */
+/* 20 mm of sigma: the step may be 60 mm nearer, of which the margin covers 30 mm. */
 static void a_vague_step_may_stand_nearer(void) {
     stairscan_permit_t permit;
     start();
@@ -124,7 +124,7 @@ static void a_maybe_is_not_clear(void) {
     CHECK(permit.vouched == 11400 && permit.clear == 8400);
 }
 
-/* 10 mm of sigma: the ground may end 30 mm nearer than told. */
+/* 10 mm of sigma: the ground may end 30 mm nearer than reported. */
 static void the_way_ends_at_a_drop(void) {
     stairscan_permit_t permit;
     stairscan_optional_t way;
@@ -150,18 +150,18 @@ static void the_way_ends_at_a_drop(void) {
     way = stairscan_free(&scanner.answer);
     CHECK(way.present && way.value == 0);
     CHECK(stairscan_may(&scanner, now, travel).clear == 0);
-    /* Nothing is free where the answer is not ok, or does not say how far. */
+    /* Nothing is free if the answer is not ok, or has no horizon. */
     (void)send("PSTR,SCAN,3,degraded,none,0,0,short-horizon,700.0,99.1,0,01234567,1");
     CHECK(send("PSTR,DROP,3,900.0,10.0,,97.5") == STAIRSCAN_ANSWER);
     CHECK(!stairscan_free(&scanner.answer).present);
     CHECK(send("PSTR,SCAN,4,ok,none,0,0,,,,0,00000000,0") == STAIRSCAN_ANSWER);
     CHECK(!stairscan_free(&scanner.answer).present);
-    /* A fault that pretends to tell a drop is none that could be used. */
+    /* A fault with a drop is invalid. */
     CHECK(send("PSTR,SCAN,5,fault,none,0,0,crash,,,0,01234567,1") == STAIRSCAN_SENTENCE);
     CHECK(scanner.dropped == 1);
 }
 
-/* With `plane both`: an answer of the height plane stands behind the one that told the drop. */
+/* With `plane both`: an answer of the height plane follows the one that reported the drop. */
 static void the_height_plane_takes_no_drop_back(void) {
     start();
     CHECK(send("PSTR,SCAN,1,ok,none,0,0,,1100.0,99.1,0,01234567,1,depth") == STAIRSCAN_SENTENCE);
@@ -172,14 +172,14 @@ static void the_height_plane_takes_no_drop_back(void) {
     CHECK(scanner.answer.head.plane == STAIRSCAN_PLANE_HEIGHT);
     CHECK(stairscan_may(&scanner, now, travel).clear == 11000 - 300 - 600);
     CHECK(stairscan_may(&scanner, now, travel + 1000).clear == 11000 - 300 - 600 - 1000);
-    /* It may end the way nearer. */
+    /* It may report a nearer end. */
     CHECK(send("PSTR,SCAN,3,ok,down,1,0,,1400.0,99.1,0,01234567,0,height") == STAIRSCAN_SENTENCE);
     CHECK(send("PSTR,STEP,3,1,1,1050.0,-170.0,,170.0,5.0,2.0,100") == STAIRSCAN_ANSWER);
     CHECK(stairscan_may(&scanner, now, travel).clear == 10500 - 600);
-    /* The next one of the depth plane counts by itself. */
+    /* The next answer of the depth plane replaces the drop. */
     CHECK(send("PSTR,SCAN,4,ok,none,0,0,,1500.0,99.1,0,01234567,0,depth") == STAIRSCAN_ANSWER);
     CHECK(stairscan_may(&scanner, now, travel).clear == 15000 - 600);
-    /* Without an answer that told a drop there is nothing that it could be read with. */
+    /* Without the answer that reported the drop, the following one is not usable. */
     CHECK(send("PSTR,SCAN,5,ok,none,0,0,,1400.0,99.1,0,01234567,0,height") == STAIRSCAN_SENTENCE);
     CHECK(scanner.answer.head.scan == 4 && scanner.dropped == 1);
     CHECK(send("PSTR,SCAN,6,ok,none,0,0,,1100.0,99.1,0,01234567,1,depth") == STAIRSCAN_SENTENCE);
@@ -190,7 +190,7 @@ static void the_height_plane_takes_no_drop_back(void) {
 static void a_degraded_one_is_a_hint(void) {
     ok();
     CHECK(send(DEGRADED("2")) == STAIRSCAN_SENTENCE);
-    /* From its head on, and also if its steps never come. */
+    /* From its head on, even if its steps are never received. */
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_DEGRADED));
     CHECK(send("PSTR,STEP,2,1,2,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_SENTENCE);
     CHECK(send("PSTR,STEP,2,2,2,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_ANSWER);
@@ -209,7 +209,7 @@ static void a_fault_stops(void) {
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT));
     CHECK(send(LIVE("self-test", "3", "1200")) == STAIRSCAN_SENTENCE);
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT));
-    /* A fault that pretends to have steps is none that could be used. */
+    /* A fault with steps is invalid. */
     ok();
     CHECK(send("PSTR,SCAN,2,fault,up,1,0,crash,,,0,01234567,0") == STAIRSCAN_SENTENCE);
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT) && scanner.dropped == 1);
@@ -225,13 +225,13 @@ static void silence_stops_and_stays(void) {
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_SILENCE));
     CHECK(send(LIVE("scanning", "2", "5000")) == STAIRSCAN_SENTENCE);
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_NO_ANSWER));
-    /* Noise is no sign of life. */
+    /* Noise does not count as a sentence. */
     ok();
     now += 400;
     CHECK(take("$PSTR,DONE,start*00000000\r\nabc\r\n", 32) == STAIRSCAN_DAMAGED);
     now += 101;
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_SILENCE) && scanner.damaged == 2);
-    /* Nor does silence end by the clock's coming round. */
+    /* Silence does not end when the clock wraps. */
     now += 0xFFFFFFF0u;
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_SILENCE));
 }
@@ -265,7 +265,7 @@ static void an_answer_counts_whole_or_not(void) {
         CHECK(scanner.dropped == (lost > 0));
     }
     for (k = 0; k < 4; k++) {
-        /* Twice the same, and the wrong order. */
+        /* The same sentence twice, and the wrong order. */
         start();
         (void)send(OK_UP);
         (void)send(sentences[k + 1]);
@@ -327,7 +327,7 @@ static void a_restart_takes_the_answer_away(void) {
     ok();
     CHECK(send("PSTR,HALT,crash") == STAIRSCAN_SENTENCE);
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT));
-    /* A BOOT that was lost shows by the time since. */
+    /* A lost BOOT is detected by the uptime. */
     ok();
     (void)send(LIVE("scanning", "2", "9000"));
     CHECK(stairscan_may(&scanner, now, travel).action == STAIRSCAN_GO);
@@ -344,7 +344,7 @@ static void a_missed_answer_takes_the_one_before_away(void) {
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_NO_ANSWER));
 }
 
-/* The free millimetres are those of `clear`, and none where the chair may not go. */
+/* The free distance is that of `clear`, and 0 if the chair must not drive. */
 static void free_ground_is_what_is_clear(void) {
     start();
     CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
@@ -360,7 +360,7 @@ static void free_ground_is_what_is_clear(void) {
     CHECK(stairscan_free_mm(&scanner, now, travel) == 1440);
     CHECK(stairscan_free_mm(&scanner, now, INT32_MAX) == 0);
     CHECK(stairscan_free_mm(&scanner, now, INT32_MIN) == 0);
-    /* The answer itself stays where it was, and is still `ok`: only the scanner knows that it is void. */
+    /* The stored answer is unchanged and still `ok`: only stairscan_t knows that it is void. */
     CHECK(send("PSTR,HALT,crash") == STAIRSCAN_SENTENCE);
     CHECK(stairscan_free(&scanner.answer).present);
     CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
@@ -394,7 +394,7 @@ static void lines_end_anyhow_and_never_overflow(void) {
     CHECK(take(full, sizeof full) == STAIRSCAN_NOTHING);
     CHECK(take("\n", 1) == STAIRSCAN_DAMAGED && scanner.damaged == 1);
     CHECK(take("\r\n\r\n", 4) == STAIRSCAN_NOTHING);
-    /* Where the line's end is lost, what follows is not. */
+    /* A lost line end does not cost the following line. */
     CHECK(take("$PSTR,STEP,1,1", 14) == STAIRSCAN_NOTHING);
     CHECK(send(CLEAR("1")) == STAIRSCAN_ANSWER && scanner.damaged == 2);
     CHECK(take(full, sizeof full) == STAIRSCAN_NOTHING);
@@ -415,7 +415,7 @@ static void commands_are_written(void) {
     CHECK(strcmp(stairscan_reason_meaning(STAIRSCAN_REASON_COUNT), "") == 0);
 }
 
-/* ---- damage at random ---- */
+/* ---- random damage ---- */
 
 static uint32_t seed = 1;
 
@@ -426,7 +426,7 @@ static uint32_t below(uint32_t end) {
     return seed % end;
 }
 
-/* What must hold whatever came. */
+/* Checks the invariants after any input. */
 static void holds(enum stairscan_event event) {
     stairscan_permit_t permit = stairscan_may(&scanner, now, travel);
     const stairscan_answer_t *answer = &scanner.answer;
@@ -453,7 +453,7 @@ static void holds(enum stairscan_event event) {
     }
 }
 
-/* Sentences in their order, some lost, some damaged, some doubled, time and travel anyhow. */
+/* Sentences in order, some lost, damaged or doubled, with arbitrary time and travel. */
 static void damaged_streams(unsigned long rounds) {
     static const char *const bodies[] = {
         OK_UP, STEP_1, STEP_2, DROP_1, MAYBE_1, LIVE("scanning", "1", "1000"), LIVE("fault", "9", "10"),

@@ -1,5 +1,5 @@
-/* The speed limit of stairscan.h: against its inequality in 128 bits, in every direction, and in a closed loop with
- * a simulated chair. */
+/* Tests the speed limit of stairscan.h: against its inequality in 128 bits, for monotonicity, and in a closed
+ * loop with a simulated chair. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,7 +48,7 @@ static int stops(uint64_t speed, const uint32_t *with) {
     return way * with[DECELERATION] + (wide)500 * speed * speed <= (wide)1000 * with[FREE] * with[DECELERATION];
 }
 
-/* The limit stops in time, and the next larger speed does not. */
+/* Checks that the limit stops in time, and the next larger speed does not. */
 static void is_the_largest(const uint32_t *with) {
     uint32_t speed = limit(with);
     if (with[AGE] > with[OLDEST] || with[DECELERATION] == 0) {
@@ -57,14 +57,14 @@ static void is_the_largest(const uint32_t *with) {
     }
     check(speed == 0 || stops(speed, with), "overshoots", with);
     check(speed == UINT32_MAX || !stops((uint64_t)speed + 1, with), "not the largest", with);
-    /* Without what the chair did before: its reaction and its braking. */
+    /* Without the chair's earlier speed: its reaction and braking only. */
     check((wide)with[DECELERATION] * speed * with[LATENCY] + (wide)500 * speed * speed <=
               (wide)1000 * with[FREE] * with[DECELERATION],
           "overshoots by itself", with);
     check(with[FREE] > 0 || speed == 0, "drives without free ground", with);
 }
 
-/* A larger argument never makes the limit go the wrong way. */
+/* Checks that a larger argument never changes the limit in the wrong direction. */
 static void is_monotone(const uint32_t *with, int argument, uint32_t larger) {
     uint32_t other[ARGUMENTS];
     uint32_t speed = limit(with);
@@ -77,7 +77,7 @@ static void is_monotone(const uint32_t *with, int argument, uint32_t larger) {
     }
 }
 
-/* Every combination of the ends and what is about powers of two. */
+/* Every combination of limits and values near powers of two. */
 static void at_the_ends(void) {
     static const uint32_t ends[] = {0, 1, 2, 999, 1000, 65535, 65536, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFE, 0xFFFFFFFF};
     enum { ENDS = sizeof ends / sizeof ends[0] };
@@ -107,7 +107,7 @@ static void at_the_ends(void) {
     }
 }
 
-/* Every small value: the roots are small, too, and each is met exactly. */
+/* Every small value: the results are small, too, and each is met exactly. */
 static void among_small_values(void) {
     uint32_t with[ARGUMENTS] = {0, 0, 0, 0, 0, 3};
     for (with[FREE] = 0; with[FREE] <= 60; with[FREE]++) {
@@ -132,7 +132,7 @@ static uint32_t random_bits(void) {
     return seed;
 }
 
-/* Of any size: as many values of few bits as of many. */
+/* Returns a random number whose number of bits is uniformly distributed. */
 static uint32_t of_any_size(void) {
     uint32_t size = random_bits() % 32;
     return random_bits() >> size;
@@ -147,7 +147,7 @@ static void at_random(unsigned long rounds) {
             with[k] = of_any_size();
         }
         if (round % 2 == 0) {
-            /* As on a chair: most of the others leave nothing to drive. */
+            /* Realistic ranges: with most of the others no speed is permitted. */
             with[AGE] %= 500;
             with[FASTEST] %= 3000;
             with[LATENCY] %= 1000;
@@ -171,10 +171,10 @@ static uint32_t between(uint32_t least, uint32_t most) {
     return least + random_bits() % (most - least + 1);
 }
 
-#define LONGEST_MS 2048 /* of what is remembered of commands and speeds */
+#define LONGEST_MS 2048 /* length of the history of commands and speeds */
 
-/* A chair with a dead time, a deceleration and a joystick moved at random, whose only knowledge of the ground is a free
- * distance measured now and then. Returns how near it came to the end, mm. */
+/* Simulates a chair with a dead time, a deceleration and a randomly moved joystick, which only knows a free
+ * distance measured now and then. Returns the minimum distance to the end, mm. */
 static uint32_t drive(void) {
     static uint32_t commands[LONGEST_MS], speeds[LONGEST_MS]; /* mm/s, by ms, as rings */
     uint32_t cycle = between(1, 50), dead = between(0, 300), sweep = between(cycle, 400);
@@ -227,7 +227,7 @@ static void closed_loops(unsigned rounds) {
         near += drive() <= 100;
     }
     checks++;
-    /* The others hold the joystick back, or are slow. */
+    /* In the others the joystick limits the speed, or the chair is slow. */
     if (near < rounds * 3 / 4) {
         fprintf(stderr, "only %u of %u drives come within 100 mm of the end\n", near, rounds);
         exit(1);

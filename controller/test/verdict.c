@@ -1,8 +1,8 @@
-/* Says what stairscan.c makes of lines, so that it can be held against the scanner's own parser.
+/* Prints the results of stairscan.c for lines, for comparison with the scanner's own parser.
  *
- * verdict            reads from standard input: 'R' (report) or 'C' (command), the line's length in two
- *                    bytes, the lower first, its bytes; and again. Writes one line of text for each.
- * verdict FILE       checks the lines of a file of vectors: R or C, tab, line, tab, that text.
+ *   verdict            reads from standard input: 'R' (report) or 'C' (command), the line's length in two
+ *                      bytes, little-endian, its bytes; repeatedly. Writes one line of text for each.
+ *   verdict FILE       checks the lines of a file of vectors: R or C, tab, line, tab, that text.
  */
 #include <inttypes.h>
 #include <stdio.h>
@@ -272,7 +272,7 @@ static void command(struct out *out, const char *line, size_t length) {
 }
 
 static void verdict(struct out *out, int kind, const char *line, size_t length) {
-    /* A copy of just this size: the address sanitizer sees a byte read behind it. */
+    /* A copy of exactly this size: the address sanitizer detects reads behind it. */
     char *exact = malloc(length > 0 ? length : 1);
     if (exact == NULL) {
         exit(2);

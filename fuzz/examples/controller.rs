@@ -1,4 +1,5 @@
-//! Holds the controller's C parser against the scanner's own, and writes what is made from the scanner's tables.
+//! Compares the controller's C parser with the scanner's own, and writes the files that are generated from the
+//! scanner's tables.
 //!
 //! `cargo run --release -p stairscan-fuzz --example controller -- --lines 1000000`
 

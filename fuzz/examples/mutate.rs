@@ -1,4 +1,4 @@
-//! Fuzzes without libFuzzer: mutations of the corpus, one seed one row of inputs, on a stable compiler.
+//! Fuzzes without libFuzzer, on a stable compiler: mutations of the corpus, determined by the seed.
 //!
 //! `cargo run --release -p stairscan-fuzz --example mutate -- radar_link --runs 1000000`
 

@@ -1,11 +1,11 @@
-//! Bytes read as whatever a target needs next; when they are used up, zeros.
+//! Reads the values that a target needs from a byte string; zeros after its end.
 
-/// What is left of an input.
+/// The remaining input.
 #[derive(Clone, Copy, Debug)]
 pub struct Input<'a>(pub &'a [u8]);
 
 impl<'a> Input<'a> {
-    /// Whether nothing is left.
+    /// Whether no input remains.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -17,29 +17,29 @@ impl<'a> Input<'a> {
         array
     }
 
-    /// The next byte.
+    /// Returns the next byte.
     pub fn byte(&mut self) -> u8 {
         self.array::<1>()[0]
     }
 
-    /// The next two bytes, little-endian.
+    /// Returns the next two bytes, little-endian.
     pub fn short(&mut self) -> u16 {
         u16::from_le_bytes(self.array())
     }
 
-    /// The next four bytes, little-endian.
+    /// Returns the next four bytes, little-endian.
     pub fn word(&mut self) -> u32 {
         u32::from_le_bytes(self.array())
     }
 
-    /// The next `count` bytes, or as many as are left.
+    /// Returns the next `count` bytes, or the remaining ones.
     pub fn bytes(&mut self, count: usize) -> &'a [u8] {
         let (head, tail) = self.0.split_at(count.min(self.0.len()));
         self.0 = tail;
         head
     }
 
-    /// A byte that says how many follow, and these.
+    /// Returns the bytes of a field with a leading length byte.
     pub fn counted(&mut self) -> &'a [u8] {
         let count = self.byte();
         self.bytes(count.into())

@@ -1,8 +1,8 @@
-//! What comes into the scanner and into the host program from outside, as bytes that nobody chose.
+//! Fuzz targets: the inputs of the scanner and of the host program.
 //!
-//! A target is a plain function over bytes that panics when something does not hold. `fuzz_targets/` hands
-//! them to libFuzzer; `tests/corpus.rs` replays `corpus/` and some thousand [`mutate`]d inputs of it with
-//! every `cargo test`; `examples/mutate.rs` does so for as long as one likes. See the README beside it.
+//! A target is a function over bytes that panics if a check fails. `fuzz_targets/` runs them with
+//! libFuzzer. `tests/corpus.rs` runs `corpus/` and some thousand [`mutate`]d inputs of it with every
+//! `cargo test`; `examples/mutate.rs` does so without a limit. See the README in this folder.
 
 pub mod controller;
 pub mod input;
@@ -15,18 +15,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-/// One way in.
+/// A fuzz target.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name: that of its program and of its corpus.
+    /// Name of the target, its program and its corpus.
     pub name: &'static str,
-    /// Does with the bytes what the scanner would, and checks what must hold.
+    /// Processes the bytes as the scanner would, and checks the result.
     pub run: fn(&[u8]),
-    /// So many mutations are a second's work or less.
+    /// Number of mutations that takes at most a second.
     pub quick: u32,
 }
 
-/// All of them.
+/// All targets.
 pub const TARGETS: [Target; 10] = [
     target("radar_link", targets::radar_link::run, 2000),
     target("sirad", targets::sirad::run, 1000),
@@ -44,17 +44,17 @@ const fn target(name: &'static str, run: fn(&[u8]), quick: u32) -> Target {
     Target { name, run, quick }
 }
 
-/// The directory of a target's corpus.
+/// Returns the directory of a target's corpus.
 pub fn corpus_of(target: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("corpus")
         .join(target)
 }
 
-/// The inputs of a target's corpus, sorted by name.
+/// Returns the inputs of a target's corpus, sorted by name.
 ///
 /// # Errors
-/// Names the directory or the file that cannot be read.
+/// The directory or a file cannot be read; the message names it.
 pub fn corpus(target: &str) -> Result<Vec<Vec<u8>>> {
     let dir = corpus_of(target);
     let entries = fs::read_dir(&dir).with_context(|| dir.display().to_string())?;

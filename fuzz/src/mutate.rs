@@ -1,11 +1,11 @@
-//! Deterministic mutations: one seed is one row of inputs, on every host.
+//! Deterministic mutations: one seed gives the same sequence of inputs on every host.
 
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-/// No input grows beyond this, bytes.
+/// Maximum length of an input, bytes.
 const LONGEST: usize = 4096;
-/// Bytes and words at which programs go wrong: limits of types, signs, separators.
+/// Bytes and words with a high chance of errors: limits of types, signs, separators.
 const ODD: [&[u8]; 12] = [
     &[0],
     &[0xFF],
@@ -21,7 +21,7 @@ const ODD: [&[u8]; 12] = [
     b"99999999999999999999",
 ];
 
-/// Inputs that come from a corpus.
+/// Source of mutated inputs.
 #[derive(Clone, Debug)]
 pub struct Mutator<'a> {
     corpus: &'a [Vec<u8>],
@@ -29,19 +29,19 @@ pub struct Mutator<'a> {
 }
 
 impl<'a> Mutator<'a> {
-    /// Mutations of `corpus`.
+    /// Mutates `corpus`.
     pub fn new(corpus: &'a [Vec<u8>], seed: u64) -> Self {
         let random = Xoshiro128PlusPlus::seed_from_u64(seed);
         Self { corpus, random }
     }
 
-    /// A number below `end`; 0 where there is none.
+    /// Returns a random number below `end`; 0 if `end` is 0.
     fn below(&mut self, end: usize) -> usize {
         let wide = u64::from(self.random.next_u32()) * end as u64;
         (wide >> 32) as usize
     }
 
-    /// The next input: one of the corpus with one to eight changes.
+    /// Returns the next input: one of the corpus with one to eight changes.
     pub fn input(&mut self) -> Vec<u8> {
         let chosen = self.below(self.corpus.len());
         let mut bytes = self.corpus.get(chosen).cloned().unwrap_or_default();
@@ -71,7 +71,7 @@ impl<'a> Mutator<'a> {
                 bytes.splice(at..end, odd.iter().copied());
             }
             6 => {
-                // The end of another one.
+                // The end of another input.
                 let other = self.below(self.corpus.len());
                 let other = self.corpus.get(other).map_or(&[][..], Vec::as_slice);
                 let from = self.below(other.len());

@@ -1,7 +1,7 @@
-//! Inputs that mean something: what `corpus/` is made of.
+//! Valid inputs, from which `corpus/` is generated.
 //!
-//! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them, which is needed when a target
-//! reads its bytes in another way than before.
+//! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them. This is necessary when a
+//! target changes its input format.
 
 use stairscan::answer::{Direction, DropEdge, Maybe, Step};
 use stairscan::motion::Agreement;
@@ -10,10 +10,10 @@ use stairscan::report::{LiveLine, Sentence};
 use stairscan::scanner::Settings;
 use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Validity};
 
-/// An input: its target, its name, its bytes.
+/// An input: target, name, bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
 
-/// All of them.
+/// Returns all inputs.
 pub fn all() -> Vec<Seed> {
     let mut seeds = Vec::new();
     let mut put = |target: &'static str, inputs: Vec<(&str, Vec<u8>)>| {
@@ -36,7 +36,7 @@ pub fn all() -> Vec<Seed> {
     seeds
 }
 
-/// A byte that says how many follow, and these.
+/// Returns bytes with a leading length byte.
 fn counted(bytes: &[u8]) -> Vec<u8> {
     let count = bytes.len().min(255);
     [&[count as u8], &bytes[..count]].concat()
@@ -165,7 +165,7 @@ fn bgt60() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// Hash of some settings.
+/// Example of a settings hash.
 const HASH: u32 = 0xDD17_E165;
 
 fn commands() -> Vec<(&'static str, Vec<u8>)> {
@@ -230,7 +230,7 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
             quality: 100,
             ..Step::default()
         };
-        // There is room for sixteen.
+        // The list has room for sixteen.
         let _ = outcome.answer.steps.push(step);
     }
     outcome.answer.link();
@@ -252,7 +252,7 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
         depth_m: Some(0.18),
         probability: 0.974,
     });
-    // Without CRC and line end, so that a change of the text does not end at the CRC.
+    // Without CRC and line end, so that changes of the text are not rejected by the CRC.
     let bare = |line: &str| {
         let body = line
             .trim_start_matches('$')
@@ -362,7 +362,8 @@ fn motion() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// A recording of 16 samples a chirp: these captures, and what `global` holds beside the least.
+/// Returns a recording of 16 samples a chirp with these captures and, besides the mandatory keys, those of
+/// `global`.
 fn recording(global: &str, captures: &[String]) -> Vec<u8> {
     let text = format!(
         "{{\"global\": {{\"core:datatype\": \"ci16_le\", \"core:version\": \"1.2.0\", \"core:sample_rate\": 2e5,\n\
@@ -533,7 +534,7 @@ fn scanner() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn pipeline() -> Vec<(&'static str, Vec<u8>)> {
-    // 200 samples, 10 GHz, 281 rows of 0.25 degrees, 22 cm, 40 cm.
+    // In this order: 200 samples, 10 GHz, 281 rows of 0.25 degrees, 22 cm, 40 cm.
     let setup = |bits: u8, rows: u16| {
         let [low, high] = rows.to_le_bytes();
         vec![199, 199, low, high, 25, bits, 22, 40]
@@ -547,7 +548,7 @@ fn pipeline() -> Vec<(&'static str, Vec<u8>)> {
         ]
         .concat()
     };
-    // Edges and inner corners of three steps, and the floor before them.
+    // Edges and inner corners of three steps, and the ground in front of them.
     let stairs = points(&[
         [50, -24, 30],
         [78, -7, 33],

@@ -1,5 +1,5 @@
-//! The C parser for the wheelchair's controller: what is generated is up to date, and it agrees with the
-//! scanner's own parser.
+//! Tests of the C parser for the wheelchair's controller: the generated parts are up to date, and it agrees with
+//! the scanner's own parser.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,15 +12,15 @@ use stairscan_fuzz::controller::{directory, page, program, tables, vectors};
 
 const ANEW: &str = "write it anew: cargo run -p stairscan-fuzz --example controller -- --write";
 
-/// Says aloud what cannot be done here; in CI that is a failure.
+/// Reports a skipped test; in CI this is a failure.
 fn lack(what: &str) {
     let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
     assert!(!ci, "{what}");
-    // Not with `eprintln`, which the test harness keeps to itself when a test passes.
+    // Not with `eprintln`, whose output the test harness hides for passing tests.
     let _ = writeln!(std::io::stderr(), "SKIPPED {what}");
 }
 
-/// A C source with the parser, compiled with the sanitizers where there are any; none where there is no compiler.
+/// Compiles a C source with the parser, with sanitizers if available; `None` without a compiler.
 fn compiled(source: &str) -> Option<PathBuf> {
     let Some(compiler) = program::compiler() else {
         lack(&format!(
@@ -28,7 +28,7 @@ fn compiled(source: &str) -> Option<PathBuf> {
         ));
         return None;
     };
-    // A directory of its own for each test: they run side by side.
+    // Each test has its own directory, since tests run in parallel.
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("controller").to_owned();
     let into = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
@@ -40,7 +40,7 @@ fn compiled(source: &str) -> Option<PathBuf> {
     }))
 }
 
-/// What a program says, fed with `input`, and whether it was content.
+/// Returns the output of a program for `input`, and whether its exit status was 0.
 fn run(program: &Path, arguments: &[&str], input: &str) -> (String, bool) {
     let mut child = Command::new(program)
         .current_dir(directory())
@@ -176,7 +176,7 @@ fn the_speed_limit_holds() {
     );
 }
 
-/// Drives on the host are limited as chairs are.
+/// The speed limit of simulated drives equals that of the C code.
 #[test]
 fn the_host_s_speed_limit_is_that_of_c() {
     let Some(limit) = compiled("test/limit.c") else {
@@ -185,7 +185,7 @@ fn the_host_s_speed_limit_is_that_of_c() {
     let mut drawn = 1_u32;
     let mut number = || {
         drawn = drawn.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        // Small and large ones alike.
+        // Small and large numbers with similar frequency.
         drawn >> (drawn % 29)
     };
     let cases: Vec<[u32; 6]> = (0..20_000)
@@ -250,7 +250,7 @@ fn the_joystick_is_only_held_back_and_the_page_shows_what_is_printed() {
         backward += i64::from(command < 0 && command == joystick);
     }
     assert!(reduced > 5 && backward > 1, "{drive}");
-    // It stops within 100 mm of the kerb, and once more where no sentence comes.
+    // It stops within 100 mm of the kerb, and also when no sentence is received.
     let nearest = rows.iter().map(|row| row[2]).min();
     assert!(nearest.is_some_and(|mm| mm < 100), "{drive}");
     assert!(
@@ -268,7 +268,7 @@ fn the_example_says_what_may_be_done_on_the_readme_s_report() {
         return;
     };
     let readme = fs::read_to_string(directory().join("../README.md")).unwrap();
-    // Without the lines that show a sentence's fields.
+    // Without the lines that describe a sentence's fields.
     let is_sentence = |line: &&str| line.starts_with("$PSTR,") && !line.contains('<');
     let lines: Vec<&str> = readme.lines().map(str::trim).filter(is_sentence).collect();
     let (said, content) = run(&example, &[], &(lines.join("\r\n") + "\r\n"));

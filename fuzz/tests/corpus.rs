@@ -1,11 +1,11 @@
-//! Every target over its corpus and over mutations of it, the same ones in every run.
+//! Runs every target over its corpus and over a fixed set of mutations.
 
 use std::panic::catch_unwind;
 
 use stairscan_fuzz::mutate::Mutator;
 use stairscan_fuzz::{TARGETS, Target, corpus, seeds};
 
-/// Runs an input; what to do about it where something does not hold.
+/// Runs an input; a failure reports how to reproduce it.
 fn holds(target: &Target, input: &[u8]) {
     if catch_unwind(|| (target.run)(input)).is_err() {
         panic!("{}: this input fails: {input:?}", target.name);

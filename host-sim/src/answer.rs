@@ -1,7 +1,6 @@
-//! A scan's answer as it comes out of the report UART, read back from its sentences.
+//! A scan's answer, parsed from the sentences of the report UART.
 //!
-//! `replay` and `emulate` both print from here, so that they cannot differ in anything but the
-//! sentences themselves.
+//! Both `replay` and `emulate` print from here, so that their outputs differ only in the sentences.
 
 use std::fmt::Write as _;
 
@@ -11,34 +10,33 @@ use stairscan::answer::Direction;
 use stairscan::report::{DropLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths};
 use stairscan::verdict::{Status, free_m};
 
-/// One scan's sentences and what they say.
+/// One scan's sentences and their contents.
 #[derive(Clone, Debug)]
 pub struct Answer {
     /// Base name of the recording.
     pub recording: String,
-    /// Which scan of the recording it is, from 1, where the recording holds several.
+    /// Number of the scan in the recording, from 1, if there are several.
     pub part: Option<u32>,
     /// The sentences as written, without line ends.
     pub sentences: Vec<String>,
-    /// How far the answer vouches for itself, metres from the mirror; `None` where the sentences
-    /// do not say.
+    /// Horizon of the answer, metres from the mirror; `None` if the sentences do not contain it.
     pub horizon_m: Option<f64>,
     /// The head.
     pub scan: ScanLine,
     /// The steps, nearest first.
     pub steps: Vec<StepLine>,
-    /// Where the ground ends; `None` where no drop is told.
+    /// The drop edge; `None` if no drop is reported.
     pub drop: Option<DropLine>,
-    /// What may stand there though the answer does not hold it, nearest first.
+    /// `MAYBE`s, nearest first.
     pub maybes: Vec<MaybeLine>,
 }
 
-/// Metres of a sentence's length.
+/// Converts a length of a sentence to metres.
 pub fn metres(length: Tenths) -> f64 {
     f64::from(length.0) / 10_000.0
 }
 
-/// Where the ground ends, in words: `  91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)`.
+/// Formats a drop edge: `  91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)`.
 pub fn drop_words(drop: &DropLine) -> String {
     let depth = drop.depth.map_or(String::new(), |depth| {
         format!(", {:.0} cm deep", 100.0 * metres(depth))
@@ -51,12 +49,12 @@ pub fn drop_words(drop: &DropLine) -> String {
     )
 }
 
-/// Nearest place of a drop's edge, metres from the mirror: distance − 3σ.
+/// Returns the nearest place of a drop's edge, metres from the mirror: distance − 3σ.
 pub fn nearest_m(drop: &DropLine) -> f64 {
     metres(Tenths::from_metres(drop.edge().nearest_m()))
 }
 
-/// What may stand where, in words: `  80.0 cm: something 15 cm high may stand (12 %)`.
+/// Formats a `MAYBE`: `  80.0 cm: something 15 cm high may stand (12 %)`.
 pub fn maybe_words(maybe: &MaybeLine) -> String {
     let what = if maybe.height.0 < 0 {
         "the ground may end".to_owned()
@@ -120,28 +118,29 @@ impl Answer {
         })
     }
 
-    /// Whether the scanner gave no answer.
+    /// Whether the status is `fault`.
     pub fn is_fault(&self) -> bool {
         self.scan.status == Status::Fault
     }
 
-    /// Free distance, metres from the mirror; `None` where none is promised: as [`free_m`] decides.
+    /// Returns the free distance, metres from the mirror; `None` if there is none according to
+    /// [`free_m`].
     pub fn free_m(&self) -> Option<f64> {
         let first = self.steps.first().map(|step| step.distance.metres());
         let edge = self.drop.map(|drop| drop.edge());
         let horizon_m = self.horizon_m.map(|m| m as f32);
         let free = free_m(self.scan.status, horizon_m, first, edge.as_ref());
-        // As finely as the sentences tell it.
+        // With the resolution of the sentences.
         free.map(|m| metres(Tenths::from_metres(m)))
     }
 
-    /// Which scan of the recording it is, from 0.
+    /// Returns the index of the scan in the recording, from 0.
     pub fn scan_of_recording(&self) -> usize {
         self.part
             .map_or(0, |part| (part as usize).saturating_sub(1))
     }
 
-    /// Recording and scan for headings: `NAME`, or `NAME scan K` where there are several.
+    /// Returns recording and scan for headings: `NAME`, or `NAME scan K` if there are several.
     pub fn name(&self) -> String {
         match self.part {
             None => self.recording.clone(),
@@ -149,7 +148,7 @@ impl Answer {
         }
     }
 
-    /// The answer as one JSON object.
+    /// Returns the answer as one JSON object.
     pub fn json(&self) -> Value {
         let step = |s: &StepLine| {
             json!({
@@ -191,14 +190,14 @@ impl Answer {
             "lost_rows": self.scan.lost_rows,
             "reasons": self.scan.reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
         });
-        // As in the sentence: only of a scanner that changes planes.
+        // As in the sentence: only for a scanner that changes planes.
         if let Some(plane) = self.scan.plane {
             object["plane"] = json!(plane.as_str());
         }
         object
     }
 
-    /// Sentences and a table for people.
+    /// Returns the sentences and a text table.
     pub fn text(&self) -> String {
         let mut out = format!("{}\n", self.name());
         for line in &self.sentences {
@@ -241,7 +240,7 @@ impl Answer {
         out
     }
 
-    /// One line in words.
+    /// Returns a summary in one line.
     pub fn summary(&self) -> String {
         let reasons: Vec<_> = self.scan.reasons.iter().map(|r| r.as_str()).collect();
         let because = if reasons.is_empty() {
@@ -286,7 +285,7 @@ mod tests {
     use stairscan::report::sentence::write_scan;
     use stairscan::verdict::{Evidence, Outcome, Sight, Validity};
 
-    /// The sentences of an `ok` answer that ends at a drop, with a maybe.
+    /// Returns the sentences of an `ok` answer with a drop and a `MAYBE`.
     fn sentences() -> Vec<String> {
         let mut outcome = Outcome::silent();
         let drop = DropEdge {

@@ -1,24 +1,25 @@
-//! What the image may take of the chip: the one place that says so. `budget` and `bench` check it,
-//! `timing` computes with it, and the linker enforces the memory (`memory.x`).
+//! Resource budgets of the image, defined only here. `budget` and `bench` check them, `timing`
+//! calculates with them, and the linker enforces those of the memory (`memory.x`).
 
-/// Most bytes of flash, of the chip's 1 MB.
+/// Maximum flash use, bytes; the chip has 1 MB.
 pub const FLASH: u64 = 384 * 1024;
-/// Most bytes of static RAM: what the stack leaves of the chip's 128 KB.
+/// Maximum static RAM, bytes: the chip's 128 KB less the stack.
 pub const RAM: u64 = 110 * 1024 - 32;
-/// Bytes of the stack, less the guard of 32 below it.
+/// Size of the stack, bytes, without the guard of 32 bytes below it.
 pub const STACK_SIZE: u64 = 18 * 1024;
-/// Most bytes of the stack in use: 2 KB stay unused in the worst measured case.
+/// Maximum stack use, bytes: 2 KB stay unused in the worst measured case.
 pub const STACK: u64 = STACK_SIZE - 2 * 1024;
 
-/// Most instructions of one transform of 256 points.
+/// Maximum number of instructions of a 256-point FFT.
 pub const FFT256: u64 = 10_000;
-/// Most instructions from a chirp's samples to its finished row of the map: 0.15 ms at 168 MHz.
+/// Maximum number of instructions from a chirp's samples to its row of the map: 0.15 ms at 168 MHz.
 pub const CHIRP: u64 = 25_000;
-/// Most instructions from the values of a real chirp to its row of the map, without the health of the
-/// instrument: 0.19 ms.
+/// Maximum number of instructions from the samples of a real-valued chirp to its row of the map,
+/// without the health checks of the instrument: 0.19 ms.
 pub const CHIRP_REAL: u64 = 32_000;
-/// Most instructions from the last row to the finished report: 30 ms at 168 MHz, beside scans of
-/// seconds.
+/// Maximum number of instructions from the last row to the complete report: 30 ms at 168 MHz; a scan
+/// takes seconds.
 pub const POST: u64 = 5_000_000;
-/// Most instructions from the last row of a guard sweep to its word: 5 ms at 168 MHz.
+/// Maximum number of instructions from the last row of a guard sweep to its `GUARD` sentence: 5 ms at
+/// 168 MHz.
 pub const GUARD: u64 = 600_000;

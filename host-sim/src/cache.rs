@@ -1,10 +1,11 @@
-//! Cache of simulated recordings on disk: a key in, the recording out, simulated only if it is not there.
+//! Disk cache of simulated recordings: returns the recording of a key and simulates it only if it is not
+//! stored.
 //!
-//! An entry is one file. Its name is a checksum of the key, and it holds the key itself, so that two keys
-//! never share an entry; the revision of the simulator is part of the key, so that no entry outlives the
-//! code that made it. Files are written under a name of their own and renamed, and one that does not read
-//! back whole counts as absent: the directory may be deleted at any time, and several programs may use it
-//! at once. When it outgrows its bound, the entries that were not used for the longest time go.
+//! An entry is one file. Its name is a checksum of the key. The file also contains the key, so that two
+//! keys never share an entry. The revision of the simulator is part of the key, so that a changed
+//! simulator does not use old entries. Files are written under a temporary name and renamed, and a file
+//! that is not complete counts as absent. Therefore the directory may be deleted at any time, and several
+//! programs may use it at once. When it exceeds its limit, the least recently used entries are removed.
 
 use std::fs::{self, File};
 use std::io;
@@ -18,13 +19,14 @@ use crc::{CRC_32_ISO_HDLC, CRC_64_XZ, Crc};
 
 use crate::recording::Recording;
 
-/// Where entries are kept, in place of `target/simulated`; `off` for no cache.
+/// Environment variable with the directory of the cache, instead of `target/simulated`; `off` for no
+/// cache.
 pub const VARIABLE: &str = "STAIRSCAN_CACHE";
-/// Bound of the directory's size, bytes: the scans of all draws at once.
+/// Maximum size of the directory, bytes: enough for the scans of all draws.
 const MOST_BYTES: u64 = 12 << 30;
-/// Size down to which entries are removed, percent of the bound.
+/// Size down to which entries are removed, percent of the maximum.
 const KEPT_PERCENT: u64 = 80;
-/// Entries written between two looks at the directory's size.
+/// Number of writes between two checks of the directory's size.
 const WRITES_PER_LOOK: u64 = 256;
 /// First bytes of an entry.
 const MAGIC: &[u8; 8] = b"STAIRSC1";
@@ -36,7 +38,7 @@ const REVISION: &str = env!("SIMULATOR_REVISION");
 const NAME: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// A directory of entries.
+/// Directory of entries.
 #[derive(Debug)]
 pub struct Cache {
     directory: PathBuf,
@@ -44,7 +46,7 @@ pub struct Cache {
     writes: AtomicU64,
 }
 
-/// The recording `name` of `key`, from the workspace's cache if it is there.
+/// Returns the recording `name` of `key`, from the workspace's cache if it is stored.
 ///
 /// # Errors
 /// Those of `simulate`.
@@ -69,7 +71,7 @@ pub fn recording(
 }
 
 impl Cache {
-    /// A cache in `directory`, which need not exist yet, of at most so many bytes.
+    /// A cache in `directory` of at most `most_bytes`. The directory need not exist yet.
     pub fn new(directory: PathBuf, most_bytes: u64) -> Self {
         Self {
             directory,
@@ -78,8 +80,8 @@ impl Cache {
         }
     }
 
-    /// The recording `name` of `key`: the entry, or what `simulate` gives, which becomes the entry. A
-    /// directory that cannot be written to costs time and nothing else.
+    /// Returns the recording `name` of `key`: the entry, or the result of `simulate`, which is then
+    /// stored. A directory that cannot be written to costs only time.
     ///
     /// # Errors
     /// Those of `simulate`.
@@ -101,7 +103,7 @@ impl Cache {
                 .fetch_add(1, Ordering::Relaxed)
                 .is_multiple_of(WRITES_PER_LOOK)
         {
-            // A look that fails is made good by the next one.
+            // A failed check is repeated after the next writes.
             let _ = self.trim();
         }
         Ok(recording)
@@ -120,14 +122,14 @@ impl Cache {
         let part = path.with_extension(format!("{}-{number}.part", std::process::id()));
         let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
         if written.is_err() {
-            // Nothing is left where nothing could be written either.
+            // No file is left after a failed write.
             let _ = fs::remove_file(&part);
         }
         Ok(written?)
     }
 
-    /// Removes the entries that were not used for the longest time, and what an interrupted program left,
-    /// until the bound is kept.
+    /// Removes the least recently used entries, and files of interrupted programs, until the limit is
+    /// met.
     fn trim(&self) -> io::Result<()> {
         let mut entries = Vec::new();
         for entry in fs::read_dir(&self.directory)? {
@@ -153,7 +155,7 @@ impl Cache {
     }
 }
 
-/// Magic, lengths of key and metadata, key, metadata, samples, checksum of all of it.
+/// Encodes an entry: magic, lengths of key and metadata, key, metadata, samples, checksum of all.
 fn encode(key: &str, recording: &Recording) -> Result<Vec<u8>> {
     let meta = recording.metadata_text()?;
     let mut bytes = Vec::from(MAGIC);
@@ -168,11 +170,11 @@ fn encode(key: &str, recording: &Recording) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The recording of an entry, marked as used; `None` unless it is whole and of this key.
+/// Reads the recording of an entry and marks it as used; `None` unless it is complete and has this key.
 fn read(path: &Path, name: &str, key: &str) -> Option<Recording> {
     let bytes = fs::read(path).ok()?;
     let recording = decode(&bytes, name, key)?;
-    // Only the order of removal rests on it.
+    // A failure affects only the order of removal.
     let _ = File::options()
         .append(true)
         .open(path)
@@ -265,7 +267,7 @@ mod tests {
         for seed in 0..6 {
             let key = seed.to_string();
             cache.recording("scan", &key, || simulated(seed)).unwrap();
-            // The first one is used again and again, and each write looks at the size.
+            // The first entry is used repeatedly, and each write checks the size.
             cache.recording("scan", "0", || simulated(0)).unwrap();
             cache.writes.store(0, Ordering::Relaxed);
             cache.trim().unwrap();

@@ -1,6 +1,6 @@
-//! The word on a guard sweep as it comes out of the report UART, read back from its sentence.
+//! The answer to a guard sweep, parsed from the sentence of the report UART.
 //!
-//! `replay` and `emulate` both print from here, as from [`crate::answer`].
+//! Both `replay` and `emulate` print from here, as from [`crate::answer`].
 
 use std::fmt::Write as _;
 
@@ -11,24 +11,24 @@ use stairscan::verdict::Status;
 
 use crate::answer::metres;
 
-/// One guard sweep's sentence and what it says.
+/// One guard sweep's sentence and its contents.
 #[derive(Clone, Debug)]
 pub struct Guarded {
     /// Base name of the recording.
     pub recording: String,
     /// The sentence as written, without its line end.
     pub sentence: String,
-    /// Which sweep of the recording it is, from 1.
+    /// Number of the sweep in the recording, from 1.
     pub sweep: u32,
     /// The parsed sentence.
     pub line: GuardLine,
 }
 
 impl Guarded {
-    /// Parses the sentences of sweeps of a scanner that began with sweep `first` (from 0) of a recording.
+    /// Parses the sentences of sweeps, the first of which is sweep `first` (from 0) of a recording.
     ///
     /// # Errors
-    /// A sentence that is no `GUARD`: the scanner could not sweep, and says why.
+    /// A sentence is not a `GUARD`: the scanner could not sweep, and reports the cause.
     pub fn parse(first: usize, sentences: Vec<String>) -> Result<Vec<Self>> {
         let parse = |sentence: String| {
             let parsed = Sentence::parse(&sentence);
@@ -45,12 +45,12 @@ impl Guarded {
         sentences.into_iter().map(parse).collect()
     }
 
-    /// Whether there is no free distance because something failed.
+    /// Whether the status is `fault`.
     pub fn is_fault(&self) -> bool {
         self.line.status == Status::Fault
     }
 
-    /// The word as one JSON object.
+    /// Returns the answer as one JSON object.
     pub fn json(&self) -> Value {
         let GuardLine {
             status,
@@ -72,7 +72,7 @@ impl Guarded {
     }
 }
 
-/// Sentences of all sweeps of a recording, and a table for people.
+/// Returns the sentences of all sweeps of a recording, and a text table.
 pub fn text(words: &[Guarded]) -> String {
     let mut out = String::new();
     if let Some(first) = words.first() {

@@ -1,4 +1,4 @@
-//! Runs images that end by themselves in the emulator.
+//! Runs self-terminating images in the emulator.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,9 +9,9 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::commands::busy;
 use crate::emulate::tools::{EMULATOR, Tool};
 
-/// Runs an image that ends by itself; returns what it printed through semihosting.
+/// Runs a self-terminating image; returns its semihosting output.
 ///
-/// Time in the emulator is the number of instructions, one a nanosecond (`-icount shift=0`).
+/// The time in the emulator is the number of instructions, one each nanosecond (`-icount shift=0`).
 pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
     Tool::Emulator.need()?;
     let log = directory.join("output");

@@ -1,5 +1,5 @@
-//! Looks over the shoulder of the likelihood estimator: what it took each scatterer for, and how
-//! the winner stands against its rivals, in nats and in probability.
+//! Observes the likelihood estimator: the role of each scatterer, and the comparison of the best
+//! hypothesis with the others, in nats and as probabilities.
 
 use std::fmt::Write as _;
 
@@ -23,36 +23,36 @@ use crate::views::{
     ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict, meaning,
 };
 
-/// Ends of the first and behind the last cell of the way that are shown, metres.
+/// Near end of the first cell of the path that is shown, metres.
 const WAY_FROM_M: f32 = 0.25;
-/// See [`WAY_FROM_M`].
+/// Far end of the last cell of the path that is shown, metres.
 const WAY_TO_M: f32 = 1.65;
 
-/// Millionths, so that an f32 does not drag its binary digits along.
+/// Rounds to millionths: an f32 has no more significant digits.
 fn decimal(v: f64) -> f64 {
     (v * 1e6).round() / 1e6
 }
 
-/// One scan as the estimator sees it.
+/// One scan from the estimator's point of view.
 #[derive(Clone, Debug)]
 pub struct Inspection {
     /// Median of the filtered map, dB relative to full scale.
     noise_db: f64,
-    /// Angle bias, degrees, and mount-height error, metres, where the floor shows them.
+    /// Angle bias, degrees, and mount-height error, metres, if the ground is visible.
     calibration: Option<(f64, f64)>,
-    /// How well echoes support a floor in its place and elsewhere, where the plane shows it.
+    /// Support of the echoes for the ground at its nominal and at other heights, if the plane shows it.
     floor: Option<Floor>,
-    /// How wide the lobes of strong echoes are over the rows, where there are some.
+    /// Width of the lobes of strong echoes over the rows, if there are any.
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
-    /// Cells of the way ahead.
+    /// Cells along the path ahead.
     way: Vec<Cell>,
-    /// For pictures.
+    /// Data for drawings.
     view: InspectView,
     outcome: Outcome,
 }
 
-/// What the estimator tells.
+/// Observer of the estimator's events.
 struct Witness {
     mount_height_m: f64,
     noise_db: f64,
@@ -64,7 +64,7 @@ struct Witness {
     view: InspectView,
 }
 
-/// What a role says about the winner.
+/// Returns whether a role supports the best hypothesis.
 fn verdict(role: Role) -> Verdict {
     match role {
         Role::Stray => Verdict::Neither,
@@ -74,7 +74,7 @@ fn verdict(role: Role) -> Verdict {
 }
 
 impl Witness {
-    /// An explanation in words, and the edges of its steps.
+    /// Describes a hypothesis in words and returns the edges of its steps.
     fn explain(&self, candidate: &Candidate<'_>) -> (String, Vec<Point>) {
         let faces = candidate.faces;
         let steps = match faces.len() {
@@ -141,13 +141,13 @@ impl Observer for Witness {
                 self.view.posterior = posterior::view(cloud, view);
             }
             Event::Cell(cell) => self.way.push(*cell),
-            // What may stand there is in the answer, too.
+            // `MAYBE`s are also part of the answer.
             Event::Done(_) | Event::Maybe(_) | Event::Particles { .. } => {}
         }
     }
 }
 
-/// Lets the estimator work on a finished map once more while `observer` looks.
+/// Repeats the estimation of a finished map with an observer.
 pub fn repeat(
     map: &PolarMap,
     config: &Config,
@@ -158,7 +158,7 @@ pub fn repeat(
     repeat_with(Likelihood::new(), map, config, scan, drive, observer)
 }
 
-/// The same with another estimator than the scanner's.
+/// [`repeat`] with another estimator than the scanner's.
 pub fn repeat_with(
     estimator: Likelihood,
     map: &PolarMap,
@@ -182,7 +182,7 @@ pub fn repeat_with(
 }
 
 impl Inspection {
-    /// Lets the estimator work on a finished map once more, and listens.
+    /// Repeats the estimation of a finished map and records its events.
     pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
         let mut witness = Witness {
             mount_height_m: config.mount.mount_height_m().into(),
@@ -210,12 +210,12 @@ impl Inspection {
         }
     }
 
-    /// As pictures need it.
+    /// Returns the data for drawings.
     pub fn view(&self) -> &InspectView {
         &self.view
     }
 
-    /// As tables for people, with what their words mean, and the answer in sentences at the end.
+    /// Returns text tables with explanations, and the answer in words at the end.
     pub fn text(&self, answer: &Answer) -> String {
         let mut text = self.surroundings();
         text.push_str(&self.echo_table());
@@ -230,7 +230,7 @@ impl Inspection {
         text
     }
 
-    /// Noise, and what the floor says.
+    /// Formats noise level and calibration on the ground.
     fn surroundings(&self) -> String {
         let mut text = format!("noise {:.1} dB of full scale", self.noise_db);
         if let Some((bias, height)) = self.calibration {
@@ -255,7 +255,7 @@ impl Inspection {
         text
     }
 
-    /// The echoes, and what their roles mean.
+    /// Formats the echoes and the meanings of their roles.
     fn echo_table(&self) -> String {
         let mut text =
             "\n\n  snr dB  distance m  height m  range σ mm  angle σ °  width  role\n".to_owned();
@@ -292,7 +292,7 @@ impl Inspection {
         text
     }
 
-    /// The search's flights.
+    /// Formats the search's hypotheses.
     fn flights(&self) -> String {
         let mut text =
             "\n  score nats  flight, with distance and height of each edge, m\n".to_owned();
@@ -315,7 +315,7 @@ impl Inspection {
         text
     }
 
-    /// How far the answer is right, cell by cell of the way that can be driven.
+    /// Formats the probability that the answer is correct, by cell of the path.
     fn way_table(&self) -> String {
         let mut text = String::new();
         let cells = self.way.iter();
@@ -349,12 +349,12 @@ impl Inspection {
         text
     }
 
-    /// What the posterior says; `None` where the estimator has none: of what leads down.
+    /// Returns the posterior; `None` without one: for downward scenes.
     fn posterior(&self) -> Option<&PosteriorView> {
         Some(&self.view.posterior).filter(|p| !p.counts.is_empty())
     }
 
-    /// Where the ground ends, for people; empty where no drop is told.
+    /// Formats the drop edge; empty if no drop is reported.
     fn drop(&self) -> String {
         let Some(drop) = &self.outcome.answer.drop else {
             return String::new();
@@ -369,7 +369,7 @@ impl Inspection {
         )
     }
 
-    /// What may stand there though the answer does not hold it, as a table for people.
+    /// Formats the `MAYBE`s as a text table.
     fn maybes(&self) -> String {
         let mut text = String::new();
         for maybe in &self.outcome.answer.maybes {
@@ -383,7 +383,7 @@ impl Inspection {
         text
     }
 
-    /// The scatterers, strongest first, a JSON object each.
+    /// Returns the scatterers, strongest first, one JSON object each.
     pub fn echoes(&self) -> Vec<Value> {
         let scatterer = |s: &Scatterer| {
             let e = &s.echo;
@@ -403,7 +403,7 @@ impl Inspection {
         self.scatterers.iter().map(scatterer).collect()
     }
 
-    /// As one JSON object.
+    /// Returns the inspection as one JSON object.
     pub fn json(&self, answer: &Answer) -> Value {
         let edge = |&(x, y): &Point| json!({"distance_m": decimal(x), "height_m": decimal(y)});
         let explanation = |e: &ExplanationView| {
@@ -456,7 +456,7 @@ impl Inspection {
     }
 }
 
-/// The answer in sentences: what it says, how far it vouches for that, and what each of its reasons means.
+/// Formats the answer in sentences: contents, horizon, and the meaning of each reason.
 fn ending(answer: &Answer) -> String {
     let count = answer.steps.len();
     let what = match (answer.scan.status, answer.scan.direction) {
@@ -491,7 +491,7 @@ mod tests {
     use crate::replay;
     use std::path::Path;
 
-    /// What the estimator thinks of a recording of the repository, and what it reports.
+    /// Inspects a recording of the repository; returns the inspection and the answer.
     fn inspection(name: &str) -> (Inspection, Answer) {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
         let recording = Recording::read(&dir.join(name)).unwrap();
@@ -577,7 +577,7 @@ mod tests {
         }
     }
 
-    /// Where the answer is surer than asked it is valid.
+    /// The answer is valid where its probability exceeds the threshold.
     #[test]
     fn the_way_shows_where_the_answer_stops_to_be_valid() {
         let (inspection, answer) = inspection("stair_a");

@@ -1,4 +1,4 @@
-//! The other side of the scanner: recordings, scenes, replay, scores, pictures.
+//! The host side of the scanner: recordings, scenes, replay, scores, drawings.
 
 pub mod answer;
 #[cfg(feature = "program")]

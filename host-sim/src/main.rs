@@ -1,4 +1,4 @@
-//! `cargo sim …`: recordings in, steps, figures and pictures out.
+//! `cargo sim …`: the program on the host, from recordings to steps, figures and drawings.
 
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -103,7 +103,7 @@ enum Command {
     Man(commands::help::ManArgs),
 }
 
-/// The program's command with all that `--help` tells.
+/// Returns the program's command with all help texts.
 fn program() -> clap::Command {
     static VERSION: LazyLock<String> =
         LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), stairscan::REVISION));
@@ -216,7 +216,7 @@ mod tests {
         }
     }
 
-    /// Where people read answers, each word that they may read is explained, by the library's one table.
+    /// Every text in which users read answers contains all reasons with their meanings, from the library's table.
     #[test]
     fn every_reason_is_explained_wherever_answers_are_read() {
         let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -237,7 +237,7 @@ mod tests {
             ));
         }
         for (place, text) in &places {
-            // However lines are broken.
+            // Independent of line breaks.
             let text: Vec<&str> = text.split_whitespace().collect();
             let text = text.join(" ");
             for reason in Reason::ALL {

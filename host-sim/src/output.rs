@@ -1,5 +1,5 @@
-//! Files that commands write: never one that the command reads, another existing one only with `--force`, and each
-//! whole or not at all.
+//! Output files of commands. A command never overwrites its inputs, overwrites other existing files only with
+//! `--force`, and writes each file completely or not at all.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ pub struct Overwrite {
 }
 
 impl Overwrite {
-    /// The outputs of a command that reads `inputs`: files, or recordings with or without suffix.
+    /// Outputs of a command that reads `inputs`: files, or recordings with or without suffix.
     pub fn reading<P: AsRef<Path>>(self, inputs: impl IntoIterator<Item = P>) -> Outputs {
         let named = inputs.into_iter().flat_map(|path| {
             let [meta, data] = pair(path.as_ref());
@@ -32,7 +32,7 @@ impl Overwrite {
     }
 }
 
-/// Guard of the files that a command writes.
+/// Checks the output paths of a command.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
     force: bool,
@@ -41,10 +41,10 @@ pub struct Outputs {
 }
 
 impl Outputs {
-    /// Refuses a path that may not be written. Long work asks before it begins.
+    /// Checks whether a path may be written. Long commands check before they begin.
     ///
     /// # Errors
-    /// Names the path: an input, or a file that exists while `--force` is not given.
+    /// The path is an input, or exists and `--force` is not given; the message names it.
     pub fn check(&self, path: &Path) -> Result<()> {
         let place = fs::canonicalize(path);
         ensure!(
@@ -52,7 +52,7 @@ impl Outputs {
             "{}: is what is read: expected another name",
             path.display()
         );
-        // What exists and is no file is refused by `write_whole`, with or without the option.
+        // Existing directories and special files are refused by `write_whole`, with or without the option.
         ensure!(
             self.force || !path.is_file(),
             "{}: exists: expected another name, or --force to replace it",
@@ -61,27 +61,27 @@ impl Outputs {
         Ok(())
     }
 
-    /// [`Self::check`] of both files of a recording.
+    /// [`Self::check`] for both files of a recording.
     ///
     /// # Errors
-    /// Names the file.
+    /// Those of [`Self::check`].
     pub fn check_recording(&self, path: &Path) -> Result<()> {
         pair(path).iter().try_for_each(|file| self.check(file))
     }
 
-    /// Writes a file whole or not at all.
+    /// Writes a file completely or not at all.
     ///
     /// # Errors
-    /// Those of [`Self::check`], and a file that cannot be written.
+    /// Those of [`Self::check`], or the file cannot be written.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         self.check(path)?;
         write_whole(path, bytes)
     }
 
-    /// [`Self::write`], making the directory where there is none.
+    /// [`Self::write`]; creates the directory if it is missing.
     ///
     /// # Errors
-    /// Names the directory or the file.
+    /// The directory or the file cannot be written; the message names it.
     pub fn write_picture(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         if let Some(dir) = path.parent().filter(|d| !d.as_os_str().is_empty()) {
             fs::create_dir_all(dir)
@@ -93,14 +93,14 @@ impl Outputs {
     /// Writes a recording's two files.
     ///
     /// # Errors
-    /// Those of [`Self::check_recording`], and a file that cannot be written.
+    /// Those of [`Self::check_recording`], or a file cannot be written.
     pub fn write_recording(&self, path: &Path, recording: &Recording) -> Result<()> {
         self.check_recording(path)?;
         recording.write(path)
     }
 }
 
-/// Metadata and samples of a recording named with or without suffix.
+/// Returns the paths of metadata and samples of a recording named with or without suffix.
 fn pair(path: &Path) -> [PathBuf; 2] {
     let meta = meta_path(path);
     let data = meta.with_extension(DATA_SUFFIX);

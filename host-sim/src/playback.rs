@@ -1,5 +1,5 @@
-//! A recording as the radar module, and a shaft without a motor: what `replay` puts behind the
-//! scanner's hardware traits, and what the emulator's radar module plays.
+//! A recording as the radar module, and a shaft without a motor: the simulated hardware of `replay`, and
+//! the data of the emulator's radar module.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -37,15 +37,15 @@ pub struct Playback<'a> {
     backward: bool,
     mode: Mode,
     kind: Kind,
-    /// Whether motion sentences come with the triggers, whatever the clock says.
+    /// Whether motion sentences are sent with the triggers instead of at their times.
     by_trigger: bool,
 }
 
 impl<'a> Playback<'a> {
-    /// `recording` with its set-up on top of `base`.
+    /// Plays `recording` with its set-up on top of `base`.
     ///
     /// # Errors
-    /// Names the key or the capture that no scan can be made of.
+    /// The recording cannot be scanned; the message names the key or the capture.
     pub fn new(recording: &'a Recording, base: &Config) -> Result<Self> {
         let mut parts = Vec::new();
         let mut backward = false;
@@ -65,7 +65,7 @@ impl<'a> Playback<'a> {
         })
     }
 
-    /// The same with the mirror turning the other way than in the recording.
+    /// Turns the mirror in the opposite direction.
     pub fn reversed(self) -> Self {
         Self {
             backward: !self.backward,
@@ -73,13 +73,13 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// The same with another word on what holds without motion input.
+    /// Sets the motion mode without motion input.
     pub fn with_mode(self, mode: Mode) -> Self {
         Self { mode, ..self }
     }
 
-    /// The same for a scanner whose clock is not that of the recording: motion sentences, if there are any,
-    /// come with the triggers, and nothing may depend on their times.
+    /// Adapts the playback to a scanner whose clock differs from the recording's. Motion sentences, if
+    /// there are any, are sent with the triggers, and the result must not depend on their times.
     pub fn by_trigger(self) -> Self {
         Self {
             by_trigger: !self.recording.meta.motion.travel_m.is_empty(),
@@ -87,29 +87,29 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// The motion sentences that come with the triggers.
+    /// Returns the motion sentences that are sent with the triggers.
     pub fn motion(&self) -> Option<ByTrigger> {
         let wanted = self.by_trigger.then_some(self.recording);
         wanted.and_then(ByTrigger::new)
     }
 
-    /// Scan `scan` (from 0); after the last one the recording begins again.
+    /// Returns scan `scan` (from 0); after the last one the recording repeats.
     fn part(&self, scan: usize) -> &Part {
-        // There is at least one: `Recording::scans`.
+        // There is at least one scan: see `Recording::scans`.
         &self.parts[scan % self.parts.len()]
     }
 
-    /// The configuration that the recording brings for its first scan.
+    /// Returns the recording's configuration for its first scan.
     pub fn config(&self) -> &Config {
         &self.part(0).config
     }
 
-    /// The configuration that the recording brings for scan `scan`, from 0.
+    /// Returns the recording's configuration for scan `scan`, from 0.
     pub fn config_of(&self, scan: usize) -> &Config {
         &self.part(scan).config
     }
 
-    /// The same for a scanner that guards: each scan of the recording is a guard sweep.
+    /// Plays each scan of the recording as a guard sweep.
     pub fn guarding(self) -> Self {
         Self {
             kind: Kind::Guard,
@@ -122,7 +122,7 @@ impl<'a> Playback<'a> {
         self.kind
     }
 
-    /// The guard's settings for a sweep with these angles.
+    /// Returns the guard's settings for a sweep with these angles.
     fn guard(&self, sweep: &SweepConfig) -> GuardConfig {
         match self.kind {
             Kind::Scans => GuardConfig::default(),
@@ -130,28 +130,28 @@ impl<'a> Playback<'a> {
                 first: sweep.first_angle,
                 last: sweep.angle(sweep.angle_count.saturating_sub(1)),
                 step: u16::try_from(sweep.angle_step).unwrap_or(u16::MAX),
-                // Neither a recording nor the emulator keeps the scanner's time.
+                // Neither a recording nor the emulator runs in the scanner's time.
                 rate: 0,
                 ..GuardConfig::default()
             },
         }
     }
 
-    /// The scanner's settings for the first scan. The mirror turns as it did in the recording.
+    /// Returns the scanner's settings for the first scan. The mirror turns as in the recording.
     pub fn settings(&self) -> Settings {
         let mut timing = Timing::default();
         if let Some(us) = setup::chirp_us(self.recording) {
             timing.chirp_duration = us;
         }
         if self.by_trigger {
-            // Without duration of the chirp no speed is asked for.
+            // A duration of 0 turns off the range-Doppler compensation, which needs the chair's speed.
             (timing.chirp_duration, timing.motion_timeout) = (0, MAX_TIME);
         }
         Settings {
             config: *self.config(),
             guard: self.guard(&self.config().sweep),
             timing,
-            // The shaft of a replay is at once where it is sent: there is nothing to pass.
+            // The simulated shaft moves without delay: it passes no angles.
             sweep_mode: SweepMode::Stop,
             motion: self.mode,
             sweeping: match self.backward {
@@ -162,8 +162,8 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// The commands that bring a scanner from the settings of scan `scan` (from 0) to those of the
-    /// next one. They hold from the next scan on, whenever they come while this one is under way.
+    /// Returns the commands that change a scanner's settings from those of scan `scan` (from 0) to those of
+    /// the next one. They apply from the next scan on, also if they are sent during this one.
     pub fn commands_after(&self, scan: usize) -> Vec<(&'static str, String)> {
         let settings = |k| Settings {
             config: *self.config_of(k),
@@ -176,27 +176,26 @@ impl<'a> Playback<'a> {
             .filter_map(|key| Some((*key, next.get(key)?.as_str().to_owned())))
             .collect();
         if scan == 0 && self.backward && self.kind == Kind::Scans {
-            // After one scan backward the next one goes forward, and so on by turns.
+            // After one backward scan the directions alternate.
             commands.push(("sweep", "both".into()));
         }
         commands
     }
 
-    /// What the radar module is set to.
+    /// Returns the radar module's settings.
     pub fn radar(&self) -> RadarConfig {
         self.config().radar
     }
 
-    /// The number of the chirp that was recorded in scan `scan` (from 0) with the shaft at
-    /// `shaft_angle` (0.001°); `None` where the recording holds none.
+    /// Returns the index of the chirp of scan `scan` (from 0) at `shaft_angle` (0.001°); `None` if the
+    /// recording contains none.
     pub fn chirp(&self, scan: usize, shaft_angle: i32) -> Option<usize> {
         let Part { config, chirps } = self.part(scan);
         *chirps.get(row_at(config, shaft_angle)?)?
     }
 }
 
-/// The row of a scan with `config` that is seen with the shaft at `shaft_angle` (0.001°); `None` above
-/// the first one.
+/// Returns the row of a scan with `config` at `shaft_angle` (0.001°); `None` above the first one.
 pub fn row_at(config: &Config, shaft_angle: i32) -> Option<usize> {
     let beam = match config.mount.plane.first() {
         Plane::Depth => shaft_angle,
@@ -207,9 +206,9 @@ pub fn row_at(config: &Config, shaft_angle: i32) -> Option<usize> {
     usize::try_from(row).ok()
 }
 
-/// A [`Playback`] on its way through the scans.
+/// State of a [`Playback`] during its scans.
 ///
-/// Every scan begins with a question for the module's settings, so one that comes after a trigger
+/// Every scan begins with a request for the module's settings. Such a request after a trigger therefore
 /// begins the next scan.
 #[derive(Clone, Debug)]
 pub struct Player<'a> {
@@ -219,7 +218,7 @@ pub struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// Before the first scan of `playback`.
+    /// The state before the first scan of `playback`.
     pub fn new(playback: &'a Playback<'a>) -> Self {
         Self {
             playback,
@@ -228,7 +227,7 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// The module was asked for its settings.
+    /// Handles a request for the module's settings.
     pub fn configure(&mut self) -> RadarConfig {
         if std::mem::take(&mut self.triggered) {
             self.scan += 1;
@@ -236,25 +235,25 @@ impl<'a> Player<'a> {
         self.playback.radar()
     }
 
-    /// The chirp of the present scan with the shaft at `shaft_angle` (0.001°).
+    /// Returns the chirp of the current scan at `shaft_angle` (0.001°).
     pub fn trigger(&mut self, shaft_angle: i32) -> Option<&'a [Iq]> {
         self.triggered = true;
         let chirp = self.playback.chirp(self.scan, shaft_angle)?;
         self.playback.recording.chirp(chirp)
     }
 
-    /// The number of the chirp that [`Player::trigger`] would give.
+    /// Returns the index of the chirp that [`Player::trigger`] would return.
     pub fn number(&self, shaft_angle: i32) -> Option<usize> {
         self.playback.chirp(self.scan, shaft_angle)
     }
 
-    /// Scans of which at least one chirp was asked for.
+    /// Returns the number of scans with at least one requested chirp.
     pub fn begun(&self) -> usize {
         self.scan + usize::from(self.triggered)
     }
 }
 
-/// The radar link of a [`Playback`]: no frames, no waiting.
+/// The radar link of a [`Playback`], without frames or delays.
 #[derive(Debug)]
 pub struct PlaybackLink<'a> {
     player: Player<'a>,
@@ -264,7 +263,7 @@ pub struct PlaybackLink<'a> {
 }
 
 impl<'a> PlaybackLink<'a> {
-    /// The link to `playback`, whose chirps come when a timetable says.
+    /// A link to `playback`, whose chirps are timed by a timetable.
     pub fn new(playback: &'a Playback<'a>, timetable: Option<Rc<RefCell<Timetable>>>) -> Self {
         Self {
             player: Player::new(playback),
@@ -307,7 +306,7 @@ impl RadarModule for PlaybackLink<'_> {
     }
 }
 
-/// A shaft that is at once where it is sent.
+/// A shaft that moves without delay.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SimShaft {
     position: i32,

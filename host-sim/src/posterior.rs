@@ -1,4 +1,4 @@
-//! What the posterior says: probability by number of steps, and by hypothesis.
+//! Summarises the posterior: probability by number of steps, and by hypothesis.
 
 use std::fmt::Write as _;
 use std::mem::discriminant;
@@ -10,19 +10,19 @@ use stairscan::model::{GroundKind, Staircase, View};
 
 use crate::views::{HypothesisView, Point, PosteriorView};
 
-/// Two particles tell of the same stairs when each edge of one is within so much of the other's,
-/// metres: the design contract's distance of scoring.
+/// Maximum distance between the edges of two particles of the same staircase, metres: the matching
+/// distance of the score.
 const SAME_M: f64 = crate::score::MATCH_M;
 
-/// The particles' mass by hypothesis, the likeliest first: particles whose steps in sight are the same,
-/// in number, place and kind, are one hypothesis, told by its likeliest particle.
+/// Groups the particles into hypotheses, likeliest first. Particles with the same visible steps
+/// (number, place and kind) are one hypothesis, described by its likeliest particle.
 pub fn view(cloud: &Cloud, view: &View) -> PosteriorView {
     let mut particles: Vec<(&Staircase, f32)> = cloud.particles().collect();
     particles.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut groups: Vec<(GroundKind, bool, HypothesisView)> = Vec::new();
     for (staircase, probability) in particles {
         let edges = edges(staircase, view);
-        // Whether a single thing that is no stairs is open says nothing.
+        // An open riser is significant only for stairs, not for a single obstacle.
         let open = staircase.kind == GroundKind::Stairs && staircase.open;
         let same = groups.iter_mut().find(|(kind, other, known)| {
             discriminant(kind) == discriminant(&staircase.kind)
@@ -54,8 +54,7 @@ fn alike(a: &[Point], b: &[Point]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(near)
 }
 
-/// Distance and height of what can be seen: of every step's edge, of a single thing's, of where the
-/// ground ends.
+/// Returns distance and height of the visible edges: of every step, of a single obstacle, of the drop.
 fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     let point = |x: f32, y: f32| (f64::from(x), f64::from(y));
     match staircase.kind {
@@ -73,12 +72,12 @@ fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     }
 }
 
-/// A number of steps in words.
+/// Formats a number of steps.
 fn steps(count: usize) -> String {
     format!("{count} step{}", if count == 1 { "" } else { "s" })
 }
 
-/// A staircase in words, of which so many edges can be seen.
+/// Describes a staircase with `seen` visible edges.
 fn name(staircase: &Staircase, seen: usize) -> String {
     let mut name = match staircase.kind {
         GroundKind::Nothing => "no stairs".to_owned(),
@@ -107,7 +106,7 @@ fn name(staircase: &Staircase, seen: usize) -> String {
     name
 }
 
-/// As tables for people.
+/// Formats the posterior as text tables.
 pub fn text(posterior: &PosteriorView) -> String {
     let mut text = String::from("\n  probability  number of steps\n");
     for (count, probability) in posterior.counts.iter().enumerate() {
@@ -131,12 +130,12 @@ pub fn text(posterior: &PosteriorView) -> String {
     text
 }
 
-/// What is less likely does not show in tables for people: it rounds to 0.0 %.
+/// Minimum probability of a listed hypothesis: a smaller one rounds to 0.0 %.
 const LEAST_TOLD: f64 = 0.0005;
 
-/// As JSON: `counts` by number of steps from 0, `hypotheses` the likeliest first.
+/// Returns the posterior as JSON: `counts` by number of steps from 0, `hypotheses` likeliest first.
 pub fn json(posterior: &PosteriorView) -> Value {
-    // Millionths, so that an f32 does not drag its binary digits along.
+    // Rounded to millionths: an f32 has no more significant digits.
     let decimal = |v: f64| (v * 1e6).round() / 1e6;
     let edge = |&(x, y): &Point| json!({"distance_m": decimal(x), "height_m": decimal(y)});
     let hypothesis = |h: &HypothesisView| {

@@ -23,35 +23,35 @@ use crate::recording::Recording;
 use crate::setup::{self, Kind};
 use crate::volatile::{Volatile, identity};
 
-/// Seed of the particles' random numbers where none is given.
+/// Default seed of the particles' random numbers.
 pub const SEED: u32 = 1;
 
-/// How to scan.
+/// Options of a replay.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// What the recording does not bring: estimator, seed, CFAR, particles.
+    /// Settings that are not in the recording: estimator, seed, CFAR, particles.
     pub config: Config,
-    /// Scans one after the other; `None`: as many as the recording holds. A recording of one scan
-    /// is scanned again and again, each time the other way round.
+    /// Number of scans; `None`: as many as the recording contains. A recording of one scan is repeated
+    /// with alternating direction.
     pub scans: Option<u32>,
-    /// Turn the mirror the other way than in the recording.
+    /// Whether to turn the mirror in the opposite direction.
     pub backwards: bool,
-    /// Every scan of the recording by a scanner of its own, as if it were the first.
+    /// Whether to use a new scanner for every scan of the recording.
     pub single: bool,
-    /// What holds without motion input; `None`: what the recording calls for.
+    /// Motion mode without motion input; `None`: that of the recording.
     pub motion: Option<Mode>,
-    /// What is wrong with the motion sentences.
+    /// Fault of the motion sentences.
     pub motion_fault: Option<Fault>,
-    /// Motion sentences come with the triggers, as `emulate` sends them, not at the recording's times.
+    /// Whether motion sentences are sent with the triggers, as by `emulate`, instead of at the
+    /// recording's times.
     pub by_trigger: bool,
 }
 
 impl Options {
-    /// How many scans to make of `recording`.
+    /// Returns the number of scans to make of `recording`.
     ///
     /// # Errors
-    /// A recording of several scans cannot be made longer, and what moved in it cannot be turned
-    /// round.
+    /// A recording of several scans cannot be extended, and one with motion cannot be reversed.
     pub fn scans_of(&self, recording: &Recording) -> Result<usize> {
         let held = recording.scans();
         let scans = self.scans.map_or(held, |scans| scans as usize);
@@ -74,29 +74,29 @@ impl Options {
 pub struct Scanned<'a> {
     /// The whole recording.
     recording: &'a Recording,
-    /// Which scan of it, from 0.
+    /// Index of the scan in the recording, from 0.
     scan: usize,
-    /// What the scanner was set to.
+    /// Configuration of the scanner.
     pub config: &'a Config,
     /// Map and estimator.
     pub pipeline: &'a Pipeline,
-    /// What is known of the chair's motion.
+    /// Known motion of the chair.
     pub drive: Drive<'a>,
-    /// What it reported.
+    /// The reported answer.
     pub answer: &'a Answer,
 }
 
 impl Scanned<'_> {
-    /// The scan as a recording of its own.
+    /// Returns the scan as a recording of its own.
     pub fn recording(&self) -> Recording {
         self.recording.scan(self.scan)
     }
 }
 
-/// The first scan's answer.
+/// Returns the first scan's answer.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn answer(recording: &Recording, options: &Options) -> Result<Answer> {
     let options = Options {
         scans: Some(1),
@@ -108,10 +108,11 @@ pub fn answer(recording: &Recording, options: &Options) -> Result<Answer> {
     }
 }
 
-/// The answers of all scans, in order. `look` sees each of them with map and estimator.
+/// Returns the answers of all scans, in order. `look` is called with each of them, with map and
+/// estimator.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn answers(
     recording: &Recording,
     options: &Options,
@@ -119,7 +120,7 @@ pub fn answers(
 ) -> Result<Vec<Answer>> {
     setup::full_scans(recording)?;
     let scans = options.scans_of(recording)?;
-    // A scan out of a sequence is no scan of a chair that stands.
+    // A scan of a sequence was not necessarily made at standstill.
     let mode = options.motion.unwrap_or(setup::mode(recording));
     let options = &Options {
         motion: Some(mode),
@@ -129,7 +130,7 @@ pub fn answers(
         return follow(recording, options, scans, look);
     }
     let mut answers = Vec::new();
-    // All of them, so that what is wrong with the recording's last scan is told before the first.
+    // All scans are checked, so that an error in the last one is reported before the first is scanned.
     Playback::new(recording, &options.config)?;
     for scan in 0..scans {
         let alone = recording.scan(scan);
@@ -147,8 +148,8 @@ pub fn answers(
     Ok(answers)
 }
 
-/// The scanner's data path, which remembers with what motion it came to its last answer: by the time
-/// that the answer is told, the scanner is on its next scan.
+/// The scanner's data path, which also stores the motion used for its last answer: when the answer is
+/// reported, the scanner is already at its next scan.
 struct Noting {
     pipeline: Box<Pipeline>,
     drive: Drive<'static>,
@@ -208,7 +209,7 @@ impl DataPath for Noting {
     }
 }
 
-/// One scanner over `scans` scans.
+/// Runs one scanner over `scans` scans.
 fn follow(
     recording: &Recording,
     options: &Options,
@@ -237,10 +238,10 @@ fn follow(
     Ok(answers)
 }
 
-/// The words on all guard sweeps of a recording of them, in order.
+/// Returns the answers to all guard sweeps of a recording, in order.
 ///
 /// # Errors
-/// Names what in the recording no sweep can be made of.
+/// The recording cannot be swept; the message names the cause.
 pub fn guarded(recording: &Recording, options: &Options) -> Result<Vec<Guarded>> {
     let sweeps = options.scans_of(recording)?;
     let options = &Options {
@@ -267,7 +268,7 @@ pub fn guarded(recording: &Recording, options: &Options) -> Result<Vec<Guarded>>
     Ok(words.into_iter().map(name).collect())
 }
 
-/// The recording as these options have it played.
+/// Returns the playback of a recording with these options.
 fn playback<'a>(recording: &'a Recording, options: &Options) -> Result<Playback<'a>> {
     let mut playback = Playback::new(recording, &options.config)?;
     if let Some(mode) = options.motion {
@@ -282,7 +283,7 @@ fn playback<'a>(recording: &'a Recording, options: &Options) -> Result<Playback<
     Ok(playback)
 }
 
-/// One scanner over `scans` scans or guard sweeps, of each of which `told` gets the sentences.
+/// Runs one scanner over `scans` scans or guard sweeps. `told` is called with the sentences of each.
 fn run(
     recording: &Recording,
     options: &Options,
@@ -299,7 +300,7 @@ fn run(
     };
     let timetable = timetable.map(|table| Rc::new(RefCell::new(table)));
     if timetable.is_some() && !options.by_trigger {
-        // The timetable says when the mirror has come to rest.
+        // The timetable contains the settling of the mirror.
         settings.timing.settle = SHORTEST_SETTLE_US;
     }
     let data = Noting {
@@ -320,7 +321,7 @@ fn run(
         hardware,
         data,
         (&mut reports, &mut odometry),
-        // The recording says how its scanner was mounted.
+        // The recording contains the mounting of its scanner.
         Some(settings),
         identity("host"),
         now,
@@ -330,7 +331,7 @@ fn run(
         scanner.port_mut().inlet.type_in(b"guard on\n");
     }
     let (mut done, mut commanded) = (0, 0);
-    // Some five steps a row; the bound only guards against a scanner that never answers.
+    // About five steps a row; the limit is only for a scanner that never answers.
     let rows = usize::from(settings.config.sweep.angle_count) + 64;
     for _ in 0..64 * rows * scans {
         scanner.step(now);
@@ -344,7 +345,7 @@ fn run(
             scanner.scans()
         };
         if begun as usize > commanded {
-            // What comes while a scan is under way is for the next one.
+            // Commands during a scan apply to the next one.
             let commands = playback.commands_after(commanded);
             scanner.port_mut().inlet.set(&commands);
             commanded += 1;
@@ -365,9 +366,9 @@ fn run(
     bail!("{name}: the scanner gave no answer")
 }
 
-/// Time that passes from step to step: any mirror has come to rest.
+/// Time between two steps; the mirror has settled by then.
 const STEP_US: u32 = 10_000;
-/// The shortest wait for the mirror that can be set.
+/// Minimum settling time that can be set.
 pub(crate) const SHORTEST_SETTLE_US: u32 = 100;
 
 /// The report UART, read line by line.
@@ -376,7 +377,7 @@ pub(crate) struct Console {
     /// Motion sentences and commands.
     pub inlet: Inlet,
     line: Vec<u8>,
-    /// Sentences of the scan that has begun, and how many more belong to it.
+    /// Sentences of the current scan. `to_come` is the number of those that are still missing.
     scan: Vec<String>,
     to_come: u8,
 }
@@ -393,7 +394,7 @@ impl BytePort for Console {
 }
 
 impl Console {
-    /// The port with what is typed into it.
+    /// A port with the input `inlet`.
     pub fn new(inlet: Inlet) -> Self {
         Self {
             inlet,
@@ -401,7 +402,7 @@ impl Console {
         }
     }
 
-    /// The sentences of a scan once all of them have come.
+    /// Returns the sentences of a scan when it is complete.
     pub fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.line.drain(..=end).collect();

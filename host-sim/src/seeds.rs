@@ -1,7 +1,7 @@
-//! Which seeds of the random scenes serve what.
+//! Allocation of the seeds of random scenes to their uses.
 //!
-//! A figure is honest only on scenes that nobody has tuned on, and every scene that somebody looks
-//! at, fits to or compares figures on is tuned on in the end. So the seeds are dealt out once, here.
+//! A figure is valid only for scenes that were not used for tuning. Every scene that is inspected, fitted to or used
+//! to compare figures influences the tuning. Therefore the seeds are allocated here, once.
 
 use std::fmt;
 use std::ops::Range;
@@ -26,8 +26,7 @@ pub enum Draw {
     Reporting,
 }
 
-/// Seeds of [`Draw::Tuning`]. Whatever stood in a table or was drawn without saying a seed before
-/// the seeds were dealt out had one of the first of them.
+/// Seeds of [`Draw::Tuning`]. Scenes drawn without a seed used the first of them.
 pub const TUNING: Range<u64> = 0..1_000_000;
 /// Seeds of [`Draw::Validation`].
 pub const VALIDATION: Range<u64> = 1_000_000..1_500_000;
@@ -48,7 +47,7 @@ impl Draw {
         Draw::Reporting,
     ];
 
-    /// The seeds that are its own.
+    /// Returns its seeds.
     pub fn seeds(self) -> Range<u64> {
         match self {
             Draw::Tuning => TUNING,
@@ -59,10 +58,10 @@ impl Draw {
         }
     }
 
-    /// How many scenes of a kind a table takes: for the published one what a machine of two cores does
-    /// in half an hour, for the others what it does in two minutes. The published one takes most of those kinds
-    /// whose types of answer are rarely `ok`, without steps and down, so that each of these types has some 2,000 `ok`
-    /// answers, and that of a drop ahead some 800.
+    /// Returns the number of scenes of a kind for a table: for the published one as many as a machine with two cores
+    /// computes in half an hour, for the others in two minutes. The published one has more of those kinds whose types
+    /// of answer are rarely `ok`, without steps and down. Each of these types then has about 2,000 `ok` answers, and
+    /// that of a drop ahead about 800.
     pub fn scenes(self, kind: Kind) -> u64 {
         match (self, kind) {
             (Draw::Reporting, Kind::Ascending) => 1800,
@@ -74,7 +73,7 @@ impl Draw {
         }
     }
 
-    /// Its name, as the command line takes it.
+    /// Returns its name on the command line.
     pub fn as_str(self) -> &'static str {
         match self {
             Draw::Tuning => "tuning",

@@ -1,5 +1,5 @@
-//! From a recording's metadata to the scanner's configuration: the same fixed-point numbers that
-//! commands carry, rounded by the same function.
+//! Converts a recording's metadata to the scanner's configuration: the fixed-point numbers of
+//! commands, rounded by the same function.
 
 use anyhow::{Result, anyhow, ensure};
 use stairscan::config::{Config, MountConfig, Plane, RadarConfig, SweepConfig, to_fixed};
@@ -7,10 +7,11 @@ use stairscan::motion::Mode;
 
 use crate::recording::{META_SUFFIX, Recording};
 
-/// Part of an angle step that a capture may lie off the schedule: a shaft is not exact.
+/// Maximum deviation of a capture from the schedule, as a fraction of an angle step: a shaft is not
+/// exact.
 const OFF_SCHEDULE: f64 = 0.1;
 
-/// The key that says what a recording's scans are.
+/// Metadata key of the kind of scans.
 const MODE: &str = "stairscan:mode";
 
 /// Kind of a recording's scans.
@@ -22,10 +23,10 @@ pub enum Kind {
     Guard,
 }
 
-/// Returns what the scans of `recording` are.
+/// Returns the kind of scans of `recording`.
 ///
 /// # Errors
-/// Names the key and a value that there is not.
+/// The value is unknown; the message names the key and the value.
 pub fn kind(recording: &Recording) -> Result<Kind> {
     match recording.meta.extra.get(MODE) {
         None => Ok(Kind::Scans),
@@ -42,10 +43,10 @@ pub fn mark_guard(recording: &mut Recording) {
     recording.meta.extra.insert(MODE.into(), "guard".into());
 }
 
-/// Refuses guard sweeps where full scans are wanted.
+/// Refuses a recording of guard sweeps.
 ///
 /// # Errors
-/// Names the recording.
+/// The recording contains guard sweeps; the message names it.
 pub fn full_scans(recording: &Recording) -> Result<()> {
     ensure!(
         kind(recording)? == Kind::Scans,
@@ -56,10 +57,10 @@ pub fn full_scans(recording: &Recording) -> Result<()> {
     Ok(())
 }
 
-/// The radar's part of the configuration, for any recording.
+/// Returns the radar's part of the configuration of any recording.
 ///
 /// # Errors
-/// Names a key that is out of range.
+/// A key is out of range; the message names it.
 pub fn radar(recording: &Recording) -> Result<RadarConfig> {
     let meta = &recording.meta;
     let fixed = |value, key| {
@@ -80,38 +81,41 @@ pub fn radar(recording: &Recording) -> Result<RadarConfig> {
     })
 }
 
-/// What holds without motion input: a single scan without any was made by a chair that stood.
+/// Returns the motion mode without motion input: a single scan without motion data was made at
+/// standstill.
 pub fn mode(recording: &Recording) -> Mode {
     let alone = recording.scans() == 1 && recording.meta.motion.travel_m.is_empty();
     if alone { Mode::Standing } else { Mode::Auto }
 }
 
-/// Duration of a chirp, µs; that of the paper's radar where a recording bears no sample rate.
+/// Returns the duration of a chirp, µs; that of the paper's radar if the recording contains no sample
+/// rate.
 pub fn chirp_us(recording: &Recording) -> Option<u32> {
     let meta = &recording.meta;
     let us = 1e6 * meta.file_samples() as f64 / meta.sample_rate_hz?;
     (1.0..=1e6).contains(&us).then_some(us.round() as u32)
 }
 
-/// How a scan's chirps lie on the schedule of angles.
+/// Assignment of a scan's chirps to the schedule of angles.
 #[derive(Clone, Debug)]
 pub struct Schedule {
-    /// The equal steps that the scanner turns in.
+    /// Schedule of equal angle steps.
     pub sweep: SweepConfig,
-    /// For each scheduled angle the recording's chirp; `None` where it holds none.
+    /// For each scheduled angle the index of the chirp; `None` if it is missing.
     pub chirps: Vec<Option<usize>>,
     /// Whether the scan was made from the last angle to the first.
     pub backward: bool,
 }
 
-/// The equal angle steps that scan `scan` (from 0) was made with. Missing angles become lost chirps.
+/// Returns the schedule of scan `scan` (from 0). Missing angles become lost chirps.
 ///
-/// A recording that knows the chair's pitch, but not its travel, gets its angles shifted by the scan's
-/// mean pitch, so that they count from the true horizontal. Where it knows both, motion sentences
-/// bring them to the scanner.
+/// If a recording contains the chair's pitch but not its travel, the angles are shifted by the scan's
+/// mean pitch, so that they are relative to the true horizontal. If it contains both, the scanner gets
+/// them by motion sentences.
 ///
 /// # Errors
-/// Names the capture whose angle does not fit the others', or what the scanner cannot turn to.
+/// The angle of a capture does not fit the others', or the scanner cannot turn to it; the message
+/// names it.
 pub fn schedule(recording: &Recording, scan: usize) -> Result<Schedule> {
     let name = &recording.name;
     let range = recording.chirps_of(scan);
@@ -126,7 +130,7 @@ pub fn schedule(recording: &Recording, scan: usize) -> Result<Schedule> {
         "{name}.{META_SUFFIX}: captures: {} chirps, expected at least 3 angles for a scan",
         angles.len()
     );
-    // The usual difference is the step, refined over the whole sweep.
+    // The median difference is the step, refined over the whole sweep.
     let mut differences: Vec<f64> = angles.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
     differences.sort_by(f64::total_cmp);
     let step = differences[differences.len() / 2];
@@ -160,8 +164,9 @@ pub fn schedule(recording: &Recording, scan: usize) -> Result<Schedule> {
     })
 }
 
-/// What the chair's pitch adds to the angles of a scan, degrees: nose up lifts the beam. Angles
-/// count downwards from the horizontal, or in the height plane from straight down to the front.
+/// Returns the contribution of the chair's pitch to the angles of a scan, degrees: nose up lifts the
+/// beam. Angles are positive downwards from the horizontal, or in the height plane from straight down
+/// to the front.
 fn lean(recording: &Recording, scan: usize) -> f64 {
     let motion = &recording.meta.motion;
     let pitch = (motion.travel_m.is_empty())
@@ -179,11 +184,11 @@ fn angle_fixed(degrees: f64) -> Result<i32> {
     to_fixed(degrees, 1e-3).ok_or_else(|| anyhow!("an angle of {degrees} degrees is out of range"))
 }
 
-/// The configuration that scan `scan` (from 0) of a recording brings, on top of `base` (seed,
+/// Returns the configuration of scan `scan` (from 0) of a recording, on top of `base` (seed,
 /// estimator, ...).
 ///
 /// # Errors
-/// Names the key that is missing or whose value the scanner cannot work with.
+/// A key is missing, or the scanner cannot work with its value; the message names it.
 pub fn config(recording: &Recording, scan: usize, base: &Config) -> Result<(Config, Schedule)> {
     kind(recording)?;
     let mirror = recording.scan_setup()?;
@@ -200,7 +205,7 @@ pub fn config(recording: &Recording, scan: usize, base: &Config) -> Result<(Conf
             mount_height: fixed(mirror.mount_height_m, 1e-5, "stairscan:mount_height_m")?,
             beamwidth: fixed(mirror.beamwidth_deg, 1e-3, "stairscan:beamwidth_deg")?,
             plane: mirror.plane.into(),
-            // What a calibration leaves, which no recording knows.
+            // The results of a calibration, which recordings do not contain.
             ..base.mount
         },
         sweep: schedule.sweep,

@@ -1,12 +1,14 @@
-//! Views of a scan, for pictures, the report page and text: echoes with their roles, the search's readings, the
-//! posterior, the truth's edges. Plain data: whatever draws imports from here, and nothing here draws.
+//! Views of a scan for drawings, the report page and text: echoes with their roles, hypotheses of the search, the
+//! posterior, the edges of the ground truth. Plain data without drawing code, so that all output formats can
+//! import it.
 
 use crate::recording::Truth;
 
 /// A point of the plane, metres.
 pub type Point = (f64, f64);
 
-/// Edges of what is really there, nearest first: steps in sight and out of it, brinks and the near edges of holes.
+/// Returns the edges of the ground truth, nearest first: visible and hidden steps, drop edges and the near edges
+/// of holes.
 pub fn true_edges(truth: &Truth) -> Vec<Point> {
     let all = truth.steps.iter().chain(&truth.uncounted);
     let mut edges: Vec<Point> = all.map(|s| (s.distance_m, s.height_m)).collect();
@@ -14,7 +16,7 @@ pub fn true_edges(truth: &Truth) -> Vec<Point> {
     edges
 }
 
-/// Verdict of a role on the winner.
+/// Effect of a role on the best hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Expected by the winner.
@@ -28,17 +30,17 @@ pub enum Verdict {
 /// One scatterer.
 #[derive(Clone, Copy, Debug)]
 pub struct ScattererView {
-    /// Where it is, metres.
+    /// Position, metres.
     pub at: Point,
     /// Power above the noise, dB.
     pub snr_db: f64,
-    /// Its role: the surface or edge that it is assigned to.
+    /// Role: the surface or edge that it is assigned to.
     pub role: &'static str,
-    /// The role's verdict on the winner.
+    /// Effect of the role on the best hypothesis.
     pub verdict: Verdict,
 }
 
-/// One explanation of the scatterers.
+/// One hypothesis of the search.
 #[derive(Clone, Debug)]
 pub struct ExplanationView {
     /// Number of steps, direction and kind, in words.
@@ -51,12 +53,12 @@ pub struct ExplanationView {
     pub edges: Vec<Point>,
 }
 
-/// Scatterers, readings and posterior of one scan.
+/// Scatterers, hypotheses and posterior of one scan.
 #[derive(Clone, Debug, Default)]
 pub struct InspectView {
     /// Scatterers, strongest first.
     pub scatterers: Vec<ScattererView>,
-    /// Explanations, likeliest first.
+    /// Hypotheses of the search, likeliest first.
     pub explanations: Vec<ExplanationView>,
     /// The posterior; empty where there is none.
     pub posterior: PosteriorView,
@@ -69,11 +71,11 @@ pub struct HypothesisView {
     pub name: String,
     /// Probability, 0…1.
     pub probability: f64,
-    /// Distance and height of each of its edges that can be seen.
+    /// Distance and height of each of its visible edges.
     pub edges: Vec<Point>,
 }
 
-/// The posterior by number of steps and by hypothesis; empty where there is none.
+/// The posterior by number of steps and by hypothesis; empty without one.
 #[derive(Clone, Debug, Default)]
 pub struct PosteriorView {
     /// Probability of each number of steps, from none.

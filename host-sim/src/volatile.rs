@@ -1,23 +1,23 @@
-//! A board without any memory of its own, for scanners on the host.
+//! A board without non-volatile memory, for scanners on the host.
 
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{Board, Fitness, Identity, Settings};
 
-/// A board that nothing survives: no reset, no flash.
+/// A board that keeps nothing over a reset and has no flash.
 #[derive(Clone, Copy, Debug)]
 pub struct Volatile {
     stopped: bool,
 }
 
 impl Volatile {
-    /// Under a scanner that scans on by itself.
+    /// For a scanner that starts scanning at boot.
     pub const SCANNING: Self = Self { stopped: false };
-    /// Under one that stands until it is told to start.
+    /// For a scanner that waits for `start`.
     pub const STOPPED: Self = Self { stopped: true };
 }
 
-/// Who a scanner on the host is, built for `what`.
+/// Identity of a scanner on the host, built for `what`.
 pub const fn identity(what: &'static str) -> Identity {
     Identity {
         version: env!("CARGO_PKG_VERSION"),

@@ -1,15 +1,15 @@
-//! The compiled half of the Python package `stairscan`: recordings and arrays of samples in, answers and arrays out.
+//! The compiled part of the Python package `stairscan`: from recordings and arrays of samples to answers and arrays.
 //!
 //! | module | from → to |
 //! |---|---|
-//! | `settings` | Python's `Config` → what a recording says of its samples, and the scanner's configuration; and back |
+//! | `settings` | Python's `Config` ↔ a recording's metadata and the scanner's configuration |
 //! | `samples` | arrays → a recording in memory |
 //! | `scans` | a recording → answers with map, echoes and posterior, by the code of `cargo sim replay` |
 //! | `records` | echoes and particles → the bytes of numpy's structured arrays |
 //! | `refusals` | errors → Python's exceptions |
 //!
-//! Only plain objects cross the boundary (numbers, text, JSON, arrays); `package/stairscan/` makes dataclasses of them.
-//! Arrays are handed over, not copied: numpy owns the memory that was filled here.
+//! Only plain objects cross the boundary (numbers, text, JSON, arrays); `package/stairscan/` converts them to
+//! dataclasses. Arrays are handed over without a copy: numpy owns the memory that was filled here.
 
 mod records;
 mod refusals;
@@ -103,7 +103,7 @@ fn _stairscan(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scan, module)?)?;
     module.add_function(wrap_pyfunction!(read, module)?)?;
     module.add_function(wrap_pyfunction!(defaults, module)?)?;
-    // A cell of the map at full scale, and decibels of its unit.
+    // Map units of a cell at full scale, and decibels per map unit.
     module.add("FULL_SCALE", FULL_SCALE)?;
     module.add("DB_PER_UNIT", DB_PER_UNIT)?;
     module.add("MAX_STEPS", stairscan::model::MAX_STEPS)?;

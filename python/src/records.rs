@@ -1,13 +1,13 @@
-//! Echoes and particles as the bytes of numpy's structured arrays: little-endian, packed, field after field. The types
-//! that name the fields stand in `package/stairscan/_types.py`; numpy refuses bytes of another length.
+//! Encodes echoes and particles as numpy's structured arrays: little-endian, packed, in the order of the fields. The
+//! dtypes are defined in `package/stairscan/_types.py`; numpy refuses bytes of another length.
 
 use stairscan::infer::trace::Scatterer;
 use stairscan::model::{GroundKind, Staircase};
 
-/// Letters of a word's field (numpy's `U10`).
+/// Number of letters of a text field (numpy's `U10`).
 const LETTERS: usize = 10;
 
-/// Appends a word, four bytes a letter.
+/// Appends a text, four bytes a letter.
 fn word(bytes: &mut Vec<u8>, text: &str) {
     let letters = text.chars().map(u32::from).chain(std::iter::repeat(0));
     letters
@@ -21,7 +21,7 @@ fn floats(bytes: &mut Vec<u8>, values: &[f32]) {
         .for_each(|value| bytes.extend(value.to_le_bytes()));
 }
 
-/// Appends an echo and what the winner takes it for.
+/// Appends an echo with its role under the best hypothesis.
 pub fn echo(bytes: &mut Vec<u8>, scatterer: &Scatterer) {
     let e = &scatterer.echo;
     floats(
@@ -41,7 +41,7 @@ pub fn echo(bytes: &mut Vec<u8>, scatterer: &Scatterer) {
     bytes.push(scatterer.role.contradicts().into());
 }
 
-/// Appends a particle: a staircase, or what else may stand there, and its probability.
+/// Appends a particle: a staircase or another kind of ground, and its probability.
 pub fn particle(bytes: &mut Vec<u8>, staircase: &Staircase, probability: f32) {
     let (kind, at_m, slope) = match staircase.kind {
         GroundKind::Nothing => ("nothing", f32::NAN, f32::NAN),

@@ -1,4 +1,4 @@
-//! Errors as Python's exceptions, with the host tool's own message; panics among them.
+//! Converts errors and panics to Python's exceptions, with the host tool's own message.
 
 use std::io::{self, ErrorKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,12 +9,12 @@ use pyo3::exceptions::{
 };
 use pyo3::prelude::*;
 
-/// `ValueError` with this message.
+/// Returns a `ValueError` with this message.
 pub fn refused(message: &str) -> PyErr {
     PyValueError::new_err(message.to_owned())
 }
 
-/// What the file system refused as `OSError` or the subclass that names it, everything else as `ValueError`.
+/// Converts an I/O error to `OSError` or its specific subclass, every other error to `ValueError`.
 fn exception(error: &anyhow::Error) -> PyErr {
     let message = format!("{error:#}");
     let io = error.chain().find_map(|e| e.downcast_ref::<io::Error>());
@@ -27,8 +27,8 @@ fn exception(error: &anyhow::Error) -> PyErr {
     }
 }
 
-/// Does `work` while other Python threads run. No input is known to reach a panic; one that does ends as
-/// `RuntimeError`, not as the end of the interpreter.
+/// Runs `work` while other Python threads run. No input is known to cause a panic. A panic becomes a
+/// `RuntimeError` instead of ending the interpreter.
 pub fn guarded<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> anyhow::Result<T> + Send,

@@ -1,4 +1,4 @@
-//! Arrays of samples to the samples of a recording.
+//! Converts arrays to the samples of a recording.
 
 use std::fmt::Display;
 
@@ -10,13 +10,13 @@ use stairscan::Iq;
 
 use crate::refusals::refused;
 
-/// Name of the recording that an array becomes. It stands in messages until [`in_words_of_python`] takes it out.
+/// Name of the recording made from an array. It appears in messages until [`in_words_of_python`] removes it.
 pub const NAME: &str = "iq";
 
-/// I and Q of each sample of each chirp, shape (chirps, samples, 2); read where they lie.
+/// I and Q of each sample of each chirp, shape (chirps, samples, 2); read without a copy.
 #[derive(FromPyObject)]
 pub enum Numbers<'py> {
-    /// As the converter gave them, full scale 32768.
+    /// Converter output, full scale 32768.
     Whole(PyReadonlyArray3<'py, i16>),
     /// Full scale 1.
     Single(PyReadonlyArray3<'py, f32>),
@@ -25,10 +25,11 @@ pub enum Numbers<'py> {
 }
 
 impl Numbers<'_> {
-    /// Number of chirps, samples of each, and the samples, rounded to 16 bits as `cargo sim convert` rounds them.
+    /// Returns the number of chirps, the number of samples a chirp, and the samples, rounded to 16 bits as in
+    /// `cargo sim convert`.
     ///
     /// # Errors
-    /// Names chirp and sample of what is no number within full scale.
+    /// A value is not a number within full scale; the message names chirp and sample.
     pub fn samples(&self) -> PyResult<(usize, usize, Vec<Iq>)> {
         match self {
             Self::Whole(array) => pairs(array, Some),
@@ -45,7 +46,7 @@ fn pairs<T: Element + Copy + Display>(
     let &[chirps, each, two] = array.shape() else {
         return Err(refused("iq: expected three dimensions"));
     };
-    // Python's half sees to both.
+    // The Python part of the package ensures both conditions.
     let values = array.as_slice().ok().filter(|_| two == 2);
     let values = values.ok_or_else(|| refused("iq: expected pairs, one after the other"))?;
     let (values, _) = values.as_chunks::<2>();
@@ -63,7 +64,7 @@ fn pairs<T: Element + Copy + Display>(
     Ok((chirps, each, samples.collect::<PyResult<_>>()?))
 }
 
-/// A refusal of the host tool, which names keys of a file, in the names of `scan`'s arguments.
+/// Replaces the file's keys in a message of the host tool by the names of `scan`'s arguments.
 pub fn in_words_of_python(py: Python<'_>, error: PyErr) -> PyErr {
     if !error.is_instance_of::<PyValueError>(py) {
         return error;

@@ -1,4 +1,4 @@
-//! Scans of a recording by the code of `cargo sim replay`, with what an onlooker sees of each.
+//! Scans a recording by the code of `cargo sim replay`, with the events of the estimator.
 
 use std::path::Path;
 
@@ -19,10 +19,10 @@ use stairscan::signal::range::FULL_SCALE;
 
 use crate::{records, settings};
 
-/// Reads the recording that `path` names, with or without suffix.
+/// Reads the recording at `path`, with or without suffix.
 ///
 /// # Errors
-/// Names file, key and what was expected.
+/// The recording is invalid; the message names file, key and expected value.
 pub fn read(path: &Path) -> Result<Recording> {
     if path.is_dir() {
         let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
@@ -34,11 +34,11 @@ pub fn read(path: &Path) -> Result<Recording> {
     Recording::read(path)
 }
 
-/// Refuses a scan that is larger than the scanner's map, or whose range is too short for one: of a recording such a
-/// scan is a fault of the radar module, which would be no help to who has an array.
+/// Refuses a scan that is larger than the scanner's map, or whose range is too short. For a recording this would be
+/// reported as a fault of the radar module, which does not help a user with an array.
 ///
 /// # Errors
-/// Says what was expected.
+/// The message describes the expected size.
 pub fn check_size(recording: &Recording, options: &Options) -> Result<()> {
     let (config, _) = setup::config(recording, 0, &options.config)?;
     let config = Config {
@@ -52,13 +52,13 @@ pub fn check_size(recording: &Recording, options: &Options) -> Result<()> {
     }
 }
 
-/// The polar map, as arrays hold it.
+/// The polar map in the form of arrays.
 struct Map {
     /// Logarithmic power, row after row.
     cells: Vec<u8>,
-    /// Whether CA-CFAR let the cell through.
+    /// Whether the cell passes the CA-CFAR.
     detected: Vec<bool>,
-    /// Whether the row's chirp arrived.
+    /// Whether the row's chirp was received.
     present: Vec<bool>,
     /// Beam angle of each row, degrees.
     angles_deg: Vec<f32>,
@@ -85,18 +85,19 @@ impl Map {
     }
 }
 
-/// What the estimator tells an onlooker.
+/// Observer of the estimator's events.
 #[derive(Default)]
 struct Onlooker {
-    /// Median of the filtered map, dB of full scale.
+    /// Median of the filtered map, dB relative to full scale.
     noise_dbfs: Option<f32>,
-    /// Angle bias, degrees, and mount height's error, metres.
+    /// Angle bias, degrees, and mount-height error, metres.
     calibration: Option<(f64, f32)>,
     echoes: Vec<u8>,
     particles: Vec<u8>,
     counts: Vec<f32>,
     view: PosteriorView,
-    /// End of each cell of the way, metres, probability that the answer is right up to there, probability asked for.
+    /// For each cell of the path: its far end, metres, the probability that the answer is correct up to there, and
+    /// the required probability.
     way: Vec<f32>,
 }
 
@@ -124,7 +125,7 @@ impl Observer for Onlooker {
     }
 }
 
-/// One scan.
+/// Result of one scan.
 pub struct Scan {
     answer: Answer,
     config: Config,
@@ -150,7 +151,7 @@ impl Scan {
         }
     }
 
-    /// As plain objects and arrays; the arrays take the memory over.
+    /// Converts to plain objects and arrays; the arrays take over the memory.
     pub fn into_python(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let (map, onlooker) = (self.map, self.onlooker);
         let dict = PyDict::new(py);
@@ -182,17 +183,17 @@ impl Scan {
     }
 }
 
-/// Name, probability and edges of each hypothesis, the likeliest first.
+/// Returns name, probability and edges of each hypothesis, likeliest first.
 fn hypotheses(view: &PosteriorView) -> Value {
     let each = view.hypotheses.iter();
     each.map(|h| json!([h.name, h.probability, h.edges]))
         .collect()
 }
 
-/// The answers of scan `wanted` (from 0) of a recording or, without one, of all its scans.
+/// Returns the answers of scan `wanted` (from 0) of a recording or, without it, of all its scans.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn of(recording: &Recording, options: &Options, wanted: Option<usize>) -> Result<Vec<Scan>> {
     let scans = options.scans_of(recording)?;
     if let Some(wanted) = wanted {
@@ -206,7 +207,7 @@ pub fn of(recording: &Recording, options: &Options, wanted: Option<usize>) -> Re
             }
         );
     }
-    // Later scans say nothing of the one that is wanted.
+    // Later scans do not affect the wanted one.
     let last = wanted.map_or(scans, |wanted| wanted + 1);
     let options = Options {
         scans: Some(u32::try_from(last)?),

@@ -1,6 +1,7 @@
-//! Python's `Config` to what a recording says of its samples and to the scanner's configuration, and back.
+//! Converts Python's `Config` to a recording's metadata and the scanner's configuration, and back.
 //!
-//! Python's names bear the unit. The scanner's settings are fixed-point numbers, rounded by the firmware's function.
+//! Python's names contain the unit. The scanner's settings are fixed-point numbers, rounded by the firmware's
+//! function.
 
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
@@ -13,10 +14,10 @@ use stairscan::scanner::Settings;
 
 use crate::refusals::refused;
 
-/// What a setting's value is.
+/// Type of a setting's value.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
-    /// One of a few words.
+    /// One of several words.
     Word,
     /// A whole number.
     Count,
@@ -25,7 +26,7 @@ enum Kind {
 }
 use Kind::{Count, Fixed, Word};
 
-/// Settings of the scanner that a recording says: name in Python, key in commands.
+/// Settings of the scanner that a recording contains: name in Python, key in commands.
 const OF_RECORDING: &[(&str, &str, Kind)] = &[
     ("plane", "plane", Word),
     ("mirror_offset_m", "mirror-offset", Fixed(1e5)),
@@ -35,7 +36,7 @@ const OF_RECORDING: &[(&str, &str, Kind)] = &[
     ("angle_step_deg", "angle-step", Fixed(1e3)),
 ];
 
-/// Settings of the scanner that no recording says.
+/// Settings of the scanner that no recording contains.
 const OF_SCANNER: &[(&str, &str, Kind)] = &[
     ("mirror_echo_m", "mirror-echo", Fixed(1e5)),
     ("mirror_level_db", "mirror-level", Fixed(1e3)),
@@ -54,12 +55,12 @@ const OF_SCANNER: &[(&str, &str, Kind)] = &[
     ("seed", "seed", Count),
 ];
 
-/// Most scans that one call makes, as of `cargo sim replay --scans`.
+/// Maximum number of scans in one call, as in `cargo sim replay --scans`.
 const MOST_SCANS: u32 = 1000;
 
-/// What Python gives as `Config`.
+/// Contents of Python's `Config`.
 pub struct Given {
-    /// The settings that no recording says.
+    /// The settings that no recording contains.
     pub config: Config,
     bandwidth_hz: f64,
     carrier_hz: f64,
@@ -71,7 +72,7 @@ pub struct Given {
     beamwidth_deg: f64,
 }
 
-/// The value of `name`.
+/// Returns the value of `name`.
 fn item<'py, T: FromPyObjectOwned<'py>>(
     dict: &Bound<'py, PyDict>,
     name: &str,
@@ -98,7 +99,7 @@ fn number(dict: &Bound<'_, PyDict>, name: &str) -> PyResult<f64> {
     )))
 }
 
-/// The value of a setting as commands say it.
+/// Returns the value of a setting in the notation of commands.
 fn command(dict: &Bound<'_, PyDict>, name: &str, kind: Kind) -> PyResult<(String, String)> {
     Ok(match kind {
         Word => {
@@ -112,13 +113,14 @@ fn command(dict: &Bound<'_, PyDict>, name: &str, kind: Kind) -> PyResult<(String
         Fixed(per) => {
             let value = number(dict, name)?;
             let fixed = to_fixed(value, 1.0 / per).map(|fixed| fixed.to_string());
-            // What does not fit is beyond every limit.
+            // A value that does not fit is outside of every limit.
             (fixed.unwrap_or("-".to_owned()), value.to_string())
         }
     })
 }
 
-/// Sets one of the scanner's settings, unless it is what it was: the text of a command may be coarser than a default.
+/// Sets one of the scanner's settings, unless it is unchanged: the text of a command may have a lower resolution than
+/// a default.
 fn set(
     settings: &mut Settings,
     dict: &Bound<'_, PyDict>,
@@ -137,10 +139,10 @@ fn set(
 }
 
 impl Given {
-    /// Takes what is given apart.
+    /// Parses the contents of `Config`.
     ///
     /// # Errors
-    /// Names the field, what was found and what was expected.
+    /// A field is invalid; the message names it, the value and the expected value.
     pub fn of(dict: &Bound<'_, PyDict>) -> PyResult<Self> {
         let mut settings = Settings::default();
         for row in OF_SCANNER {
@@ -159,7 +161,7 @@ impl Given {
         })
     }
 
-    /// The metadata of a recording of `chirps` chirps of `samples` pairs, in the form of its file.
+    /// Returns the metadata of a recording with `chirps` chirps of `samples` pairs, in the file's format.
     pub fn document(&self, chirps: usize, samples: usize, angles_deg: &[f64]) -> Value {
         let (datatype, values) = match self.real {
             false => ("ci16_le", samples),
@@ -195,7 +197,7 @@ impl Given {
     }
 }
 
-/// A configuration in Python's names.
+/// Converts a configuration to Python's names.
 pub fn to_python<'py>(
     py: Python<'py>,
     config: &Config,
@@ -223,7 +225,7 @@ pub fn to_python<'py>(
     Ok(dict)
 }
 
-/// What a recording brings for its first scan; `None` where no scan can be made of it.
+/// Returns the configuration of a recording's first scan; `None` if it cannot be scanned.
 pub fn of_recording<'py>(
     py: Python<'py>,
     recording: &Recording,
@@ -234,8 +236,8 @@ pub fn of_recording<'py>(
     to_python(py, playback.config(), recording.meta.sample_rate_hz).map(Some)
 }
 
-/// Angle of each chirp, degrees, with the chair's pitch in it where the recording knows that and no travel, as
-/// [`host_sim::setup::schedule`] counts it.
+/// Returns the angle of each chirp, degrees. It includes the chair's pitch if the recording contains the pitch but no
+/// travel, as in [`host_sim::setup::schedule`].
 pub fn angles_deg(recording: &Recording) -> Vec<f64> {
     let (meta, motion) = (&recording.meta, &recording.meta.motion);
     let mut angles = meta.angles_deg.clone();
@@ -255,10 +257,10 @@ pub fn angles_deg(recording: &Recording) -> Vec<f64> {
     angles
 }
 
-/// How `replay` scans, in the words of its keyword arguments.
+/// Returns the options of `replay` from its keyword arguments.
 ///
 /// # Errors
-/// Names the argument, what was found and what was expected.
+/// An argument is invalid; the message names it, the value and the expected value.
 pub fn options(dict: &Bound<'_, PyDict>) -> PyResult<Options> {
     let mut settings = Settings::default();
     for name in ["estimator", "seed", "motion"] {
@@ -285,7 +287,7 @@ pub fn options(dict: &Bound<'_, PyDict>) -> PyResult<Options> {
     })
 }
 
-/// The refusal of an argument that is no field of a `Config`.
+/// Converts the message for an argument that is not a field of `Config`.
 fn bare(py: Python<'_>, error: PyErr) -> PyErr {
     refused(&error.value(py).to_string().replacen("config.", "", 1))
 }

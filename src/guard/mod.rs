@@ -15,7 +15,7 @@ mod tests;
 use crate::config::Config;
 use crate::drive::{Drive, Mode};
 use crate::model::Surfaces;
-use crate::model::above::Above;
+use crate::model::above::{Above, DEPTHS};
 use crate::model::chart::Chart;
 use crate::model::mean::MeanLines;
 use crate::model::surfaces::Recursions;
@@ -78,7 +78,7 @@ impl Guard {
         let lines = &mut self.ground.lines;
         self.above.look(&chart, lines);
         self.mean.average(lines, &mut self.above, moved_m);
-        self.ground.weigh(&mut self.surfaces, false);
+        self.ground.weigh(&mut self.surfaces, DEPTHS);
         self.conclude(moved_m)
     }
 

@@ -7,6 +7,8 @@ use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 const OFF_RAD: f32 = 0.122;
 /// Ranges that are looked at, metres: nearer the mirror shines, farther the receiver's filter falls.
 const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
+/// Every second cell is counted: neighbouring bins share the window's main lobe.
+const STRIDE: usize = 2;
 /// Noise is told by this quantile of the cells off the ground, which echoes of other things do not reach …
 const QUANTILE: f32 = 0.35;
 /// … and which is this share of its mean: exponential, -ln(1 - 0.35).
@@ -24,7 +26,8 @@ pub fn level(map: &PolarMap) -> f32 {
         let end = meets(map, angle_rad - OFF_RAD).max(first).min(far);
         let before = cells.get(near..first).unwrap_or(&[]);
         let behind = cells.get(end..far.min(cells.len())).unwrap_or(&[]);
-        for level in before.iter().chain(behind) {
+        let cells = before.iter().step_by(STRIDE);
+        for level in cells.chain(behind.iter().step_by(STRIDE)) {
             if let Some(count) = counts.get_mut(usize::from(*level)) {
                 *count = count.saturating_add(1);
             }

@@ -52,6 +52,7 @@ use crate::config::{Config, Plane};
 use crate::estimator::{Estimator, MappedScan};
 use crate::math;
 use crate::model::chart::Chart;
+use crate::model::lines::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
@@ -301,7 +302,7 @@ fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     *phase = Phase::Ground(Recursions::new());
     if let Phase::Ground(ground) = phase {
         ground.lines.look(chart);
-        ground.weigh(surfaces, true);
+        ground.weigh(surfaces, DEPTHS_M.len());
     }
 }
 

@@ -1,14 +1,15 @@
 //! Power above the ground: what stands there though the ground may go on beside it.
 
 use super::chart::Chart;
-use super::lines::{
-    CELLS, DEPTHS_M, FLANK, Gaze, LineSeen, Lines, LookedCell, Power, RangeCell, Shown,
-};
+use super::lines::{CELLS, DEPTHS_M, FLANK, Gaze, Lines, LookedCell, Power, RangeCell, Shown};
 use crate::math;
 
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
 /// sweep's sector at 1 m.
 const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
+/// Number of lines below the ground, the smallest depths first: ground that goes on 5 to 7 cm lower passes for ground of less
+/// reflectivity along the ground's own line, deeper ground does not.
+pub const DEPTHS: usize = 1;
 /// Range up to which they are, metres: what is farther than 1.65 m a chair does not reach within three seconds.
 const FARTHEST_M: f32 = 1.7;
 /// Share of a cell's strongest row that shows in rows far from it: side lobes of an unknown antenna, and of a mirror
@@ -43,20 +44,23 @@ impl Above {
         }
     }
 
-    /// Looks along the ground and above it, and not below it: in place of [`Lines::look`].
+    /// Evaluates the lines along the ground, above it and at the smallest depth below it: in place of [`Lines::look`].
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>, lines: &mut Lines) {
         self.powers = [Power::DARK; CELLS];
         let mut powers = self.powers.iter_mut();
         lines.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
             let cell = LookedCell::new(gaze, bin, range_m);
-            let level = cell.seen(0.0);
             if let Some(power) = powers.next() {
-                *power = cell.above(level);
+                *power = cell.above();
+            }
+            let mut lower = [Power::DARK; DEPTHS_M.len()];
+            for (power, depth_m) in lower.iter_mut().zip(DEPTHS_M).take(DEPTHS) {
+                *power = cell.line(cell.seen(-depth_m));
             }
             RangeCell {
-                ground: cell.ground(level),
-                lower: [Power::DARK; DEPTHS_M.len()],
+                ground: cell.ground(),
+                lower,
             }
         });
     }
@@ -95,8 +99,8 @@ impl Above {
 impl LookedCell<'_> {
     /// The strongest of the lines above the ground, over what the ground's own line shows there; dark where that is not
     /// seen.
-    fn above(&self, level: LineSeen) -> Power {
-        let Some((ground, base)) = level else {
+    fn above(&self) -> Power {
+        let Some((ground, base)) = self.level else {
             return Power::DARK;
         };
         let ground = math::max(ground - 1.0, 0.0);
@@ -104,9 +108,10 @@ impl LookedCell<'_> {
             let (t, row) = self.seen(y_m)?;
             let off = (row - base) / self.gaze.sigma_rows;
             let leaks = 1.0 + SIDE_LOBES * self.strongest + ground * math::exp(-FLANK * off * off);
-            Some(Power::new(t / leaks, leaks))
+            Some((t / leaks, leaks))
         };
         let lines = HEIGHTS_M.into_iter().filter_map(line);
-        lines.reduce(Power::brighter).unwrap_or(Power::DARK)
+        let strongest = lines.reduce(|a, b| if b.0 > a.0 { b } else { a });
+        strongest.map_or(Power::DARK, |(t, leaks)| Power::new(t, leaks))
     }
 }

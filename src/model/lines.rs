@@ -63,6 +63,21 @@ const POWERS: usize = 20;
 /// better.
 const MOST_NATS: f32 = 12.0;
 
+/// Number of independent rows.
+#[derive(Clone, Copy, Debug)]
+struct Rows {
+    n: f32,
+    /// ln Γ(n) - n ln n, which all terms share.
+    constant: f32,
+}
+
+impl Rows {
+    fn new(n: f32) -> Self {
+        let constant = math::ln_gamma(n) - n * math::ln(n);
+        Self { n, constant }
+    }
+}
+
 /// ln p(t | S) - ln p(t | nothing) of one S.
 #[derive(Clone, Copy, Debug)]
 struct Term {
@@ -81,17 +96,16 @@ impl Term {
         least: (0.0, 0.0),
     };
 
-    /// Of a surface of power `s` that is seen in rows worth `n` independent ones, as so many independent speckles.
-    fn new(s: f32, n: f32, speckles: f32) -> Self {
+    /// Returns the term of a surface of power `s` over the noise, seen in `rows` independent rows and `speckles`
+    /// independent speckle patterns.
+    fn new(s: f32, rows: Rows, speckles: f32) -> Self {
+        let Rows { n, constant } = rows;
         let mean = 1.0 + SHOWN * s;
         let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s / speckles;
         let (shape, scale) = (mean * mean / var, var / mean);
         let least_t = (n - shape) / (n - 1.0 / scale);
         Self {
-            constant: math::ln_gamma(n)
-                - n * math::ln(n)
-                - math::ln_gamma(shape)
-                - shape * math::ln(scale),
+            constant: constant - math::ln_gamma(shape) - shape * math::ln(scale),
             per_t: n - 1.0 / scale,
             per_ln_t: shape - n,
             least: (least_t, math::ln(least_t)),
@@ -246,9 +260,10 @@ impl Lines {
 
     /// Terms of cells that are means over `sweeps` sweeps whose speckle was `speckles` times another.
     pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
+        let rows = Rows::new(self.rows * sweeps);
         for (k, term) in self.terms.iter_mut().enumerate() {
             let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
-            *term = Term::new(s, self.rows * sweeps, speckles);
+            *term = Term::new(s, rows, speckles);
         }
     }
 
@@ -313,6 +328,8 @@ pub(super) struct Gaze<'c> {
     first_rad: f32,
     step_rad: f32,
     pub(super) sigma_rows: f32,
+    /// Reciprocal of the noise's mean power, that of a cell of level 0 being 1.
+    per_noise: f32,
 }
 
 impl<'c> Gaze<'c> {
@@ -325,6 +342,7 @@ impl<'c> Gaze<'c> {
             first_rad: chart.map.angle_rad(0) - chart.bias_rad,
             step_rad,
             sigma_rows: chart.sigma_rad() / step_rad,
+            per_noise: math::exp2(-chart.noise / f32::from(UNITS_PER_OCTAVE)),
         }
     }
 
@@ -333,7 +351,7 @@ impl<'c> Gaze<'c> {
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
         let cell = LookedCell::new(self, bin, range_m);
         RangeCell {
-            ground: cell.ground(cell.seen(0.0)),
+            ground: cell.ground(),
             lower: DEPTHS_M.map(|depth_m| cell.line(cell.seen(-depth_m))),
         }
     }
@@ -372,7 +390,7 @@ impl<'c> Gaze<'c> {
             (0, 0),
             |best, cell| if cell.1 > best.1 { cell } else { best },
         );
-        (row as f32, self.chart.over_noise(linear(level)))
+        (row as f32, linear(level) * self.per_noise)
     }
 
     /// Power over the noise of a bin around row `middle`, weighted like the two-way beam.
@@ -400,7 +418,7 @@ impl<'c> Gaze<'c> {
                 weight += w;
             }
         }
-        (weight > LEAST_SHARE * WEIGHTS * reach).then(|| self.chart.over_noise(power / weight))
+        (weight > LEAST_SHARE * WEIGHTS * reach).then(|| power / weight * self.per_noise)
     }
 }
 
@@ -408,6 +426,8 @@ impl<'c> Gaze<'c> {
 pub(super) struct LookedCell<'g> {
     pub(super) gaze: &'g Gaze<'g>,
     range_m: f32,
+    /// The ground's own line.
+    pub(super) level: LineSeen,
     /// Its strongest row, and that one's power over the noise.
     row: f32,
     pub(super) strongest: f32,
@@ -423,7 +443,8 @@ pub(super) type LineSeen = Option<(f32, f32)>;
 impl<'g> LookedCell<'g> {
     pub(super) fn new(gaze: &'g Gaze<'g>, bin: usize, range_m: f32) -> Self {
         // Where the chair drives, what stands at this range now was seen in another bin.
-        let seen = gaze.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
+        let level = gaze.place(range_m, 0.0);
+        let seen = level.map_or(bin, |(bin, _)| bin);
         let (row, strongest) = gaze.strongest(seen);
         let rival = if strongest > FAINT {
             gaze.along(seen, row).unwrap_or(0.0)
@@ -433,6 +454,7 @@ impl<'g> LookedCell<'g> {
         Self {
             gaze,
             range_m,
+            level: level.and_then(|(bin, row)| Some((gaze.along(bin, row)?, row))),
             row,
             strongest,
             leaks: 1.0 + SIDE_LOBES * strongest,
@@ -447,7 +469,7 @@ impl<'g> LookedCell<'g> {
     }
 
     /// What a line shows over the noise and all that leaks into it.
-    fn line(&self, seen: LineSeen) -> Power {
+    pub(super) fn line(&self, seen: LineSeen) -> Power {
         let Some((t, row)) = seen else {
             return Power::DARK;
         };
@@ -462,17 +484,10 @@ impl<'g> LookedCell<'g> {
     }
 
     /// Along the ground, a little below it and above it, of which `level` is the middle one: the strongest of the three.
-    pub(super) fn ground(&self, level: LineSeen) -> Power {
+    pub(super) fn ground(&self) -> Power {
         let below = self.line(self.seen(-OFF_M));
         let above = self.line(self.seen(OFF_M));
-        self.line(level).brighter(below.brighter(above))
-    }
-}
-
-impl Chart<'_> {
-    /// Power over the noise, of power as [`linear`] counts it.
-    fn over_noise(&self, power: f32) -> f32 {
-        power * math::exp2(-self.noise / f32::from(UNITS_PER_OCTAVE))
+        self.line(self.level).brighter(below.brighter(above))
     }
 }
 
@@ -527,7 +542,7 @@ mod tests {
     fn what_is_stronger_speaks_for_a_surface_and_noise_against_it() {
         for s_db in [-3.0, 3.0, 9.0] {
             let s = math::power_ratio(s_db);
-            let term = Term::new(s, ROWS, 1.0);
+            let term = Term::new(s, Rows::new(ROWS), 1.0);
             let told = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
             assert!(told.is_sorted(), "{s_db}: {told:?}");
             assert!(nats(term, 1.0) < 0.0, "{s_db}");
@@ -539,7 +554,7 @@ mod tests {
     fn a_term_is_the_ratio_of_two_densities() {
         // Over all t, p(t | nothing) times the ratio is a density again, but for the part below `least`.
         for s_db in [-6.0, 0.0, 6.0] {
-            let term = Term::new(math::power_ratio(s_db), ROWS, 1.0);
+            let term = Term::new(math::power_ratio(s_db), Rows::new(ROWS), 1.0);
             let n = f64::from(ROWS);
             let ln_gamma = f64::from(math::ln_gamma(ROWS));
             let step = 0.005;

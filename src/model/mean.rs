@@ -3,7 +3,7 @@
 //! A sweep has few rows, so that noise and speckle of a single one leave much open. The mean of t over sweeps is known
 //! to more rows, and to as many speckles as the chair has seen from places more than half a wavelength apart.
 
-use super::above::Above;
+use super::above::{Above, DEPTHS};
 use super::lines::{CELLS, Lines, Power};
 use crate::math;
 
@@ -14,8 +14,8 @@ const KEPT: f32 = 0.7;
 const KEPT_UNPLACED: f32 = 0.3;
 /// A longer way shows other speckle, metres: more than half a wavelength.
 const OTHER_SPECKLE_M: f32 = 0.002;
-/// Lines of a cell: along the ground, and above it.
-const LINES: usize = 2;
+/// Lines of a cell: along the ground, above it, and below it.
+const LINES: usize = 2 + DEPTHS;
 
 /// How the mean of a sweep with those before is made up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,8 @@ impl MeanLines {
             let (Some(cell), Some(above)) = (lines.cells.get_mut(b), above.get_mut(b)) else {
                 continue;
             };
-            self.take(b, place, weights.earlier, [&mut cell.ground, above]);
+            let [first, ..] = &mut cell.lower;
+            self.take(b, place, weights.earlier, [&mut cell.ground, above, first]);
         }
         lines.settle(weights.sweeps, weights.speckles);
     }

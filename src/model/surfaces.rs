@@ -64,9 +64,9 @@ const SPREAD_M: f32 = 0.02;
 /// S falls as (h - y)²/r⁵.
 const RANGE_POWER: f32 = 5.0;
 /// No less of a height or a range counts, metres.
-const LEAST_HEIGHT_M: f32 = 0.03;
-/// See [`LEAST_HEIGHT_M`].
-const LEAST_RANGE_M: f32 = 0.3;
+const MIN_HEIGHT_M: f32 = 0.03;
+/// See [`MIN_HEIGHT_M`].
+const MIN_RANGE_M: f32 = 0.3;
 
 /// Log-likelihoods against ground that goes on, nats.
 #[derive(Clone, Debug)]
@@ -159,12 +159,14 @@ const EVEN: State = [1.0 / STATES as f32; STATES];
 /// The state one cell on.
 fn walk(state: &mut State) {
     let jumps = JUMPS / STATES as f32 * state.iter().sum::<f32>();
-    let old = *state;
-    let [first, .., last] = old;
-    let before = core::iter::once(&first).chain(&old);
-    let after = old.iter().skip(1).chain(core::iter::once(&last));
-    for ((new, before), after) in state.iter_mut().zip(before).zip(after) {
-        let walked = *new + 0.5 * WALKS * (before + after - 2.0 * *new);
+    // Beyond the first and the last state lies the same once more.
+    let mut old = [0.0; STATES + 2];
+    let [first, inner @ .., last] = &mut old;
+    inner.copy_from_slice(state);
+    let [lowest, .., highest] = *state;
+    (*first, *last) = (lowest, highest);
+    for (new, [before, here, after]) in state.iter_mut().zip(old.array_windows()) {
+        let walked = here + 0.5 * WALKS * (before + after - 2.0 * here);
         *new = (1.0 - JUMPS) * walked + jumps;
     }
 }
@@ -176,6 +178,31 @@ fn weigh(state: &mut State, e: &State) -> f32 {
     let per = 1.0 / sum;
     state.iter_mut().for_each(|v| *v *= per);
     math::ln(sum)
+}
+
+/// Decline of S with the range, of a surface at one level.
+struct Decline {
+    /// 2 log2 of the mirror's height above the surface, octaves.
+    height: f32,
+    /// S on the ground at [`REFERENCE_M`], octaves.
+    reference: f32,
+}
+
+impl Decline {
+    /// Of a surface `y_m` metres above the ground, seen from `mirror_m` above it.
+    fn new(mirror_m: f32, y_m: f32) -> Self {
+        let height = |h_m: f32| 2.0 * math::log2(math::max(h_m, MIN_HEIGHT_M));
+        Self {
+            height: height(mirror_m - y_m),
+            reference: height(mirror_m) - RANGE_POWER * math::log2(REFERENCE_M),
+        }
+    }
+
+    /// S of the first state at a range, dB over the noise.
+    fn first_state_db(&self, range_m: f32) -> f32 {
+        let here = self.height - RANGE_POWER * math::log2(math::max(range_m, MIN_RANGE_M));
+        FIRST_DB + math::DB_PER_OCTAVE * (here - self.reference)
+    }
 }
 
 /// By cell.
@@ -222,7 +249,7 @@ impl Recursions {
 
     /// Weighs what may be with the ground.
     #[inline(never)]
-    pub fn weigh(&mut self, out: &mut Surfaces, below: bool) {
+    pub fn weigh(&mut self, out: &mut Surfaces, depths: usize) {
         *out = Surfaces::NOTHING;
         if self.lines.cells().len() < LEAST_CELLS {
             return;
@@ -231,7 +258,7 @@ impl Recursions {
         self.backward(|r, b| r.ratios.get(b).copied().unwrap_or(EVEN));
         self.behind();
         self.risers(level, out);
-        self.lower(below);
+        self.lower(depths);
         self.drops(level, out);
     }
 
@@ -239,9 +266,10 @@ impl Recursions {
     #[inline(never)]
     fn forward(&mut self) -> f32 {
         let (mut state, mut sum, mut around) = (EVEN, 0.0, 0.0);
+        let decline = Decline::new(self.lines.height_m, 0.0);
         for b in 0..self.lines.cells().len() {
             let power = self.lines.ground(b);
-            let ratio = self.likelihood(b, 0.0, power);
+            let ratio = self.likelihood(b, &decline, power);
             sum += weigh(&mut state, &ratio);
             walk(&mut state);
             if let Some(place) = self.ratios.get_mut(b) {
@@ -308,7 +336,7 @@ impl Recursions {
 
     /// What is behind an edge in each cell.
     #[inline(never)]
-    fn lower(&mut self, below: bool) {
+    fn lower(&mut self, depths: usize) {
         const HIDDEN: f32 = math::ln(1.0 - LOWER);
         const EACH: f32 = math::ln(LOWER / DEPTHS_M.len() as f32);
         let n = self.lines.cells().len();
@@ -319,11 +347,9 @@ impl Recursions {
             let hidden = HIDDEN + value(&self.behind, again);
             set(&mut self.drop, b, hidden);
         }
-        if !below {
-            return;
-        }
-        for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
-            self.backward(|r, b| r.likelihood(b, -depth_m, r.lines.lower(b, k)));
+        for (k, depth_m) in DEPTHS_M.into_iter().enumerate().take(depths) {
+            let decline = Decline::new(h, -depth_m);
+            self.backward(|r, b| r.likelihood(b, &decline, r.lines.lower(b, k)));
             for b in 0..n {
                 let shadow = self.lines.at(self.lines.range_m(b) * (h + depth_m) / h);
                 let lower = EACH + value(&self.surface, shadow);
@@ -344,16 +370,10 @@ impl Recursions {
         drop.finish();
     }
 
-    /// Likelihood ratio by state of a surface at a level that shows `power` in cell `b`.
+    /// Returns the likelihood ratio by state of cell `b` with `power` along a line of a surface.
     #[inline(never)]
-    fn likelihood(&self, b: usize, y_m: f32, power: Power) -> State {
-        let octaves = |h_m: f32, r_m: f32| {
-            2.0 * math::log2(math::max(h_m, LEAST_HEIGHT_M))
-                - RANGE_POWER * math::log2(math::max(r_m, LEAST_RANGE_M))
-        };
-        let h_m = self.lines.height_m;
-        let fall = octaves(h_m - y_m, self.lines.range_m(b)) - octaves(h_m, REFERENCE_M);
-        let mut db = FIRST_DB + math::DB_PER_OCTAVE * fall;
+    fn likelihood(&self, b: usize, decline: &Decline, power: Power) -> State {
+        let mut db = decline.first_state_db(self.lines.range_m(b));
         let shown = power.shown();
         let mut e = [1.0; STATES];
         for e in &mut e {
@@ -482,7 +502,7 @@ mod tests {
         let mut surfaces = Surfaces::NOTHING;
         let mut recursions = std::boxed::Box::new(Recursions::new());
         recursions.lines.look(chart);
-        recursions.weigh(&mut surfaces, true);
+        recursions.weigh(&mut surfaces, DEPTHS_M.len());
         surfaces
     }
 

@@ -1,4 +1,4 @@
-//! Hardware that misbehaves on cue, and a scanner over it.
+//! Simulated hardware with fault injection, and a scanner on it.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -25,7 +25,7 @@ use stairscan::verdict::{
     Conditions, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
 };
 
-/// Everything outside the scanner, shared between its traits and the test.
+/// Everything outside the scanner, shared between the implementations of its traits and the test.
 #[derive(Default)]
 pub struct World {
     pub typed: VecDeque<u8>,
@@ -34,7 +34,7 @@ pub struct World {
     pub stopped: bool,
     pub before: Option<u32>,
     pub saved: Option<Settings>,
-    /// What a calibration finds.
+    /// Result of a calibration.
     pub mounting: Option<Mounting>,
     pub flash_broken: bool,
     pub survived: bool,
@@ -42,14 +42,14 @@ pub struct World {
     pub homed: bool,
     pub enabled: bool,
     pub moving: u32,
-    /// Where a continuous sweep is on its way to.
+    /// Target of a continuous sweep.
     pub passing: Option<i32>,
     pub position: i32,
     pub stall: bool,
     pub no_home: bool,
     // Radar.
     pub radar: Option<RadarConfig>,
-    /// What the module was last told to be.
+    /// Last settings requested from the module.
     pub wish: Wish,
     pub errors: VecDeque<Option<LinkError>>,
     pub triggers: Vec<i32>,
@@ -58,9 +58,9 @@ pub struct World {
     pub rows: Vec<u16>,
     pub lost: Vec<u16>,
     pub begun: Vec<u32>,
-    /// In which plane each scan began.
+    /// Plane of each scan at its beginning.
     pub planes: Vec<Plane>,
-    /// Where the depth plane sees the ground end, metres.
+    /// Distance at which the depth plane detects a drop, metres.
     pub drop_m: Option<f32>,
     /// Result of the guard's inference.
     pub ground: Option<FreeGround>,
@@ -68,7 +68,7 @@ pub struct World {
     pub row_worked_while_still: bool,
 }
 
-/// A continuous sweep's way from look to look, microsteps.
+/// Motion of a continuous sweep between two polls, microsteps.
 const PASSED: i32 = 3;
 
 #[derive(Clone)]
@@ -217,7 +217,7 @@ impl DataPath for Data {
     }
     fn row(&mut self, row: u16) {
         let mut w = self.0.0.borrow_mut();
-        // Only the last row of a sweep has no move to hide behind.
+        // Only the last row of a sweep may be processed without a simultaneous move.
         let last = (w.rows.len() + w.lost.len()) % 281 == 280;
         w.row_worked_while_still |= w.moving == 0 && w.passing.is_none() && !last;
         w.rows.push(row);
@@ -291,7 +291,7 @@ pub const IDENTITY: Identity = Identity {
 };
 
 impl Bench {
-    /// A scanner whose settings were saved: the defaults, but that it stops at every angle.
+    /// A scanner with saved settings: the defaults, but it stops at every angle.
     pub fn new(prepare: impl FnOnce(&mut World)) -> Self {
         let settings = Settings {
             sweep_mode: SweepMode::Stop,
@@ -300,7 +300,7 @@ impl Bench {
         Self::boot(Some(settings), IDENTITY, prepare)
     }
 
-    /// A scanner that finds `saved` in its flash.
+    /// A scanner with the settings `saved` in its flash.
     pub fn boot(
         saved: Option<Settings>,
         identity: Identity,
@@ -309,7 +309,7 @@ impl Bench {
         Self::over(Shared::clone, saved, identity, prepare)
     }
 
-    /// The same chip after a reset: memory that a reset leaves alone, and flash, are as they were.
+    /// Resets the chip. Flash, and memory that a reset does not clear, keep their contents.
     pub fn reset(self) -> Self {
         let old = self.world.0.take();
         Self::boot(old.saved, IDENTITY, |w| {
@@ -319,7 +319,7 @@ impl Bench {
 }
 
 impl<M: Mirror> Bench<M> {
-    /// A scanner over another mirror.
+    /// A scanner with another mirror.
     pub fn over(
         mirror: impl FnOnce(&Shared) -> M,
         saved: Option<Settings>,
@@ -371,7 +371,7 @@ impl<M: Mirror> Bench<M> {
         text.lines().map(String::from).collect()
     }
 
-    /// Steps until a sentence satisfies `wanted`; everything printed up to it.
+    /// Runs steps until a sentence satisfies `wanted`; returns everything printed up to it.
     pub fn until(&mut self, wanted: impl Fn(&Sentence<'_>) -> bool) -> Vec<String> {
         let mut lines = Vec::new();
         for _ in 0..40_000 {
@@ -403,13 +403,13 @@ impl<M: Mirror> Bench<M> {
         self.world.0.borrow_mut().typed.extend(bytes.bytes());
     }
 
-    /// The answer to a command that is sent as a sentence.
+    /// Sends a command as a sentence; returns its reply.
     pub fn send(&mut self, command: &str) -> String {
         let framed = framed(&command.split(',').collect::<Vec<_>>());
         self.ask(framed.trim_end())
     }
 
-    /// The one sentence that answers a command.
+    /// Sends a line; returns the one sentence that replies to it.
     pub fn ask(&mut self, line: &str) -> String {
         self.type_line(line);
         let is_answer = |s: &Sentence<'_>| {

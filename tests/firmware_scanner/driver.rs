@@ -1,4 +1,4 @@
-//! The scanner with a TMC2209 at the other end of its wire.
+//! Tests of the scanner with a simulated TMC2209 on its single-wire UART.
 
 #[path = "../../src/scanner/tmc2209/chip.rs"]
 #[allow(dead_code, reason = "the driver's own tests need more of it")]
@@ -17,11 +17,11 @@ use stairscan::scanner::tmc2209::Tmc2209;
 use stairscan::scanner::{BytePort, Settings};
 use stairscan::verdict::{Reason, Status};
 
-/// The chip, its wire, and the motor that it turns.
+/// The driver chip, its UART, and its motor.
 #[derive(Clone)]
 struct Motor(Rc<RefCell<(Chip, Shaft)>>);
 
-/// A shaft that is at once where it is sent; the switch is pressed at and below 0.
+/// A shaft that moves without delay; the home switch is pressed at and below 0.
 #[derive(Default)]
 struct Shaft {
     place: i32,
@@ -104,7 +104,7 @@ fn a_sound_driver_is_set_up_and_read_before_each_scan() {
     for scan in 1..4 {
         let told = bench.scan();
         assert_eq!((told.scan, told.status), (scan, Status::Ok));
-        // Four in the set-up, then flags and status of each scan; the next may have begun.
+        // Four reads in the set-up, then flags and status for each scan; the next one may have begun.
         let reads = motor.0.borrow().0.reads;
         assert!((4 + 2 * scan..=6 + 2 * scan).contains(&reads), "{reads}");
     }
@@ -119,7 +119,7 @@ fn a_silent_driver_is_a_fault_and_nothing_moves() {
         assert_eq!((told.scan, told.status), (0, Status::Fault), "{mood:?}");
         assert!(told.reasons.has(Reason::MotorDriver), "{told:?}");
         assert_eq!(motor.0.borrow().1.homings, 0, "EN stayed off");
-        // It tries again by itself.
+        // The scanner tries again by itself.
         motor.0.borrow_mut().0.mood = Mood::Well;
         assert_eq!(bench.scan().status, Status::Ok);
     }
@@ -136,13 +136,13 @@ fn the_self_test_names_the_driver() {
     bench.until(refused);
 }
 
-/// With the registers of power-up a driver makes other steps of the same pulses: no answer is `ok` before
+/// With its power-up registers a driver makes other steps from the same pulses: no answer is `ok` until
 /// it has been set up and homed again.
 #[test]
 fn a_driver_that_was_reset_is_noticed_before_the_next_answer() {
     let (mut bench, motor) = boot(settings(), |_| ());
     assert_eq!(bench.scan().status, Status::Ok);
-    // Between two scans: the rows of one are done, the next has not begun.
+    // Between two scans: the rows of one are processed, the next has not begun.
     while bench.scanner.state() != "reporting" {
         bench.step();
     }
@@ -163,7 +163,7 @@ fn another_driver_by_command_is_set_up_before_it_moves() {
     let mut settings = settings();
     settings.set("driver", "step-dir").unwrap();
     let (mut bench, motor) = boot(settings, |chip| {
-        // As if it had been set up: the bench looks at each move.
+        // As if it were set up: the test bench checks this at each move.
         chip.registers.insert(0x00, 0x1c0);
     });
     assert_eq!(bench.scan().status, Status::Ok);
@@ -175,8 +175,8 @@ fn another_driver_by_command_is_set_up_before_it_moves() {
     assert!(motor.0.borrow().0.writes >= 7);
 }
 
-/// With `home-check` a sweep that ends on the switch's side looks for it, and a shaft that has slipped
-/// since homing has no answer but a fault.
+/// With `home-check` a sweep that ends near the switch tests it. If the shaft has slipped since homing
+/// the answer is a fault.
 #[test]
 fn a_shaft_that_slipped_is_noticed_where_the_sweep_ends_at_home() {
     let mut settings = settings();
@@ -186,7 +186,7 @@ fn a_shaft_that_slipped_is_noticed_where_the_sweep_ends_at_home() {
         let told = bench.scan();
         assert_eq!((told.scan, told.status), (scan, Status::Ok), "{told:?}");
     }
-    // The fifth scan ends at the far side, the sixth at home.
+    // The fifth scan ends at the far side, the sixth near the switch.
     while bench.scanner.scans() < 5 {
         bench.step();
     }

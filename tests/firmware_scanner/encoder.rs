@@ -1,4 +1,4 @@
-//! The scanner with an absolute encoder on its mirror's shaft.
+//! Tests of the scanner with an absolute encoder on its mirror's shaft.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{MICROSTEPS_PER_TURN, Settings};
 use stairscan::verdict::{Reason, Status};
 
-/// Sees where the shaft is, which the pulses do not.
+/// Encoder that measures the shaft's real angle, which may differ from the pulses.
 #[derive(Clone)]
 struct Sensor {
     world: Shared,
@@ -22,7 +22,7 @@ struct Sensor {
 
 #[derive(Default)]
 struct Seen {
-    /// By how much the shaft is ahead of the pulses, degrees.
+    /// Slip of the shaft relative to the pulses, degrees.
     slipped: Cell<f64>,
     silent: Cell<bool>,
     readings: Cell<u32>,
@@ -60,8 +60,8 @@ fn boot(settings: Settings, stopped: bool) -> (Over, Rc<Seen>) {
     (bench, seen)
 }
 
-/// In both ways to sweep the encoder is read behind homing and behind each sweep, and an answer of a shaft
-/// that has slipped is none.
+/// In both sweep modes the encoder is read after homing and after each sweep. If the shaft has slipped,
+/// the answer is a fault.
 #[test]
 fn a_shaft_that_slipped_has_no_answer_and_is_homed_anew() {
     for mode in [SweepMode::Stop, SweepMode::Continuous] {
@@ -74,13 +74,13 @@ fn a_shaft_that_slipped_has_no_answer_and_is_homed_anew() {
             let told = bench.scan();
             assert_eq!((told.scan, told.status), (scan, Status::Ok), "{told:?}");
         }
-        // Home and three sweeps; the fourth has not ended.
+        // Readings after homing and three sweeps; the fourth has not ended.
         assert_eq!(seen.readings.get(), 4, "{mode:?}");
         seen.slipped.set(1.0);
         let fault = bench.scan();
         assert_eq!((fault.scan, fault.status), (4, Status::Fault), "{mode:?}");
         assert!(fault.reasons.has(Reason::MirrorSlipped), "{fault:?}");
-        // Homing finds the switch where it was.
+        // Homing finds the switch at its old place.
         seen.slipped.set(0.0);
         assert_eq!(bench.scan().status, Status::Ok);
     }
@@ -130,7 +130,7 @@ fn no_encoder_is_asked_for_nothing_and_one_that_is_set_sees_home() {
     assert!(seen.readings.get() >= 2, "home, and the sweep behind it");
 }
 
-/// Calibration keeps what is read at home: after a reset a home that is elsewhere is none.
+/// Calibration saves the reading at home: after a reset a home at another reading is rejected.
 #[test]
 fn calibration_keeps_what_the_encoder_reads_at_home() {
     let (mut bench, _) = boot(settings("as5600"), true);
@@ -145,7 +145,7 @@ fn calibration_keeps_what_the_encoder_reads_at_home() {
     bench.type_line(framed(&["calibrate", "1500", "20261122"]).trim_end());
     bench.until(|s| matches!(s, Sentence::Done { .. }));
     let saved = bench.world.0.borrow().saved.unwrap();
-    // The bench's home is 165.002 degrees above the horizontal; the sensor reads 100 degrees more.
+    // The simulated home is 165.002 degrees above the horizontal; the encoder reads 100 degrees more.
     let kept = saved.motor.encoder.home;
     assert!((294_850..=295_000).contains(&kept), "{kept}");
 

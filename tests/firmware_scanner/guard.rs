@@ -1,4 +1,4 @@
-//! `guard` and `watch`: sweeps that follow each other, full scans in between, and what ends them.
+//! Tests of `guard` and `watch`: consecutive sweeps, full scans in between, and the conditions that end them.
 
 use stairscan::motion::Reading;
 use stairscan::report::{GuardLine, Sentence, Tenths, motion};
@@ -9,14 +9,14 @@ use stairscan::verdict::{Ending, FreeGround, Reason, Reasons, Status};
 
 use crate::bench::{Bench, IDENTITY, World};
 
-/// Free ground up to a rise.
+/// Free distance up to a rise.
 const RISE: FreeGround = FreeGround {
     free_m: 1.2,
     ending: Ending::Rise,
     confidence: 0.999,
 };
 
-/// Settings of a scanner whose guard begins at any rate.
+/// Settings of a scanner whose guard accepts any rate.
 fn settings(sweep_mode: SweepMode) -> Settings {
     Settings {
         sweep_mode,
@@ -28,7 +28,7 @@ fn settings(sweep_mode: SweepMode) -> Settings {
     }
 }
 
-/// A scanner that stands still, before a rise.
+/// A stopped scanner in front of a rise.
 fn bench(settings: Settings, prepare: impl FnOnce(&mut World)) -> Bench {
     Bench::boot(Some(settings), IDENTITY, |w| {
         (w.stopped, w.ground) = (true, Some(RISE));
@@ -45,7 +45,7 @@ fn sweep(bench: &mut Bench) -> GuardLine {
     lines.iter().find_map(word).unwrap()
 }
 
-/// Whether the next sentence of a sweep or a scan is a scan's.
+/// Whether the next sentence of a sweep or a scan belongs to a scan.
 fn is_scan_next(bench: &mut Bench) -> bool {
     let lines = bench.until(|s| matches!(s, Sentence::Guard(_) | Sentence::Scan(_)));
     lines.iter().any(|line| line.starts_with("$PSTR,SCAN"))
@@ -78,14 +78,14 @@ fn sweeps_go_both_ways_in_turn_over_the_guards_angles() {
     }
 }
 
-/// The word of a sweep in passing comes while the shaft still runs out.
+/// The sentence of a continuous sweep is sent while the shaft still decelerates.
 #[test]
 fn the_word_does_not_wait_for_the_mirror() {
     let mut bench = bench(settings(SweepMode::Continuous), |_| ());
     bench.ask("guard on");
     sweep(&mut bench);
     assert!(bench.world.0.borrow().passing.is_some());
-    // Nor does a full scan begin before the shaft has come to rest: the bench's mirror would say so.
+    // A full scan does not begin before the shaft has stopped: the simulated mirror checks this.
     assert_eq!(bench.ask("scan"), "DONE,scan");
     assert_eq!(bench.scan().scan, 1);
     assert_eq!(bench.ask("guard off"), "DONE,guard");
@@ -171,7 +171,7 @@ fn what_cannot_keep_up_is_refused_by_its_field() {
     }
 }
 
-/// The bench's module is at 1 Mbaud whatever it was asked for.
+/// The simulated module stays at 1 Mbaud.
 #[test]
 fn a_module_that_turns_out_slower_ends_the_guard_and_says_so() {
     let mut settings = Settings::default();
@@ -225,7 +225,7 @@ fn lost_rows_degrade_and_too_many_are_a_fault() {
     let lose = |bench: &mut Bench, count| {
         let lost = std::iter::repeat_n([None, Some(LinkError::Timeout)], count);
         bench.world.0.borrow_mut().errors = lost.flatten().collect();
-        // The sweep under way may have begun before.
+        // The current sweep may have begun before.
         sweep(bench);
         sweep(bench)
     };
@@ -288,8 +288,8 @@ fn a_watch_scans_once_what_comes_near_a_chair_that_stands() {
     assert!((0..3).any(|_| is_scan_next(&mut bench)), "and the next one");
 }
 
-/// Types a motion sentence every 10 ms of a chair at this speed, mm/s, until so many sweeps and scans have been told;
-/// whether a scan was among them.
+/// Sends a motion sentence of a chair at this speed, mm/s, every 10 ms until `words` sweeps and scans have been
+/// reported. Returns whether a scan was among them.
 fn drive(bench: &mut Bench, travel: &mut (u16, f32), speed: f32, words: usize) -> bool {
     let (mut told, mut scanned) = (0, false);
     for step in 0..400_000 {

@@ -1,4 +1,4 @@
-//! The scanner's state machine over hardware that misbehaves on cue.
+//! Tests of the scanner's state machine over simulated hardware with fault injection.
 
 mod bench;
 mod driver;
@@ -41,7 +41,7 @@ fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {
     );
 }
 
-/// What a scanner does that nobody has told otherwise: rows in passing, one after the other, there and back.
+/// With default settings: continuous sweeps, alternately forward and backward.
 #[test]
 fn by_default_rows_are_triggered_in_passing() {
     let mut bench = Bench::boot(Some(Settings::default()), IDENTITY, |_| ());
@@ -53,7 +53,7 @@ fn by_default_rows_are_triggered_in_passing() {
     assert_eq!(world.rows[..281], forward[..]);
     assert_eq!(world.rows[281..562], backward[..]);
     drop(world);
-    // What is lost is told, and not asked for again.
+    // Lost rows are reported, and not requested again.
     let lost = Some(LinkError::Timeout);
     let mut bench = Bench::boot(Some(Settings::default()), IDENTITY, |w| {
         w.errors = [None, lost, None].into();
@@ -66,7 +66,7 @@ fn by_default_rows_are_triggered_in_passing() {
 #[test]
 fn a_lost_row_is_told_and_many_are_a_fault() {
     let lost = Some(LinkError::Timeout);
-    // The second row comes at the second attempt, the fourth never.
+    // The second row succeeds at the second attempt, the fourth is lost.
     let mut bench = Bench::new(|w| w.errors = [None, lost, None, None, lost, lost, lost].into());
     let scan = bench.scan();
     let degraded = (Status::Degraded, 1, Reasons::NONE.with(Reason::LostRows));
@@ -75,7 +75,7 @@ fn a_lost_row_is_told_and_many_are_a_fault() {
     let scan = bench.scan();
     assert_eq!((scan.scan, scan.status, scan.lost_rows), (2, Status::Ok, 0));
 
-    // Every third row is lost: never eight together, but more than 28.
+    // Every third row is lost: never eight consecutive ones, but more than 28.
     let pattern = [lost, lost, lost, None, None];
     let mut bench = Bench::new(|w| w.errors = pattern.into_iter().cycle().take(500).collect());
     let scan = bench.scan();
@@ -182,7 +182,7 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
     );
     let refused = "FAIL,set,angle-count,3 to 8192 (angles)";
     assert_eq!(bench.send("set,angle-count,9999"), refused);
-    // Some rows more cost the farthest bins; so many would leave none 2 m away.
+    // A few more rows reduce the maximum range; this number would leave no range bin at 2 m.
     let refused = "FAIL,set,angle-count,a map of 65536 cells at most";
     assert_eq!(bench.send("set,angle-count,720"), refused);
     assert!(bench.ask("hello").starts_with("FAIL,-,command,"));
@@ -325,7 +325,7 @@ fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
         bench.step();
     }
     assert!(bench.world.0.borrow().survived);
-    // Stopped is stopped, crash loop or not.
+    // A stopped scanner stays stopped, also in a crash loop.
     let mut bench = Bench::boot(Some(Settings::default()), identity, |w| w.stopped = true);
     for _ in 0..100 {
         bench.step();
@@ -333,7 +333,7 @@ fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
     assert_eq!(bench.scanner.state(), "idle");
 }
 
-/// The `LIVE`s of the next `ms` milliseconds.
+/// Returns the `LIVE`s of the next `ms` milliseconds.
 fn live(bench: &mut Bench, ms: u32) -> Vec<String> {
     bench.take_lines();
     (0..ms).for_each(|_| bench.step());
@@ -397,7 +397,7 @@ fn a_stuck_port_is_owed_one_live_at_most() {
     assert!(told.len() <= 1, "{told:?}");
 }
 
-/// What is wrong with processor, memory or supply is told again and again, and nothing moves.
+/// A fault of processor, memory or supply is reported repeatedly, and nothing moves.
 #[test]
 fn an_unfit_board_never_scans() {
     type Defect = fn(&mut Fitness);
@@ -429,7 +429,7 @@ fn an_unfit_board_never_scans() {
     }
 }
 
-/// The internal oscillator will do where somebody has said so, and until he says otherwise.
+/// The internal oscillator is accepted while a setting allows it.
 #[test]
 fn the_internal_oscillator_is_allowed_by_a_setting() {
     let identity = Identity {

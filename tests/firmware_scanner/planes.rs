@@ -1,4 +1,4 @@
-//! `plane both`: which plane a scan is made in, whatever comes between.
+//! Tests of `plane both`: the plane of each scan under various interruptions.
 
 use stairscan::config::{Plane, Planes};
 use stairscan::report::{ScanLine, Sentence};
@@ -9,12 +9,13 @@ use stairscan::verdict::{Reason, Status};
 
 use crate::bench::{Bench, IDENTITY, World};
 
-/// Depth plane, as a scan's head tells it.
+/// Depth plane, as in a scan's head.
 const DEPTH: Option<Plane> = Some(Plane::Depth);
 /// Height plane.
 const HEIGHT: Option<Plane> = Some(Plane::Height);
 
-/// A scanner of both planes before a drop that the height plane sees: 48 cm ahead of a mirror 40 cm up is its reach.
+/// A scanner of both planes in front of a drop that the height plane detects. With the mirror 40 cm above the ground
+/// its reach is 48 cm.
 fn bench(prepare: impl FnOnce(&mut World)) -> Bench {
     let mut settings = Settings {
         sweep_mode: SweepMode::Stop,
@@ -27,7 +28,7 @@ fn bench(prepare: impl FnOnce(&mut World)) -> Bench {
     })
 }
 
-/// Steps until `count` scans have been told.
+/// Runs steps until `count` scans have been reported.
 fn scans(bench: &mut Bench, count: usize) -> Vec<ScanLine> {
     (0..count).map(|_| bench.scan()).collect()
 }
@@ -51,7 +52,7 @@ fn a_drop_is_followed_by_one_scan_in_the_height_plane() {
             "{a} {b}"
         );
     };
-    // Each begins near where the other plane's has ended.
+    // Each scan begins near the end of the other plane's.
     near(ends(0), (-20_000, 50_000));
     near(ends(1), (40_000, 110_000));
     near(ends(2), (50_000, -20_000));
@@ -100,7 +101,7 @@ fn stop_and_another_setting_end_it() {
     assert_eq!(bench.ask("stop"), "DONE,stop");
     assert_eq!(bench.ask("start"), "DONE,start");
     assert_eq!(bench.scan().plane, DEPTH);
-    // A scan that has begun keeps its plane; the next one is of the one that has been set.
+    // A scan that has begun keeps its plane; the next one has the new setting.
     assert_eq!(bench.send("set,plane,depth"), "CONF,plane,depth");
     let told = scans(&mut bench, 2);
     assert_eq!(planes(&told), [HEIGHT, None]);
@@ -115,7 +116,7 @@ fn rows_are_lost_and_faults_hold_as_in_any_scan() {
     let told = bench.scan();
     assert_eq!((told.plane, told.lost_rows), (HEIGHT, 1));
     assert!(told.reasons.has(Reason::LostRows));
-    // A row that comes at the second try is not lost.
+    // A row that succeeds at the second attempt is not lost.
     bench.scan();
     bench.world.0.borrow_mut().errors = [lost, lost].into();
     let told = bench.scan();
@@ -125,6 +126,6 @@ fn rows_are_lost_and_faults_hold_as_in_any_scan() {
     let told = bench.scan();
     assert_eq!((told.plane, told.status), (HEIGHT, Status::Fault));
     bench.world.0.borrow_mut().stall = false;
-    // After the self-test from the beginning.
+    // After the self-test the order starts again.
     bench.until(|s| matches!(s, Sentence::Scan(scan) if scan.plane == DEPTH && scan.drops == 1));
 }

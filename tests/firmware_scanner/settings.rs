@@ -1,4 +1,4 @@
-//! Settings over commands, resets and a flash: who vouches for them, and who is told.
+//! Tests of settings over commands, resets and a flash: validation and persistence.
 
 use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
@@ -12,7 +12,7 @@ use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::bench::{Bench, IDENTITY, World};
 
-/// The command of `FAIL,…,crc,send …`, as a person would paste it.
+/// Returns the command of `FAIL,…,crc,send …`, as a user would paste it.
 fn offered(answer: &str) -> &str {
     answer.split_once(",crc,send ").expect(answer).1
 }
@@ -25,7 +25,7 @@ fn what_changes_settings_counts_only_inside_a_sentence_which_is_offered() {
     assert!(answer.starts_with(offer), "{answer}");
     assert_eq!(bench.ask("get,mount-height"), "CONF,mount-height,40000");
     assert_eq!(bench.ask(offered(&answer)), "CONF,mount-height,41000");
-    // What is wrong with it is said at once.
+    // An invalid command is reported at once.
     assert!(bench.ask("set seed x").starts_with("FAIL,set,seed,"));
     let answer = bench.ask("save");
     assert!(bench.world.0.borrow().saved.is_none());
@@ -33,7 +33,7 @@ fn what_changes_settings_counts_only_inside_a_sentence_which_is_offered() {
     assert!(bench.world.0.borrow().saved.is_some());
 }
 
-/// Each of the bits of each character of framed and plain commands, one at a time.
+/// Flips each bit of each character of framed and plain commands, one at a time.
 #[test]
 fn no_damaged_line_changes_a_setting() {
     let mut bench = Bench::new(|w| w.stopped = true);
@@ -43,7 +43,7 @@ fn no_damaged_line_changes_a_setting() {
         for bit in 0..8 * line.len() {
             let mut bytes = line.as_bytes().to_vec();
             bytes[bit / 8] ^= 1 << (bit % 8);
-            // A CRC in lower case is one.
+            // A CRC in lower case is valid.
             if bytes.eq_ignore_ascii_case(line.as_bytes()) {
                 continue;
             }
@@ -72,7 +72,7 @@ fn without_saved_settings_nothing_is_ok_until_the_mounting_has_come() {
         let value = settings.get(key).unwrap();
         bench.send(&format!("set,{key},{value}"));
     }
-    // The scan that was under way is not that of the settings that came.
+    // The current scan still has the previous settings.
     bench.scan();
     assert_eq!(bench.scan().status, Status::Ok);
 }
@@ -110,7 +110,7 @@ fn settings_that_a_reset_lost_are_told_again_and_again() {
     bench.ask("start");
     assert_eq!(bench.scan().status, Status::Ok);
     let lost = bench.scan().settings;
-    // Two resets: the first must not make the second forget.
+    // Two resets: the first one must not clear the cause of the second.
     let mut bench = bench.reset().reset();
     let scan = bench.scan();
     assert_eq!(scan.status, Status::Degraded);
@@ -145,7 +145,7 @@ fn save_is_refused_where_it_would_do_harm_or_cannot_be_done() {
     assert!(bench.ask("save now").starts_with("FAIL,save,arguments"));
 }
 
-/// A scan is told with the settings that it was made with, whatever has been set meanwhile.
+/// A scan is reported with its own settings, whatever is set meanwhile.
 #[test]
 fn a_scan_names_its_own_settings() {
     let mut bench = Bench::new(|_| ());
@@ -161,7 +161,7 @@ fn a_scan_names_its_own_settings() {
     assert!(status.ends_with(&format!(",{second:08X}")), "{status}");
 }
 
-/// What a calibration finds: 2 mm lower, 1.25° off.
+/// Result of a calibration: 2 mm lower, 1.25° off.
 const FOUND: Mounting = Mounting {
     height_m: Estimate::new(0.398, 1e-3),
     offset_rad: Estimate::new(0.021_816_6, 1e-4),
@@ -200,7 +200,7 @@ fn a_calibration_is_saved_with_its_date_and_the_chip() {
     assert_eq!(bench.ask("get,mount-height"), "CONF,mount-height,39800");
     assert!(!bench.world.0.borrow().homed, "home is elsewhere now");
 
-    // The same chip finds them again, another one does not.
+    // The same chip accepts them after a reset, another one does not.
     let mut bench = Bench::boot(Some(saved), IDENTITY, |_| ());
     assert_eq!(bench.scan().status, Status::Ok);
     let other = Identity {
@@ -237,7 +237,7 @@ fn a_calibration_that_fails_changes_nothing() {
     refused(&|w| w.flash_broken = true, "flash");
     refused(&|w| w.errors = [Some(LinkError::Timeout); 3].into(), "rows");
     refused(&|w| w.arithmetic_broken = true, "self-test");
-    // Only from a standstill, and only of a scanner that knows roughly how it is mounted.
+    // Only while stopped, and only if the mounting is approximately known.
     let mut bench = Bench::new(|w| w.mounting = Some(FOUND));
     let answer = bench.ask(line.trim_end());
     assert!(answer.starts_with("FAIL,calibrate,state,"), "{answer}");
@@ -246,7 +246,7 @@ fn a_calibration_that_fails_changes_nothing() {
     assert!(answer.starts_with("FAIL,calibrate,plane,"), "{answer}");
 }
 
-/// What is set of the module counts from the next scan on.
+/// Settings of the module apply from the next scan on.
 #[test]
 fn the_module_is_what_the_setting_says() {
     let mut bench = Bench::new(|_| ());
@@ -262,7 +262,7 @@ fn the_module_is_what_the_setting_says() {
         let answer = bench.send(&format!("set,{key},{value}"));
         assert_eq!(answer, format!("CONF,{key},{value}"));
     }
-    // The scan under way, and the one behind it.
+    // The current scan, and the next one.
     bench.scan();
     bench.scan();
     let wish = Wish {

@@ -1,15 +1,15 @@
 
-// ---- The bench: files, settings, downloads; everything that needs no port. The scanner answers from its worker.
+// ---- The control panel: files, settings, downloads; everything without a port. The scanner runs in a worker.
 const bench = { items: [], waiting: new Map(), asked: 0, replies: new Map(), about: null };
-/** Largest file that is read, bytes: a browser holds it some times over. */
+/** Maximum size of a file, bytes: a browser holds several copies of it. */
 const LARGEST = 256e6;
 
-/** Text in base64 of deflated bytes to these bytes. */
+/** Decodes base64 and inflates. */
 async function unpacked(text) {
   const stream = new Blob([bytes(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
-/** Numbers of 16 bits of their low bytes, which come first, and their high ones. */
+/** Joins the low bytes of 16-bit numbers, which come first, with the high ones. */
 function joinedPlanes(planes) {
   const half = planes.length / 2;
   return Uint8Array.from(planes, (_, k) => planes[(k >> 1) + (k & 1 ? half : 0)]);
@@ -19,7 +19,7 @@ worker.onmessage = ({ data: { id, answer } }) => {
   bench.replies.get(id)(answer);
   bench.replies.delete(id);
 };
-/** The scanner's answer to a request; `message` may bring the scanner itself. */
+/** Returns the scanner's answer to a request; `message` may contain the scanner itself. */
 function ask(message) {
   return new Promise((resolve) => {
     bench.replies.set((bench.asked += 1), resolve);
@@ -32,10 +32,10 @@ function say(text, wrong = false) {
 }
 
 const chosen = () => bench.items[state.recording];
-/** Head of a request about an item. */
+/** Returns the head of a request about an item. */
 const head = (what, item) => ({ do: what, name: item.name, array: item.array, meta: item.meta, angles: item.angles, settings: item.settings });
 
-/** Adds an item, or takes the place of the one of its name; returns where it stands. */
+/** Adds an item, or replaces the one with its name; returns its index. */
 function put(item) {
   const known = bench.items.findIndex((other) => other.name === item.name && other.live === item.live);
   const k = known < 0 ? bench.items.length : known;
@@ -43,7 +43,7 @@ function put(item) {
   data.recordings[k] = { name: item.name, pending: true, scans: [] };
   return k;
 }
-/** Scans an item; of changes that come meanwhile the last one is scanned then. */
+/** Scans an item. If it changes meanwhile, its last state is scanned afterwards. */
 async function scanItem(item) {
   item.wanted = true;
   if (item.busy) return;
@@ -62,7 +62,7 @@ async function scanItem(item) {
   item.busy = false;
   document.body.classList.toggle("busy", bench.items.some((other) => other.busy));
 }
-/** Draws the index, and the recording if it is the one that is shown. */
+/** Draws the index, and the recording if it is displayed. */
 function refresh(k) {
   const focus = [...document.querySelectorAll("#index button")].indexOf(document.activeElement);
   fillIndex();
@@ -70,7 +70,7 @@ function refresh(k) {
   if (k === state.recording) show();
 }
 
-/** Puts a file beside the others of its name; returns that name, or throws what is wrong with the file. */
+/** Adds a file to the others with its name; returns the name, or throws an error that describes the fault of the file. */
 async function keep(file) {
   const [, stem, suffix] = /^(.*?)\.(sigmf-meta|sigmf-data|npy|csv|txt)$/.exec(file.name) ?? [];
   if (!stem) throw new Error("expected .sigmf-meta with .sigmf-data, .npy, or a table of angles (.csv, .txt)");
@@ -80,7 +80,7 @@ async function keep(file) {
   bench.waiting.set(stem, { ...bench.waiting.get(stem), [suffix]: content });
   return stem;
 }
-/** The recording of this name once all of its files have come, else the suffix of the one that is missing. */
+/** Returns the recording of this name if all of its files are present, else the suffix of the missing one. */
 function whole(name) {
   const parts = bench.waiting.get(name);
   const { npy, "sigmf-meta": meta, "sigmf-data": samples } = parts;
@@ -88,7 +88,7 @@ function whole(name) {
   bench.waiting.delete(name);
   return { item: { name, array: Boolean(npy), meta, angles: parts.csv ?? parts.txt, data: npy ?? samples, settings: {} } };
 }
-/** Takes files: pairs may come one after the other. */
+/** Processes files; the two files of a pair may be given one after the other. */
 async function take(files) {
   const [wrong, names] = [[], new Set()];
   for (const file of files) {
@@ -110,7 +110,7 @@ async function take(files) {
       if (item.array && !item.meta) bare.push(`${name}.npy`);
     }
   }
-  // What an array does not hold is assumed: the fields in which the user corrects that stand open.
+  // Values that an array does not contain are assumed: the fields for correcting them are opened.
   const assumed = `${bare.join(", ")}: an array holds samples only; the settings below are assumed until they are changed`;
   if (bare.length) at("set").open = true;
   say([...wrong, ...(bare.length ? [assumed] : [])].join("; "), wrong.length > 0);
@@ -131,10 +131,10 @@ for (const [kind, over] of [["dragenter", true], ["dragover", true], ["dragleave
   });
 }
 
-// Settings: an empty field leaves what the recording says, which stands in it faintly.
+// Settings: an empty field keeps the recording's value, which is its placeholder.
 const form = at("settings-of-scan");
 const fields = [...form.elements].filter((field) => field.name);
-/** Values of the fields that hold one, in the scanner's units. */
+/** Returns the values of the non-empty fields, in the scanner's units. */
 function settings() {
   const set = {};
   for (const field of fields) {
@@ -144,7 +144,7 @@ function settings() {
   }
   return set;
 }
-/** Fills the fields with the settings of the recording that is shown. */
+/** Fills the fields with the settings of the displayed recording. */
 function fillSettings() {
   const item = chosen();
   at("set").hidden = !item || Boolean(item.live);
@@ -196,7 +196,7 @@ at("csv").addEventListener("click", async () => {
   if (answer.error) return say(answer.error, true);
   save(`${item.name}.csv`, new Blob([answer.csv], { type: "text/csv" }));
 });
-/** Heading, side view and range profile on one sheet. */
+/** Returns heading, side view and range profile as one picture. */
 function picture() {
   const [side, profile] = [at("side"), at("profile")];
   const ratio = side.width / side.clientWidth;
@@ -218,7 +218,7 @@ function picture() {
 }
 at("png").addEventListener("click", () => picture().toBlob((blob) => save(`${recording().name}.png`, blob), "image/png"));
 
-/** Starts the scanner, then scans what the page holds to begin with. */
+/** Starts the scanner, then scans the recordings that the page contains. */
 async function begin() {
   const started = await ask({ wasm: await unpacked(at("wasm").textContent), head: { do: "about" } });
   if (started.error) return say(started.error, true);

@@ -1,11 +1,11 @@
 
-// ---- A scanner at a serial port: bytes go to the scanner's own parser, which says what is known of it.
-/** Answers of a port that the slider keeps. */
+// ---- A scanner at a serial port: bytes go to the scanner's own parser, which returns the scanner's state.
+/** Number of a port's answers on the slider. */
 const KEPT = 200;
 const TICK_MS = 250;
 const port = { open: null, item: null, stop: false, standing: null };
 
-/** Tells the parser what happened at the port, and shows what is known now. */
+/** Passes an event of the port to the parser, and shows the new state. */
 async function news(what, more = {}, body = undefined) {
   const told = await ask({ head: { do: "port", now: Math.round(performance.now()), what, ...more }, body });
   if (told.error) return say(told.error, true);
@@ -31,7 +31,7 @@ function fillLog(log) {
   pre.replaceChildren(...log.map(([, way, text]) => element("div", text, way)));
   if (below) pre.scrollTop = pre.scrollHeight;
 }
-/** Puts an answer behind those before; the slider goes along where it stood at the last one. */
+/** Appends an answer. The slider follows if it was at the last one. */
 function keepAnswer(answer) {
   const k = bench.items.indexOf(port.item);
   const before = data.recordings[k].scans;
@@ -41,7 +41,7 @@ function keepAnswer(answer) {
   data.recordings[k] = { name: port.item.name, description: "live", settings: [], stale: false, scans };
   if (last && state.recording === k) state.scan = scans.length - 1;
 }
-/** An answer of a port that is not the present one must not look like it. */
+/** Marks a stale answer of a port. */
 function markStale() {
   const live = Boolean(chosen()?.live) && recording().scans.length > 0;
   const earlier = live && (chosen() !== port.item || state.scan < recording().scans.length - 1);
@@ -54,9 +54,9 @@ function markStale() {
 }
 document.addEventListener("shown", markStale);
 
-/** Reads until the port goes away or is given up. */
+/** Reads until the port disappears or is closed. */
 async function listen(device) {
-  // A stream that broke for a damaged byte is followed by a new one; without one the port has gone.
+  // After a damaged byte the browser ends the stream and opens a new one; without a new one the port has disappeared.
   while (device.readable && !port.stop) {
     port.reader = device.readable.getReader();
     try {
@@ -73,7 +73,7 @@ async function listen(device) {
     }
   }
 }
-/** Opens a port and shows what comes out of it, until it goes away. */
+/** Opens a port and shows its data until it disappears. */
 async function connect(device) {
   const baud = Number(at("baud").value);
   await device.open({ baudRate: baud });
@@ -92,17 +92,17 @@ async function connect(device) {
   clearInterval(tick);
   await news("gone", { why: port.stop ? "disconnected" : port.why || "the device was lost" });
   await device.close().catch(() => {});
-  // Plugged in again, it is opened again.
+  // The port is reopened when it is plugged in again.
   Object.assign(port, { open: null, again: port.stop ? null : device });
   at("connect").textContent = "Connect to a serial port…";
 }
-/** Opens a port, and says why where that fails. */
+/** Opens a port, and shows the cause of a failure. */
 async function tryPort(find) {
   try {
     say("");
     await connect(await find());
   } catch (error) {
-    // That no port was chosen is no failure.
+    // Not choosing a port is not a failure.
     if (error.name !== "NotFoundError") say(`serial port: ${error.message}`, true);
   }
 }

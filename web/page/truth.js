@@ -1,19 +1,19 @@
 
-// ---- The truth of a recording, edited: a list of edges of the world, which each scan sees from where its mirror stood.
-// An edge has `x` from the mirror at the first chirp, its `height`, and what each scan says of it: null, or whether it counts.
+// ---- Editor of a recording's ground truth: a list of edges in world coordinates, seen from the mirror's position in each scan.
+// An edge has `x` relative to the mirror at the first chirp, its `height`, and an entry for each scan: null, or whether it is counted.
 const truth = { chosen: null, drag: null };
-/** Steps of two scans that lie nearer than this in distance and height are one, metres. */
+/** Maximum difference in distance and height between entries of the same step in two scans, metres. */
 const SAME_M = 0.02;
-/** Farthest from a step that a pointer takes it, pixels. */
+/** Maximum distance of the pointer from a step that it grips, pixels. */
 const GRIP = 22;
 
 const editing = () => at("truth").open && Boolean(chosen()?.edit) && recording().scans.length > 0;
 const edges = () => chosen().edit.edges;
-/** Distance of an edge from the mirror of the scan that is shown, metres. */
+/** Returns the distance of an edge from the mirror in the displayed scan, metres. */
 const distanceOf = (edge) => edge.x - chosen().edit.travel[state.scan];
 const millimetres = (metres) => Math.round(metres * 1000) / 1000;
 
-/** The editable truth of what a recording says of its scans. */
+/** Converts the ground truth of a recording's scans to the editable form. */
 function editable(told) {
   const edit = { edges: [], travel: told.map((scan) => scan.travel_m), drops: told.map((scan) => scan.truth?.drops), changed: false, fell: false };
   told.forEach(({ travel_m: travel, truth: said }, k) => {
@@ -28,11 +28,11 @@ function editable(told) {
   });
   return edit;
 }
-/** A list of edges as recordings write it: from the mirror at `travel`, with `of` what a scan says of each. */
+/** Returns the edges in the format of recordings: relative to the mirror at `travel`, with the entry `of` of a scan for each. */
 function written(all, travel, of, drops) {
   const step = (edge) => {
     const said = of(edge);
-    // What was not moved stays as it was.
+    // Unmoved edges keep their exact values.
     const seen = edge.moved ? millimetres(edge.x - travel) : Number((edge.x - travel).toFixed(6));
     const distance = (!edge.moved && said.distance) || seen;
     const snr = edge.moved || typeof said.snr_db !== "number" ? {} : { snr_db: said.snr_db };
@@ -45,15 +45,15 @@ function written(all, travel, of, drops) {
   const uncounted = list(false);
   return { direction: up ? "up" : steps.length ? "down" : "none", steps, ...(uncounted.length ? { uncounted } : {}), ...(drops ? { drops } : {}) };
 }
-/** The truth of every scan, and the whole one, which counts from the mirror at the first chirp. */
+/** Returns the ground truth of every scan, and that relative to the mirror at the first chirp. */
 function truths({ edges: all, travel, drops, fell }) {
-  // Edges that lead down tell the drops where those are not listed: a list of other edges would be false.
+  // Without a list of drops, downward edges define them; an incomplete list would be wrong.
   const scans = travel.map((from, k) => written(all, from, (edge) => edge.scans[k], fell ? undefined : drops[k]));
   const anywhere = (edge) => ({ counted: edge.scans.some((said) => said?.counted) });
   return { scans, whole: scans.length > 1 ? written(all, 0, anywhere) : scans[0] };
 }
 
-/** Shows what the edges are now: list, drawing, and the truth that answers are held against. */
+/** Shows the current edges: list, drawing, and the ground truth for scoring. */
 function showTruth() {
   fillTruth();
   const { edit } = chosen();
@@ -62,10 +62,10 @@ function showTruth() {
       const seen = edit.edges.filter((edge) => edge.scans[k]).map((edge) => ({ distance_m: edge.x - edit.travel[k], height_m: edge.height, snr_db: null, counted: edge.scans[k].counted }));
       seen.sort((a, b) => a.distance_m - b.distance_m);
       s.truth = { edges: seen, steps: seen.filter((step) => step.counted), uncounted: seen.filter((step) => !step.counted) };
-      // Until it is scanned anew, nobody has judged the answer by this truth.
+      // The answer has not been scored against this ground truth until the next scan.
       Object.assign(s, { wrong: null, flaws: [], exact: null });
     });
-    // They stand above the side view, which is to stay where it is under a finger.
+    // The tables are above the side view, which must not move under a finger.
     if (!truth.drag) {
       showSteps(panes[0], scan());
       showVerdict(panes[0], scan());
@@ -76,7 +76,7 @@ function showTruth() {
 function tellTruth(text) {
   at("truth-told").textContent = text;
 }
-/** Notes that an edge is another than the recording says; `before` is its height until now. */
+/** Marks an edge as changed; `before` is its previous height. */
 function change(edge, before = edge.height) {
   chosen().edit.changed = true;
   edge.moved = true;
@@ -93,7 +93,7 @@ function move(edge, distance, height) {
 function add(distance, height) {
   const { travel } = chosen().edit;
   const x = distance + travel[state.scan];
-  // A scan that looks ahead reports neither what leads down nor what it has passed.
+  // A scan of the depth plane reports neither downward edges nor those behind the mirror.
   const counts = (from) => !scan().map?.depth || (height > 0 && x > from);
   const edge = { x, height: millimetres(height), scans: travel.map((from) => ({ counted: counts(from) })) };
   edges().push(edge);
@@ -107,16 +107,16 @@ function remove(edge) {
   tellTruth(`Removed the step at ${cm(distanceOf(edge))}`);
   showTruth();
 }
-/** The edges that the scan shown has, nearest first. */
+/** Returns the edges of the displayed scan, nearest first. */
 const present = () => edges().filter((edge) => edge.scans[state.scan]).sort((a, b) => a.x - b.x);
 
-/** A control with its name for those who do not see where it stands. */
+/** Returns a control with an accessible name. */
 function control(tag, label, properties) {
   const node = Object.assign(document.createElement(tag), properties);
   node.setAttribute("aria-label", label);
   return node;
 }
-/** One line of the list: fields for distance and height, whether it counts, a button that removes it. */
+/** Returns one line of the list: fields for distance and height, whether it is counted, a button to remove it. */
 function line(edge, k) {
   const field = (name, metres, put) => {
     const input = control("input", `${name} of step ${k + 1}, cm`, { type: "number", step: "any", value: `${Number((100 * metres).toFixed(1))}` });
@@ -144,7 +144,7 @@ function line(edge, k) {
   row.addEventListener("focusin", () => { truth.chosen = edge; redrawPlace(); });
   return row;
 }
-/** Fills the list; the control that has the focus keeps it. */
+/** Fills the list; the focus is kept. */
 function fillTruth() {
   const [rows, list] = [present(), at("truth-steps")];
   const controls = () => [...list.querySelectorAll("input, button")];
@@ -167,7 +167,7 @@ panes[0].over = (g, { X, Y }) => {
     g.stroke();
   }
 };
-/** The edge that a pointer takes, if one is near. */
+/** Returns the edge near the pointer, if there is one. */
 function gripped(event) {
   const box = at("side").getBoundingClientRect();
   const { X, Y } = panes[0].frame;
@@ -175,7 +175,7 @@ function gripped(event) {
   const near = present().map((edge) => [Math.hypot(X(distanceOf(edge)) - px, Y(edge.height) - py), edge]).sort((a, b) => a[0] - b[0])[0];
   return near && near[0] <= GRIP ? { edge: near[1], off: [X(distanceOf(near[1])) - px, Y(near[1].height) - py] } : null;
 }
-/** Lets go of what is dragged. */
+/** Ends dragging. */
 function drop() {
   if (!truth.drag) return;
   truth.drag = null;
@@ -187,7 +187,7 @@ const dragging = {
     truth.drag = gripped(event);
     if (!truth.drag) return;
     truth.chosen = truth.drag.edge;
-    // The scale stays as it was while the step moves.
+    // The scale is fixed while the step is dragged.
     panes[0].held = panes[0].frame.box;
     at("side").setPointerCapture(event.pointerId);
     event.stopImmediatePropagation();
@@ -222,7 +222,7 @@ at("side").addEventListener("keydown", (event) => {
   event.stopImmediatePropagation();
 }, { capture: true });
 
-/** Puts the edited truth into the recording's metadata; returns whether that could be done. */
+/** Writes the edited ground truth into the recording's metadata; returns whether it succeeded. */
 async function commit(item) {
   if (!item.edit?.changed) return true;
   let told;
@@ -238,13 +238,13 @@ async function commit(item) {
     return false;
   }
   item.before ??= { meta: item.meta, array: item.array, data: item.data };
-  // Samples of another form become those of a recording, which the metadata belong to.
+  // Samples in another format are converted to a recording, to which the metadata belong.
   if (answer.data) Object.assign(item, { array: false, data: bytes(answer.data), converted: true });
   Object.assign(item, { meta: answer.meta, edit: null });
   say("");
   return true;
 }
-/** Leaves the mode: the recording is scanned anew against its truth. */
+/** Leaves the editor: the recording is scanned again and scored against its ground truth. */
 async function finish(item) {
   truth.chosen = null;
   if (item?.edit?.changed && (await commit(item))) scanItem(item);
@@ -283,7 +283,7 @@ document.addEventListener("shown", () => {
     finish(left);
   }
   if (at("truth").hidden) return;
-  // What was not changed follows the recording, which may have been scanned anew.
+  // An unchanged ground truth is updated from the recording, which may have been scanned again.
   if (!item.edit?.changed && item.edit?.of !== r) item.edit = { ...editable(r.truth), of: r };
   if (editing()) showTruth();
 });

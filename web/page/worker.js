@@ -1,5 +1,5 @@
 "use strict";
-// The scanner beside the page, so that a long scan does not hold the page up. One request after the other.
+// The scanner in a worker, so that a long scan does not block the page. Requests are processed in order.
 let bytes = null;
 let scanner = null;
 let turn = Promise.resolve();
@@ -9,7 +9,7 @@ function ask(head, body) {
   const text = new TextEncoder().encode(JSON.stringify(head));
   const length = 4 + text.length + body.length;
   const at = scanner.reserve(length);
-  // The buffer is another one when the memory has grown.
+  // The memory may have grown, which replaces its buffer.
   new DataView(scanner.memory.buffer).setUint32(at, text.length, true);
   const room = new Uint8Array(scanner.memory.buffer, at, length);
   room.set(text, 4);
@@ -25,7 +25,7 @@ async function work({ id, wasm, head, body }) {
     scanner ??= (await WebAssembly.instantiate(bytes, {})).instance.exports;
     if (head) answer = ask(head, body ?? new Uint8Array());
   } catch (error) {
-    // The next request gets a new one.
+    // The next request creates a new scanner.
     scanner = null;
     answer = { error: `the scanner stopped: ${error.message}` };
   }

@@ -1,4 +1,4 @@
-//! Files of a page to a recording.
+//! Converts the files of a page to a recording.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use host_sim::convert::keys::Given;
@@ -10,14 +10,14 @@ use stairscan::config::{Config, EstimatorKind, Plane};
 
 use crate::request::{Files, Settings};
 
-/// Angles of an array's chirps where nothing says them, degrees: the paper's.
+/// Default angle of an array's first chirp, degrees: the paper's.
 const FIRST_ANGLE_DEG: f64 = -20.0;
-/// See [`FIRST_ANGLE_DEG`].
+/// Default angle between an array's chirps, degrees: the paper's.
 const ANGLE_STEP_DEG: f64 = 0.25;
-/// Swept bandwidth of an array that does not say its own, Hz: the paper's.
+/// Default bandwidth of an array, Hz: the paper's.
 const BANDWIDTH_HZ: f64 = 10e9;
 
-/// A plane as recordings name it.
+/// Returns a plane's name in recordings.
 pub fn word(plane: Plane) -> &'static str {
     match plane {
         Plane::Depth => "depth",
@@ -25,10 +25,10 @@ pub fn word(plane: Plane) -> &'static str {
     }
 }
 
-/// The recording that the files hold, and the same with the page's settings in the place of its own.
+/// Returns the recording in the files, unchanged and with the page's settings applied.
 ///
 /// # Errors
-/// Names the file, the key or the setting, and what was expected.
+/// A file, key or setting is invalid; the message names it and the expected value.
 pub fn recordings(files: &Files, data: &[u8]) -> Result<(Recording, Recording)> {
     let own = match files.array {
         true => of_array(files, data)?,
@@ -39,10 +39,10 @@ pub fn recordings(files: &Files, data: &[u8]) -> Result<(Recording, Recording)> 
     Ok((own, set))
 }
 
-/// How the scanner is to scan.
+/// Returns the options of the scan.
 ///
 /// # Errors
-/// Names the setting, what was found and what was expected.
+/// A setting is invalid; the message names it, the value and the expected value.
 pub fn options(settings: &Settings) -> Result<Options> {
     let mut config = Config::default();
     if let Some(word) = &settings.estimator {
@@ -62,7 +62,7 @@ pub fn options(settings: &Settings) -> Result<Options> {
     })
 }
 
-/// A SigMF pair: a recording of the project, or another's with all keys that a scan needs.
+/// Reads a SigMF pair: a recording of the project, or another one with all keys that a scan needs.
 fn of_pair(files: &Files, data: &[u8]) -> Result<Recording> {
     let name = &files.name;
     let text = files.meta.as_ref();
@@ -82,7 +82,7 @@ fn of_pair(files: &Files, data: &[u8]) -> Result<Recording> {
     }
 }
 
-/// An array of numpy, whose keys come from a metadata file or from the page.
+/// Reads a numpy array, whose keys come from a metadata file or from the page.
 fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
     let file = || format!("{}.npy", files.name);
     let settings = &files.settings;
@@ -121,7 +121,8 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
     recording.with_context(file)
 }
 
-/// One angle a chirp: of a table, of the page, or none where the metadata are to say them.
+/// Returns one angle for each chirp, from a table or from the page; `None` if the metadata contain
+/// them.
 fn array_angles(files: &Files, chirps: usize, told: bool) -> Result<Option<Vec<f64>>> {
     if let Some(text) = &files.angles {
         let table = angles::parse(text).context("table of angles")?;
@@ -146,7 +147,7 @@ fn array_angles(files: &Files, chirps: usize, told: bool) -> Result<Option<Vec<f
     Ok(Some((0..chirps).map(|k| first + k as f64 * step).collect()))
 }
 
-/// Puts the page's settings of the mount in the place of the recording's.
+/// Replaces the recording's mounting by the page's settings.
 fn mount(recording: &mut Recording, settings: &Settings) -> Result<()> {
     let plane = match settings.plane.as_deref() {
         None => None,

@@ -1,17 +1,17 @@
-//! The scanner of a web page: requests in, answers out, both as bytes in WebAssembly's memory.
+//! The scanner of a web page: processes requests and returns answers, both as bytes in WebAssembly's memory.
 //!
 //! | module | from → to |
 //! |---|---|
-//! | `request` | bytes → what is asked for, and the files with it |
-//! | `input` | files → a recording, with the page's settings in the place of its own |
-//! | `scans` | a recording → what the report page shows of it, or a table |
-//! | `truth` | a recording → what it says is really there, and its metadata with another truth |
-//! | `port` | bytes of a serial port → what is known of the scanner there |
+//! | `request` | bytes → the request with its files |
+//! | `input` | files → a recording, with the page's settings applied |
+//! | `scans` | a recording → the data of the report page, or a table |
+//! | `truth` | a recording → its ground truth, and its metadata with another ground truth |
+//! | `port` | bytes of a serial port → the state of the scanner there |
 //!
-//! A scan is made by the code of `cargo sim replay`, the data of the page by that of `cargo sim report`, tables by that
-//! of `cargo sim convert`, lines of a port are taken by that of `cargo sim live`. No function here takes or gives a
-//! pointer into its own data: the page writes a request into a buffer that [`reserve`] made, and reads an answer where
-//! [`ask`] says. Both belong to this module until the next call.
+//! Scans use the code of `cargo sim replay`, the page's data that of `cargo sim report`, tables that of `cargo sim
+//! convert`, lines of a port that of `cargo sim live`. No function here takes or returns a pointer into its own data:
+//! the page writes a request into a buffer made by [`reserve`], and reads the answer at the address returned by
+//! [`ask`]. Both belong to this module until the next call.
 
 mod input;
 mod port;
@@ -27,7 +27,7 @@ use serde_json::{Value, json};
 use port::Port;
 use request::{Request, Wanted};
 
-/// State that lives from one call to the next.
+/// State that is kept between calls.
 #[derive(Default)]
 struct Desk {
     request: Vec<u8>,
@@ -36,11 +36,11 @@ struct Desk {
 }
 
 thread_local! {
-    // WebAssembly has one thread here.
+    // WebAssembly is single-threaded here.
     static DESK: RefCell<Desk> = RefCell::default();
 }
 
-/// Makes room for a request of `length` bytes, and returns where it is to be written.
+/// Reserves a buffer for a request of `length` bytes, and returns its address.
 // SAFETY: no other symbol of the module has this name.
 #[unsafe(no_mangle)]
 pub extern "C" fn reserve(length: usize) -> *mut u8 {
@@ -50,7 +50,7 @@ pub extern "C" fn reserve(length: usize) -> *mut u8 {
     })
 }
 
-/// Answers the request that was written, and returns where the answer stands: JSON, of [`length`] bytes.
+/// Answers the request in the buffer, and returns the address of the answer: JSON of [`length`] bytes.
 // SAFETY: no other symbol of the module has this name.
 #[unsafe(no_mangle)]
 pub extern "C" fn ask() -> *const u8 {

@@ -1,4 +1,5 @@
-//! Bytes of a serial port to what is known of the scanner there, by the lines and the model of `cargo sim live`.
+//! Converts bytes of a serial port to the state of the scanner there, by the lines and the model of `cargo sim
+//! live`.
 
 use host_sim::html;
 use host_sim::live::lines::Splitter;
@@ -8,14 +9,14 @@ use serde_json::{Value, json};
 
 use crate::request::{Event, News};
 
-/// Lines that the page shows.
+/// Number of lines shown on the page.
 const LINES: usize = 60;
 
-/// The port that was opened last.
+/// The last port that was opened.
 pub struct Port {
     lines: Splitter,
     state: State,
-    /// The last answer that the page was given: when it came, ms, and its sentences.
+    /// Last answer that was passed to the page: its time of arrival, ms, and its sentences.
     given: Option<(u64, Vec<String>)>,
 }
 
@@ -30,7 +31,7 @@ impl Default for Port {
 }
 
 impl Port {
-    /// Takes an event, and returns what is known now, with the answers that have come by it.
+    /// Processes an event. Returns the current state, with new answers.
     pub fn take(&mut self, news: &News, data: &[u8]) -> Value {
         let now = news.now;
         let mut answers = Vec::new();
@@ -57,7 +58,7 @@ impl Port {
         self.known(now, &answers)
     }
 
-    /// The answer as the page shows it, if the page was not given it yet.
+    /// Returns the answer in the page's form if it is new to the page.
     fn fresh(&mut self) -> Option<Value> {
         let (came, answer) = self.state.answer.as_ref()?;
         let known = self.given.as_ref();
@@ -68,7 +69,7 @@ impl Port {
         Some(html::answered(answer))
     }
 
-    /// State of port and scanner, with the answers that are new to the page.
+    /// Returns the state of port and scanner, with the answers that are new to the page.
     fn known(&self, now: u64, answers: &[Value]) -> Value {
         let (trouble, help) = self.trouble(now);
         let state = &self.state;
@@ -94,7 +95,7 @@ impl Port {
         })
     }
 
-    /// Fault of the port in words, and remedies; `None` where there is no fault.
+    /// Returns the fault of the port and its remedies; `None` if there is no fault.
     fn trouble(&self, now: u64) -> (Option<String>, Vec<String>) {
         let state = &self.state;
         let told = match &state.link {
@@ -107,7 +108,7 @@ impl Port {
     }
 }
 
-/// How far the answer can be believed as regards its age: a word, and what it means.
+/// Returns the validity of the answer with regard to its age: a word and its meaning.
 fn standing(standing: Standing) -> [String; 2] {
     let [word, meaning] = match standing {
         Standing::Fresh => ["fresh", "the present answer"],

@@ -1,4 +1,4 @@
-//! Requests: a length of four bytes, little-endian, that many bytes of JSON, and the bytes of a file or of a port.
+//! Requests: a length of four bytes, little-endian, JSON of this length, and the bytes of a file or of a port.
 
 use anyhow::{Context, Result};
 use serde::Deserialize;
@@ -17,50 +17,50 @@ pub struct Request<'a> {
 pub enum Wanted {
     /// Version, estimators and defaults of the scanner.
     About,
-    /// A recording as the report page shows it.
+    /// A recording in the form of the report page.
     Scan(Files),
     /// The recording's steps as CSV.
     Table(Files),
-    /// The recording's metadata with another truth.
+    /// The recording's metadata with another ground truth.
     Truth(Truths),
     /// An event at a serial port.
     Port(News),
 }
 
-/// A recording with the truth that its metadata are to tell.
+/// A recording with the ground truth for its metadata.
 #[derive(Debug, Deserialize)]
 pub struct Truths {
     #[serde(flatten)]
     pub files: Files,
-    /// Truth from the mirror at the first chirp.
+    /// Ground truth relative to the mirror at the first chirp.
     pub whole: Value,
-    /// Truth of each scan, from the mirror at its end.
+    /// Ground truth of each scan, relative to the mirror at its end.
     pub scans: Value,
 }
 
-/// A recording's files, but for its samples, and how it is to be scanned.
+/// A recording's files except its samples, and the options of its scan.
 #[derive(Debug, Deserialize)]
 pub struct Files {
     /// Name of the recording, without suffix.
     pub name: String,
-    /// Whether the samples are an array of numpy; else they are a SigMF data file.
+    /// Whether the samples are a numpy array; otherwise they are a SigMF data file.
     #[serde(default)]
     pub array: bool,
-    /// Text of the metadata file; an array may do without.
+    /// Text of the metadata file; optional for an array.
     pub meta: Option<String>,
-    /// Text of a table of angles, one a chirp.
+    /// Text of a table of angles, one for each chirp.
     pub angles: Option<String>,
     #[serde(default)]
     pub settings: Settings,
 }
 
-/// Settings of the page; `None` leaves what the recording or the scanner's defaults say.
+/// Settings of the page; `None` keeps the value of the recording or the scanner's default.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Settings {
     pub estimator: Option<String>,
     pub seed: Option<u32>,
-    /// Whether every scan is treated as the first.
+    /// Whether every scan is treated as the first one.
     pub single: bool,
     /// `depth` or `height`.
     pub plane: Option<String>,
@@ -69,13 +69,13 @@ pub struct Settings {
     pub beamwidth_deg: Option<f64>,
     /// Angle that is added to every chirp's, degrees.
     pub angle_offset_deg: Option<f64>,
-    /// Value of an array that is full scale; `None`: 1.0 for floating point, the format's range for whole numbers.
+    /// Full-scale value of an array; `None`: 1.0 for floating point, the format's range for integers.
     pub full_scale: Option<f64>,
     /// Swept bandwidth of an array, Hz.
     pub bandwidth_hz: Option<f64>,
     /// Angle of an array's first chirp, degrees.
     pub first_angle_deg: Option<f64>,
-    /// From one chirp of an array to the next, degrees.
+    /// Angle between two chirps of an array, degrees.
     pub angle_step_deg: Option<f64>,
 }
 
@@ -88,10 +88,10 @@ pub struct News {
     /// Name of a port that was opened.
     #[serde(default)]
     pub port: String,
-    /// Speed of a port that was opened, baud.
+    /// Baud rate of a port that was opened.
     #[serde(default)]
     pub baud: u32,
-    /// The browser's words about a port that has gone.
+    /// The browser's message about a port that has disappeared.
     #[serde(default)]
     pub why: String,
 }
@@ -100,21 +100,21 @@ pub struct News {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Event {
-    /// A port is open: all before is forgotten.
+    /// A port was opened; all earlier state is reset.
     Opened,
-    /// Bytes have come.
+    /// Bytes were received.
     Bytes,
     /// Time has passed.
     Tick,
-    /// The port has gone.
+    /// The port has disappeared.
     Gone,
 }
 
 impl<'a> Request<'a> {
-    /// Takes a request apart.
+    /// Parses a request.
     ///
     /// # Errors
-    /// Says what makes the bytes none.
+    /// The bytes are not a request; the message names the cause.
     pub fn parse(bytes: &'a [u8]) -> Result<Self> {
         let (length, rest) = bytes
             .split_first_chunk()

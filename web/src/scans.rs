@@ -1,4 +1,4 @@
-//! A recording to what the page shows of it.
+//! Converts a recording to the data of the page.
 
 use anyhow::{Context, Result};
 use host_sim::convert::{scans, tables};
@@ -11,7 +11,7 @@ use stairscan::config::{Config, EstimatorKind};
 use crate::request::Files;
 use crate::{input, truth};
 
-/// Version, estimators and defaults of the scanner in the page.
+/// Returns version, estimators and defaults of the scanner in the page.
 pub fn about() -> Value {
     let all: Vec<&str> = EstimatorKind::ALL.iter().map(|k| k.as_str()).collect();
     let defaults = Config::default();
@@ -24,14 +24,14 @@ pub fn about() -> Value {
     })
 }
 
-/// The recording's entry in the page's data, with what it says of its mount.
+/// Returns the recording's entry in the page's data, with its own mounting.
 ///
 /// # Errors
-/// Names what no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn shown(files: &Files, data: &[u8]) -> Result<Value> {
     let (own, set) = input::recordings(files, data)?;
     let options = input::options(&files.settings)?;
-    // Of a scan that the settings spoil, what the recording says is still to be shown.
+    // If the scan fails with these settings, the recording's own values are still shown.
     let mut entry = match html::entry(&set, &options) {
         Ok(entry) => entry,
         Err(error) => html::failed(&own.name, &format!("{error:#}")),
@@ -41,10 +41,10 @@ pub fn shown(files: &Files, data: &[u8]) -> Result<Value> {
     Ok(entry.data)
 }
 
-/// The recording's steps as CSV.
+/// Returns the recording's steps as CSV.
 ///
 /// # Errors
-/// Names what no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn table(files: &Files, data: &[u8]) -> Result<Value> {
     let (_, set) = input::recordings(files, data)?;
     let scans = scans::of(&set, &input::options(&files.settings)?, false)?;
@@ -53,7 +53,7 @@ pub fn table(files: &Files, data: &[u8]) -> Result<Value> {
     Ok(json!({"csv": table}))
 }
 
-/// Size and mount as the recording states them; null where it has no mirror.
+/// Returns size and mounting of the recording; null without a mirror.
 fn mount(recording: &Recording) -> Value {
     let Some(mirror) = &recording.meta.mirror else {
         return Value::Null;

@@ -1,4 +1,4 @@
-//! The truth of a recording: told to the page, and put in the place of what its metadata say.
+//! Reads the ground truth of a recording for the page, and writes metadata with another one.
 
 use anyhow::{Context, Result};
 use base64::Engine as _;
@@ -9,15 +9,15 @@ use serde_json::{Value, json};
 use crate::input;
 use crate::request::Truths;
 
-/// Truth that counts from the mirror at the first chirp.
+/// Key of the ground truth relative to the mirror at the first chirp.
 const TRUTH: &str = "stairscan:truth";
-/// Truth of each scan, from the mirror at its end.
+/// Key of the ground truth of each scan, relative to the mirror at its end.
 const TRUTH_SCANS: &str = "stairscan:truth_scans";
 
-/// What the recording says of each scan: `travel_m` of the mirror at its end, and its `truth`, null where it says none.
+/// Returns for each scan `travel_m` of the mirror at its end, and its `truth`; null without one.
 ///
 /// # Errors
-/// Metadata that cannot be written.
+/// The metadata cannot be written.
 pub fn told(recording: &Recording) -> Result<Value> {
     let document: Value = serde_json::from_str(&recording.metadata_text()?)?;
     let global = &document["global"];
@@ -30,8 +30,8 @@ pub fn told(recording: &Recording) -> Result<Value> {
     Ok(list.collect())
 }
 
-/// Travel of the mirror from the first chirp to the end of scan `k`, metres: the true one, or as odometry has it; 0 of a
-/// chair that stands.
+/// Returns the travel of the mirror from the first chirp to the end of scan `k`, metres: the true one, else that of
+/// odometry; 0 at standstill.
 fn travel_m(recording: &Recording, k: usize) -> f64 {
     let meta = &recording.meta;
     let measured = || {
@@ -42,11 +42,11 @@ fn travel_m(recording: &Recording, k: usize) -> f64 {
     known.copied().unwrap_or(0.0)
 }
 
-/// Metadata of the recording with another truth, as `meta`. Where the samples are no SigMF file of the project's, `data`
-/// is one, in base64, and the metadata belong to it.
+/// Returns the metadata of the recording with another ground truth, as `meta`. If the samples are not in a SigMF file
+/// of the project, `data` is such a file, in base64, to which the metadata belong.
 ///
 /// # Errors
-/// Names the key of the truth and what was expected of it.
+/// A key of the ground truth is invalid; the message names it and the expected value.
 pub fn saved(truths: &Truths, data: &[u8]) -> Result<Value> {
     let files = &truths.files;
     let (own, _) = input::recordings(files, data)?;

@@ -1,4 +1,4 @@
-//! Mutated lines: fields changed within a frame that stays right, and bytes changed anywhere.
+//! Mutated lines: changed fields in a frame with a correct CRC, and changed bytes anywhere.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use super::{Way, vectors};
 use crate::mutate::Mutator;
 
-/// Fields at which parsers go wrong, besides the [`KINDS`].
+/// Fields with a high chance of parser errors, in addition to [`KINDS`].
 const ODD: &[&str] = &[
     "",
     "-",
@@ -92,7 +92,7 @@ const ODD: &[&str] = &[
     "  x",
 ];
 
-/// What has fields; all else is of one kind.
+/// Kinds of lines with fields; all others are one kind.
 const KINDS: &[&str] = &[
     "SCAN",
     "STEP",
@@ -114,12 +114,12 @@ const KINDS: &[&str] = &[
     "MOTION",
 ];
 
-/// A golden vector, taken apart.
+/// A parsed golden vector.
 #[derive(Clone, Debug)]
 struct Origin {
     way: Way,
     framed: bool,
-    /// What stands in the frame, or would.
+    /// Fields of the frame, or of the line without one.
     fields: Vec<String>,
 }
 
@@ -141,7 +141,7 @@ impl Origin {
         }
     }
 
-    /// What it is: a sentence or a command by name.
+    /// Returns its kind: direction, and the name of the sentence or command.
     fn kind(&self) -> (Way, Option<&'static str>) {
         let name = self.fields.get(1);
         let known = KINDS
@@ -151,22 +151,22 @@ impl Origin {
     }
 }
 
-/// An endless row of lines: the same for the same seed.
+/// An infinite sequence of lines, determined by the seed.
 pub struct Lines<'a> {
-    /// Origins of the same kind: as many lines come of a rare kind as of a frequent one.
+    /// Golden vectors by kind: rare kinds are mutated as often as frequent ones.
     kinds: Vec<Vec<Origin>>,
     bytes: Mutator<'a>,
     random: Xoshiro128PlusPlus,
 }
 
-/// What bytes are changed in: the golden vectors.
+/// Returns the golden vectors as the corpus for mutations of bytes.
 pub fn corpus() -> Vec<Vec<u8>> {
     let all = vectors::all().into_iter();
     all.map(|(_, line)| line.into_bytes()).collect()
 }
 
 impl<'a> Lines<'a> {
-    /// Mutations of the golden vectors, of which `corpus` is made.
+    /// Mutates the golden vectors, of which `corpus` consists.
     pub fn new(corpus: &'a [Vec<u8>], seed: u64) -> Self {
         let mut kinds: BTreeMap<_, Vec<Origin>> = BTreeMap::new();
         for origin in vectors::all().into_iter().map(Origin::new) {
@@ -179,13 +179,13 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// A number below `end`, which is not 0.
+    /// Returns a random number below `end`, which is not 0.
     fn below(&mut self, end: usize) -> usize {
         let wide = u64::from(self.random.next_u32()) * end as u64;
         (wide >> 32) as usize
     }
 
-    /// One of a kind.
+    /// Returns a random vector of a kind.
     fn origin(&mut self, kind: usize) -> Origin {
         let k = self.below(self.kinds[kind].len());
         self.kinds[kind][k].clone()
@@ -195,7 +195,7 @@ impl<'a> Lines<'a> {
         let at = self.below(fields.len());
         match self.below(12) {
             0..=5 => {
-                // The same field of another line of its kind, seldom of any.
+                // The same field of another line of this kind, or rarely of any kind.
                 let any = self.below(self.kinds.len());
                 let from = if self.below(8) == 0 { any } else { kind };
                 let other = self.origin(from).fields;
@@ -220,7 +220,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Some fields changed; the frame is right, or there is none.
+    /// Returns a line with some changed fields, with a correct frame or without one.
     fn of_fields(&mut self) -> (Way, Vec<u8>) {
         let kind = self.below(self.kinds.len());
         let Origin {
@@ -248,7 +248,7 @@ impl<'a> Lines<'a> {
         (way, line.into_bytes())
     }
 
-    /// Some bytes changed, of a line or of what stands in its frame.
+    /// Returns a line with some changed bytes, or a correct frame with changed bytes in it.
     fn of_bytes(&mut self) -> (Way, Vec<u8>) {
         let way = [Way::Report, Way::Command][self.below(2)];
         let line = self.bytes.input();

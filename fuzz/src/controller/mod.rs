@@ -1,14 +1,14 @@
-//! The controller's C parser (`controller/`) held against the scanner's own: the same verdict and the same
-//! fields for every line, the same line written again, and the words of its header from the tables here.
+//! Compares the controller's C parser (`controller/`) with the scanner's own: the same verdict and fields
+//! for every line, the same line when written again, and the texts of its header from the tables here.
 //!
 //! | module | does |
 //! |---|---|
-//! | [`tables`] | what the C header says of reasons and keys |
-//! | [`oracle`] | what the Rust parsers make of a line, as text |
-//! | [`vectors`] | lines worth keeping, with that text: `controller/vectors.tsv` |
+//! | [`tables`] | the tables of reasons and keys in the C header |
+//! | [`oracle`] | the Rust parsers' result for a line, as text |
+//! | [`vectors`] | selected lines with their results: `controller/vectors.tsv` |
 //! | [`lines`] | mutations of these lines |
-//! | [`page`] | what of `docs/controller.md` a C example prints |
-//! | [`program`] | compiles `controller/`, feeds it lines through a pipe, compares |
+//! | [`page`] | the parts of `docs/controller.md` that a C example prints |
+//! | [`program`] | compiles `controller/`, sends it lines through a pipe, compares |
 
 pub mod lines;
 pub mod oracle;
@@ -19,7 +19,7 @@ pub mod vectors;
 
 use std::path::{Path, PathBuf};
 
-/// Which of the two ways a line goes.
+/// Direction of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Way {
     /// From the scanner.
@@ -29,7 +29,7 @@ pub enum Way {
 }
 
 impl Way {
-    /// The letter that stands for it in vectors and on the pipe.
+    /// Returns its letter in vectors and on the pipe.
     pub const fn letter(self) -> char {
         match self {
             Way::Report => 'R',
@@ -38,7 +38,7 @@ impl Way {
     }
 }
 
-/// The directory of the C sources.
+/// Returns the directory of the C sources.
 pub fn directory() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../controller")
 }

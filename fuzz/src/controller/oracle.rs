@@ -1,4 +1,4 @@
-//! What the Rust parsers make of a line, in the words of `controller/test/verdict.c`.
+//! Formats the Rust parsers' result for a line, in the format of `controller/test/verdict.c`.
 
 use stairscan::answer::Direction;
 use stairscan::config::Plane;
@@ -14,7 +14,7 @@ use stairscan::verdict::{Ending, Reasons, Status};
 
 use super::Way;
 
-/// The verdict on a line, and the line written again where it is one.
+/// Returns the verdict on a line and, if it is valid, the line written again.
 pub fn verdict(way: Way, line: &[u8]) -> String {
     match way {
         Way::Report => report(line),
@@ -23,7 +23,7 @@ pub fn verdict(way: Way, line: &[u8]) -> String {
 }
 
 fn report(line: &[u8]) -> String {
-    // No sentence holds what is no text.
+    // A sentence contains only text.
     let parsed = str::from_utf8(line).map_or(Err(ParseError::Frame), Sentence::parse);
     match parsed {
         Ok(sentence) => format!("{} => {}", fields(&sentence), sentence.write().trim_end()),
@@ -78,7 +78,7 @@ fn fields(sentence: &Sentence<'_>) -> String {
     }
 }
 
-/// The place of a status in the C header's list.
+/// Returns the index of a status in the C header's list.
 fn place(status: Status) -> u8 {
     match status {
         Status::Ok => 0,
@@ -191,11 +191,12 @@ fn tenths(value: Option<Tenths>) -> String {
     optional(value.map(|Tenths(tenths)| tenths))
 }
 
-/// The line as the scanner's own reader hands it over; none where it hands over nothing or an error.
+/// Returns the line as the scanner's own reader delivers it; `None` if it delivers nothing or an
+/// error.
 fn read(line: &[u8]) -> Option<String> {
     let mut reader = LineReader::default();
     let bad = |input| matches!(input, ParserEvent::Bad(_));
-    // An end of line within is the end of it, and what is behind is another one: here it is damage.
+    // A line end within the line would end it and begin another one: here it counts as damage.
     let ends = line.iter().any(|byte| matches!(byte, b'\r' | b'\n'));
     if ends || line.iter().any(|&byte| bad(reader.push(byte))) {
         return None;

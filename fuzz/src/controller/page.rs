@@ -1,4 +1,4 @@
-//! The parts of `docs/controller.md` that a C example prints.
+//! Updates the parts of `docs/controller.md` that a C example prints.
 
 use std::path::PathBuf;
 
@@ -8,16 +8,16 @@ const TEXT: &str = "<!-- text: controller/speed_limit -->\n";
 const TABLE: &str = "<!-- controller/speed_limit table -->\n";
 const END: &str = "<!-- end -->\n";
 
-/// The page.
+/// Returns the path of the page.
 pub fn path() -> PathBuf {
     super::directory().join("../docs/controller.md")
 }
 
-/// Returns `page` with the parts between its marks replaced by what `controller/speed_limit.c` prints, called with the
-/// arguments that `printed` takes.
+/// Replaces the parts of `page` between its marks by the output of `controller/speed_limit.c`. `printed` runs it with
+/// the given arguments.
 ///
 /// # Errors
-/// Names the mark that the page lacks, or what `printed` says.
+/// The page lacks a mark (the message names it), or an error of `printed`.
 pub fn renewed(page: &str, printed: impl Fn(&[&str]) -> Result<String>) -> Result<String> {
     let page = filled(page, TABLE, &printed(&["table"])?)?;
     filled(&page, TEXT, &format!("```text\n{}```\n", printed(&[])?))

@@ -1,4 +1,4 @@
-//! The C sources, compiled, and lines through a pipe.
+//! Compiles the C sources and sends them lines through a pipe.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 use super::lines::{Lines, corpus};
 use super::{Way, directory, oracle};
 
-/// What every compilation asks for.
+/// Compiler flags of every compilation.
 const FLAGS: [&str; 9] = [
     "-std=c99",
     "-O1",
@@ -23,10 +23,10 @@ const FLAGS: [&str; 9] = [
     "-Wconversion",
     "-Wshadow",
 ];
-/// Undefined behaviour and bytes out of bounds end the program.
+/// Sanitizers that end the program at undefined behaviour and out-of-bounds accesses.
 const SANITIZERS: [&str; 2] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 
-/// The C compiler: what `CC` says, or `cc`; none where it is not there.
+/// Returns the C compiler: `CC`, or `cc`; `None` if it is not installed.
 pub fn compiler() -> Option<String> {
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
     let mut ask = Command::new(&compiler);
@@ -37,10 +37,10 @@ pub fn compiler() -> Option<String> {
     there.then_some(compiler)
 }
 
-/// Compiles `source` of `controller/` with the parser into `into`, with the sanitizers or without.
+/// Compiles `source` of `controller/` with the parser into `into`, with or without the sanitizers.
 ///
 /// # Errors
-/// What the compiler says.
+/// The compiler's error message.
 pub fn compile(compiler: &str, source: &str, into: &Path, sanitized: bool) -> Result<PathBuf> {
     let name = Path::new(source).file_stem().context("no name")?;
     let program = into.join(name);
@@ -57,10 +57,10 @@ pub fn compile(compiler: &str, source: &str, into: &Path, sanitized: bool) -> Re
     Ok(program)
 }
 
-/// Returns what a program prints, called with `arguments`.
+/// Returns the output of a program called with `arguments`.
 ///
 /// # Errors
-/// An exit status other than 0, with both of its outputs.
+/// The exit status is not 0; the message contains both outputs.
 pub fn printed(program: &Path, arguments: &[&str]) -> Result<String> {
     let output = Command::new(program)
         .args(arguments)
@@ -77,14 +77,14 @@ pub fn printed(program: &Path, arguments: &[&str]) -> Result<String> {
     Ok(text)
 }
 
-/// How often each verdict came: a kind of sentence or command, or what was wrong.
+/// Number of lines by verdict: a kind of sentence or command, or an error.
 pub type Tally = BTreeMap<String, u64>;
 
-/// Feeds `count` mutated lines to the C program at `verdict`, and compares what it says of each with what the
-/// Rust parsers say.
+/// Sends `count` mutated lines to the C program at `verdict`, and compares its verdict on each with the Rust
+/// parsers'.
 ///
 /// # Errors
-/// The first line on which they differ, or how the program ended.
+/// The first line with a difference, or the program's exit status.
 pub fn agree(verdict: &Path, count: usize, seed: u64) -> Result<Tally> {
     let corpus = corpus();
     let lines = || Lines::new(&corpus, seed).take(count);
@@ -96,7 +96,7 @@ pub fn agree(verdict: &Path, count: usize, seed: u64) -> Result<Tally> {
     let input = child.stdin.take().context("no standard input")?;
     let output = child.stdout.take().context("no standard output")?;
     let tally = thread::scope(|scope| {
-        // A program that ends early is told by what it did not say.
+        // If a program ends early, the missing output shows it.
         scope.spawn(move || feed(input, lines()));
         compare(BufReader::new(output), lines())
     });
@@ -138,7 +138,7 @@ fn compare(said: impl BufRead, lines: impl Iterator<Item = (Way, Vec<u8>)>) -> R
     Ok(tally)
 }
 
-/// The first word of a verdict; all words of one that says what is wrong.
+/// Returns the first word of a verdict; for an error all of its words.
 fn kind(verdict: &str) -> String {
     let words = if verdict.starts_with("bad ") { 4 } else { 1 };
     let words: Vec<&str> = verdict.split(' ').take(words).collect();

@@ -1,4 +1,4 @@
-//! The generated part of `controller/stairscan.h`: reasons with their meanings, keys of settings.
+//! Generates the tables of `controller/stairscan.h`: reasons with their meanings, keys of settings.
 
 use std::path::PathBuf;
 
@@ -11,15 +11,15 @@ const BEGIN: &str =
     "/* begin generated: `cargo run -p stairscan-fuzz --example controller -- --write` */\n";
 const END: &str = "/* end generated */\n";
 
-/// The header.
+/// Returns the path of the header.
 pub fn path() -> PathBuf {
     super::directory().join("stairscan.h")
 }
 
-/// `header` with its tables made anew.
+/// Returns `header` with new tables.
 ///
 /// # Errors
-/// Says which mark the header lacks.
+/// The header lacks a mark; the message names it.
 pub fn renewed(header: &str) -> Result<String> {
     let (before, rest) = header
         .split_once(BEGIN)
@@ -57,12 +57,13 @@ fn table(name: &str, rows: impl Iterator<Item = String>) -> String {
     format!("#define STAIRSCAN_{name}(X) \\\n{}\n", rows.join(" \\\n"))
 }
 
-/// A C string.
+/// Returns a C string literal.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// Keys of what is measured. A new one does not compile until it stands here.
+/// Returns the keys of measured values. The match makes a new one a compile error until it is
+/// added.
 pub fn measures() -> Vec<&'static str> {
     let all = [Measure::StackUsed, Measure::StackSize];
     all.map(|measure| match measure {

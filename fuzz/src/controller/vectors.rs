@@ -1,4 +1,4 @@
-//! Golden vectors: lines of every sentence and command, right and wrong, and what is to be made of them.
+//! Golden vectors: valid and invalid lines of every sentence and command, with the expected results.
 
 use std::path::PathBuf;
 
@@ -15,12 +15,12 @@ use stairscan::verdict::{Ending, Reason, Reasons, Status};
 
 use super::{Way, oracle, tables};
 
-/// The file.
+/// Returns the path of the file.
 pub fn path() -> PathBuf {
     super::directory().join("vectors.tsv")
 }
 
-/// What the file holds.
+/// Returns the contents of the file.
 pub fn text() -> String {
     let head = "# Way (R: report, C: command), line without its end, what is to be made of it.\n\
                 # Made by `cargo run -p stairscan-fuzz --example controller -- --write`.\n";
@@ -31,7 +31,7 @@ pub fn text() -> String {
     std::iter::once(head.to_owned()).chain(rows).collect()
 }
 
-/// All lines.
+/// Returns all lines.
 pub fn all() -> Vec<(Way, String)> {
     let mut lines = Vec::new();
     let written = sentences().map(|sentence| sentence.write().trim_end().to_owned());
@@ -43,7 +43,7 @@ pub fn all() -> Vec<(Way, String)> {
     lines
 }
 
-/// The line with this text between `$` and `*`.
+/// Returns the line with this text between `$` and `*`.
 pub fn closed(body: &str) -> String {
     format!("${body}*{:08X}", crc32(body))
 }
@@ -313,7 +313,7 @@ fn texts() -> Vec<Sentence<'static>> {
     ]
 }
 
-/// Bodies whose CRC is right and which are no sentence, or one that the scanner would write otherwise.
+/// Bodies with a correct CRC that are no sentence, or not in the scanner's canonical form.
 const BAD_BODIES: &[&str] = &[
     "",
     "PSTR",
@@ -389,7 +389,7 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,HALT,lost-rows+crash",
 ];
 
-/// Lines that have no frame, or another CRC.
+/// Lines without a frame, or with a wrong CRC.
 const BAD_LINES: [&str; 9] = [
     "",
     "$",

@@ -1,14 +1,14 @@
-//! What a BGT60TR13C answers over SPI: what the chip's model does, with faults and damaged bits.
+//! The answers of a BGT60TR13C over SPI: the chip's model, with faults and damaged bits.
 //!
-//! An operation is a byte, and what it needs after it:
+//! An operation is a byte with its arguments:
 //!
-//! | byte | then | what |
+//! | byte | arguments | operation |
 //! |---|---|---|
-//! | 0 | u32, u16, u16 | the chip is set up with that bandwidth, kHz, samples, and time-out, ms |
-//! | 1 | u8, u16 | a chirp of so many pairs is triggered, with a time-out, ms |
-//! | 2 | count, bytes | these flip bits of what is read next |
-//! | 3 | u8, u8 | the chip has this fault from now on, or none |
-//! | 4 | u16 | so many µs pass |
+//! | 0 | u32, u16, u16 | configures the chip: bandwidth, kHz, samples, timeout, ms |
+//! | 1 | u8, u16 | triggers a chirp: number of pairs, timeout, ms |
+//! | 2 | count, bytes | flips these bits of the next bytes read |
+//! | 3 | u8, u8 | sets a fault of the chip, or none |
+//! | 4 | u16 | advances the time, µs |
 
 use std::task::Poll;
 
@@ -21,10 +21,10 @@ use stairscan::signal::radar::module::{ModuleKind, Wish};
 
 use crate::input::Input;
 
-/// Most bytes that a transfer may have: longer ones would keep the scanner from its other work.
+/// Maximum length of a transfer, bytes: longer ones would delay the scanner's other work.
 const LONGEST: usize = 52;
 
-/// The chip's model behind wires that flip bits.
+/// The chip's model with a bus that flips bits.
 struct Wires {
     chip: Chip,
     flips: Vec<u8>,
@@ -53,7 +53,7 @@ impl SpiDevice for Wires {
     }
 }
 
-/// What the scanner waits for.
+/// Pending operation of the scanner.
 #[derive(Clone, Copy, PartialEq)]
 enum Waiting {
     Nothing,
@@ -113,7 +113,7 @@ pub fn run(data: &[u8]) {
             }
             _ => now = now.plus(input.short().into()),
         }
-        // A register a call, and 16 words of the FIFO.
+        // One register for each call, and 16 words of the FIFO.
         for _ in 0..60 {
             wires.chip.at(now);
             let ready = match waiting {

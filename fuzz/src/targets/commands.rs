@@ -1,14 +1,14 @@
-//! What is typed at the report port: any bytes, each line taken for a command. What is set is valid
-//! afterwards and reads back as it was set; what is refused changes nothing.
+//! Input of the report port: arbitrary bytes, each line parsed as a command. A changed setting is valid
+//! and reads back with its value. A refused one changes nothing.
 //!
-//! A line that begins with `!` gets the frame and the CRC that it needs, so that a change of its text does
-//! not end at the CRC.
+//! A line that begins with `!` gets the required frame and CRC, so that mutations of its text are not
+//! rejected by the CRC.
 
 use stairscan::report::sentence::crc32;
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::{self, Command, LineReader, ParserEvent};
 
-/// Reads the lines.
+/// Processes the lines.
 pub fn run(data: &[u8]) {
     let mut reader = LineReader::default();
     let mut settings = Settings::default();
@@ -22,7 +22,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-/// A line of text behind `!`, within `$PSTC,` and its CRC.
+/// Returns a line of text after `!` within `$PSTC,` and its CRC.
 pub fn framed(line: &[u8]) -> Option<Vec<u8>> {
     let text = str::from_utf8(line.strip_prefix(b"!")?).ok()?;
     let body = format!("PSTC,{}", text.trim_end_matches(['\r', '\n']));
@@ -38,7 +38,7 @@ fn carry_out(line: &str, settings: &mut Settings) {
                 let told = settings.get(key).expect("a key that can be set");
                 let mut again = before;
                 assert_eq!(again.set(key, &told), Ok(()), "{line}");
-                // A probability is a float in 1e-9; all else is exact.
+                // A probability is a float in 1e-9; all other values are exact.
                 assert!(key == "cfar-false-alarm" || again == *settings, "{line}");
             }
             Err(error) => {

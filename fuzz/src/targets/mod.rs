@@ -1,4 +1,4 @@
-//! The targets. Each says what it reads and what must hold.
+//! The targets. Each describes its input and the properties that it checks.
 
 pub mod bgt60;
 pub mod commands;

@@ -1,18 +1,18 @@
-//! Motion sentences and the odometry behind them: what is read is written as it was read, and whatever came,
-//! each row's place is a number.
+//! Motion sentences and odometry. A parsed sentence is written identically, and after any input each row's
+//! position is finite.
 //!
-//! An operation is a byte, and what it needs after it:
+//! An operation is a byte with its arguments:
 //!
-//! | byte | then | what |
+//! | byte | arguments | operation |
 //! |---|---|---|
-//! | 0 | count, bytes | the text between `$PSTC,` and `*` of a sentence |
-//! | 1 | u8, i16, i16 | a reading: sequence and travel (0.1 mm) so much more than the last one's, pitch in 0.01° |
-//! | 2 | u16 | a scan of so many rows begins |
-//! | 3 | | the next row |
-//! | 4 | | the scan ends |
-//! | 5 | u16 | so many 0.1 ms pass |
-//! | 6 | u32 | so many µs pass |
-//! | 7 | | a damaged sentence |
+//! | 0 | count, bytes | parses the text between `$PSTC,` and `*` of a sentence |
+//! | 1 | u8, i16, i16 | gives a reading: increments of sequence and travel (0.1 mm), pitch in 0.01° |
+//! | 2 | u16 | begins a scan with this number of rows |
+//! | 3 | | gives the next row |
+//! | 4 | | ends the scan |
+//! | 5 | u16 | advances the time, 0.1 ms |
+//! | 6 | u32 | advances the time, µs |
+//! | 7 | | gives a damaged sentence |
 
 use stairscan::config::MAX_ROWS;
 use stairscan::motion::{Mode, Odometry, Reading};
@@ -21,7 +21,7 @@ use stairscan::scanner::Micros;
 
 use crate::input::Input;
 
-/// Reads a sentence's text.
+/// Parses a sentence's text.
 fn sentence(bytes: &[u8]) -> Option<Reading> {
     let reading = motion::parse(str::from_utf8(bytes).ok()?).ok()?;
     let line = motion::write(&reading);
@@ -32,7 +32,7 @@ fn sentence(bytes: &[u8]) -> Option<Reading> {
     Some(reading)
 }
 
-/// Whatever came before, what is known of the drive are numbers.
+/// Checks that the values of the drive are finite after any input.
 fn check(odometry: &Odometry, rows: u16) {
     for mode in [Mode::Auto, Mode::Required, Mode::Standing] {
         let drive = odometry.drive(mode, 1000);

@@ -1,21 +1,21 @@
-//! The pipeline with chirps that no scene gives. Whatever they are, an answer holds only numbers, a fault no
-//! steps, an `ok` a horizon, and its sentences read back.
+//! The pipeline with arbitrary chirps. In every case an answer contains only finite numbers, a fault no
+//! steps, an `ok` a horizon, and its sentences can be parsed.
 //!
-//! The input begins with a set-up (eight bytes, [`setup`]) and a count of points, each four bytes: distance
-//! and height from the mirror in cm (u8, i8), level in dB below full scale (u8), and how the phase turns
-//! from row to row (u8). Every row shows the points as the beam does. What follows are operations on rows,
-//! one after the other, the second scan's behind those of the first:
+//! The input begins with a set-up (eight bytes, [`setup`]) and a number of points, each four bytes: distance
+//! and height from the mirror in cm (u8, i8), level in dB below full scale (u8), and the phase increment
+//! from row to row (u8). Every row contains the points according to the beam. The rest are operations on
+//! rows, one after the other; those of the second scan follow those of the first:
 //!
-//! | byte | then | the row |
+//! | byte | arguments | operation on the row |
 //! |---|---|---|
-//! | 0 | | is left as it is |
-//! | 1 | u8 | so many rows are left as they are |
-//! | 2 | | does not come |
-//! | 3 | i16, i16 | holds this sample only |
-//! | 4 | count, bytes | holds these samples again and again |
-//! | 5 | u16, u16 | has a tone added: phase a sample, amplitude |
-//! | 6 | | is the one before it |
-//! | 7 | u8 | has every sample shifted left by this, wrapping |
+//! | 0 | | unchanged |
+//! | 1 | u8 | leaves this number of rows unchanged |
+//! | 2 | | lost |
+//! | 3 | i16, i16 | contains only this sample |
+//! | 4 | count, bytes | contains these samples repeatedly |
+//! | 5 | u16, u16 | adds a tone: phase increment a sample, amplitude |
+//! | 6 | | equals the previous row |
+//! | 7 | u8 | shifts every sample left by this, wrapping |
 
 use stairscan::Iq;
 use stairscan::answer::{Answer, DropEdge};
@@ -32,10 +32,10 @@ use crate::input::Input;
 /// Speed of light, m/s.
 const LIGHT: f32 = 299_792_458.0;
 
-/// In the number of rows: samples are real.
+/// Flag in the number of rows: real-valued samples.
 const REAL: u16 = 1 << 15;
 
-/// A scatterer.
+/// A point scatterer.
 struct Point {
     angle: f32,
     range: f32,
@@ -43,9 +43,8 @@ struct Point {
     turn: f32,
 }
 
-/// The configuration that eight bytes stand for: samples, bandwidth (50 MHz), rows (u16; with the top
-/// bit samples are real), step (0.01°), plane,
-/// estimator and CFAR (bits), mirror offset (cm), mount height (cm).
+/// Returns the configuration from eight bytes: samples, bandwidth (50 MHz), rows (u16; the top bit selects
+/// real samples), step (0.01°), plane, estimator and CFAR (bits), mirror offset (cm), mount height (cm).
 pub fn setup(input: &mut Input<'_>) -> Config {
     let mut config = Config::default();
     config.radar.samples = u16::from(input.byte()) + 1;
@@ -86,7 +85,7 @@ fn points(input: &mut Input<'_>) -> Vec<Point> {
         .collect()
 }
 
-/// What row `row` shows of the points.
+/// Adds the echoes of the points in row `row`.
 fn show(points: &[Point], config: &Config, row: u16, chirp: &mut [Iq]) {
     let depth = config.mount.plane == Planes::Depth;
     let angle = (config.sweep.angle(row) as f32 / 1000.0).to_radians();
@@ -103,7 +102,7 @@ fn show(points: &[Point], config: &Config, row: u16, chirp: &mut [Iq]) {
             let off = (angle - p.angle) / half;
             let beat =
                 2.0 * (p.range + offset) * 1000.0 * config.radar.bandwidth_khz as f32 / LIGHT;
-            // Two ways, each 3 dB down at the half width.
+            // Two-way gain, each way 3 dB down at half of the beamwidth.
             let gain = (-core::f32::consts::LN_2 * off * off).exp();
             (p.amplitude * gain, beat, p.turn * f32::from(row))
         })
@@ -117,12 +116,12 @@ fn show(points: &[Point], config: &Config, row: u16, chirp: &mut [Iq]) {
             i += amplitude * cos;
             q += amplitude * sin;
         }
-        // Casts stop at the type's limits, as a converter does.
+        // Casts saturate, like a converter.
         *sample = Iq::new(i as i16, q as i16);
     }
 }
 
-/// The next operation on a row; false where it does not come.
+/// Applies the next operation to a row. Returns false if the row is lost.
 fn spoil(input: &mut Input<'_>, left: &mut u8, chirp: &mut [Iq], before: &[Iq]) -> bool {
     if *left > 0 {
         *left -= 1;
@@ -218,12 +217,12 @@ fn check(outcome: &Outcome, config: &Config) {
     });
 }
 
-/// Scans twice, there and back.
+/// Scans twice, forward and backward.
 pub fn run(data: &[u8]) {
     let mut input = Input(data);
     let config = setup(&mut input);
     let points = points(&mut input);
-    // The scanner begins no scan with settings that it refuses.
+    // The scanner does not scan with settings that it refuses.
     let settings = Settings {
         config,
         ..Settings::default()

@@ -1,14 +1,14 @@
-//! What the radar module sends: any bytes, whole frames, frames with other numbers, silence.
+//! Input of the radar link: arbitrary bytes, complete frames, frames with other numbers, silence.
 //!
-//! An operation is a byte, and what it needs after it:
+//! An operation is a byte with its arguments:
 //!
-//! | byte | then | what |
+//! | byte | arguments | operation |
 //! |---|---|---|
-//! | 0 | u16 | the scanner asks for the settings, with that time-out, ms |
-//! | 1 | u16 | the scanner triggers a chirp of 4 samples, likewise |
-//! | 2 | count, bytes | these come in as they are |
-//! | 3 | i8, kind, count, payload | a frame with a right CRC and the request's number, so much off |
-//! | 4 | u16 | so many ms pass |
+//! | 0 | u16 | the scanner requests the settings, with this timeout, ms |
+//! | 1 | u16 | the scanner triggers a chirp of 4 samples, with this timeout, ms |
+//! | 2 | count, bytes | delivers these bytes |
+//! | 3 | i8, kind, count, payload | delivers a frame with a correct CRC; the offset is added to the request's number |
+//! | 4 | u16 | advances the time, ms |
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -25,12 +25,12 @@ use stairscan::signal::radar::wire::TRAILER;
 
 use crate::input::Input;
 
-/// Samples of the chirps that are asked for.
+/// Number of samples of the requested chirps.
 const SAMPLES: usize = 4;
-/// The kinds of frames, and one that is none.
+/// All kinds of frames, and one invalid kind.
 pub const KINDS: [u8; 9] = [0x81, 0x82, 0xE0, 0x01, 0x02, 0x77, 0x84, 0x03, 0x04];
 
-/// What has come in and is not read yet.
+/// Bytes that have been delivered but not read.
 #[derive(Clone, Default)]
 struct Wire(Rc<RefCell<VecDeque<u8>>>);
 
@@ -40,12 +40,12 @@ impl BytePort for Wire {
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
-        // A narrow port: requests go out in pieces.
+        // A port with a small buffer: requests are sent in pieces.
         bytes.len().min(5)
     }
 }
 
-/// What the scanner waits for.
+/// Pending request of the scanner.
 #[derive(Clone, Copy, PartialEq)]
 enum Waiting {
     Nothing,
@@ -53,7 +53,7 @@ enum Waiting {
     Chirp,
 }
 
-/// The link, and what a module would know of it.
+/// The link, and the module's view of it.
 struct Bench {
     link: FrameLink<Wire>,
     wire: Wire,
@@ -64,7 +64,7 @@ struct Bench {
     sequence: u16,
 }
 
-/// A frame with a right CRC, of any kind.
+/// Returns a frame of any kind with a correct CRC.
 fn encode(kind: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
     frame::encode(FrameKind::Settings, sequence, payload, &mut out);
@@ -89,7 +89,7 @@ impl Bench {
         assert!(self.wire.0.borrow().is_empty(), "an old answer is kept");
     }
 
-    /// Polls until nothing more has come in; an answer or the time-out ends the waiting.
+    /// Polls until all input is processed. An answer or the timeout ends the request.
     fn poll(&mut self) {
         let ready = match self.waiting {
             Waiting::Nothing => return,
@@ -107,10 +107,11 @@ impl Bench {
         }
     }
 
-    /// A frame comes in whole. One that answers the request ends it, with what it says.
+    /// Delivers a complete frame. Checks that one with another sequence number than the request's is not
+    /// accepted.
     fn answer(&mut self, off: i8, kind: u8, payload: &[u8]) {
         let sequence = self.sequence.wrapping_add_signed(off.into());
-        // What came before may be the beginning of a frame, which would swallow this one.
+        // Earlier bytes may be the beginning of a frame that includes this one.
         let clean = self.wire.0.borrow().is_empty();
         self.wire
             .0
@@ -133,7 +134,7 @@ impl Bench {
     }
 }
 
-/// Every whole frame that a stream brings is, put together again, the bytes that came in last.
+/// Checks that every complete frame in a stream, when encoded, equals the last bytes of the input.
 fn decode(bytes: &[u8]) {
     let mut decoder = Decoder::new();
     for (k, &byte) in bytes.iter().enumerate() {

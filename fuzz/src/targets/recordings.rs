@@ -1,5 +1,5 @@
-//! Recordings: metadata as text up to a zero byte, then the samples. What is read can be written and read
-//! again, and is either scanned or refused with words.
+//! Recordings: metadata as text up to a zero byte, then the samples. A parsed recording can be written
+//! and parsed again, and is either scanned or refused with a message.
 
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
@@ -7,7 +7,7 @@ use host_sim::setup;
 use stairscan::config::Config;
 use stairscan::scanner::Settings;
 
-/// Reads the pair.
+/// Processes the pair.
 pub fn run(data: &[u8]) {
     let end = data.iter().position(|&b| b == 0).unwrap_or(data.len());
     let (text, samples) = data.split_at(end);
@@ -15,7 +15,7 @@ pub fn run(data: &[u8]) {
         return;
     };
     let mut padded = samples.get(1..).unwrap_or_default().to_vec();
-    // So that a change of the metadata does not always end at the number of samples.
+    // A changed number of samples must not always end the test of the metadata.
     if let Err(error) = Recording::parse("fuzzed", text, &padded) {
         assert!(!format!("{error:#}").is_empty());
         padded.resize(expected(&format!("{error:#}")).unwrap_or(padded.len()), 0);
@@ -36,7 +36,7 @@ pub fn run(data: &[u8]) {
         if let Ok((config, schedule)) = setup::config(&recording, scan, &Config::default()) {
             assert_eq!(config.validate(), Ok(()));
             assert_eq!(schedule.chirps.len(), usize::from(config.sweep.angle_count));
-            // Whether the map holds it is another question, but one that has an answer.
+            // The map may be too small, but validation must give a result.
             let settings = Settings {
                 config,
                 ..Settings::default()
@@ -54,7 +54,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-/// How many bytes of samples a refusal asks for, if they are few.
+/// Returns the number of bytes of samples that a message requires, if it is small.
 fn expected(message: &str) -> Option<usize> {
     let (_, rest) = message.split_once("expected ")?;
     let count: usize = rest.split(' ').next()?.parse().ok()?;

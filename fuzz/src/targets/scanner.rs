@@ -1,21 +1,21 @@
-//! The scanner under random events: lines, a radar module, a motor and a report port that misbehave. Whatever
-//! they do, every line that comes out is a whole sentence, a fault carries no steps, no chirp is fired while
-//! the mirror turns, a fault leaves the driver off; and once all is well again, `stop`, the default settings
-//! and `start` bring a scan that is `ok`.
+//! The scanner under random events: lines, and faults of radar module, motor and report port. In every case each
+//! output line is a complete sentence, a fault contains no steps, no chirp is triggered while the mirror turns, and a
+//! fault leaves the driver off. After all faults are removed, `stop`, the default settings and `start` lead to a scan
+//! that is `ok`.
 //!
-//! An operation is a byte, and what it needs after it:
+//! An operation is a byte with its arguments:
 //!
-//! | byte | then | what |
+//! | byte | arguments | operation |
 //! |---|---|---|
-//! | 0 | u8 | one more than so many ms pass, one step each |
-//! | 1 | u16 | so many ms pass at once |
-//! | 2 | count, bytes | these are typed |
-//! | 3 | count, text | this is typed within a frame with its CRC |
-//! | 4 | u8 | the module's [`Mood`] |
+//! | 0 | u8 | advances the time by this plus one ms, in steps of one ms |
+//! | 1 | u16 | advances the time, ms, in one step |
+//! | 2 | count, bytes | types these bytes |
+//! | 3 | count, text | types this text within a frame with its CRC |
+//! | 4 | u8 | sets the module's [`Mood`] |
 //! | 5 | u8 | bit 0: a stall; bits 1 and 2: the home switch works, is dead, or is stuck |
-//! | 6 | u8 | the report port takes so many bytes a step |
+//! | 6 | u8 | bytes that the report port takes in each step |
 //! | 7 | u8 | bit 0: the self-test fails; bits 1 and 2: scans end `ok`, as faults, or with steps |
-//! | 8 | u8 | the encoder, where it is set: 0 sees the shaft, 1 is silent, 2 finds no magnet; it is off by as much as it is more |
+//! | 8 | u8 | the encoder, if configured: 0 measures the shaft, 1 is silent, 2 finds no magnet; larger values are an error of the angle |
 
 mod bench;
 mod world;
@@ -27,7 +27,7 @@ use crate::input::Input;
 use bench::Bench;
 pub use world::Mood;
 
-/// Runs the operations, then asks for a scan that is `ok`.
+/// Runs the operations, then checks that a scan becomes `ok`.
 pub fn run(data: &[u8]) {
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
     let mut bench = Bench::new((&mut reports, &mut odometry));

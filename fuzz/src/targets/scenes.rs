@@ -1,8 +1,9 @@
-//! Scene files: each is a scene with a truth, or refused in one line that says what was expected.
+//! Scene files: each gives a scene with a ground truth, or is refused in one line with the expected
+//! value.
 
 use host_sim::scene::Scene;
 
-/// Reads the file.
+/// Processes the file.
 pub fn run(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;

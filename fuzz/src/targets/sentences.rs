@@ -1,12 +1,12 @@
-//! Report sentences as a controller reads them: any text, each line by itself. What is read is written again
-//! as a line that reads as the same.
+//! Report sentences as a controller reads them: arbitrary text, line by line. A parsed sentence is written
+//! as a line that parses to the same one.
 //!
-//! A line that begins with `!` gets the frame and the CRC that it needs.
+//! A line that begins with `!` gets the required frame and CRC.
 
 use stairscan::report::Sentence;
 use stairscan::report::sentence::crc32;
 
-/// Reads the lines.
+/// Processes the lines.
 pub fn run(data: &[u8]) {
     let Ok(text) = str::from_utf8(data) else {
         return;
@@ -19,7 +19,7 @@ pub fn run(data: &[u8]) {
     }
 }
 
-/// The sentence with this text between `$` and `*`.
+/// Returns the sentence with this text between `$` and `*`.
 pub fn framed(body: &str) -> String {
     format!("${body}*{:08X}", crc32(body))
 }
@@ -29,8 +29,8 @@ fn read(line: &str) {
         return;
     };
     let written = sentence.write();
-    // Text that the scanner never writes may be longer than a line of its own, or hold what is not printed;
-    // such is written as spaces.
+    // Text that the scanner never writes may be too long for a line, or contain unprintable characters,
+    // which are written as spaces.
     let text = line.trim_end_matches(['\r', '\n']);
     let plain = text.bytes().all(|b| matches!(b, b' '..=b'~'));
     if plain && line.len() <= written.len() {

@@ -1,16 +1,16 @@
-//! What a SiRad sends: any bytes, whole frames, answers to questions, silence.
+//! Input from a SiRad: arbitrary bytes, complete frames, answers to requests, silence.
 //!
-//! An operation is a byte, and what it needs after it:
+//! An operation is a byte with its arguments:
 //!
-//! | byte | then | what |
+//! | byte | arguments | operation |
 //! |---|---|---|
-//! | 0 | u32, u16, u16 | the module is set up with that bandwidth, kHz, samples, and time-out, ms |
-//! | 1 | u16 | the scanner triggers a chirp of 32 samples, likewise |
-//! | 2 | count, bytes | these come in as they are |
-//! | 3 | u16, count, numbers | a binary raw frame with this counter and so many numbers |
-//! | 4 | u16, count, numbers | the same as a table |
-//! | 5 | | the module says who it is |
-//! | 6 | u16 | so many ms pass |
+//! | 0 | u32, u16, u16 | configures the module: bandwidth, kHz, samples, timeout, ms |
+//! | 1 | u16 | the scanner triggers a chirp of 32 samples, with this timeout, ms |
+//! | 2 | count, bytes | delivers these bytes |
+//! | 3 | u16, count, numbers | delivers a binary raw frame with this counter and number of values |
+//! | 4 | u16, count, numbers | delivers the same as a table |
+//! | 5 | | delivers the module's identity |
+//! | 6 | u16 | advances the time, ms |
 
 use std::collections::VecDeque;
 use std::task::Poll;
@@ -23,19 +23,19 @@ use stairscan::signal::radar::sirad::SiRad;
 
 use crate::input::Input;
 
-/// Samples of the chirps that are asked for.
+/// Number of samples of the requested chirps.
 const SAMPLES: usize = 32;
-/// What triggers a measurement.
+/// Command that triggers a measurement.
 const TRIGGER: &[u8] = b"!N\r\n";
 
-/// What the scanner's own port holds: what comes beyond it is lost, and counted.
+/// Size of the scanner's input buffer, bytes; further bytes are lost and counted.
 const ROOM: usize = 2047;
 
 #[derive(Default)]
 struct Port {
     from: VecDeque<u8>,
     lost: u16,
-    /// What has been sent since the last request.
+    /// Bytes sent since the last request.
     to: Vec<u8>,
 }
 
@@ -56,7 +56,7 @@ impl BytePort for Port {
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
-        // A narrow port: commands go out in pieces.
+        // A port with a small buffer: commands are sent in pieces.
         let taken = bytes.len().min(5);
         self.to.extend(&bytes[..taken]);
         taken
@@ -67,7 +67,7 @@ impl BytePort for Port {
     }
 }
 
-/// What the scanner waits for.
+/// Pending request of the scanner.
 #[derive(Clone, Copy, PartialEq)]
 enum Waiting {
     Nothing,
@@ -81,9 +81,10 @@ struct Bench {
     now: Micros,
     until: Micros,
     waiting: Waiting,
-    /// Bytes that may mean anything have come in since the module was made.
+    /// Whether arbitrary bytes have been delivered since the module was created.
     noise: bool,
-    /// A whole raw frame of [`SAMPLES`] has come in since this request's trigger had left.
+    /// Whether a complete raw frame of [`SAMPLES`] has been delivered since this request's trigger
+    /// was sent.
     answered: bool,
 }
 
@@ -133,11 +134,11 @@ impl Bench {
     }
 }
 
-/// Numbers of a raw frame: as many as `count` says, from the bytes that are left.
+/// Returns `count` values of a raw frame from the remaining bytes.
 fn numbers(input: &mut Input<'_>, count: u8) -> Vec<[i16; 2]> {
     let bytes = input.bytes(4);
     let value = |k: usize| i16::from(bytes.get(k % bytes.len().max(1)).copied().unwrap_or(0));
-    // At most the 64 of the chirp and some more.
+    // At most 64 for the chirp, and some more.
     let pairs = usize::from(count % 80) / 2;
     (0..pairs)
         .map(|k| [value(2 * k) - 128, value(2 * k + 1) - 128])
@@ -190,7 +191,7 @@ pub fn run(data: &[u8]) {
             5 => bench.port.hear(b"!IDocile\r\n"),
             _ => bench.now = bench.now.plus(1000 * u32::from(input.short())),
         }
-        // What goes out in pieces needs some calls.
+        // Commands that are sent in pieces need several calls.
         for _ in 0..12 {
             bench.poll();
         }

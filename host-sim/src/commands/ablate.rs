@@ -1,4 +1,5 @@
-//! `ablate`: what each rule of the estimator is worth: off, one at a time, through the whole scanner.
+//! `ablate`: measures the contribution of each rule of the estimator by turning it off, one at a time, through
+//! the whole scanner.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -15,11 +16,11 @@ use crate::recording::Recording;
 use crate::score::{Change, Comparison, SceneScore};
 use crate::seeds::Draw;
 
-/// Scenes of each kind: some two thousand in all.
+/// Number of scenes of each kind: about two thousand in all.
 const SCENES: u64 = 106;
-/// Scenes of each kind that faults of the instrument are put into.
+/// Number of scenes of each kind to which faults of the instrument are applied.
 const FAULTY: u64 = 2;
-/// Effects that chance makes so often count as none.
+/// Significance level: an effect with a larger p-value counts as none.
 const SIGNIFICANT: f64 = 0.05;
 
 /// Arguments of `ablate`.
@@ -46,7 +47,7 @@ pub struct Args {
     cost: bool,
 }
 
-/// Rules that are turned off at once.
+/// Rules that are turned off together.
 struct Ablation {
     group: &'static str,
     names: Vec<&'static str>,
@@ -55,7 +56,7 @@ struct Ablation {
 }
 
 impl Ablation {
-    /// Of one rule of `listed`, or of several.
+    /// From one rule of `listed`, or from several.
     fn new(listed: &[(&'static str, &'static str, &'static str)]) -> Self {
         let mut params = Params::DEFAULT;
         let names: Vec<&'static str> = listed.iter().map(|(_, name, _)| *name).collect();
@@ -76,19 +77,19 @@ impl Ablation {
             group,
             names,
             meaning,
-            // For as long as the program runs: estimators keep them.
+            // Leaked, since estimators need `'static` parameters.
             params: Box::leak(Box::new(params)),
         }
     }
 
-    /// Whether the rules tell of faults of the instrument, which are then measured, too.
+    /// Whether the rules detect faults of the instrument. These are then measured, too.
     fn tells_of_faults(&self) -> bool {
         matches!(self.group, "mount" | "health" | "together")
     }
 }
 
-/// Group, name and meaning of every rule between echoes and status, and of every doubt about the instrument,
-/// group by group.
+/// Returns group, name and meaning of every rule between echoes and status, and of every check of the
+/// instrument, by group.
 fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
     let doubts = DOUBTS
@@ -105,7 +106,7 @@ fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     listed
 }
 
-/// The rules to measure.
+/// Returns the rules to measure.
 fn chosen(args: &Args) -> Result<Vec<Ablation>> {
     let mut listed = listed();
     let names: Vec<&str> = listed.iter().map(|(_, name, _)| *name).collect();
@@ -149,7 +150,7 @@ impl Scans {
     }
 }
 
-/// Number of lines of the firmware's sources that read a switch or a number by which the rules are turned off.
+/// Counts the lines of the firmware's sources that read a switch or number by which the rules are turned off.
 fn lines(ablation: &Ablation) -> Result<usize> {
     let number = |get: fn(&Params) -> f32| get(ablation.params) != get(&Params::DEFAULT);
     let numbers = Params::TABLE.iter().filter(|entry| number(entry.get));
@@ -177,7 +178,7 @@ fn lines(ablation: &Ablation) -> Result<usize> {
     Ok(count)
 }
 
-/// Whether a line holds a word that does not go on.
+/// Whether a line contains `word` as a whole word.
 fn mentions(line: &str, word: &str) -> bool {
     let mut found = line.match_indices(word);
     found.any(|(at, _)| {
@@ -186,22 +187,22 @@ fn mentions(line: &str, word: &str) -> bool {
     })
 }
 
-/// `+3 -5`, and in bold where chance would not make it.
+/// Formats a change as `+3 -5`, in bold if it is significant.
 fn told(change: Change) -> String {
     let p = change.p();
     let bold = if p < SIGNIFICANT { "**" } else { "" };
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
 }
 
-/// Instructions that rules cost on average over some scans.
+/// Average number of instructions of rules over some scans.
 struct Costs {
     cost: Cost,
-    /// Instructions after the last row with every rule on, of each scan.
+    /// Instructions after the last row with all rules on, for each scan.
     base: Vec<u64>,
 }
 
 impl Costs {
-    /// On the first scan of each kind.
+    /// Uses the first scan of each kind.
     fn new(args: &Args, clean: &[Recording]) -> Result<Self> {
         let first = clean.iter().step_by(args.scenes.max(1) as usize);
         let cost = Cost::new(&first.cloned().collect::<Vec<_>>())?;
@@ -209,7 +210,8 @@ impl Costs {
         Ok(Self { cost, base })
     }
 
-    /// Thousands of instructions a scan that are saved by turning the rules off: on average, and at most.
+    /// Returns the instructions a scan that are saved by turning the rules off, in thousands: mean and
+    /// maximum.
     fn saved(&self, ablation: &Ablation) -> Result<String> {
         let off = self.cost.post(ablation.params)?;
         let saved = self.base.iter().zip(&off);
@@ -226,7 +228,7 @@ impl Costs {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let ablations = chosen(args)?;
     let scans = Scans::new(args)?;
-    // First, because it fails where there is no emulator.
+    // First, because it fails without the emulator.
     let costs = args
         .cost
         .then(|| Costs::new(args, &scans.clean))
@@ -287,7 +289,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Head of the table: the scenes, and what the cells hold.
+/// Returns the head of the table: the scenes, and the meaning of the cells.
 fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
     let exact = base.iter().filter(|s| s.exact).count();
     let ok = base

@@ -1,4 +1,4 @@
-//! `accuracy`: the estimators on random scenes of the project's own simulator.
+//! `accuracy`: measures the estimators on random scenes of the project's own simulator.
 
 mod reliability;
 mod weighted;
@@ -21,7 +21,7 @@ use crate::scene::random::Kind;
 use crate::score::{self, SceneScore, SetScore, Share};
 use crate::seeds::Draw;
 
-/// A height error that a wheelchair can take, metres.
+/// Maximum height error that is harmless for a wheelchair, metres.
 const HARMLESS_M: f64 = 0.015;
 
 /// Arguments of `accuracy`.
@@ -65,9 +65,9 @@ impl Args {
 /// The answers of one estimator to all scenes of one kind.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What the scenes show.
+    /// Kind of the scenes.
     pub kind: Kind,
-    /// From map to steps.
+    /// The estimator.
     pub estimator: EstimatorKind,
     /// The scenes' scores, in the order of their seeds.
     pub scenes: Vec<SceneScore>,
@@ -76,16 +76,16 @@ pub struct Row {
 /// The scenes of a table.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Whose seeds they have.
+    /// Draw whose seeds they use.
     pub draw: Draw,
     /// Number of scenes of each kind; the draw's own if `None`.
     pub scenes: Option<u64>,
-    /// Only these kinds; all if empty.
+    /// Kinds of scenes; all if empty.
     pub kinds: Vec<Kind>,
 }
 
 impl Selection {
-    /// All kinds of a draw, as many scenes as it takes.
+    /// All kinds of a draw, with its own numbers of scenes.
     pub fn of(draw: Draw) -> Self {
         Self {
             draw,
@@ -93,7 +93,7 @@ impl Selection {
         }
     }
 
-    /// How many scenes of a kind.
+    /// Returns the number of scenes of a kind.
     fn count(&self, kind: Kind) -> u64 {
         match self.kinds.is_empty() || self.kinds.contains(&kind) {
             true => self.scenes.unwrap_or(self.draw.scenes(kind)),
@@ -101,12 +101,12 @@ impl Selection {
         }
     }
 
-    /// The kinds that it has scenes of.
+    /// Returns the kinds with at least one scene.
     fn kinds(&self) -> impl Iterator<Item = Kind> + Clone {
         Kind::ALL.into_iter().filter(|&kind| self.count(kind) > 0)
     }
 
-    /// Options of the command line that select it, beside the draw.
+    /// Returns the command-line options that select it, except the draw.
     fn options(&self) -> String {
         let scenes = self
             .scenes
@@ -140,7 +140,7 @@ pub fn measure(selection: &Selection, instrument: &Instrument) -> Result<Vec<Row
         .collect())
 }
 
-/// One scene with every estimator.
+/// Scans and scores one scene with every estimator.
 fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
     let recording = drawn.scan_by(instrument)?;
     let truth = recording.meta.truth.clone().unwrap_or_default();
@@ -159,7 +159,7 @@ fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
     EstimatorKind::ALL.iter().map(score).collect()
 }
 
-/// What was measured, and how to do it again: the beginning of a table.
+/// Returns the head of a table: the measured scenes and the command.
 pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
     let draw = selection.draw;
     let of = |kind| format!("{} {kind}", selection.count(kind));
@@ -182,16 +182,16 @@ pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
     )
 }
 
-/// The answers of one estimator, summed up.
+/// Scores of one estimator.
 struct Sums {
     estimator: EstimatorKind,
-    /// By kind of scene, with the heights that do no harm.
+    /// By kind of scene, with the share of harmless height errors.
     kinds: Vec<(Kind, SetScore, Share)>,
     /// All kinds together.
     all: SetScore,
 }
 
-/// The answers of every estimator, summed up.
+/// Returns the scores of every estimator.
 fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
     EstimatorKind::ALL.iter().map(|&estimator| {
         let rows = || rows.iter().filter(|row| row.estimator == estimator);
@@ -207,7 +207,7 @@ fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
     })
 }
 
-/// Heading and tables.
+/// Returns heading and tables.
 pub fn report(selection: &Selection, instrument: &Instrument, rows: &[Row]) -> String {
     let mut out = heading(selection, instrument);
     for Sums {
@@ -228,7 +228,7 @@ pub fn report(selection: &Selection, instrument: &Instrument, rows: &[Row]) -> S
     out
 }
 
-/// The same figures as one JSON object.
+/// Returns the figures as one JSON object.
 pub fn report_json(draw: Draw, rows: &[Row]) -> Value {
     let estimator = |sums: Sums| {
         let kind = |(_, set, harmless): &(Kind, SetScore, Share)| {
@@ -249,7 +249,7 @@ pub fn report_json(draw: Draw, rows: &[Row]) -> Value {
     })
 }
 
-/// What is said of whole scenes.
+/// Returns the table of figures for whole scenes.
 fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
     let mut out = String::from(
         "| scenes | exact | false stairs | false steps | missed steps | of 15 dB and more | `ok` \
@@ -276,7 +276,7 @@ fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
     out
 }
 
-/// What is said of the steps that were found.
+/// Returns the table of figures for matched steps.
 fn steps(sets: &[(Kind, SetScore, Share)]) -> String {
     let mut out = String::from(
         "| scenes | distance error: median | 95 % | height error: median | 95 % \
@@ -304,7 +304,7 @@ fn steps(sets: &[(Kind, SetScore, Share)]) -> String {
     out
 }
 
-/// `0.43 cm (0.39–0.48)` of metres.
+/// Formats metres as `0.43 cm (0.39–0.48)`.
 fn centimetres(value: f64, (low, high): (f64, f64)) -> String {
     format!(
         "{:.2} cm ({:.2}–{:.2})",
@@ -314,7 +314,7 @@ fn centimetres(value: f64, (low, high): (f64, f64)) -> String {
     )
 }
 
-/// Reported heights that are harmless or say themselves how wrong they are.
+/// Returns the share of reported heights whose error is harmless or within 2σ.
 fn harmless(scenes: &[SceneScore]) -> Share {
     Share::count(scenes.iter().flat_map(|s| &s.matches), |m| {
         m.height_error.abs() <= HARMLESS_M || m.height_z.abs() <= 2.0
@@ -362,7 +362,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The tables, and what is not exact or wrong if that is to be listed.
+/// Returns the tables and, if requested, the list of scenes that are not exact or are wrong.
 fn text(args: &Args, selection: &Selection, rows: &[Row]) -> String {
     let mut out = report(selection, &args.instrument, rows);
     for row in rows.iter().filter(|_| args.list) {

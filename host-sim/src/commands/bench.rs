@@ -1,4 +1,4 @@
-//! `bench`: instruction counts of every stage, counted in the emulator.
+//! `bench`: counts the instructions of every stage in the emulator.
 
 use std::fmt::Write as _;
 use std::mem::offset_of;
@@ -30,7 +30,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Most instructions that a stage may take.
+/// Maximum number of instructions of a stage.
 const BUDGETS: [(&str, u64); 5] = [
     ("fft256", FFT256),
     ("chirp", CHIRP),
@@ -39,7 +39,7 @@ const BUDGETS: [(&str, u64); 5] = [
     ("guard", GUARD),
 ];
 
-/// What each stage is.
+/// Description of each stage.
 const MEANING: [(&str, &str); 16] = [
     (
         "fft256",
@@ -83,8 +83,7 @@ const MEANING: [(&str, &str); 16] = [
     ),
 ];
 
-/// The stages after the last row, of the worst recording, in the order in which the image prints
-/// them.
+/// Stages after the last row, for the worst recording, in the image's order of output.
 const POST_STAGES: [&str; 4] = [
     "post/echoes",
     "post/search",
@@ -92,7 +91,7 @@ const POST_STAGES: [&str; 4] = [
     "post/report",
 ];
 
-/// Peers as quoted: gcc 12 -O3, counted on the same emulator.
+/// Published figures of other libraries: gcc 12 -O3, counted on the same emulator.
 const QUOTED: [(&str, u64); 5] = [
     ("CMSIS-DSP arm_cfft_q15, 256 points", 12_375),
     ("CMSIS-DSP arm_cfft_q31, 256 points", 21_755),
@@ -101,15 +100,15 @@ const QUOTED: [(&str, u64); 5] = [
     ("CMSIS-DSP arm_cmplx_mag_q15, 256 points", 16_017),
 ];
 
-/// Instructions of each stage; then one `post/NAME` for each recording.
+/// Instructions of each stage, followed by one `post/NAME` for each recording.
 type Counts = Vec<(String, u64)>;
 
-/// What the image counts for one recording.
+/// Counts of one scan.
 struct Scan {
     chirp: u64,
     row: u64,
     post: u64,
-    /// Those of [`POST_STAGES`].
+    /// Counts of [`POST_STAGES`].
     stages: Vec<u64>,
 }
 
@@ -138,7 +137,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::from(u8::from(!above.is_empty())))
 }
 
-/// Most instructions from the last row to the finished report, over all scans of the recordings.
+/// Returns the maximum number of instructions from the last row to the finished report, over all scans of the
+/// recordings.
 pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
     let counts = count(recordings)?;
     let post = counts.iter().find(|(stage, _)| stage == "post");
@@ -155,19 +155,19 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
     Ok(summed(counts, &scans, &bench.names))
 }
 
-/// The image as it was built, and the scans that it is run over.
+/// The image as built, with the scans for it.
 struct Bench {
     elf: PathBuf,
     scans: Vec<u8>,
-    /// Of the scans, the sweeps of the guard left out.
+    /// Names of the scans, without guard sweeps.
     names: Vec<String>,
-    /// Number of scans, sweeps of the guard included.
+    /// Number of scans, including guard sweeps.
     count: usize,
 }
 
 impl Bench {
-    /// All scans of the recordings, before anything is built or run: the image has no words for what it
-    /// cannot scan.
+    /// Prepares all scans of the recordings before anything is built or run: the image cannot report what it cannot
+    /// scan.
     fn new(recordings: &[Recording], features: &[&str]) -> Result<Self> {
         let (mut scans, mut names, mut count) = (Vec::new(), Vec::new(), 0);
         for recording in recordings {
@@ -188,7 +188,7 @@ impl Bench {
         })
     }
 
-    /// Output of the image, or of a copy of it.
+    /// Returns the output of the image, or of a copy of it.
     fn run(&self, elf: &Path) -> Result<String> {
         let directory = elf.with_extension("run");
         std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
@@ -197,16 +197,17 @@ impl Bench {
     }
 }
 
-/// Counts the instructions of an image whose numbers the host replaces.
+/// Counts the instructions of an image whose parameters the host replaces.
 pub(super) struct Cost(Bench);
 
 impl Cost {
-    /// Over all scans of these recordings.
+    /// For all scans of these recordings.
     pub(super) fn new(recordings: &[Recording]) -> Result<Self> {
         Bench::new(recordings, &["ablation"]).map(Self)
     }
 
-    /// Instructions from the last row to the last byte of the report of each scan, with these numbers.
+    /// Returns the instructions from the last row to the last byte of the report for each scan, with these
+    /// parameters.
     pub(super) fn post(&self, params: &Params) -> Result<Vec<u64>> {
         let Self(bench) = self;
         let elf = bench.elf.with_extension("ablated");
@@ -226,7 +227,7 @@ impl Cost {
     }
 }
 
-/// Appends scan `scan` of a recording as the image reads it, and returns its configuration.
+/// Appends scan `scan` of a recording in the image's input format, and returns its configuration.
 fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<Config> {
     let (config, schedule) = setup::config(recording, scan, &Config::default())?;
     let settings = Settings {
@@ -254,8 +255,8 @@ fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<Con
     Ok(config)
 }
 
-/// Reads the image's output: `STAGE COUNT`, and for each of `scans` scans either `scan CHIRP ROW POST` and the stages of the
-/// latter, or `sweep COUNT` of a guard sweep, of which the worst counts.
+/// Parses the image's output: `STAGE COUNT`; for each of `scans` scans either `scan CHIRP ROW POST` with the stages
+/// of the latter, or `sweep COUNT` for a guard sweep, of which the maximum is used.
 fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
     let (mut counts, mut read, mut sweeps) = (Counts::new(), Vec::new(), Vec::new());
     for line in output.lines() {
@@ -287,7 +288,7 @@ fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
     Ok((counts, read))
 }
 
-/// Adds the worst of all scans to the counts of single stages, and what each scan takes after its last row.
+/// Adds the maximum of all scans to the counts of single stages, and the count after the last row of each scan.
 fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     let worst = |part: fn(&Scan) -> u64| scans.iter().map(part).max().unwrap_or(0);
     if let Some((_, chirp)) = counts.iter_mut().find(|(s, _)| s == "chirp") {
@@ -304,7 +305,7 @@ fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     counts
 }
 
-/// What exceeds its budget.
+/// Returns the stages that exceed their budgets.
 fn above_budget(counts: &Counts, size: &Image) -> Vec<String> {
     let mut above = Vec::new();
     for (stage, most) in BUDGETS {
@@ -320,7 +321,7 @@ fn above_budget(counts: &Counts, size: &Image) -> Vec<String> {
     above
 }
 
-/// For people.
+/// Returns the text table.
 fn table(counts: &Counts, size: &Image) -> String {
     let mut text = String::from("stage               instructions   at most\n");
     for (stage, count) in counts {

@@ -1,4 +1,4 @@
-//! `budget`: what the image takes of the chip, against what it may take.
+//! `budget`: compares the image's use of the chip with its limits.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -37,11 +37,11 @@ pub struct Args {
 /// One line of the table.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// What is measured.
+    /// Name of the resource.
     pub what: String,
-    /// How much of it there is.
+    /// Amount used.
     pub used: u64,
-    /// How much there may be.
+    /// Maximum amount.
     pub limit: u64,
 }
 
@@ -76,7 +76,7 @@ pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     ])
 }
 
-/// Most bytes of stack in use over two scans of a recording, one in each direction.
+/// Returns the maximum stack use over two scans of a recording, one in each direction, bytes.
 pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> Result<u64> {
     let playback = Playback::new(recording, &settings.config)?;
     let settings = ScannerSettings {
@@ -96,7 +96,7 @@ pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> R
     }
 }
 
-/// Prints the table; exit status 1 when a budget does not hold.
+/// Prints the table; exit status 1 if a budget is exceeded.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let elf = match &args.elf {
         Some(elf) => elf.clone(),

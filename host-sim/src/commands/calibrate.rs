@@ -1,4 +1,4 @@
-//! `calibrate`: how the scanner is really mounted, from a scan of a floor and a wall at a measured distance.
+//! `calibrate`: estimates the mounting from a scan of the ground and a wall at a measured distance.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -56,10 +56,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How the scanner that made `recording` is mounted.
+/// Estimates the mounting of the scanner that made `recording`.
 ///
 /// # Errors
-/// Says what is wrong with the instrument, or what of the scene is not as it must be.
+/// The instrument has a fault, or the scene does not meet the requirements; the message names the cause.
 pub fn mounting(recording: &Recording, wall_m: f32, options: &Options) -> Result<Mounting> {
     let name = &recording.name;
     ensure!(
@@ -108,7 +108,7 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
     calibrate(&echoes, config, mirror, wall_m).map_err(refused)
 }
 
-/// The settings to make, as commands with their CRC.
+/// Returns the commands, with CRC, that make the settings.
 fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
     let mut settings = scanner::Settings::default();
     settings.motor.home_angle = home_angle;
@@ -122,7 +122,7 @@ fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
     Ok(keys.iter().filter_map(line).collect())
 }
 
-/// What is printed of an estimate: value and standard error, times `unit`.
+/// Returns value and standard error of an estimate, times `unit`.
 fn pair(estimate: Estimate, unit: f32) -> (f32, f32) {
     (unit * estimate.value, unit * estimate.sigma())
 }

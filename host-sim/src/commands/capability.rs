@@ -1,4 +1,4 @@
-//! `capability`: the data sheet of what is detected, with which probability and how fast.
+//! `capability`: the data sheet of the detectable hazards, with probabilities and response times.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -18,21 +18,21 @@ use crate::capability::tally::Tally;
 use crate::output::Overwrite;
 use crate::seeds::Draw;
 
-/// Scenes of most cells where none are asked for.
+/// Default number of scenes of most cells.
 pub const SCENES: u64 = 30;
-/// Scenes of each size: 99 % at 95 % confidence takes 299 without a miss.
+/// Number of scenes of each size: a bound of 99 % at 95 % confidence needs 299 without a miss.
 pub const OF_A_SIZE: u64 = 300;
-/// Scenes of a size in a second draw, for one of another cell.
+/// Factor of the number of scenes of a size in the second draw.
 const SECOND_TIMES: u64 = 10;
-/// The draw that the bounds are held against.
+/// The draw against which the bounds are checked.
 const SECOND: Draw = Draw::Validation;
 /// Rate of the link, baud.
 const BAUD: u32 = 3_000_000;
-/// Acceleration of the mirror with which the guard reaches its eight sweeps a second, microsteps a second squared.
+/// Acceleration of the mirror for the guard's eight sweeps a second, microsteps/s².
 const ACCELERATION: u32 = 4_000_000;
-/// Clocks of the core in a second.
+/// Clock frequency of the core, Hz.
 const CORE_HZ: f64 = 168e6;
-/// Where the document's drawings lie.
+/// Directory of the document's drawings.
 const DRAWINGS: &str = "capability";
 
 /// Arguments of `capability`.
@@ -67,7 +67,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The cells that are asked for, with `scenes` scenes in most, and `of_a_size` of each size.
+    /// Returns the selected cells, with `scenes` scenes in most, and `of_a_size` of each size.
     fn cells(&self, scenes: u64, of_a_size: u64) -> Vec<Cell> {
         let wanted = |cell: &Cell| {
             let kind = cell.body.kind();
@@ -77,7 +77,7 @@ impl Args {
         all.into_iter().filter(wanted).collect()
     }
 
-    /// How to do it again.
+    /// Returns the command that reproduces the sheet.
     fn command(&self) -> String {
         let mut words = format!("cargo sim capability --draw {}", self.draw);
         if self.scenes != SCENES {
@@ -94,8 +94,8 @@ impl Args {
     }
 }
 
-/// The head of the sheet of a draw, with so many scenes of most cells and of each size, which a test holds the document
-/// against.
+/// Returns the head of the sheet of a draw, with the numbers of scenes of most cells and of each size. A test
+/// compares the document with it.
 ///
 /// # Errors
 /// Those of the timing model.
@@ -123,7 +123,7 @@ fn head(args: &Args) -> Result<Heading> {
     })
 }
 
-/// The time of a scan and of a guard sweep, as `cargo sim timing` has it.
+/// Returns the durations of a scan and of a guard sweep according to `cargo sim timing`.
 fn times() -> Result<Times> {
     let wire = Wire {
         baud: BAUD,
@@ -144,7 +144,7 @@ fn times() -> Result<Times> {
     })
 }
 
-/// The tallies of cells on a draw, in their order.
+/// Returns the tallies of cells on a draw, in their order.
 fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     let of = |(k, cell): (usize, &Cell)| {
         let seeds = cell.seeds(draw).enumerate();

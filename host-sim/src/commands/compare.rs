@@ -1,4 +1,4 @@
-//! `compare`: two estimators on the same scenes, from what `accuracy --each` wrote of each.
+//! `compare`: compares two estimators on the same scenes, from the files of `accuracy --each`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub struct Args {
     after: PathBuf,
 }
 
-/// One scene's answer, judged.
+/// One scene's scored answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Line {
     scene: String,
@@ -36,10 +36,10 @@ impl Line {
     }
 }
 
-/// One line of JSON a scene.
+/// Returns one line of JSON for each scene.
 ///
 /// # Errors
-/// None that a score's words can bring about.
+/// None with the fields of a score.
 pub fn lines<'a>(scenes: impl Iterator<Item = &'a SceneScore>) -> Result<String> {
     let mut text = String::new();
     for s in scenes {

@@ -1,5 +1,5 @@
-//! `convergence`: how fast the particles reach the high-intensity cells, for the paper's three ways
-//! of spreading them, beside its own numbers of rounds (sections III-A and III-C).
+//! `convergence`: measures how fast the particles reach the high-intensity cells, for the paper's
+//! three initial distributions, and compares with its numbers of rounds (sections III-A and III-C).
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -35,15 +35,14 @@ pub struct Args {
     format: Format,
 }
 
-/// Ways of spreading the particles, as tables and programs name them.
+/// Initial distributions of the particles, with their names in tables and JSON.
 const SPREADS: [(Spread, &str, &str); 3] = [
     (Spread::Uniform, "uniform", "uniform"),
     (Spread::GmmRaw, "gmm", "GMM"),
     (Spread::GmmCfar, "gmm-cfar", "GMM, CFAR map"),
 ];
 
-/// The particles have converged when this share of those that ever will has reached the
-/// high-intensity cells.
+/// Convergence criterion: fraction of the final share of particles in high-intensity cells.
 const CONVERGED: f64 = 0.9;
 
 const SCENES: [(&str, &str); 3] = [
@@ -52,8 +51,8 @@ const SCENES: [(&str, &str); 3] = [
     ("Stair C", include_str!("../../../scenes/stair_c.toml")),
 ];
 
-/// Counts the particles in high-intensity cells of the CFAR map, whatever map they are drawn on:
-/// the places that the paper wants them to converge to.
+/// Counts the particles in high-intensity cells of the CFAR map, the targets of convergence in the
+/// paper, for all distributions.
 struct Count<'a> {
     bright: Field<'a>,
     /// Share after 0, 1, … rounds.
@@ -76,7 +75,7 @@ impl Observer for Count<'_> {
     }
 }
 
-/// Shares after 0, 1, … `rounds` rounds on `map`.
+/// Returns the shares after 0, 1, … `rounds` rounds on `map`.
 fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f64> {
     let mut config = *config;
     config.particles.spread = spread;
@@ -96,7 +95,7 @@ fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f6
     count.shares
 }
 
-/// The three spreads' shares for scan `k` of a scene.
+/// Returns the shares of the three distributions for scan `k` of a scene.
 fn scan(name: &str, scene: &Scene, k: u32, args: &Args) -> Result<[Vec<f64>; 3]> {
     let recording = scene.simulate(name, k.into());
     let config = Config {
@@ -116,7 +115,7 @@ fn scan(name: &str, scene: &Scene, k: u32, args: &Args) -> Result<[Vec<f64>; 3]>
     Ok(result)
 }
 
-/// Mean shares of one spread over all scans.
+/// Mean shares of one distribution over all scans.
 struct Curve {
     shares: Vec<f64>,
 }
@@ -132,7 +131,7 @@ impl Curve {
         }
     }
 
-    /// The round after which the particles have converged.
+    /// Returns the round after which the particles have converged.
     fn converged(&self) -> usize {
         let last = self.shares.last().copied().unwrap_or(0.0);
         let there = self.shares.iter().position(|s| *s >= CONVERGED * last);
@@ -170,7 +169,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The table for people.
+/// Returns the text table.
 fn text(args: &Args, curves: &[Curve]) -> String {
     let mut out = format!(
         "Share of particles in high-intensity cells, mean over {} scans each of stairs A, B and C.\n\n\
@@ -209,7 +208,7 @@ fn text(args: &Args, curves: &[Curve]) -> String {
     out
 }
 
-/// One JSON object per spread.
+/// Returns one JSON object for each distribution.
 fn lines(args: &Args, curves: &[Curve]) -> String {
     let objects = curves
         .iter()

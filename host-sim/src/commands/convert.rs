@@ -1,4 +1,4 @@
-//! `convert IN… -o OUT`: other programs' files to recordings, recordings to other programs' files.
+//! `convert IN… -o OUT`: converts other programs' files to recordings, and recordings to other formats.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -55,7 +55,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// What an output's suffix asks for.
+/// Output format, from the suffix.
 enum Output {
     Recording,
     Array,
@@ -78,7 +78,7 @@ impl Output {
     }
 }
 
-/// Reads, converts, and says what was written.
+/// Reads, converts, and reports the written files.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let output = Output::of(&args.output)?;
     let paths = inputs(&args.inputs)?;
@@ -122,7 +122,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The inputs: files as they are, recordings as everywhere.
+/// Returns the inputs: foreign files unchanged, recordings as in other commands.
 fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if let Some(archive) = paths.iter().find(|path| suffix(path) == "npz") {
         bail!(
@@ -156,7 +156,7 @@ fn read(args: &Args, path: &Path) -> Result<Recording> {
     source(args, path).read(&convert::name(path))
 }
 
-/// The answers to all recordings.
+/// Returns the answers to all recordings.
 fn scan_all(args: &Args, paths: &[PathBuf]) -> Result<Vec<Scan>> {
     let options = Options {
         single: args.single,

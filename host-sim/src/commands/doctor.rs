@@ -1,4 +1,4 @@
-//! `doctor PORT`: a checklist of what a scanner says of itself.
+//! `doctor PORT`: checks a scanner from its own reports.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use crate::doctor::{self, Finding, Level};
 use crate::live::talk::Talk;
 use crate::live::trouble::REPORT_BAUD;
 
-/// Exit status where something is to be seen to, or could not be seen.
+/// Exit status if a check needs attention or could not be made.
 const DOUBTFUL: u8 = 3;
 
 /// Arguments of `doctor`.
@@ -39,7 +39,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Asks, judges, prints.
+/// Collects the replies, evaluates them, prints the list.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let findings = match Talk::open(&args.port, args.baud) {
         Err(broken) => doctor::unusable(&broken),
@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// A finding as a line of JSON.
+/// Formats a finding as a line of JSON.
 fn line(finding: &Finding) -> String {
     let Finding {
         check,

@@ -1,4 +1,4 @@
-//! `drives`: chairs that drive through random scenes by the guard's free distance.
+//! `drives`: drives simulated chairs through random scenes by the guard's free distance.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -48,7 +48,8 @@ pub struct Args {
     format: Format,
 }
 
-/// Scenes of a kind: of the reporting draw a thousand in all, of the others what two cores do in five minutes.
+/// Returns the number of scenes of a kind: a thousand in all for the reporting draw, for the others as many as two
+/// cores compute in five minutes.
 const fn scenes(draw: Draw) -> u64 {
     match draw {
         Draw::Reporting => 100,
@@ -57,7 +58,7 @@ const fn scenes(draw: Draw) -> u64 {
 }
 
 impl Args {
-    /// The scenes by kind and seed, kind by kind.
+    /// Returns the scenes by kind and seed, kind by kind.
     fn jobs(&self) -> Vec<(Kind, u64)> {
         let wanted = |kind: &Kind| self.kinds.is_empty() || self.kinds.contains(kind);
         let count = self.scenes.unwrap_or(scenes(self.draw)) as usize;
@@ -68,7 +69,7 @@ impl Args {
         Kind::ALL.into_iter().filter(wanted).flat_map(of).collect()
     }
 
-    /// How to do it again.
+    /// Returns the command that reproduces the tables.
     fn command(&self) -> String {
         let scenes = self.scenes.map(|n| format!(" --scenes {n}"));
         let drives = (self.drives != 10).then(|| format!(" --drives {}", self.drives));
@@ -81,7 +82,7 @@ impl Args {
     }
 }
 
-/// All drives through one scene.
+/// Runs all drives through one scene.
 fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     let course = Course::new(kind, seed)?;
     let ways = course.ways();
@@ -89,7 +90,7 @@ fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     (0..drives).map(|number| Ok(drive(number)?.log)).collect()
 }
 
-/// Drives once through each of the first scenes, in turn of each kind, and through the image.
+/// Drives once through each of the first scenes, cycling through the kinds, with the firmware image.
 fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     let elf = image::build(&[])?;
     let kinds = jobs.chunk_by(|a, b| a.0 == b.0).collect::<Vec<_>>();
@@ -124,7 +125,7 @@ fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The rows: each kind, then all.
+/// Returns the rows: each kind, then the total.
 fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tally)> {
     let of = |kind: Kind| {
         let own = jobs.iter().zip(logs).filter(move |((k, _), _)| *k == kind);
@@ -140,7 +141,7 @@ fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tall
     rows
 }
 
-/// Heading and tables.
+/// Returns heading and tables.
 fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     let mut out = format!(
         "# Drives, {} scenes\n\n\
@@ -155,7 +156,7 @@ fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     out + "\n" + &table::causes_text(logs) + "\n" + &table::halts_text(logs)
 }
 
-/// One drive in one line.
+/// Formats one drive in one line.
 fn line(log: &DriveLog) -> String {
     let last = log.sweeps.last();
     let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.0}", 100.0 * m));
@@ -172,7 +173,7 @@ fn line(log: &DriveLog) -> String {
     )
 }
 
-/// The drives to look at.
+/// Returns the drives to inspect.
 fn listed(logs: &[DriveLog]) -> Vec<String> {
     let flawed = logs.iter().filter(|log| match Outcome::of(log) {
         Outcome::Over { .. } | Outcome::Halted => true,

@@ -1,4 +1,4 @@
-//! `emulate REC…`: recorded scans through the very image, in an emulator.
+//! `emulate REC…`: scans recordings with the firmware image, in an emulator.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -58,7 +58,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Scans every recording; a bad one or a fault makes the exit status 1 and the rest goes on.
+/// Scans every recording. A bad recording or a fault sets the exit status to 1; the others are still scanned.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let elf = match &args.elf {
         Some(elf) => {
@@ -93,7 +93,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// All scans of a recording.
+/// Returns the answers of all scans of a recording.
 fn emulate(
     elf: &Path,
     recording: &Recording,
@@ -123,7 +123,7 @@ fn emulate(
     boot(elf, recording, scans, args, parse)
 }
 
-/// All sweeps of a recording of the guard, after one boot.
+/// Returns the answers of all sweeps of a guard recording, after one boot.
 fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded>> {
     let name = &recording.name;
     ensure!(
@@ -146,7 +146,7 @@ fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded
     Ok(words.map(named).collect())
 }
 
-/// One boot: configured while the module keeps its handshake back, then scanning.
+/// Runs one boot: configures while the module withholds its handshake, then scans.
 fn boot(
     elf: &Path,
     recording: &Recording,
@@ -155,7 +155,7 @@ fn boot(
     mut answered: impl FnMut(usize, Vec<String>) -> Result<()>,
 ) -> Result<()> {
     let name = &recording.name;
-    // The emulator's microseconds are not the chair's.
+    // The emulator's time is not the recording's.
     let playback = Playback::new(recording, &args.settings.config()?)?.by_trigger();
     let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
     session
@@ -179,11 +179,11 @@ fn boot(
     done.with_context(|| name.clone())
 }
 
-/// How long the image waits for the radar module.
+/// Returns the image's timeouts of the radar module.
 fn waits(args: &Args) -> Waits {
     let mut waits = Waits::default();
     if !args.faults.is_empty() {
-        // What never comes is waited for: not longer than a busy host needs.
+        // Missing answers are waited for: a shorter timeout, still enough for a busy host.
         (waits.chirp, waits.configure) = (10_000_000, 5_000_000);
     }
     if args.faults.iter().any(|f| f.misdeed == Misdeed::Silent) {
@@ -192,7 +192,7 @@ fn waits(args: &Args) -> Waits {
     waits
 }
 
-/// The image on the screen of `live`, until the user ends it.
+/// Shows the image on the screen of `live`, until the user ends it.
 fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
     ensure!(
         args.recordings.len() == 1,

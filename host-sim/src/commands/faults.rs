@@ -1,4 +1,4 @@
-//! `faults`: every fault of the instrument on recordings that are answered rightly without it.
+//! `faults`: applies every fault of the instrument to recordings that are answered correctly without it.
 
 mod fate;
 mod guarded;
@@ -66,11 +66,11 @@ pub struct Args {
     format: Format,
 }
 
-/// How many runs came to which end.
+/// Numbers of runs by outcome.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     counts: [u32; 5],
-    /// Runs whose reasons name the fault, faults included.
+    /// Number of runs whose reasons name the fault, including `fault` answers.
     named: u32,
 }
 
@@ -91,7 +91,7 @@ impl Tally {
         })
     }
 
-    /// Runs that are ok and wrong, per cent.
+    /// Returns the share of runs that are `ok` and wrong, percent.
     fn wrong_percent(&self) -> f64 {
         100.0 * f64::from(self.counts[Fate::Wrong as usize]) / f64::from(self.runs().max(1))
     }
@@ -172,7 +172,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::from(u8::from(share > args.most)))
 }
 
-/// The faults of these names; all of them if there are none.
+/// Returns the faults of these names; all if there are none.
 fn chosen(names: &[String]) -> Result<Vec<&'static Fault>> {
     let all = || ALL.iter().map(|f| f.name).collect::<Vec<_>>().join(", ");
     let found = |name: &String| {
@@ -184,7 +184,7 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Fault>> {
     }
 }
 
-/// Single scans with truth. Sequences are left out: their faults are those of single scans.
+/// Returns single scans with ground truth. Sequences are left out: their faults are those of single scans.
 fn single(args: &Args) -> Result<Vec<Recording>> {
     let read = |path: &PathBuf| Recording::read(path);
     let whole: Vec<Recording> = match &args.on {
@@ -194,7 +194,8 @@ fn single(args: &Args) -> Result<Vec<Recording>> {
             .collect::<Result<_>>()?,
         None => {
             let mut scenes = harness::scenes(args.draw, |_| args.scenes);
-            // Faults are drawn by a recording's number: more scenes of each kind leave the first as they were.
+            // The random numbers of a fault depend on the recording's index. Sorted by seed, the first scenes are
+            // unchanged if there are more of each kind.
             scenes.sort_by_key(|drawn| drawn.seed);
             harness::each(&scenes, Drawn::scan)?
         }
@@ -203,7 +204,7 @@ fn single(args: &Args) -> Result<Vec<Recording>> {
     Ok(whole.into_iter().filter(single).collect())
 }
 
-/// The recordings to spoil.
+/// Returns the recordings to which faults are applied.
 fn clean(args: &Args, options: &Options) -> Result<Clean> {
     let single = single(args)?;
     let judged: Result<Vec<(bool, bool, i32)>> = single
@@ -244,7 +245,7 @@ fn wrong(answer: &Answer, recording: &Recording) -> bool {
         .is_some_and(|truth| score::scene(answer, truth).wrong)
 }
 
-/// Puts one fault on one recording and judges the answer.
+/// Applies one fault to one recording and scores the answer.
 fn one(
     fault: &Fault,
     strength: f64,
@@ -271,7 +272,7 @@ fn one(
     Ok(Run { fate, named, words })
 }
 
-/// The table for people.
+/// Returns the text table.
 fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bool) -> String {
     let mut out = format!(
         "{} recordings, {} ok without a fault, {} of them right: these are spoilt.\n\n\
@@ -311,7 +312,7 @@ fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bo
     out
 }
 
-/// One line of JSON for every fault and strength.
+/// Returns one line of JSON for every fault and strength.
 fn lines(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean) -> String {
     let mut out = String::new();
     for (fault, tallies) in faults.iter().zip(tallies) {

@@ -1,5 +1,5 @@
-//! `fit`: counts the measurement model and the verdict's hazards from simulated scans with known
-//! truth and writes the tables that the firmware compiles.
+//! `fit`: fits the measurement model and the verdict's hazards to simulated scans with ground truth, and writes the
+//! tables that the firmware compiles.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -24,10 +24,11 @@ use crate::recording::{self, Recording};
 use crate::scene::random::{Kind, random_with};
 use crate::seeds::Draw;
 
-/// Scenes of each kind that hazards are counted from.
+/// Number of scenes of each kind for fitting the hazards.
 const TRAINING: u64 = 300;
 
-/// Scenes of a kind that hazards are counted from: the height plane has two kinds, the depth plane seventeen.
+/// Returns the number of scenes of a kind for fitting the hazards. The height plane has two kinds, the depth plane
+/// seventeen.
 fn training(kind: Kind, scenes: u64) -> u64 {
     match kind {
         Kind::Descending | Kind::Downstairs => 2 * scenes,
@@ -35,15 +36,15 @@ fn training(kind: Kind, scenes: u64) -> u64 {
     }
 }
 
-/// Scenes of a kind that the hazards are calibrated on, where `scenes` are counted from.
+/// Returns the number of scenes of a kind for calibrating the hazards, given `scenes` for fitting.
 fn calibrating(kind: Kind, scenes: u64) -> u64 {
     let of = training(kind, scenes);
     of.div_ceil(5)
 }
 
-/// Scenes of a kind that thresholds are tested on, where `scenes` are counted from: in proportion to the reporting
-/// draw, but three times as many of those that are mostly answered without steps, of which fewer are `ok`, and eight
-/// times as many of the height plane's two kinds.
+/// Returns the number of scenes of a kind for testing thresholds, given `scenes` for fitting. It is proportional to
+/// the reporting draw, but three times as large for kinds that are mostly answered without steps, of which fewer are
+/// `ok`, and eight times as large for the height plane's two kinds.
 fn testing(kind: Kind, scenes: u64) -> u64 {
     match kind {
         Kind::None | Kind::Clutter | Kind::Brink | Kind::Hole | Kind::Kerb => 5 * scenes,
@@ -53,7 +54,7 @@ fn testing(kind: Kind, scenes: u64) -> u64 {
     }
 }
 
-/// Seeds of the calibration draw before those that thresholds are tested on.
+/// Offset of the seeds for testing thresholds in the calibration draw.
 const BEFORE_TESTING: u64 = 100_000;
 
 /// Arguments of `fit`.
@@ -85,10 +86,10 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// A simulated scan, and how its stairs are built.
+/// A simulated scan, and the construction of its stairs.
 type Sample = (Recording, Option<Build>);
 
-/// What is counted from.
+/// Source of the samples.
 enum Source {
     /// Scenes of every kind: for training, for calibration, and for thresholds.
     Simulated([Vec<Sample>; 3]),
@@ -96,22 +97,22 @@ enum Source {
     Recorded(Vec<PathBuf>),
 }
 
-/// Scans for counting the hazards, for calibrating them, and for testing thresholds.
+/// Samples for fitting the hazards, for calibrating them, and for testing thresholds.
 struct Lessons {
     training: Vec<Lesson>,
     calibration: Vec<Lesson>,
     testing: Vec<Lesson>,
 }
 
-/// Scenes of each kind that the checksum of the tables is counted from.
+/// Number of scenes of each kind for the checksum of the tables.
 const CHECKED: u64 = 2;
 const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// Checksum of the tables that a small draw gives. It stands in the table that is flashed, so that a test tells when
-/// simulator, estimator or fit have changed since that was counted.
+/// Returns the checksum of the tables of a small draw. The firmware's table contains it, so that a test detects when
+/// simulator, estimator or fit have changed since the table was fitted.
 ///
 /// # Errors
-/// Names a scene that cannot be scanned.
+/// A scene cannot be scanned; the message names it.
 pub fn checksum() -> Result<u32> {
     let source = Source::simulated(CHECKED)?;
     let (model, text, _) = model(&source)?;
@@ -123,7 +124,7 @@ pub fn checksum() -> Result<u32> {
     Ok(CHECK.checksum((text + &fit::write(&up, &down, 0)).as_bytes()))
 }
 
-/// Counts, prints, writes.
+/// Fits, prints and writes the tables.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let output = match &args.output {
         Some(path) => path.clone(),
@@ -164,7 +165,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 impl Lessons {
-    /// Of all scans, under the measurement model `model`.
+    /// From all scans, with the measurement model `model`.
     fn new(source: &Source, model: &'static Generative) -> Result<Self> {
         let [training, calibration, testing] =
             source.parts(3, |recording, _| fit::lesson(recording, model))?;
@@ -176,7 +177,7 @@ impl Lessons {
     }
 }
 
-/// The measurement model, its source file, and what there is to say of it.
+/// Fits the measurement model. Returns it with its source file and a report.
 fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
     let [training, held_back, _] = source.parts(2, fit::sighting)?;
     let measured = measurement::measure(&training);
@@ -195,7 +196,7 @@ fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
         );
     }
     let text = measurement::write(&measured.table);
-    // The estimators that the hazards are counted with keep it.
+    // Leaked, since the estimators need a `'static` model.
     Ok((Box::leak(Box::new(measured.table)), text, told))
 }
 
@@ -206,7 +207,7 @@ fn write(outputs: &Outputs, path: &Path, text: &str) -> Result<()> {
 }
 
 impl Source {
-    /// Simulated scenes, `scenes` of each kind for training and others in proportion.
+    /// Simulates scenes: `scenes` of each kind for fitting, and the other parts in proportion.
     fn simulated(scenes: u64) -> Result<Self> {
         let held_back = harness::scenes(Draw::Calibration, |kind| calibrating(kind, scenes));
         let seeds = Draw::Calibration.seeds();
@@ -229,7 +230,7 @@ impl Source {
         Ok(Self::Recorded(paths))
     }
 
-    /// What `look` makes of each scan of the first `wanted` parts: for training, for calibration and for thresholds.
+    /// Applies `look` to each scan of the first `wanted` parts: for fitting, for calibration, and for thresholds.
     fn parts<R: Send>(
         &self,
         wanted: usize,
@@ -255,7 +256,7 @@ impl Source {
     }
 }
 
-/// The scans of these scenes.
+/// Simulates the scans of these scenes.
 fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
     harness::each(scenes, |drawn| {
         let (kind, seed) = (drawn.kind, drawn.seed);
@@ -264,17 +265,17 @@ fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
     })
 }
 
-/// What was counted of one plane.
+/// Fit of one plane.
 struct Counted {
     weights: Weights,
     hazards: LogisticFit,
-    /// For answers without and with steps: of how many scans, and slope and offset.
+    /// For answers without and with steps: number of scans, and slope and offset.
     maps: Vec<(usize, LogisticFit)>,
-    /// Slope and offset of the `MAYBE`s' probabilities.
+    /// Calibration of the `MAYBE`s' probabilities.
     maybe: LogisticFit,
 }
 
-/// Counts hazards on some scans and what they add up to on others; the threshold is left open.
+/// Fits the hazards and their calibration; the threshold is determined later.
 fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     let hazards = fit::hazards(training);
     let mut weights = Weights {
@@ -312,7 +313,7 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     }
 }
 
-/// The weights of one plane, and what there is to say of them.
+/// Returns the weights of one plane with a report.
 fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let parts = [&lessons.training, &lessons.calibration, &lessons.testing];
     let [training, calibration, testing] =
@@ -347,7 +348,7 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     (weights, told)
 }
 
-/// Weights with their standard errors, and from how many `scans` and `samples` they were counted.
+/// Adds weights with their standard errors, and their numbers of `scans` and `samples`.
 fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &LogisticFit) {
     let _ = writeln!(
         out,
@@ -359,7 +360,7 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
     }
 }
 
-/// What was counted from.
+/// Returns the samples as text.
 fn dump(lessons: &Lessons) -> String {
     let mut text = String::new();
     for (part, lessons) in [

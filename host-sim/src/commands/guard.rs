@@ -1,4 +1,4 @@
-//! `guard`: how far the ground is free, measured on guard sweeps of random scenes.
+//! `guard`: measures the free distance on guard sweeps of random scenes.
 
 use std::process::ExitCode;
 
@@ -35,7 +35,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// How many recordings of a kind.
+    /// Returns the number of recordings of a kind.
     fn count(&self, kind: Kind) -> u64 {
         match self.kinds.is_empty() || self.kinds.contains(&kind) {
             true => self.recordings.unwrap_or(kind.recordings(self.draw)),
@@ -43,7 +43,7 @@ impl Args {
         }
     }
 
-    /// The recordings by kind and seed, kind by kind.
+    /// Returns the recordings by kind and seed, kind by kind.
     fn jobs(&self) -> Vec<(Kind, u64)> {
         let of = |kind: Kind| {
             let seeds = kind.seeds(self.draw).take(self.count(kind) as usize);
@@ -52,7 +52,7 @@ impl Args {
         Kind::ALL.into_iter().flat_map(of).collect()
     }
 
-    /// How to do it again.
+    /// Returns the command that reproduces the table.
     fn command(&self) -> String {
         let count = self.recordings.map(|n| format!(" --recordings {n}"));
         let kinds = self
@@ -64,7 +64,7 @@ impl Args {
     }
 }
 
-/// Simulates one recording, sweeps it by the scanner's own loop and scores the words.
+/// Simulates one recording, sweeps it with the scanner's own loop and scores the answers.
 fn one(kind: Kind, seed: u64) -> Result<Scored> {
     let recording = scenes::recording(kind, seed)?;
     let truth = truth::read(&recording)?.context("a simulated recording has its truth")?;
@@ -74,10 +74,10 @@ fn one(kind: Kind, seed: u64) -> Result<Scored> {
     Ok(score::recording(&recording.name, &words, &truth, &shows_m))
 }
 
-/// A kind's recordings, and a row of the table.
+/// A row of the table: name and sums.
 type Group<'a> = (&'a str, Sums);
 
-/// The rows: each kind, then all, with a hazard near, and without one.
+/// Returns the rows: each kind, then all, with a hazard near, and without one.
 fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     let of = |kind: Kind| {
         let own = jobs
@@ -96,7 +96,7 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     rows.push(("all", Sums::of(scored.iter(), |_| true)));
     rows.push(("all, hazard within 1.5 m", Sums::of(scored.iter(), near)));
     let free = Sums {
-        // A recording is named or not, whatever its other sweeps show.
+        // The shares of named hazards are counted by recording, not by sweep.
         named: Share::default(),
         named_shown: Share::default(),
         ..Sums::of(scored.iter(), |sweep| sweep.hazard.is_none())
@@ -105,7 +105,7 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     rows
 }
 
-/// Heading and table.
+/// Returns heading and table.
 fn text(args: &Args, rows: &[Group<'_>]) -> String {
     let mut out = format!(
         "# Guard, {} sweeps\n\n\
@@ -125,7 +125,7 @@ fn text(args: &Args, rows: &[Group<'_>]) -> String {
     out
 }
 
-/// The sweeps to look at.
+/// Returns the sweeps to inspect.
 fn listed(scored: &[Scored]) -> Vec<String> {
     let sweeps = scored.iter().flat_map(|one| &one.sweeps);
     let flawed = sweeps.filter(|sweep| sweep.wrong() || sweep.made_up());

@@ -1,4 +1,4 @@
-//! `hardware WHAT`: what docs/build.md is made of.
+//! `hardware WHAT`: prints the parts of docs/build.md.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -37,7 +37,7 @@ enum What {
     Optics,
 }
 
-/// Prints or writes it.
+/// Prints it, or writes it to a file.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let text = match args.what {
         What::Parts => tables::parts(table()),

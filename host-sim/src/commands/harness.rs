@@ -1,4 +1,5 @@
-//! What the measuring commands share: scenes of a draw, simulated once, worked off in parallel.
+//! Shared functions of the measuring commands: scenes of a draw, simulated once, processed in
+//! parallel.
 
 use std::ops::Range;
 
@@ -19,43 +20,43 @@ use crate::seeds::Draw;
 /// A scene of a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drawn {
-    /// What it shows.
+    /// Kind of scene.
     pub kind: Kind,
-    /// The seed that it is drawn with.
+    /// Random seed.
     pub seed: u64,
 }
 
 impl Drawn {
-    /// Its scan by the kind's own instrument.
+    /// Scans it with the kind's own instrument.
     ///
     /// # Errors
-    /// Says what no scene can be built of.
+    /// The scene cannot be built; the message names the cause.
     pub fn scan(&self) -> Result<Recording> {
         random_scan(self.kind, self.kind.variety(), self.seed)
     }
 
-    /// Its scan by another instrument.
+    /// Scans it with another instrument.
     ///
     /// # Errors
-    /// Says what no scene can be built of.
+    /// The scene cannot be built; the message names the cause.
     pub fn scan_by(&self, instrument: &Instrument) -> Result<Recording> {
         let mut spec = random_with(self.kind, self.kind.variety(), self.seed);
         instrument.apply(&mut spec);
         scan_of(spec, &self.name(), self.seed)
     }
 
-    /// Name of its recording.
+    /// Returns the name of its recording.
     pub fn name(&self) -> String {
         format!("{}_{:03}", self.kind, self.seed)
     }
 }
 
-/// The first scenes of a draw, kind by kind, as many of each as `count` says.
+/// Returns the first scenes of a draw, kind by kind, `count` of each.
 pub fn scenes(draw: Draw, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
     scenes_of(draw.seeds(), count)
 }
 
-/// The first scenes with these seeds, kind by kind, as many of each as `count` says.
+/// Returns the first scenes with these seeds, kind by kind, `count` of each.
 pub fn scenes_of(seeds: Range<u64>, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
     let of = |kind: Kind| {
         let seeds = seeds.clone().take(count(kind) as usize);
@@ -64,10 +65,11 @@ pub fn scenes_of(seeds: Range<u64>, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
     Kind::ALL.iter().flat_map(|&kind| of(kind)).collect()
 }
 
-/// What `make` gives for each job, in the order of the jobs, with a progress bar.
+/// Applies `make` to all jobs in parallel, with a progress bar. Returns the results in the order of
+/// the jobs.
 ///
 /// # Errors
-/// The first that `make` gives.
+/// The first error of `make`.
 pub fn each<J: Sync, R: Send>(
     jobs: &[J],
     make: impl Fn(&J) -> Result<R> + Send + Sync,
@@ -82,10 +84,10 @@ pub fn each<J: Sync, R: Send>(
     made
 }
 
-/// The answers to all scans with these numbers, scored.
+/// Scans all recordings with these parameters and scores the answers.
 ///
 /// # Errors
-/// Names a scan that cannot be worked off.
+/// A scan cannot be processed; the message names it.
 pub fn answers(scans: &[Recording], params: &'static Params) -> Result<Vec<SceneScore>> {
     params::replace(params);
     let scored = each(scans, |recording| {

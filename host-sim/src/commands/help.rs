@@ -1,5 +1,5 @@
-//! What `--help` says beyond each command's own arguments: the commands in groups, examples, and what the
-//! report's words mean. Completions and manual pages are made of the same.
+//! Help texts in addition to each command's own arguments: the commands in groups, examples, and the
+//! meanings of the report's reasons. Completions and manual pages are generated from the same command.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -15,10 +15,10 @@ use stairscan::verdict::Reason;
 use super::emit;
 use crate::output::Overwrite;
 
-/// The program as it is installed; `cargo sim` is an alias for it within the repository.
+/// Name of the installed program; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
 
-/// The commands by what they are for, in the order in which they are listed.
+/// The commands by purpose, in the order of the list.
 pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
     ("Watch a scanner", &["live", "doctor", "settings", "record"]),
@@ -56,7 +56,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// What is typed after `cargo sim`, by command.
+/// Examples by command: the arguments after `cargo sim`.
 pub const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "replay",
@@ -231,7 +231,7 @@ pub struct ManArgs {
     overwrite: Overwrite,
 }
 
-/// The program's command with its list in groups, and each command with its examples.
+/// Adds the list in groups to the program's command, and examples to each subcommand.
 pub fn complete(command: Command) -> Command {
     let list = listed(&command);
     let names: Vec<String> = (command.get_subcommands())
@@ -244,7 +244,7 @@ pub fn complete(command: Command) -> Command {
         .after_help(list);
     names.iter().fold(whole, |whole, name| {
         whole.mut_subcommand(name, |c| {
-            // What the command says itself comes after its examples.
+            // The command's own text follows its examples.
             let own = c.get_after_help().map(|own| format!("\n\n{own}"));
             let examples = examples(name) + &own.unwrap_or_default();
             let reasons = if WITH_REASONS.contains(&name.as_str()) {
@@ -258,7 +258,7 @@ pub fn complete(command: Command) -> Command {
     })
 }
 
-/// The commands in their groups, each with its own first words.
+/// Returns the commands in their groups, each with its own first sentence.
 fn listed(command: &Command) -> String {
     let mut text = String::new();
     for (title, names) in GROUPS {
@@ -284,7 +284,7 @@ fn examples(name: &str) -> String {
     text
 }
 
-/// Every reason's word with its meaning.
+/// Returns every reason with its meaning.
 pub fn reasons() -> String {
     let mut text = "Reasons, beside a status:".to_owned();
     for reason in Reason::ALL {
@@ -301,7 +301,7 @@ pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitC
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the manual's pages: one of the program, one of each command.
+/// Writes the manual pages: one of the program, one of each command.
 pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     let dir = &args.dir;
     fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
@@ -321,7 +321,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     for (name, part) in pages {
         let mut text = Vec::new();
         Man::new(part).render(&mut text)?;
-        // The examples name the program as it is called within the repository.
+        // The examples use the alias of the repository.
         let text = String::from_utf8(text)?.replace("cargo sim", PROGRAM);
         outputs.write(&dir.join(format!("{name}.1")), text.as_bytes())?;
     }

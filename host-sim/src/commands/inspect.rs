@@ -1,4 +1,4 @@
-//! `inspect REC…`: why a scan came out as it did.
+//! `inspect REC…`: shows how the estimator came to its answer.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -34,7 +34,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Shows every recording; a bad one makes the exit status 1 and the rest goes on.
+/// Shows every recording. A bad one sets the exit status to 1; the others are still shown.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
     let paths = recordings(&args.recordings)?;

@@ -1,4 +1,4 @@
-//! Another radar module than the scenes': what `table1` and `accuracy` can be asked for.
+//! Options of `table1` and `accuracy` for another radar module than the scenes'.
 
 use std::fmt::Write as _;
 
@@ -29,7 +29,7 @@ fn above_nothing(text: &str) -> Result<f64, String> {
 }
 
 impl Instrument {
-    /// Puts the module before a scene.
+    /// Applies the module to a scene.
     pub fn apply(&self, spec: &mut SceneSpec) {
         let Self {
             carrier,
@@ -44,7 +44,7 @@ impl Instrument {
         spec.mount.beamwidth_deg = beamwidth.unwrap_or(spec.mount.beamwidth_deg);
     }
 
-    /// The options that were given, as they are typed, each after a space.
+    /// Returns the given options as command-line text, each after a space.
     pub fn options(&self) -> String {
         let mut out = String::new();
         for (name, value) in [

@@ -1,4 +1,4 @@
-//! `live PORT`: the scanner as it reports, in a terminal, and on request to Foxglove or ROS 2.
+//! `live PORT`: shows a scanner's reports in a terminal, or publishes them to Foxglove or ROS 2.
 
 #[cfg(any(feature = "foxglove", feature = "ros2"))]
 mod offered;

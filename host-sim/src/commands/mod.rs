@@ -67,7 +67,7 @@ pub enum Format {
     Json,
 }
 
-/// Writes to stdout. A reader that has seen enough (`| head`) ends the program quietly.
+/// Writes to stdout. If the reader closes the pipe (`| head`) the program ends without an error message.
 pub fn emit(text: &str) {
     let mut out = std::io::stdout().lock();
     if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -79,10 +79,10 @@ pub fn emit(text: &str) {
     }
 }
 
-/// How often the time on a progress bar moves on.
+/// Update interval of the time on a progress bar.
 const TICK: Duration = Duration::from_millis(200);
 
-/// A progress bar with elapsed and remaining time, on stderr if that is a terminal; nothing elsewhere.
+/// Returns a progress bar with elapsed and remaining time, on stderr if that is a terminal; otherwise a hidden one.
 pub fn progress(length: u64) -> ProgressBar {
     timed(
         ProgressBar::new(length),
@@ -90,8 +90,8 @@ pub fn progress(length: u64) -> ProgressBar {
     )
 }
 
-/// The same beside results that are printed one by one: nothing where they go to a terminal, which shows how
-/// far things are.
+/// Returns [`progress`] for commands that print results one by one. It is hidden if stdout is a terminal, where the
+/// results show the progress.
 pub fn progress_aside(length: u64) -> ProgressBar {
     if std::io::stdout().is_terminal() {
         return ProgressBar::hidden();
@@ -99,7 +99,7 @@ pub fn progress_aside(length: u64) -> ProgressBar {
     progress(length)
 }
 
-/// What is under way and the time gone, of what cannot say how far it is.
+/// Returns a spinner with a text and the elapsed time, for work of unknown length.
 pub fn busy(what: &str) -> ProgressBar {
     timed(
         ProgressBar::new_spinner(),
@@ -109,7 +109,7 @@ pub fn busy(what: &str) -> ProgressBar {
 }
 
 fn timed(bar: ProgressBar, style: &str) -> ProgressBar {
-    // What has finished nothing yet cannot tell how long the rest will take.
+    // Without a finished item the remaining time is unknown.
     let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
         let _ = match state.pos() {
             0 => write!(text, "?"),
@@ -119,19 +119,19 @@ fn timed(bar: ProgressBar, style: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(style);
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style.with_key("left", left));
-    // The time goes on while one piece of the work takes long; no thread for bars that nobody sees.
+    // The time advances also during a long item. Hidden bars need no thread.
     if !bar.is_hidden() {
         bar.enable_steady_tick(TICK);
     }
     bar
 }
 
-/// The recordings that `paths` name: each once, those of a directory in order, and what is none, as `*` of a
-/// shell names it, skipped with a line on stderr. A single path is taken at its word.
+/// Returns the recordings that `paths` name, each once, those of a directory in order. Other files, as matched by the
+/// shell's `*`, are skipped with a line on stderr. A single path is not checked.
 ///
 /// # Errors
-/// A directory that cannot be read or holds none, paths none of which may be a recording, or a single file of samples
-/// that `convert` reads.
+/// A directory cannot be read or contains no recordings, no path can be a recording, or a single file contains
+/// samples that `convert` reads.
 pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if let [path] = paths
         && matches!(suffix(path), "npy" | "npz" | "bin")
@@ -161,13 +161,13 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// The recordings of a directory but those of guard sweeps.
+/// Returns the recordings of a directory except those of guard sweeps.
 ///
 /// # Errors
-/// A directory that cannot be read or holds none.
+/// The directory cannot be read or contains no recordings.
 pub fn full_scans(dir: &Path) -> Result<Vec<PathBuf>> {
     let mut found = recording::list(dir)?;
-    // What cannot be read is told by who needs it.
+    // An unreadable file is reported where it is used.
     found.retain(|path| Recording::read(path).map_or(true, |r| setup::full_scans(&r).is_ok()));
     Ok(found)
 }
@@ -189,7 +189,7 @@ fn parse_estimator(name: &str) -> Result<EstimatorKind, String> {
 }
 
 impl Settings {
-    /// The configuration on top of which a recording brings its own values.
+    /// Returns the configuration that a recording's own values override.
     pub fn config(&self) -> Result<Config> {
         Ok(Config {
             estimator: self.estimator,
@@ -198,7 +198,7 @@ impl Settings {
         })
     }
 
-    /// How to scan.
+    /// Returns the options of the scan.
     pub fn options(&self, config: Config) -> Options {
         Options {
             config,
@@ -206,12 +206,12 @@ impl Settings {
         }
     }
 
-    /// Name of the chosen estimator.
+    /// Returns the name of the chosen estimator.
     pub fn estimator_name(&self) -> &'static str {
         self.estimator.as_str()
     }
 
-    /// The first seed.
+    /// Returns the first seed.
     pub fn seed(&self) -> u32 {
         self.seed
     }

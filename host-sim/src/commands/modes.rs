@@ -1,4 +1,4 @@
-//! `modes`: what the two ways of sweeping make of the same scenes.
+//! `modes`: compares the two sweep modes on the same scenes.
 
 use std::process::ExitCode;
 
@@ -17,11 +17,11 @@ use crate::scene::random::{Kind, random_with};
 use crate::score::{self, SceneScore, SetScore};
 use crate::seeds::Draw;
 
-/// Stream of random numbers for where a shaft is in its vibration.
+/// Random stream of the phase of a shaft's vibration.
 const PHASES: u64 = 0x4D4F_4445;
-/// In exact counts continuous sweeping may lose so many of a hundred scenes.
+/// Maximum loss of exact scenes with the continuous sweep, as a share of all scenes.
 const COUNTS: f64 = 0.01;
-/// And so much of a median error.
+/// Maximum relative increase of a median error.
 const ERRORS: f64 = 0.10;
 
 /// Scans the same scenes with a mirror that stops at every angle and with one that turns, smear and vibration
@@ -51,10 +51,10 @@ pub struct Args {
     format: Format,
 }
 
-/// Speed of a continuous sweep with the settings' defaults, degrees a second.
+/// Returns the speed of a continuous sweep with the default settings, degrees/s.
 ///
 /// # Errors
-/// Says that there is none.
+/// There is none.
 pub fn speed_deg_s(baud: u32) -> Result<f64> {
     let settings = Settings::default();
     let schedule = Schedule::new(&settings.config).map_err(|e| anyhow!("{e}"))?;
@@ -69,10 +69,10 @@ pub fn speed_deg_s(baud: u32) -> Result<f64> {
     Ok(f64::from(cruise.speed) * 360.0 / f64::from(MICROSTEPS_PER_TURN))
 }
 
-/// How a mirror turns: speed, degrees a second, and amplitude of its vibration, degrees.
+/// Motion of the mirror: speed, degrees/s, and amplitude of its vibration, degrees.
 type Turning = (f64, f64);
 
-/// One scene by a mirror that stops, or turns.
+/// Scores one scene with a stopping or a turning mirror.
 fn one(kind: Kind, seed: u64, turning: Option<Turning>) -> Result<SceneScore> {
     let mut spec = random_with(kind, kind.variety(), seed);
     if let Some((speed, vibration)) = turning {
@@ -92,18 +92,18 @@ fn one(kind: Kind, seed: u64, turning: Option<Turning>) -> Result<SceneScore> {
     Ok(score::scene(&replay::answer(&recording, &options)?, &truth))
 }
 
-/// The answers to the same scenes.
+/// Scores of the same scenes in both modes.
 pub struct Comparison {
-    /// By a mirror that stops at every angle.
+    /// With a mirror that stops at every angle.
     pub stop: SetScore,
-    /// By one that turns.
+    /// With a mirror that turns continuously.
     pub continuous: SetScore,
 }
 
-/// Scans `scenes` scenes both ways.
+/// Scans `scenes` scenes in both modes.
 ///
 /// # Errors
-/// Names a scene that cannot be scanned.
+/// A scene cannot be scanned; the message names it.
 pub fn compare(draw: Draw, kind: Kind, scenes: u32, turning: Turning) -> Result<Comparison> {
     let seeds: Vec<u64> = draw.seeds().take(scenes as usize).collect();
     let both = |&seed: &u64| Ok((one(kind, seed, None)?, one(kind, seed, Some(turning))?));
@@ -115,14 +115,14 @@ pub fn compare(draw: Draw, kind: Kind, scenes: u32, turning: Turning) -> Result<
     })
 }
 
-/// Median errors of distance and height, metres.
+/// Returns the median errors of distance and height, metres.
 fn medians(set: &SetScore) -> [f64; 2] {
     [set.distance[0], set.height[0]].map(|s| s.map_or(f64::NAN, |s| s.median))
 }
 
 impl Comparison {
-    /// By how much continuous sweeping is worse: exact scenes lost, as a share of all, and by what share each
-    /// median error is larger.
+    /// Returns the degradation by the continuous sweep: exact scenes lost, as a share of all, and the
+    /// relative increases of the median errors.
     pub fn worse(&self) -> [f64; 3] {
         let scenes = self.stop.scenes.max(1) as f64;
         let exact = |set: &SetScore| set.exact.hits as f64;
@@ -131,10 +131,10 @@ impl Comparison {
         [lost, b[0] / a[0] - 1.0, b[1] / a[1] - 1.0]
     }
 
-    /// Whether continuous sweeping is no worse.
+    /// Whether the degradation is within the limits.
     pub fn holds(&self) -> bool {
         let [lost, distance, height] = self.worse();
-        // Not a number, without a single match, is no yes.
+        // NaN, without a single match, does not pass.
         lost <= COUNTS && distance <= ERRORS && height <= ERRORS
     }
 

@@ -1,4 +1,5 @@
-//! `params`: every tuned number of the default estimator, and what a fifth more or less of it does.
+//! `params`: prints every tuned number of the default estimator, and the effect of changing it by a
+//! fifth.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -12,9 +13,9 @@ use super::harness::{self, Drawn};
 use crate::score::SceneScore;
 use crate::seeds::Draw;
 
-/// Scenes of each kind that a number's effect is measured on.
+/// Number of scenes of each kind for the effect of a number.
 const SCENES: u64 = 4;
-/// How far each number is moved: a fifth.
+/// Factors applied to each number: plus and minus a fifth.
 const FACTORS: [f32; 2] = [0.8, 1.2];
 
 /// Arguments of `params`.
@@ -28,7 +29,7 @@ pub struct Args {
     scenes: u64,
 }
 
-/// What a set of numbers makes of all scans.
+/// Scores of all scans with a set of numbers.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     exact: i64,
@@ -60,7 +61,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let tally = |factor| -> Result<Tally> {
             let mut params = Params::DEFAULT;
             (entry.set)(&mut params, factor * (entry.get)(&Params::DEFAULT));
-            // For as long as the program runs: estimators keep them.
+            // Leaked, since estimators need `'static` parameters.
             let params = Box::leak(Box::new(params));
             Ok(Tally::new(&harness::answers(&scans, params)?))
         };

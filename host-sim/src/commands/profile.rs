@@ -1,4 +1,4 @@
-//! `profile REC`: one chirp's range profile, for any FMCW radar's recording.
+//! `profile REC`: computes one chirp's range profile, for any FMCW radar's recording.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -15,8 +15,8 @@ use crate::plots;
 use crate::recording::Recording;
 use crate::setup;
 
-/// Where nothing is tested (leakage, the mirror's echo, what wraps round) the threshold stands
-/// here: above anything that the converter can deliver. Decibels relative to full scale.
+/// Threshold in bins that are not tested (leakage, the mirror's echo, aliased ranges), dB relative to
+/// full scale: above the converter's maximum.
 const OUT_OF_REACH_DB: f32 = 10.0;
 
 /// Arguments of `profile`.
@@ -50,7 +50,7 @@ pub struct RangeProfile {
     pub detections: Vec<(f32, f32)>,
 }
 
-/// The range processing that suits a recording of any radar.
+/// Returns the range processor for a recording of any radar.
 fn processor(recording: &Recording) -> Result<RangeProcessor> {
     let radar = setup::radar(recording)?;
     let (mount, cfar) = match &recording.meta.mirror {
@@ -79,7 +79,7 @@ fn processor(recording: &Recording) -> Result<RangeProcessor> {
     RangeProcessor::new(&radar, &mount, &cfar).map_err(|e| anyhow!("{}: {e}", recording.name))
 }
 
-/// The profile of chirp `k`.
+/// Returns the profile of chirp `k`.
 pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
     let radar = setup::radar(recording)?;
     let mut processor = processor(recording)?;
@@ -107,8 +107,8 @@ pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
     })
 }
 
-/// The chirp with the strongest echo: of the bins that are tested, so that neither leakage nor the mirror
-/// counts. The first of several alike.
+/// Returns the chirp with the strongest echo in the tested bins, without leakage and the mirror's echo.
+/// Of equal ones it is the first.
 pub fn strongest(recording: &Recording) -> Result<usize> {
     let mut processor = processor(recording)?;
     let mut profile = Profile::default();
@@ -130,9 +130,9 @@ pub fn strongest(recording: &Recording) -> Result<usize> {
 }
 
 impl RangeProfile {
-    /// The profile of chirp `k` as one JSON object.
+    /// Returns the profile of chirp `k` as one JSON object.
     pub fn json(&self, chirp: usize) -> Value {
-        // Shortest decimals of the f32s, not those of their f64 images.
+        // The shortest decimals of the f32 values, not those of their f64 conversions.
         let list = |values: &[f32]| {
             values
                 .iter()
@@ -149,7 +149,7 @@ impl RangeProfile {
         })
     }
 
-    /// Detections and a table of all bins.
+    /// Returns the detections and a table of all bins.
     fn text(&self, recording: &Recording, chirp: usize) -> String {
         let angle = match recording.meta.angles_deg.get(chirp) {
             Some(angle) => format!(" at {angle:.2}°"),
@@ -180,7 +180,7 @@ impl RangeProfile {
     }
 }
 
-/// Millionths, so that an f32 does not drag its binary digits along.
+/// Rounds to millionths: an f32 has no more significant digits.
 fn decimal(value: f32) -> f64 {
     (f64::from(value) * 1e6).round() / 1e6
 }
@@ -230,7 +230,8 @@ mod tests {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
         let mut recording = Recording::read(&dir.join("stair_a")).unwrap();
         let ns = recording.meta.samples_per_chirp;
-        // Leakage and the mirror, the strongest of each chirp, stay: all others lose 48 dB.
+        // Leakage and the mirror's echo, the strongest of each chirp, are unchanged; all other echoes are
+        // attenuated by 48 dB.
         let chosen = 150;
         assert_ne!(strongest(&recording).unwrap(), chosen);
         for (k, sample) in recording.samples.iter_mut().enumerate() {

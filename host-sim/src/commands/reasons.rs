@@ -1,4 +1,4 @@
-//! `reasons`: the table of reasons, as docs/reasons.md shows it.
+//! `reasons`: prints the table of reasons, as in docs/reasons.md.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -34,7 +34,7 @@ pub fn run() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The page: each reason with what it does and when it is told.
+/// Returns the page: each reason with its effect and its condition.
 fn page() -> String {
     let mut out = format!("{HEAD}| reason | effect | told when |\n|---|---|---|\n");
     for reason in Reason::ALL {

@@ -1,4 +1,4 @@
-//! `record PORT…`: what goes over the radar link, as a recording, with the scanner's answers beside it.
+//! `record PORT…`: records the traffic of the radar link, together with the scanner's answers.
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -33,13 +33,14 @@ use crate::tap::gather::{Gather, Mounting, Part};
 use crate::tap::scans::{Scan, Tap, Wire};
 use crate::tap::unfinished::Unfinished;
 
-/// After so long without a frame the scan that is being heard is over, ms: a module may take 0.6 s of retries.
+/// Time without a frame after which a scan is complete, ms; a module may take 0.6 s of retries.
 const QUIET: Ms = 3_000;
-/// Longer than the longest answer takes at 115,200 baud (23 sentences of 70 bytes, 0.14 s) on a host that is busy.
+/// Wait for the last answer after the end. The longest answer takes 0.14 s at 115,200 baud (23 sentences of 70
+/// bytes); a busy host adds to it.
 const LINGER: Duration = Duration::from_millis(1_000);
 
-/// The word on a guard sweep is heard within so long of its last row, ms: 5 ms after it (design contract), 6 ms on the
-/// wire, and what a busy host takes.
+/// Maximum delay of a `GUARD` sentence after its last row, ms: 5 ms (design contract), 6 ms on the wire, and a margin
+/// for a busy host.
 const WORD_MS: Ms = 100;
 
 /// Arguments of `record`.
@@ -104,25 +105,25 @@ fn angles(text: &str) -> Result<SweepConfig, String> {
     Ok(sweep)
 }
 
-/// What a port brought.
+/// Data or event of a port.
 enum Came {
     Link(Wire, Vec<u8>),
     Report(Vec<u8>),
     Gone(String),
 }
 
-/// What has been heard so far.
+/// Data received so far.
 #[derive(Default)]
 struct Heard {
     tap: Tap,
     beside: Beside,
     splitter: Splitter,
-    /// Why it ended, where that is worth telling.
+    /// Cause of the end, if it is to be reported.
     gone: Option<String>,
 }
 
 impl Heard {
-    /// Takes what a port of the tap brought; `false` where that is its end.
+    /// Processes the data of a port; returns `false` at its end.
     fn take(&mut self, at: Ms, came: Came) -> bool {
         match came {
             Came::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
@@ -139,7 +140,7 @@ impl Heard {
         true
     }
 
-    /// Hands over the scans that are whole, keeps them in case the session is cut off, and says so.
+    /// Moves the complete scans to `scans`, stores them in case the session is interrupted, and reports them.
     fn scans_into(&mut self, session: &mut Session<'_>, scans: &mut Vec<Scan>) {
         while let Some(scan) = self.tap.scan() {
             let (mounting, _) = beside::mounting(&session.args.said, &self.beside);
@@ -155,15 +156,15 @@ impl Heard {
     }
 }
 
-/// A session under way.
+/// A running session.
 struct Session<'a> {
     args: &'a Args,
-    /// The angles that this program asks for, if it does.
+    /// The angles that this program requests, if it does.
     sweep: Option<SweepConfig>,
     unfinished: Unfinished,
 }
 
-/// Listens, or asks, and writes what came of it.
+/// Listens, or acquires scans, and writes the recordings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.demo);
     outputs.check_recording(&args.output)?;
@@ -197,7 +198,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     write(session, &outputs, heard, scans)
 }
 
-/// The tap until it is ended: what was heard, and the scans.
+/// Listens until the end. Returns the received data and the scans.
 fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Heard, Vec<Scan>)> {
     let (started, args) = (Instant::now(), session.args);
     let (sender, came) = mpsc::channel();
@@ -236,7 +237,7 @@ fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>> {
     })
 }
 
-/// Reads a port in a thread of its own.
+/// Reads a port in a thread.
 fn follow(
     path: &str,
     mut port: Box<dyn SerialPort>,
@@ -264,7 +265,7 @@ fn follow(
     })
 }
 
-/// Takes what comes until there are scans enough, a port is gone, or the user ends it.
+/// Collects data until there are enough scans, a port disappears, or the user ends it.
 fn collect(
     session: &mut Session<'_>,
     came: &Receiver<(Ms, Came)>,
@@ -294,7 +295,7 @@ fn collect(
         }
         heard.scans_into(session, &mut scans);
     }
-    // The last answer is still on its way: the report port is the slower one.
+    // The last answer may be late: the report port is slower than the link.
     let until = Instant::now() + LINGER;
     while let Ok((at, what)) = came.recv_timeout(until.saturating_duration_since(Instant::now())) {
         if matches!(what, Came::Report(_)) {
@@ -306,7 +307,7 @@ fn collect(
     (heard, scans)
 }
 
-/// Asks the module itself, scan after scan, to and fro.
+/// Acquires scans from the module itself, alternately forward and backward.
 fn ask_module(
     session: &mut Session<'_>,
     port: &str,
@@ -353,7 +354,7 @@ fn ask_module(
     Ok((heard, scans))
 }
 
-/// Writes recordings and sentences and says what they hold.
+/// Writes recordings and sentences and reports their contents.
 fn write(
     session: Session<'_>,
     outputs: &Outputs,
@@ -398,7 +399,7 @@ fn write(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Why there is nothing to write.
+/// Returns the reason why there is nothing to write.
 fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     match (tap.heard(), tap.damaged()) {
         (None, 0) => format!(
@@ -413,24 +414,24 @@ fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     }
 }
 
-/// Whether the scanner guarded while it fired a part: of sweeps it tells `GUARD`, and of scans `SCAN`.
+/// Whether the scanner was in guard mode during a part: it then sends `GUARD` instead of `SCAN`.
 fn guarded(part: &Part, beside: &Beside) -> bool {
     let (Some(first), Some(last)) = (part.times.first(), part.times.last()) else {
         return false;
     };
-    // The last word follows its sweep by milliseconds.
+    // The last `GUARD` follows its sweep by some milliseconds.
     let heard = (beside.lines.iter()).filter(|(at, _)| (first.0..=last.1 + WORD_MS).contains(at));
     let tells = |word: &str| heard.clone().any(|(_, line)| line.starts_with(word));
     tells("$PSTR,GUARD,") && !tells("$PSTR,SCAN,")
 }
 
-/// The file of sentences beside a recording.
+/// Returns the path of the file of sentences beside a recording.
 fn sentences(path: &Path) -> PathBuf {
     let name = recording::name_of(&recording::meta_path(path));
     path.with_file_name(format!("{name}.sentences"))
 }
 
-/// The answers beside a recording: the scanner's own, and whether replay gives the same.
+/// Writes the scanner's own answers beside a recording, and whether replay gives the same.
 fn write_answers(
     args: &Args,
     outputs: &Outputs,
@@ -483,7 +484,7 @@ fn write_answers(
     written(outputs, path, &text, (beside, &word, &kept))
 }
 
-/// Writes what was heard at the report port and what replay gives, and prints what was recorded.
+/// Writes the sentences of the report port and of replay, and prints a summary.
 fn written(
     outputs: &Outputs,
     path: &Path,

@@ -1,4 +1,4 @@
-//! `replay REC…`: recorded scans through the scanner's own loop.
+//! `replay REC…`: scans recordings with the scanner's own loop.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -68,7 +68,8 @@ fn parse_mode(word: &str) -> Result<Mode, String> {
     }
 }
 
-/// Scans every recording; a bad one or a fault makes the exit status 1 and the rest goes on.
+/// Scans every recording. A bad recording or a fault sets the exit status to 1; the others are still
+/// scanned.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let options = replay::Options {
         scans: args.scans,
@@ -100,7 +101,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// Scans one recording and prints what comes of it; whether that is answers without a fault, and pictures.
+/// Scans one recording and prints the results. Returns whether there are answers without a fault, and
+/// pictures.
 fn scan(path: &Path, args: &Args, options: &replay::Options, outputs: &Outputs) -> Result<bool> {
     let recording = Recording::read(path)?;
     if setup::kind(&recording)? == Kind::Guard {
@@ -121,7 +123,7 @@ fn scan(path: &Path, args: &Args, options: &replay::Options, outputs: &Outputs) 
         if args.film.is_some() {
             film.take(&recording, scanned);
         }
-        // A recording of one scan that is scanned again and again looks the same again.
+        // Repetitions of a single scan look the same.
         if let Some(dir) = &args.plots
             && pictures.len() < recording.scans()
         {
@@ -171,7 +173,7 @@ fn draw(outputs: &Outputs, dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<Path
     plots::write_scan((outputs, dir), &scan)
 }
 
-/// Lists the pictures for people, or prints why there are none; whether there are.
+/// Lists the pictures, or prints why there are none. Returns whether there are any.
 fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
     match pictures.into_iter().collect::<Result<Vec<_>>>() {
         Ok(files) => {
@@ -191,7 +193,7 @@ fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
     }
 }
 
-/// Prints the words on guard sweeps; whether none was a fault.
+/// Prints the answers to guard sweeps. Returns whether none was a fault.
 pub fn show_guarded(words: &[Guarded], format: Format) -> bool {
     match format {
         Format::Json => words
@@ -202,8 +204,8 @@ pub fn show_guarded(words: &[Guarded], format: Format) -> bool {
     !words.iter().any(Guarded::is_fault)
 }
 
-/// Prints an answer, for people with what is really there beside it, or the error; whether it was an
-/// answer and no fault.
+/// Prints an answer, as text together with the ground truth, or the error. Returns whether it was an
+/// answer without a fault.
 pub fn show(answer: Result<Answer>, truth: Option<&Truth>, format: Format) -> bool {
     match answer {
         Ok(answer) => {

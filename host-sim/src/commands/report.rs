@@ -1,4 +1,4 @@
-//! `report REC… -o FILE`: scans as one page for any browser; with `--compare` two of them side by side.
+//! `report REC… -o FILE`: writes scans as one page for any browser; with `--compare` two of them side by side.
 
 mod sides;
 
@@ -43,7 +43,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// Writes the page. A recording that cannot be read stands in it with its reason, and makes the exit status 1.
+/// Writes the page. A recording that cannot be read is listed with the cause, and sets the exit status to 1.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let options = Options {
         single: args.single,
@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// Writes the page of two sides, and prints what differs.
+/// Writes the page of two sides, and prints the differences.
 fn beside(
     args: &Args,
     options: &Options,
@@ -122,7 +122,7 @@ fn beside(
     Ok(ExitCode::SUCCESS)
 }
 
-/// The options that are not the defaults, as one would type them for `--with`.
+/// Returns the options that differ from the defaults, in the syntax of `--with`.
 fn words(args: &Args, defaults: &Options) -> String {
     let (name, seed) = (args.settings.estimator_name(), args.settings.seed());
     let all = [

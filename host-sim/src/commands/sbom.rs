@@ -1,4 +1,5 @@
-//! `sbom`: the crates that are linked into the image, for programs and for docs/supply-chain.md.
+//! `sbom`: lists the crates that are linked into the image, for programs and for
+//! docs/supply-chain.md.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -35,10 +36,10 @@ enum What {
     Code,
 }
 
-/// Prints what was asked for.
+/// Prints the requested list.
 ///
 /// # Errors
-/// Names what Cargo, the lock file or the image does not tell.
+/// Cargo, the lock file or the image do not contain the data; the message names them.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let root = image::workspace();
     emit(&match args.what {
@@ -56,13 +57,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The text of docs/image.cdx.json.
+/// Returns the text of docs/image.cdx.json.
 fn document(root: &Path) -> Result<String> {
     let document = cyclonedx::document(&graph::linked(root)?, &toolchain(root)?);
     Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
 }
 
-/// The version of Rust that the image is built with.
+/// Returns the version of Rust for the image.
 fn toolchain(root: &Path) -> Result<String> {
     let path = root.join("rust-toolchain.toml");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -85,7 +86,7 @@ mod tests {
         assert!(kept == made, "sh docs/make supply-chain");
     }
 
-    /// A crate that comes into the image needs its reason, and one that leaves takes it along.
+    /// Every crate of the image needs a note, and every note needs a crate.
     #[test]
     fn each_crate_of_the_image_has_one_note() {
         let crates = graph::linked(&image::workspace()).unwrap();

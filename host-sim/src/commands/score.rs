@@ -1,4 +1,4 @@
-//! `score DIR`: all recordings of a directory against their truth.
+//! `score DIR`: scores all recordings of a directory against their ground truth.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -39,7 +39,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let base = args.settings.config()?;
     let is_guard = |path: &PathBuf| {
-        // What cannot be read is told where it is scored.
+        // An unreadable file is reported where it is scored.
         Recording::read(path).is_ok_and(|r| setup::kind(&r).is_ok_and(|kind| kind == Kind::Guard))
     };
     let (sweeps, recordings): (Vec<PathBuf>, Vec<PathBuf>) =
@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// The score of the recordings of guard sweeps; those without a truth are left out.
+/// Returns the score of the recordings of guard sweeps; those without ground truth are left out.
 fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<String> {
     let one = |path: &PathBuf| {
         let recording = Recording::read(path)?;
@@ -134,7 +134,8 @@ fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<St
     })
 }
 
-/// The score of every scan of a recording, each against its own truth; none without a truth.
+/// Returns the score of every scan of a recording, each against its own ground truth; empty without
+/// ground truth.
 fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Vec<SceneScore>> {
     let recording = Recording::read(path)?;
     if recording.truth(0).is_none() {
@@ -156,7 +157,7 @@ fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Vec<Sc
     Ok(scores.collect())
 }
 
-/// All that is to be printed.
+/// Returns the output.
 fn text(args: &Args, runs: &[Vec<SceneScore>]) -> String {
     let scored: Vec<Vec<SetScore>> = runs.iter().map(|run| score::by_set(run)).collect();
     let estimator = args.settings.estimator_name();

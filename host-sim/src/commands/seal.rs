@@ -1,4 +1,4 @@
-//! `seal ELF`: makes an image that knows whether it is whole, or compares two.
+//! `seal ELF`: adds the checksum to an image, or compares two images.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -21,10 +21,10 @@ pub struct Args {
     flash: bool,
 }
 
-/// What writes to the board, and its arguments before the image's name.
+/// Program that flashes the board, with its arguments before the image's name.
 const PROBE: [&str; 4] = ["probe-rs", "run", "--chip", "STM32F405RGTx"];
 
-/// Seals the image, and flashes it if asked to.
+/// Seals the image, and flashes it if requested.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(other) = &args.compare {
         let bytes = same(&args.elf, other)?;

@@ -1,6 +1,6 @@
-//! `sequences`: how the answers better from scan to scan while the chair moves, over simulated
-//! sequences; with `--faults` what becomes of them where the motion input is wrong; and with `--fit` what one
-//! scan's word counts in the next one.
+//! `sequences`: measures the improvement of the answers from scan to scan while the chair moves, over
+//! simulated sequences. With `--faults` it measures the effect of faults of the motion input, and with
+//! `--fit` it fits the parameters of carrying evidence from scan to scan.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -52,21 +52,21 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// What the chair does.
+/// Motion of the chair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
-    /// Stands during each of so many scans, so many metres apart.
+    /// Stops for each scan: number of scans, distance between stops, metres.
     Stops(usize, f64),
-    /// Drives at so many metres a second, each of so many scans taking so many seconds.
+    /// Drives during the scans: number of scans, speed, m/s, duration of a scan, s.
     Drives(usize, f64, f64),
 }
 
-/// Scans of an approach and of a drive.
+/// Number of scans of an approach and of a drive.
 const SCANS: [usize; 2] = [5, 4];
-/// From stop to stop, metres: those of every third approach stand still.
+/// Distance between the stops of an approach, metres.
 const STEP_M: f64 = 0.1;
-/// Speeds of drives, m/s, and scan times, s: a scan of 5.7 s at the fastest would leave the stairs
-/// out of sight at the beginning.
+/// Speeds of drives, m/s, and scan durations, s. With 5.7 s at the highest speed the stairs would be out of
+/// sight at the beginning.
 const DRIVES: [(f64, f64); 8] = [
     (0.05, 1.3),
     (0.05, 5.7),
@@ -77,7 +77,7 @@ const DRIVES: [(f64, f64); 8] = [
     (0.3, 1.3),
     (0.5, 1.3),
 ];
-/// Kinds of scenes, in the shares in which they are drawn: stairs as they are common, and what is none.
+/// Kinds of scenes, repeated according to their shares: common stairs, and scenes without stairs.
 const KINDS: [Kind; 10] = [
     Kind::Ascending,
     Kind::Ascending,
@@ -91,11 +91,11 @@ const KINDS: [Kind; 10] = [
     Kind::Clutter,
 ];
 
-/// A sequence, and the rows of the table that it belongs to.
+/// A sequence with the rows of the table that it belongs to.
 struct Job {
-    /// With the number of the scan.
+    /// Set with the number of the scan.
     set: String,
-    /// All scans but the first, which is never `ok`.
+    /// Set of all scans except the first, which is never `ok`.
     later: Option<String>,
     source: Source,
 }
@@ -121,7 +121,7 @@ impl Job {
     }
 }
 
-/// `count` approaches, as many standing ones if they are wanted, and as many drives.
+/// Returns for each of `count` seeds an approach and a drive, and for every third seed also a sequence at standstill.
 fn jobs(draw: Draw, count: u64) -> Vec<Job> {
     let mut jobs = Vec::new();
     let seeds = draw.seeds().start..draw.seeds().start + count;
@@ -158,7 +158,7 @@ fn read(directories: &[PathBuf]) -> Result<Vec<Job>> {
     Ok(jobs)
 }
 
-/// What `make` makes of each sequence, in their order.
+/// Applies `make` to each sequence in parallel; returns the results in order.
 fn in_parallel<R: Send>(
     jobs: &[Job],
     make: impl Fn(&Job, &Recording) -> Result<R> + Send + Sync,
@@ -166,7 +166,7 @@ fn in_parallel<R: Send>(
     harness::each(jobs, |job| make(job, &job.recording()?))
 }
 
-/// Counts or measures, and prints.
+/// Fits or measures, and prints.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if args.fit {
         return fit(args);
@@ -217,7 +217,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The scans of a recording judged one by one: with what those before said, and by themselves.
+/// Scores the scans of a recording one by one: with the evidence of earlier scans, and independently.
 fn scores(recording: &Recording) -> Result<[Vec<SceneScore>; 2]> {
     let judge = |single: bool| {
         let options = Options {
@@ -229,20 +229,19 @@ fn scores(recording: &Recording) -> Result<[Vec<SceneScore>; 2]> {
     Ok([judge(false)?, judge(true)?])
 }
 
-/// The scans of a recording, each answer held against its own truth.
+/// Scores the scans of a recording, each against its own ground truth.
 fn judged(recording: &Recording, options: &Options) -> Result<Vec<SceneScore>> {
     let answers: Vec<Answer> = replay::answers(recording, options, |_| ())?;
     let pairs = answers.iter().zip(&recording.meta.sequence.truth);
     Ok(pairs.map(|(a, t)| score::scene(a, t)).collect())
 }
 
-/// `count` of the sequences of chairs that move, with each fault of the motion input; and without any, to
-/// compare.
+/// Measures `count` of the sequences with motion, with each fault of the motion input and without any.
 fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
     let moves =
         |job: &Job| !matches!(job.source, Source::Drawn(_, _, Way::Stops(_, step)) if step == 0.0);
     let moving = jobs.into_iter().filter(moves);
-    // An approach and a drive to each seed: one of them, by turns. Those that are read, all.
+    // Each seed has an approach and a drive: alternately one of them is used. All recordings are used.
     let some = |(k, job): (usize, Job)| {
         let read = matches!(job.source, Source::Read(_));
         (read || k % 4 == 0 || k % 4 == 3).then_some(job)
@@ -282,7 +281,7 @@ fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Counts, prints, writes.
+/// Fits, prints and writes the table.
 fn fit(args: &Args) -> Result<ExitCode> {
     let path = match &args.output {
         Some(path) => path.clone(),

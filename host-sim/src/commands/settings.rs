@@ -1,4 +1,4 @@
-//! `settings PORT`: a scanner's settings as a file, and a file as a scanner's settings.
+//! `settings PORT`: reads a scanner's settings into a file, writes them from one, or compares.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,7 +17,7 @@ use crate::recording;
 use crate::setting_file::profile::{self, Profile};
 use crate::setting_file::table;
 
-/// `save` may erase a sector of flash, during which the scanner is silent.
+/// Timeout of a command. `save` may erase a sector of flash, during which the scanner does not reply.
 const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Arguments of `settings`.
@@ -57,7 +57,7 @@ struct What {
     diff: Option<PathBuf>,
 }
 
-/// Gets, sets or compares.
+/// Reads, writes or compares.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let open = || Talk::open(&args.port, args.baud);
     match &args.what {
@@ -118,7 +118,7 @@ fn read(path: &Path) -> Result<Profile> {
     Ok(profile)
 }
 
-/// Sends the file's settings, reads all back, and saves them where that is wanted.
+/// Sends the file's settings, reads all back, and saves them if requested.
 fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<ExitCode> {
     let before = talk.settings()?;
     let (changes, wanted) = profile.changes(&path.display().to_string(), &before)?;
@@ -177,7 +177,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     Ok(ExitCode::SUCCESS)
 }
 
-/// Settings of the scanner that differ from the wanted ones, a line each.
+/// Returns the settings of the scanner that differ from the wanted ones, one line each.
 fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
     let rows = table::rows().iter().filter(|row| !row.read_only);
     let lines = rows.filter_map(|row| {
@@ -196,7 +196,7 @@ fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
     lines.collect()
 }
 
-/// Saves from a standstill, and goes on scanning if that was so before.
+/// Saves at standstill, and resumes scanning if the scanner was scanning.
 fn keep(talk: &mut Talk) -> Result<()> {
     let status = talk.status()?;
     let stood = status.contains(",STAT,idle,");

@@ -1,4 +1,5 @@
-//! `simulate`: full scans ([`crate::scene::command`]), or with `--guard` guard sweeps of a chair that drives.
+//! `simulate`: simulates full scans ([`crate::scene::command`]), or with `--guard` guard sweeps of a driving
+//! chair.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,10 +16,10 @@ use crate::scene::command::{SimulateArgs, simulate};
 use crate::scene::spec::SceneSpec;
 use crate::sweeps::scenes::{self, Kind};
 
-/// Speed of a chair whose guard sweeps are simulated, m/s, where none is given.
+/// Default speed of the chair for simulated guard sweeps, m/s.
 const SPEED: f64 = 0.2;
 
-/// Arguments of `simulate`: those of full scans, and what turns them into guard sweeps.
+/// Arguments of `simulate`: those of full scans, or of guard sweeps.
 #[derive(Debug)]
 pub enum Args {
     /// Full scans.
@@ -40,7 +41,7 @@ struct Options {
     sweeps: Option<u32>,
 }
 
-/// Guard sweeps to simulate.
+/// Arguments for guard sweeps.
 #[derive(Debug)]
 pub struct Guard {
     scene: PathBuf,
@@ -91,7 +92,7 @@ impl FromArgMatches for Args {
 }
 
 impl Guard {
-    /// The recording, named `name`.
+    /// Returns the recording, named `name`.
     fn recording(&self, name: &str) -> Result<Recording> {
         if let Some(kind) = self
             .scene
@@ -141,9 +142,9 @@ impl Guard {
     }
 }
 
-/// The scene of a file.
+/// Returns the scene of a file.
 fn spec(path: &Path) -> Result<SceneSpec> {
-    // Building it says what is wrong with it, and where.
+    // Building it reports errors with their place.
     Scene::read(path)?;
     let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
     toml::from_str(&text).with_context(|| format!("{}", path.display()))

@@ -1,4 +1,5 @@
-//! `sirad CAPTURE…`: captures of a SiRad through its protocol and the range processing, both the chip's.
+//! `sirad CAPTURE…`: processes captures of a SiRad with the firmware's protocol driver and range
+//! processing.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ use super::{Format, emit};
 use crate::captures::sirad::Capture;
 use crate::modules::sirad::SiRadPort;
 
-/// Time between two looks at the module, and for an answer, µs.
+/// Polling interval of the module, µs; `TIMEOUT_US` is the timeout of an answer.
 const STEP_US: u32 = 1_000;
 const TIMEOUT_US: u32 = 500_000;
 
@@ -36,7 +37,7 @@ pub struct Args {
     format: Format,
 }
 
-/// What a capture shows.
+/// Contents of a capture.
 struct Found {
     radar: RadarConfig,
     swept_khz: u32,
@@ -46,13 +47,13 @@ struct Found {
 }
 
 impl Found {
-    /// The echo in the middle by its range.
+    /// Returns the echo with the median range.
     fn median(&self) -> Option<(f32, f32)> {
         self.echoes.get(self.echoes.len() / 2).copied()
     }
 }
 
-/// A module that plays a capture, and the scanner's end of it.
+/// A simulated module that plays a capture, with the scanner's driver.
 struct Player<'a> {
     module: SiRad,
     port: SiRadPort<'a>,
@@ -84,7 +85,7 @@ impl Player<'_> {
     }
 }
 
-/// Reads a capture as the scanner would from the module that made it.
+/// Processes a capture as the scanner would from the module that made it.
 fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     let capture = Capture::read(path)?;
     let swept_khz = capture.bandwidth_khz.unwrap_or(1_000 * bandwidth_mhz);
@@ -94,7 +95,7 @@ fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
         samples: capture.samples() as u16,
         ..Wish::default()
     };
-    // The first measurement is the one that shows how the module is set.
+    // The first measurement is used to detect the module's settings.
     let mut chirps = capture
         .chirps
         .iter()
@@ -132,7 +133,7 @@ fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     })
 }
 
-/// Prints what each capture shows.
+/// Prints the contents of each capture.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(!args.captures.is_empty(), "no capture");
     for path in &args.captures {

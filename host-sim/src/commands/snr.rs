@@ -1,4 +1,4 @@
-//! `snr`: how much noise the fixed-point transform adds, over the input's level.
+//! `snr`: measures the noise of the fixed-point transform over the input's level.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -30,23 +30,23 @@ pub struct Args {
     format: Format,
 }
 
-/// Least ratio allowed, dB.
+/// Minimum signal-to-error ratio, dB.
 const LEAST_DB: f64 = 60.0;
-/// CMSIS-DSP's q15 transform on the same kind of chirp, as quoted: level, ratio.
+/// Published figures of CMSIS-DSP's q15 transform on the same kind of chirp: level, ratio.
 const QUOTED: [(i32, f64); 4] = [(-1, 52.0), (-20, 34.0), (-40, 15.0), (-60, -5.0)];
 
 /// One level's result.
 struct Level {
     dbfs: i32,
-    /// Of chirps of real samples.
+    /// Whether the chirps are real-valued.
     real: bool,
-    /// Signal to error over all chirps, dB.
+    /// Signal-to-error ratio over all chirps, dB.
     snr_db: f64,
-    /// The same of the worst chirp.
+    /// Signal-to-error ratio of the worst chirp, dB.
     worst_db: f64,
 }
 
-/// Measures and prints; fails below the least ratio.
+/// Measures and prints; fails below the minimum ratio.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut levels = measure(args.seed, args.chirps, false)?;
     levels.extend(measure(args.seed, args.chirps, true)?);
@@ -95,13 +95,13 @@ fn measure(seed: u64, chirps: u32, real: bool) -> Result<Vec<Level>> {
         .collect()
 }
 
-/// The complex number of this magnitude and angle.
+/// Returns the complex number of this magnitude and angle.
 fn polar(magnitude: f64, angle: f64) -> Complex<f64> {
     let (sin, cos) = angle.sin_cos();
     Complex::new(magnitude * cos, magnitude * sin)
 }
 
-/// The values of a chirp: complex, or twice as many real ones.
+/// Returns the samples of a chirp: complex, or twice as many real ones.
 fn values(chirp: &[Iq], real: bool) -> Vec<Complex<f64>> {
     let both = chirp.iter().map(|x| [f64::from(x.i), f64::from(x.q)]);
     match real {
@@ -110,7 +110,7 @@ fn values(chirp: &[Iq], real: bool) -> Vec<Complex<f64>> {
     }
 }
 
-/// Mean removal, Hann window and zero-padded transform in double precision.
+/// Reference: mean removal, Hann window and zero-padded transform in double precision.
 struct Reference {
     real: bool,
     window: Vec<f64>,
@@ -134,8 +134,9 @@ impl Reference {
         }
     }
 
-    /// The spectrum of a chirp, 1 for a tone at full scale: of a real one, half of which stands at its
-    /// negative frequency, the bins of positive frequencies.
+    /// Returns the spectrum of a chirp, scaled to 1 for a tone at full scale. For a real-valued chirp,
+    /// half of whose amplitude is at negative frequencies, it contains the bins of positive
+    /// frequencies.
     fn spectrum(&self, chirp: &[Iq]) -> Vec<Complex<f64>> {
         let values = values(chirp, self.real);
         let mean = values.iter().sum::<Complex<f64>>() / values.len() as f64;
@@ -153,7 +154,7 @@ impl Reference {
     }
 }
 
-/// Power of a chirp's spectrum, and of the error that fixed point makes in it.
+/// Returns the power of a chirp's spectrum, and that of the fixed-point error in it.
 fn powers(
     processor: &mut RangeProcessor,
     reference: &Reference,
@@ -170,7 +171,7 @@ fn powers(
     Ok((signal, error))
 }
 
-/// Three tones and noise 50 dB below them, peaking at `dbfs` and quantised.
+/// Returns three tones and noise 50 dB below them, with a peak at `dbfs`, quantised.
 fn tones(radar: &RadarConfig, dbfs: f64, random: &mut Xoshiro128PlusPlus) -> Vec<Iq> {
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
     let peak = 32_767.0 * 10f64.powf(dbfs / 20.0);

@@ -1,4 +1,4 @@
-//! `soak`: one scanner over thousands of scans, each held against a fresh one.
+//! `soak`: runs one scanner over thousands of scans and compares each answer with a new scanner's.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -8,10 +8,10 @@ use anyhow::Result;
 use super::{emit, progress};
 use crate::soak::{Tally, soak};
 
-/// The peak of memory may grow by so much from the first half of the scans to the second, bytes: what the allocator keeps
-/// of the largest recording that has come by.
+/// Maximum growth of the peak memory from the first half of the scans to the second, bytes: the allocator keeps
+/// memory of the largest recording.
 const GROWTH: u64 = 32 << 20;
-/// So many differing scans are named.
+/// Maximum number of differing scans that are listed.
 const NAMED: usize = 10;
 
 /// Arguments of `soak`.
@@ -25,7 +25,7 @@ pub struct Args {
     seed: u64,
 }
 
-/// Soaks and prints; fails where an answer differs or memory grows.
+/// Runs the test and prints; fails if an answer differs or memory grows.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let bar = progress(args.scans);
     let tally = soak(args.scans, args.seed, |scans| bar.set_position(scans))?;

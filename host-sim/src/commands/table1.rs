@@ -1,4 +1,4 @@
-//! `table1`: the paper's stairs A, B and C, laid out like its table I beside its own figures.
+//! `table1`: scans the paper's stairs A, B and C and compares with the figures of its table I.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -32,13 +32,13 @@ pub struct Args {
     format: Format,
 }
 
-/// Steps of each staircase.
+/// Number of steps of each staircase.
 const STEPS: usize = 3;
 
-/// A reported step this far from a true one, in metres, is not that step (as in `score`).
+/// Maximum distance of a reported step from the true one, metres (as in `score`).
 const NEAR_M: f64 = 0.10;
 
-/// A staircase of the paper: its scene here, and its row of table I in centimetres.
+/// A staircase of the paper: its scene, and its row of table I in centimetres.
 struct Stair {
     name: &'static str,
     scene: &'static str,
@@ -67,7 +67,7 @@ const STAIRS: [Stair; 3] = [
     },
 ];
 
-/// What came out for one staircase.
+/// Results of one staircase.
 #[derive(Default)]
 struct Row {
     exact: u32,
@@ -91,13 +91,13 @@ impl Row {
         }
     }
 
-    /// Mean absolute error of step `k` in centimetres, if it was ever found.
+    /// Returns the mean absolute error of step `k`, cm; `None` if it was never found.
     fn mean_cm(&self, sums: &[f64; STEPS], k: usize) -> Option<f64> {
         (self.found[k] > 0).then(|| 100.0 * sums[k] / f64::from(self.found[k]))
     }
 }
 
-/// Absolute errors of the reported step nearest to a true one.
+/// Returns the absolute errors of the reported step nearest to a true one.
 fn errors(answer: &Answer, truth: &TrueStep) -> Option<(f64, f64)> {
     let off = answer.steps.iter().map(|s| {
         let depth = (metres(s.distance) - truth.distance_m).abs();
@@ -144,7 +144,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The table for people.
+/// Returns the text table.
 fn text(args: &Args, rows: &[Row]) -> String {
     let mut out = format!(
         "Mean absolute errors over {} scans each, estimator {}{}; in brackets the paper's table I.\n\n\
@@ -207,7 +207,7 @@ fn text(args: &Args, rows: &[Row]) -> String {
     out
 }
 
-/// One JSON object per staircase.
+/// Returns one JSON object for each staircase.
 fn lines(args: &Args, rows: &[Row]) -> String {
     let objects = STAIRS.iter().zip(rows).map(|(stair, row)| {
         let means = |sums| [0, 1, 2].map(|k| row.mean_cm(sums, k));

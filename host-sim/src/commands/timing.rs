@@ -1,4 +1,4 @@
-//! `timing`: what a scan takes, computed from the configuration.
+//! `timing`: calculates the duration of a scan from the configuration.
 
 pub mod guard;
 
@@ -44,27 +44,27 @@ fn parse_setting(text: &str) -> Result<(String, String), String> {
     Ok((key.to_owned(), value.to_owned()))
 }
 
-/// Clocks of the core in a microsecond. The budgets count instructions; one a clock is what the
-/// Cortex-M4F does at best.
+/// Clocks of the core per microsecond. The budgets count instructions; the Cortex-M4F executes at best one each
+/// clock.
 const CORE_MHZ: u64 = 168;
 /// Speeds of a chair, m/s: beside stairs, and along a corridor.
 const CHAIR: [f64; 2] = [0.2, 0.5];
 
-/// How a scan's time comes together, in the order in which its parts are printed; they add up to it.
+/// Duration of a scan by parts, in the order of output; their sum is the duration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScanTime {
-    /// Of which mode.
+    /// Sweep mode.
     pub mode: &'static str,
-    /// The setting `module`; none where it does not matter.
+    /// The setting `module`; `None` if it has no effect.
     pub module: Option<&'static str>,
-    /// Rate of the link; none of SPI, and where it does not matter.
+    /// Rate of the link; `None` for SPI, and if it has no effect.
     pub baud: Option<u32>,
     /// Name and microseconds.
     pub parts: Vec<(&'static str, u64)>,
 }
 
 impl ScanTime {
-    /// The bound of physics: chirp after chirp.
+    /// Lower bound: consecutive chirps without pauses.
     pub fn bound(settings: &Settings) -> Self {
         let rows = u64::from(settings.config.sweep.angle_count);
         let chirps = rows * u64::from(settings.timing.chirp_duration);
@@ -76,7 +76,7 @@ impl ScanTime {
         }
     }
 
-    /// The mirror stops at every row; a chirp is on the wire while it moves on.
+    /// Duration with a mirror that stops at every row; a chirp is transmitted while it moves on.
     pub fn stop(settings: &Settings, schedule: &Schedule, wire: Wire) -> Self {
         let ramp = settings.motor.ramp();
         let rows = u64::from(schedule.rows());
@@ -84,7 +84,7 @@ impl ScanTime {
         let chirp = u64::from(settings.timing.chirp_duration);
         let trigger = u64::from(wire.trigger_us());
         let answer = u64::from(wire.chirp_us(settings.config.radar.samples)) + CHIRP / CORE_MHZ;
-        // Without a duration nobody knows when the chirp is captured but by its answer.
+        // Without the chirp's duration its end is known only from its answer.
         let slack = match chirp {
             0 => answer,
             _ => u64::from(SLACK_US),
@@ -96,7 +96,7 @@ impl ScanTime {
             moves += moving;
             waits += answer.saturating_sub(slack + moving + settle);
         }
-        // Nothing is left to move to behind the last row.
+        // There is no move after the last row.
         waits += answer.saturating_sub(slack);
         Self {
             mode: "stop",
@@ -112,7 +112,7 @@ impl ScanTime {
         }
     }
 
-    /// The mirror turns, rows over `wire`; none where the shaft has no room for the ramps.
+    /// Duration with a turning mirror and rows over `wire`; `None` if the shaft has no room for the ramps.
     pub fn continuous(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
         let times = wire.row_times(settings.config.radar.samples);
         let time = Self::passing(settings, schedule, ("pstr", times))?;
@@ -122,7 +122,7 @@ impl ScanTime {
         })
     }
 
-    /// The mirror turns, rows with a BGT60TR13C on SPI.
+    /// Duration with a turning mirror and a BGT60TR13C on SPI.
     fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
         let wish = Wish {
             kind: ModuleKind::Bgt60,
@@ -146,7 +146,7 @@ impl ScanTime {
         let turn = u64::from(ramp.duration_us(start.abs_diff(end)));
         let rows = u64::from(schedule.rows() - 1) * u64::from(cruise.period_us);
         let ramps = turn.saturating_sub(rows);
-        // The last row comes half a way of ramps before the end; its answer may take longer.
+        // The last row is half of the ramps' travel before the end; its answer may take longer.
         let chirp = times.chirp_us.unwrap_or(settings.timing.chirp_duration);
         let answer = u64::from(chirp) / 2 + u64::from(times.answer_us) + CHIRP / CORE_MHZ;
         Some(Self {
@@ -164,7 +164,7 @@ impl ScanTime {
         })
     }
 
-    /// From the first move to the last sample, microseconds.
+    /// Returns the time from the first move to the last sample, microseconds.
     pub fn total(&self) -> u64 {
         self.parts.iter().map(|(_, us)| us).sum()
     }
@@ -204,15 +204,15 @@ impl ScanTime {
     }
 }
 
-/// What a chair at `speed` travels meanwhile, to 0.1 mm.
+/// Returns the distance that a chair at `speed` (m/s) travels during a scan, mm, rounded to 0.1 mm.
 fn travel_mm(time: &ScanTime, speed: f64) -> f64 {
     (ms(time.total()) * speed * 10.0).round() / 10.0
 }
 
-/// Every mode at every rate.
+/// Returns the durations of every mode at every rate.
 ///
 /// # Errors
-/// Names what no scan can be made of.
+/// No scan is possible with the settings; the message names the cause.
 pub fn modes(settings: &Settings, wires: &[Wire]) -> Result<Vec<ScanTime>> {
     let schedule = Schedule::new(&settings.config).map_err(|e| anyhow!("{e}"))?;
     let mut times = vec![ScanTime::bound(settings)];
@@ -302,14 +302,15 @@ mod tests {
         );
     }
 
-    /// The same scans over the bench of `src/scanner/sweep/tests`, where steps, bytes and arithmetic take their
-    /// time and what it measures is asserted.
+    /// Compares with the measurements of the simulated bench in `src/scanner/sweep/tests`, where steps, bytes and
+    /// arithmetic take time.
     #[test]
     fn they_are_those_of_the_sweep_over_simulated_time() {
         let times = times(false);
         for (mode, baud, ms) in MEASURED {
             let computed = self::ms(total(&times, mode, baud));
-            // Over simulated time each step comes an interrupt's latency late, and the scan begins with a short move.
+            // In the simulation each step is delayed by an interrupt's latency, and the scan begins with a short
+            // move.
             assert!(
                 (0.96..=1.0).contains(&(computed / ms)),
                 "{mode} {baud}: {computed}, not {ms}"
@@ -330,7 +331,7 @@ mod tests {
         settings.timing.chirp_duration = 0;
         let wire = Wire::default();
         let times = modes(&settings, &[wire]).unwrap();
-        // Moves, settling, triggers and chirps on the wire one after the other.
+        // Moves, settling, triggers and transmitted chirps in sequence.
         let all = total(&times, "stop", wire.baud);
         assert!((5_600_000..5_800_000).contains(&all), "{all}");
     }

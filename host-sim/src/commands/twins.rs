@@ -1,4 +1,5 @@
-//! `twins`: the DSP instructions against their definitions, in the emulator and against the host.
+//! `twins`: compares the DSP instructions with their portable definitions, in the emulator and on
+//! the host.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -11,8 +12,8 @@ use super::emit;
 use crate::emulate::image;
 use crate::images;
 
-/// Works the same 20,000 random and adversarial chirps off three times: in the emulator by
-/// instructions and by their definitions, on the host by the definitions.
+/// Processes the same 20,000 random and adversarial chirps three times: in the emulator with the
+/// instructions and with their definitions, on the host with the definitions.
 pub fn run() -> Result<ExitCode> {
     let elf = image::build_bin("bench-image", "twins", &[])?;
     let directory = elf.with_extension("run");

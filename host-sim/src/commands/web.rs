@@ -1,4 +1,4 @@
-//! `web -o FILE`: the scanner as WebAssembly in one page for any browser.
+//! `web -o FILE`: writes the scanner as WebAssembly in one page for any browser.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A sequence for the page: a chair that nears stairs, scene and seed being those of `simulate`.
+/// Returns a sequence for the page: a chair that approaches stairs, with scene and seed as in `simulate`.
 fn approach(scenes: &Path) -> Result<Recording> {
     const SEED: u64 = 0;
     const SCANS: usize = 3;
@@ -61,7 +61,7 @@ fn approach(scenes: &Path) -> Result<Recording> {
     scene.simulate_approach("approach", SEED, &Approach::new(SEED, SCANS, STEP_M))
 }
 
-/// The bytes of a WebAssembly module.
+/// Returns the bytes of a WebAssembly module.
 fn wasm(path: &Path) -> Result<Vec<u8>> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     ensure!(

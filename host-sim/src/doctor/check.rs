@@ -1,11 +1,11 @@
-//! The checks of the list, in the order in which a scanner comes to them.
+//! The checks of the list, in the order of the scanner's start-up.
 
 /// One line of the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
-    /// The report port opens and the scanner speaks and answers.
+    /// The report port opens, and the scanner replies.
     Port,
-    /// Version, and how it has run so far.
+    /// Version, and its past operation.
     Firmware,
     /// The checksum of the image.
     Seal,
@@ -23,14 +23,14 @@ pub enum Check {
     Signal,
     /// The mirror's own echo.
     MirrorEcho,
-    /// The floor where the mounting says, and the way free.
+    /// The ground is where the mounting requires it, and the field of view is free.
     Mount,
-    /// The answer as a whole.
+    /// The whole answer.
     Answer,
 }
 
 impl Check {
-    /// All, in the order in which a scanner comes to them.
+    /// All checks, in the order of the scanner's start-up.
     pub const ALL: &'static [Self] = &[
         Self::Port,
         Self::Firmware,

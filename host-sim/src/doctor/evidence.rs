@@ -1,4 +1,4 @@
-//! Questions to a scanner and its answers, as evidence.
+//! Collects the replies of a scanner for the checks.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -8,27 +8,27 @@ use stairscan::verdict::{Reason, Reasons};
 
 use crate::live::talk::{Broken, Reply, Talk};
 
-/// Homing, self-test, and the module's first answer within `connect-timeout`.
+/// Timeout of homing and self-test, including the module's first answer within `connect-timeout`.
 const SELF_TEST: Duration = Duration::from_secs(60);
 
-/// Answers of a scanner to the questions of `doctor`.
+/// Replies of a scanner to the requests of `doctor`.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     /// Name of the port.
     pub port: String,
-    /// Its speed.
+    /// Baud rate.
     pub baud: u32,
-    /// Why the port could not be used any more, or commands were not answered.
+    /// Cause of a failure of the port or of missing replies.
     pub broken: Option<Broken>,
-    /// Lines that came damaged.
+    /// Number of damaged lines.
     pub damaged: u64,
     /// Version and revision.
     pub version: Option<String>,
     /// State of the scanner.
     pub state: Option<String>,
-    /// What drives the core.
+    /// Clock source of the core.
     pub clock: Option<String>,
-    /// What `status` told.
+    /// Reasons that `status` reported.
     pub status_reasons: Reasons,
     /// Whether the self-test has passed since the port was opened.
     pub passed: bool,
@@ -36,17 +36,19 @@ pub struct Evidence {
     pub scan: Option<ScanLine>,
     /// Settings, as commands write them.
     pub settings: BTreeMap<String, String>,
-    /// Of the last `LIVE`: faults of the motion input, refused lines, damaged bytes of the port, errors of the link.
+    /// Counters of the last `LIVE`: faults of the motion input, refused lines, damaged bytes of the port, errors of
+    /// the link.
     pub counters: [u16; 4],
 }
 
 impl Evidence {
-    /// The value of a setting, as commands write it.
+    /// Returns the value of a setting, as commands write it.
     pub fn setting(&self, key: &str) -> Option<&str> {
         self.settings.get(key).map(String::as_str)
     }
 
-    /// Asks the scanner. `moves` permits self-test and scans of one that stands; `patience` is for a scan.
+    /// Sends the requests. `moves` permits self-test and scans of a stopped scanner; `patience` is the timeout of a
+    /// scan.
     pub fn gather(talk: &mut Talk, port: &str, moves: bool, patience: Duration) -> Self {
         let mut evidence = Self {
             port: port.to_owned(),
@@ -63,18 +65,19 @@ impl Evidence {
     fn ask(&mut self, talk: &mut Talk, moves: bool, patience: Duration) -> Result<(), Broken> {
         let answered = self.questions(talk);
         if let Err(broken) = answered {
-            // Without the wire to the scanner what it says by itself is still heard; a port that has gone says no more.
+            // Without the wire to the scanner its own sentences are still received; a port that has disappeared
+            // delivers nothing.
             let _ = self.scans(talk, patience);
             return Err(broken);
         }
         match self.state.as_deref() {
             Some("idle") if moves => self.stir(talk, patience)?,
             Some("idle") => {}
-            // It has told why.
+            // It has already reported the cause.
             Some("fault") if !self.status_reasons.is_empty() => {}
             _ => self.scans(talk, patience)?,
         }
-        // After the scan: what the module reports is among them.
+        // After the scan, since the settings include the module's.
         self.settings = talk.settings()?;
         Ok(())
     }
@@ -95,7 +98,7 @@ impl Evidence {
         Ok(())
     }
 
-    /// Self-test and scans of a scanner that stands.
+    /// Runs self-test and scans of a stopped scanner.
     fn stir(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
         match talk.slow_command(&["selftest"], SELF_TEST)? {
             Some(Reply::Good(_)) => self.passed = true,
@@ -109,7 +112,7 @@ impl Evidence {
             None => return Ok(()),
         }
         self.status_reasons = Reasons::NONE;
-        // Before a second sweep nothing confirms that the chair stands.
+        // Without a second sweep the standstill of the chair is not confirmed.
         for _ in 0..2 {
             talk.slow_command(&["scan"], Duration::from_secs(2))?;
             self.scan_head(talk, patience)?;
@@ -120,7 +123,7 @@ impl Evidence {
         Ok(())
     }
 
-    /// The scans of a scanner that scans by itself.
+    /// Waits for scans of a running scanner.
     fn scans(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
         self.scan_head(talk, patience)?;
         if self.unconfirmed() {

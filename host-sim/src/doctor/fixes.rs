@@ -1,10 +1,10 @@
-//! To which check a reason belongs, and what helps.
+//! Check and remedy of each reason.
 
 use stairscan::verdict::Reason;
 
 use super::check::Check;
 
-/// The check that a reason belongs to.
+/// Returns the check that a reason belongs to.
 pub fn check(reason: Reason) -> Check {
     use Reason as R;
     match reason {
@@ -43,7 +43,7 @@ pub fn check(reason: Reason) -> Check {
     }
 }
 
-/// What helps.
+/// Returns the remedy of a reason.
 pub fn fix(reason: Reason) -> &'static str {
     use Reason as R;
     match reason {

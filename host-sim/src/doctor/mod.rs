@@ -1,10 +1,11 @@
-//! `doctor`: what a scanner says of itself, as a list of checks with what helps. Pure: what was said is an argument.
+//! `doctor`: evaluates the replies of a scanner as a list of checks with remedies. Pure: the replies are an
+//! argument.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | [`check`] | the checks |
-//! | [`evidence`] | what was asked and said |
-//! | [`fixes`] | to which check a reason belongs, and what helps |
+//! | [`evidence`] | the replies of the scanner |
+//! | [`fixes`] | check and remedy of each reason |
 
 pub mod check;
 pub mod evidence;
@@ -27,18 +28,18 @@ use evidence::Evidence;
 pub enum Level {
     /// Nothing is wrong.
     Ok,
-    /// The settings say that there is none.
+    /// Not fitted, according to the settings.
     Absent,
-    /// Nothing was said of it.
+    /// Not checked: no data.
     Unseen,
-    /// It works, with something to see to.
+    /// It works, but needs attention.
     Warning,
     /// It does not work.
     Fault,
 }
 
 impl Level {
-    /// The word for it.
+    /// Returns the text of the list.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -50,23 +51,23 @@ impl Level {
     }
 }
 
-/// What came of a check.
+/// Result of a check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Which.
+    /// The check.
     pub check: Check,
-    /// How it went.
+    /// The result.
     pub level: Level,
-    /// What was observed.
+    /// The observation.
     pub observed: String,
-    /// What helps, a line each.
+    /// Remedies, one line each.
     pub fixes: Vec<String>,
 }
 
-/// How far the scanner has come, from what it said.
+/// Stage of the start-up that the scanner has reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Reached {
-    /// It answers.
+    /// It replies.
     Nothing,
     /// Arithmetic and chip have passed.
     Motor,
@@ -80,7 +81,7 @@ enum Reached {
     Mirror,
 }
 
-/// The list for a port that cannot be used.
+/// Returns the list for a port that cannot be used.
 pub fn unusable(broken: &Broken) -> Vec<Finding> {
     let finding = |&check: &Check| match check {
         Check::Port => Finding {
@@ -103,19 +104,19 @@ fn unseen(check: Check, why: &str) -> Finding {
     }
 }
 
-/// The list for what was said.
+/// Returns the list for the replies of a scanner.
 pub fn examine(evidence: &Evidence) -> Vec<Finding> {
     let findings = Check::ALL.iter().map(|&check| of(check, evidence));
     findings.collect()
 }
 
-/// The worst result.
+/// Returns the worst result.
 pub fn worst(findings: &[Finding]) -> Level {
     let levels = findings.iter().map(|finding| finding.level);
     levels.max().unwrap_or(Level::Ok)
 }
 
-/// The list as text.
+/// Returns the list as text.
 pub fn text(findings: &[Finding]) -> String {
     let mut text = String::new();
     for Finding {
@@ -152,7 +153,7 @@ pub fn text(findings: &[Finding]) -> String {
     text
 }
 
-/// How bad a reason is beside this status.
+/// Returns the level of a reason with this status.
 fn level(reason: Reason, status: Status) -> Level {
     let has = |effect| reason.effects().contains(&effect);
     if has(ReasonEffect::Fault) && (status == Status::Fault || !has(ReasonEffect::Doubt)) {
@@ -248,7 +249,7 @@ fn warning(check: Check, observed: String, fix: &str) -> Finding {
     }
 }
 
-/// How far it has come: a reason shows where it stopped.
+/// Returns the stage reached: a reason shows where the start-up stopped.
 fn reached(evidence: &Evidence) -> Reached {
     let reasons = evidence.reasons();
     let stopped = |checks: &[Check]| {
@@ -347,7 +348,7 @@ fn firmware(evidence: &Evidence) -> Finding {
 }
 
 fn seal(evidence: &Evidence) -> Finding {
-    // Whether the image is unsealed is told with a scan; that it is damaged, with a failed self-test.
+    // A scan reports an unsealed image, a failed self-test a damaged one.
     match evidence.scan {
         Some(scan) if scan.scan > 0 => good(Check::Seal, "the image is what was built".to_owned()),
         _ => unseen(
@@ -460,7 +461,7 @@ fn mount(evidence: &Evidence) -> Finding {
     good(Check::Mount, told)
 }
 
-/// The answer as a whole; `mine` are the reasons that say something of the scene.
+/// Checks the whole answer. `mine` are the reasons that concern the scene.
 fn answer(evidence: &Evidence, mine: &[Reason], told: &[String]) -> Finding {
     let check = Check::Answer;
     let Some(scan) = evidence.scan else {
@@ -488,10 +489,10 @@ fn answer(evidence: &Evidence, mine: &[Reason], told: &[String]) -> Finding {
 }
 
 impl Evidence {
-    /// Every reason that was told.
+    /// Returns all reported reasons.
     fn reasons(&self) -> Reasons {
         let scan = self.scan.map_or(Reasons::NONE, |scan| scan.reasons);
-        // Once a scan was seen, what `status` told before it is older.
+        // After a scan the earlier reply to `status` is outdated.
         let before = match self.scan {
             Some(scan) if scan.scan > 0 => Reasons::NONE,
             _ => self.status_reasons,
@@ -499,7 +500,7 @@ impl Evidence {
         scan.and(before)
     }
 
-    /// A setting as people write it.
+    /// Returns a setting with its unit.
     fn spoken(&self, key: &str) -> String {
         let spoken = self.setting(key).map(|value| match table::row(key) {
             Some(row) => row.spoken(value),

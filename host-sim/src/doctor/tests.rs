@@ -1,4 +1,4 @@
-//! What is made of what a scanner says.
+//! Tests of the evaluation.
 
 use stairscan::answer::Direction;
 use stairscan::report::ScanLine;
@@ -72,7 +72,7 @@ fn a_healthy_scanner_is_well() {
     assert_eq!(level_of(&findings, Check::Encoder), Level::Absent);
 }
 
-/// No reason that takes something from an answer leaves the list without a warning and a fix.
+/// Every reason that degrades an answer gives a warning and a remedy.
 #[test]
 fn every_reason_shows_where_it_belongs_with_its_fix() {
     for &reason in Reason::ALL {
@@ -106,7 +106,7 @@ fn every_reason_shows_where_it_belongs_with_its_fix() {
     }
 }
 
-/// What comes behind the place where the scanner stopped is not called well.
+/// Checks behind the stage at which the scanner stopped are not reported as good.
 #[test]
 fn what_was_not_reached_is_not_seen() {
     let stopped = |number, reason| examine(&evidence(Some(scan(number, Status::Fault, &[reason]))));
@@ -180,7 +180,7 @@ fn nothing_is_made_of_nothing() {
             text(&findings)
         );
     }
-    // A self-test that has passed says more.
+    // A passed self-test gives more information.
     let findings = examine(&Evidence {
         passed: true,
         ..evidence(None)
@@ -188,7 +188,7 @@ fn nothing_is_made_of_nothing() {
     assert_eq!(level_of(&findings, Check::Home), Level::Ok);
     assert_eq!(level_of(&findings, Check::Module), Level::Ok);
     assert_eq!(level_of(&findings, Check::Signal), Level::Unseen);
-    // And so does a fault that `status` told.
+    // So does a fault reported by `status`.
     let status_reasons = Reasons::NONE.with(Reason::MotorStall);
     let findings = examine(&Evidence {
         status_reasons,
@@ -248,7 +248,7 @@ fn what_is_to_be_seen_to_is_a_warning() {
     }
 }
 
-/// The list that the document shows: defaults, never calibrated.
+/// The list in the document: default settings, never calibrated.
 #[test]
 fn the_document_shows_the_list() {
     let mut evidence = evidence(Some(scan(1, Status::Ok, &[])));

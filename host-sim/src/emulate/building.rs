@@ -1,4 +1,4 @@
-//! Cargo at work for other targets, with elapsed and remaining time.
+//! Runs Cargo for other targets, with elapsed and remaining time.
 
 use std::io::{BufRead, BufReader, IsTerminal as _, Read as _};
 use std::process::{Command, Stdio};
@@ -7,10 +7,11 @@ use anyhow::{Context, Result, ensure};
 
 use crate::commands::progress;
 
-/// Runs `build`, a `cargo build` for `target`, and counts what it finishes against the packages that `package` rests on.
+/// Runs `build`, a `cargo build` for `target`, and shows the finished packages relative to all dependencies of
+/// `package`.
 ///
 /// # Errors
-/// What Cargo says when it fails.
+/// The build fails; the message is Cargo's.
 pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
     let total = if std::io::stderr().is_terminal() {
         packages(&build, package, target)
@@ -19,7 +20,7 @@ pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
     };
     let bar = progress(total.unwrap_or(1)).with_prefix(format!("building {package}"));
     let mut child = build
-        // One line a finished package; diagnostics stay text.
+        // One line for each finished package; diagnostics stay text.
         .args(["--message-format", "json-render-diagnostics"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -29,7 +30,7 @@ pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
     let complaints = std::thread::spawn(move || {
         let mut text = String::new();
         if let Some(mut stderr) = stderr {
-            // What is no text is no reason to stop reading: Cargo would wait.
+            // Reading continues after invalid UTF-8; otherwise Cargo would block on the pipe.
             let mut bytes = Vec::new();
             let _ = stderr.read_to_end(&mut bytes);
             text = String::from_utf8_lossy(&bytes).into_owned();
@@ -43,7 +44,7 @@ pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
         .flat_map(|out| BufReader::new(out).lines())
     {
         let finished = line.is_ok_and(|line| line.contains("\"reason\":\"compiler-artifact\""));
-        // The image itself comes last; libraries with a build script come twice.
+        // The image itself is last; libraries with a build script are reported twice.
         if finished && bar.position() + 1 < bar.length().unwrap_or(0) {
             bar.inc(1);
         }
@@ -59,7 +60,7 @@ pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
     Ok(())
 }
 
-/// How many packages a package rests on, itself included; `None` where Cargo does not say.
+/// Returns the number of packages that `package` depends on, including itself; `None` if Cargo does not report it.
 fn packages(build: &Command, package: &str, target: &str) -> Option<u64> {
     let mut tree = Command::new(build.get_program());
     tree.current_dir(build.get_current_dir()?);

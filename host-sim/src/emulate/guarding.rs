@@ -1,4 +1,4 @@
-//! Guard sweeps of a recording through the image.
+//! Runs guard sweeps of a recording through the image.
 
 use std::path::Path;
 
@@ -11,11 +11,11 @@ use super::session::{Session, Waits};
 use crate::playback::Playback;
 use crate::recording::Recording;
 
-/// The sentences on the first `sweeps` sweeps of a recording, after one boot. The motion sentences come with the triggers:
-/// the host says the same with [`crate::replay::Options::by_trigger`].
+/// Returns the sentences of the first `sweeps` sweeps of a recording, after one boot. The motion sentences are sent
+/// with the triggers, as on the host with [`crate::replay::Options::by_trigger`].
 ///
 /// # Errors
-/// Names the recording and what failed.
+/// A sweep failed; the message names the recording and the cause.
 pub fn sentences(
     elf: &Path,
     recording: &Recording,

@@ -1,4 +1,4 @@
-//! Building the image, and reading its sizes and symbols.
+//! Builds the image and reads its sizes and symbols.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,14 +13,14 @@ use super::seal::seal;
 use super::tools::{TARGET, Tool, WEB};
 use crate::recording::regular;
 
-/// The workspace that this program was built from.
+/// Returns the directory of the workspace that this program was built from.
 pub fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).to_owned()
 }
 
 /// Builds the image as `cargo firmware` does, seals it, and returns its path. `features` are for test builds,
-/// whose images go to a directory of their own.
+/// whose images go to a separate directory.
 pub fn build(features: &[&str]) -> Result<PathBuf> {
     let elf = build_bin("stairscan", "stairscan", features)?;
     seal(&elf)?;
@@ -40,7 +40,7 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     let mut build = Command::new(cargo);
     build
         .current_dir(&root)
-        // What both builds rest on is built once.
+        // Dependencies of both builds are built once.
         .env("CARGO_BUILD_BUILD_DIR", &build_dir)
         .args(["build", "--quiet", "--profile", "firmware"])
         .args(["--package", package, "--bin", bin])
@@ -51,7 +51,7 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     Ok(target.join(TARGET).join("firmware").join(bin))
 }
 
-/// Where this workspace's artifacts go.
+/// Returns the directory of this workspace's artifacts.
 fn build_dir(root: &Path) -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir))
 }
@@ -84,7 +84,7 @@ pub fn build_web() -> Result<PathBuf> {
 pub const ALLOCATOR: &[&str] = &["__rust_alloc", "__rg_alloc", "__rdl_alloc", "malloc"];
 /// Parts of the names of double-precision soft-float functions.
 pub const DOUBLE: &[&str] = &["__aeabi_d", "adddf3", "muldf3", "divdf3", "__aeabi_f2d"];
-/// Parts of the names of what a panic calls.
+/// Parts of the names of functions that a panic calls.
 const PANIC: &[&str] = &[
     "panicking",
     "rust_begin_unwind",
@@ -93,27 +93,27 @@ const PANIC: &[&str] = &[
     "slice_index_fail",
     "option_expect",
 ];
-/// The only functions that may call it: the logger's guard against being entered twice, which on
-/// one core and with interrupts off nothing can set off.
+/// The only functions that may call a panic: the logger's check against re-entry. It cannot trigger on one
+/// core with interrupts off.
 const LOGGER: &[&str] = &["_defmt_acquire", "_defmt_release"];
 
-/// What an image takes and calls.
+/// Memory use and symbols of an image.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// Sections that are loaded or reserved, with their bytes.
+    /// Sections that are loaded or reserved, with their sizes in bytes.
     pub sections: Vec<(String, u64)>,
-    /// Bytes of flash: everything that is loaded.
+    /// Flash use, bytes: everything that is loaded.
     pub flash: u64,
-    /// Bytes of static RAM: data, zeroed and uninitialised memory.
+    /// Static RAM, bytes: data, zeroed and uninitialised memory.
     pub ram: u64,
     /// Names of all symbols.
     pub symbols: Vec<String>,
-    /// Functions that may panic, by the relocations that the linker leaves in the image: each call
-    /// and each address of a function that is taken.
+    /// Functions that may panic, from the relocations that the linker leaves in the image: every call and
+    /// every function address.
     pub may_panic: Vec<String>,
 }
 
-/// Where the chip's SRAM begins; the stack's region is not allocated by any section.
+/// Address range of the chip's SRAM. The stack's region is not allocated by any section.
 const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
 
 fn bytes(elf: &Path) -> Result<Vec<u8>> {
@@ -121,7 +121,7 @@ fn bytes(elf: &Path) -> Result<Vec<u8>> {
     std::fs::read(elf).with_context(|| format!("{}", elf.display()))
 }
 
-/// The ELF file `elf` that these bytes are.
+/// Parses the bytes of the ELF file `elf`.
 fn parse<'data>(elf: &Path, bytes: &'data [u8]) -> Result<object::File<'data>> {
     let file =
         object::File::parse(bytes).with_context(|| format!("{}: no ELF file", elf.display()))?;
@@ -133,10 +133,10 @@ fn parse<'data>(elf: &Path, bytes: &'data [u8]) -> Result<object::File<'data>> {
     Ok(file)
 }
 
-/// Refuses what the emulator cannot boot, before it is started.
+/// Checks that the emulator can boot a file.
 ///
 /// # Errors
-/// Names the file: none there, no ELF file, one for another processor.
+/// The file is missing, is not an ELF file, or is for another processor; the message names it.
 pub fn check(elf: &Path) -> Result<()> {
     parse(elf, &bytes(elf)?).map(|_| ())
 }
@@ -187,17 +187,18 @@ impl Image {
         Ok(image)
     }
 
-    /// How many symbols hold one of `parts`.
+    /// Returns the number of symbols that contain one of `parts`.
     pub fn count(&self, parts: &[&str]) -> u64 {
         let holds = |name: &&String| holds(name, parts);
         self.symbols.iter().filter(holds).count() as u64
     }
 }
 
-/// Copies an image with one of its variables changed, which is named by parts of its symbol.
+/// Copies an image and changes one of its variables, given by parts of its symbol.
 ///
 /// # Errors
-/// Names the file: none there, no ELF file, not one such variable of `size` bytes.
+/// The file is missing, is not an ELF file, or does not contain exactly one such variable of `size` bytes;
+/// the message names it.
 pub fn patch(
     elf: &Path,
     to: &Path,
@@ -211,7 +212,7 @@ pub fn patch(
     crate::recording::write_whole(to, &image)
 }
 
-/// Where in the file the only variable stands that has this size and these parts in its symbol.
+/// Returns the file offset of the only variable with this size and these parts in its symbol.
 fn place(file: &object::File<'_>, symbol: &[&str], size: usize) -> Option<usize> {
     let named = |name: &str| symbol.iter().all(|part| name.contains(part));
     let mut found = file.symbols().filter(|s| s.name().is_ok_and(named));
@@ -227,10 +228,10 @@ fn holds(name: &str, parts: &[&str]) -> bool {
     parts.iter().any(|part| name.contains(part))
 }
 
-/// Names of the functions by where they begin.
+/// Returns the names of the functions by their start addresses.
 fn functions<'data>(file: &object::File<'data>) -> BTreeMap<u64, &'data str> {
     let text = file.symbols().filter(|s| s.kind() == SymbolKind::Text);
-    // The lowest bit says that it is Thumb code.
+    // The lowest bit marks Thumb code.
     text.filter_map(|s| Some((s.address() & !1, s.name().ok()?)))
         .filter(|(_, name)| !name.starts_with('$'))
         .collect()

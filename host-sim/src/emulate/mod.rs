@@ -1,18 +1,18 @@
-//! The very image in an emulator: QEMU's `netduinoplus2` runs the ELF file, and this module is
-//! everything around the chip: the radar module at the end of the link, a terminal on the report
-//! port, the motor with its home switch.
+//! Runs the firmware image in an emulator: QEMU's `netduinoplus2` runs the ELF file, and this
+//! module simulates the environment of the chip: the radar module at the link, a terminal at the
+//! report port, the motor with its home switch.
 //!
 //! | module | what it is |
 //! |---|---|
 //! | [`qemu`] | the emulator's process, its sockets and its log |
-//! | [`module`] | the radar module, which plays a recording and can misbehave |
+//! | [`module`] | the radar module, which plays a recording and can inject faults |
 //! | [`shaft`] | the motor: STEP and DIR from the log, home switch by injected edges |
 //! | [`session`] | boot, configure, scan |
 //! | [`guarding`] | guard sweeps of a recording |
-//! | `building` | Cargo at work, with the time that it takes |
+//! | `building` | Cargo runs with elapsed and remaining time |
 //! | [`image`] | building the image and reading its sizes and symbols |
-//! | [`seal`] | the checksum by which an image knows that it is whole |
-//! | [`tools`] | whether compiler and emulator are there, and how to get them |
+//! | [`seal`] | the checksum with which an image verifies itself |
+//! | [`tools`] | checks for compiler targets and emulator, and how to install them |
 
 mod building;
 pub mod guarding;

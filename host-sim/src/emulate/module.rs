@@ -1,4 +1,4 @@
-//! The radar module: answers the link's frames from a recording, and misbehaves when told to.
+//! The radar module: answers the link's frames from a recording, and injects faults on request.
 
 use std::str::FromStr;
 
@@ -10,33 +10,33 @@ use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRA
 
 use crate::playback::{Playback, Player};
 
-/// What the module does wrong.
+/// Injected fault of the module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Misdeed {
-    /// The chirp never comes.
+    /// The chirp is lost.
     Lost,
-    /// One bit of it is wrong.
+    /// One bit of the chirp is wrong.
     Corrupt,
-    /// The chirp before comes once more, and then the right one.
+    /// The previous chirp is sent again before the right one.
     Repeat,
-    /// The chirp comes when the scanner has given it up and asks again.
+    /// The chirp arrives after the scanner's timeout, when it is requested again.
     Late,
-    /// The module says that its hardware failed.
+    /// The module reports a hardware failure.
     Error,
-    /// From this row on nothing comes at all.
+    /// Nothing is sent from this row on.
     Silent,
-    /// The module is set to something that no scanner can work with.
+    /// The module reports settings that no scanner can work with.
     Config,
 }
 
-/// A misdeed and when it happens: `KIND[@ROW[-LAST]][xTIMES]`.
+/// An injected fault and its rows: `KIND[@ROW[-LAST]][xTIMES]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// What happens.
+    /// Kind of fault.
     pub misdeed: Misdeed,
-    /// First and last trigger angle, counted from 0 in the order in which they come.
+    /// First and last trigger angle, counted from 0 in the order of the triggers.
     pub rows: (u32, u32),
-    /// At so many triggers of each of these angles.
+    /// Number of triggers at each of these angles that fail.
     pub times: u32,
 }
 
@@ -84,33 +84,33 @@ impl FromStr for Fault {
     }
 }
 
-/// One trigger as it came in.
+/// A received trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trigger {
     /// Angle of the shaft, 0.001°.
     pub shaft_angle: i32,
-    /// How many triggers at this angle came before, one after the other.
+    /// Number of previous consecutive triggers at this angle.
     pub attempt: u32,
 }
 
-/// The module at the link's end.
+/// The radar module at the link.
 #[derive(Debug)]
 pub struct Module<'a> {
     player: Player<'a>,
     radar: RadarConfig,
     decoder: Decoder,
-    /// Until then the handshake is kept back.
+    /// False while the handshake is withheld.
     ready: bool,
     kept_back: Option<u16>,
     faults: Vec<Fault>,
     rows: u32,
-    /// Moves on with every row.
+    /// Progress bar, advanced with every row.
     bar: ProgressBar,
     last: Option<Trigger>,
     last_chirp: Vec<u8>,
     late: Vec<u8>,
     silent: bool,
-    /// Bytes that were no frame.
+    /// Number of bytes that were not part of a frame.
     garbage: u32,
 }
 
@@ -129,7 +129,7 @@ fn chirp_payload(samples: &[Iq]) -> Vec<u8> {
 }
 
 impl<'a> Module<'a> {
-    /// A module that plays `playback` once it is ready.
+    /// A module that plays `playback`. It withholds the handshake until [`Self::get_ready`].
     pub fn new(playback: &'a Playback<'a>) -> Self {
         Self {
             player: Player::new(playback),
@@ -148,12 +148,12 @@ impl<'a> Module<'a> {
         }
     }
 
-    /// Lets `bar` move on with every row that is triggered.
+    /// Sets a progress bar that is advanced with every triggered row.
     pub fn watch(&mut self, bar: ProgressBar) {
         self.bar = bar;
     }
 
-    /// What is to go wrong from now on; rows are counted from here.
+    /// Sets the faults from now on; rows are counted from here.
     pub fn set_faults(&mut self, faults: &[Fault]) {
         self.faults = faults.to_vec();
         self.rows = 0;
@@ -162,7 +162,7 @@ impl<'a> Module<'a> {
         self.late.clear();
     }
 
-    /// Answers the handshake from now on: first the one that has been kept back.
+    /// Answers the handshake from now on. Returns the withheld answer.
     pub fn get_ready(&mut self) -> Vec<u8> {
         self.ready = true;
         self.kept_back
@@ -170,12 +170,12 @@ impl<'a> Module<'a> {
             .map_or(Vec::new(), |s| self.settings(s))
     }
 
-    /// Errors on the line from the scanner.
+    /// Number of errors on the line from the scanner.
     pub fn garbage(&self) -> u32 {
         self.garbage
     }
 
-    /// Takes bytes from the scanner: what goes back, and whom it asked.
+    /// Processes bytes from the scanner. Returns the answer and the scanner's requests.
     pub fn receive(&mut self, bytes: &[u8]) -> (Vec<u8>, Vec<Request>) {
         let (mut out, mut requests) = (Vec::new(), Vec::new());
         for &byte in bytes {
@@ -219,12 +219,12 @@ impl<'a> Module<'a> {
         encode(FrameKind::Settings, sequence, &payload)
     }
 
-    /// The number of the chirp that belongs to `shaft_angle` (0.001°) in the present scan.
+    /// Returns the index of the chirp for `shaft_angle` (0.001°) in the current scan.
     pub fn number(&self, shaft_angle: i32) -> Option<usize> {
         self.player.number(shaft_angle)
     }
 
-    /// Scans of which at least one chirp was asked for.
+    /// Number of scans with at least one requested chirp.
     pub fn begun(&self) -> usize {
         self.player.begun()
     }
@@ -241,7 +241,7 @@ impl<'a> Module<'a> {
         self.settings(sequence)
     }
 
-    /// Which row and attempt a trigger is.
+    /// Returns the row and attempt of a trigger.
     fn count(&mut self, shaft_angle: i32) -> Trigger {
         let attempt = match self.last {
             Some(last) if last.shaft_angle == shaft_angle => last.attempt + 1,
@@ -296,7 +296,7 @@ impl<'a> Module<'a> {
     }
 }
 
-/// What the scanner asked for.
+/// Request of the scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// The module's settings.

@@ -12,14 +12,14 @@ use anyhow::{Context, Result, bail};
 
 use super::tools::{EMULATOR, Tool};
 
-/// Where the interrupt controller's edge inputs are.
+/// QOM path of the edge inputs (EXTI).
 const EXTI: &str = "/machine/unattached/device[0]/exti";
-/// Where the processor's interrupt controller is.
+/// QOM path of the processor's interrupt controller.
 const NVIC: &str = "/machine/unattached/device[0]/armv7m";
-/// From the start of the process to its connections.
+/// Timeout of the connections after the start of the process.
 const CONNECT: Duration = Duration::from_secs(30);
 
-/// An input of the chip that reads as 0 and can get edges.
+/// An input of the chip. It reads as 0, but edges can be injected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Input {
@@ -29,7 +29,7 @@ pub enum Input {
     Stall = 1,
 }
 
-/// One emulator; it ends, and its files go, when it is dropped.
+/// An emulator process. Dropping it ends the process and deletes its files.
 #[derive(Debug)]
 pub struct Qemu {
     child: Child,
@@ -43,7 +43,8 @@ pub struct Qemu {
     rest: Vec<u8>,
 }
 
-/// A new directory for sockets and log; short, since a socket's path holds 108 bytes at most.
+/// Creates a directory for sockets and log. Its path is short, since a socket's path is limited to 108
+/// bytes.
 fn scratch() -> Result<PathBuf> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -54,7 +55,8 @@ fn scratch() -> Result<PathBuf> {
 }
 
 impl Qemu {
-    /// Starts the emulator with `elf`. With `timed` the log also holds what the image has SysTick wait for.
+    /// Starts the emulator with `elf`. With `timed` the log also contains the image's SysTick reload
+    /// values.
     pub fn start(elf: &Path, timed: bool) -> Result<Self> {
         Tool::Emulator.need()?;
         if !elf.is_file() {
@@ -79,8 +81,8 @@ impl Qemu {
                 "-monitor",
                 "none",
             ])
-            // One instruction a nanosecond: timers then run in the processor's own thread, which
-            // makes them exact and ten times faster than waking another thread for every step.
+            // One instruction takes one nanosecond. Timers then run in the processor's own thread. This
+            // makes them exact, and ten times faster than waking another thread for every step.
             .args(["-accel", "tcg", "-icount", "shift=0"])
             .args(["-serial", &socket("link"), "-serial", &socket("report")])
             .args(["-qtest", &socket("qtest"), "-qtest-log", "none"])
@@ -119,7 +121,7 @@ impl Qemu {
         })
     }
 
-    /// Fails if the emulator has ended by itself.
+    /// Fails if the emulator process has ended.
     pub fn check(&mut self) -> Result<()> {
         if let Some(status) = self.child.try_wait()? {
             bail!("{EMULATOR} ended with {status}: {}", stderr(&self.dir));
@@ -135,19 +137,19 @@ impl Qemu {
             u8::from(level)
         );
         self.qtest.write_all(line.as_bytes())?;
-        // Its acknowledgements are of no interest, but must not fill the socket.
+        // The acknowledgements are discarded; they must not fill the socket.
         let mut sink = [0; 256];
         while read_some(&mut self.qtest, &mut sink)? > 0 {}
         Ok(())
     }
 
-    /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
+    /// Raises an interrupt of the chip by its number, or the non-maskable one with `None`.
     pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
         let line = match number {
             Some(number) => format!("unnamed-gpio-in {number}"),
             None => "NMI 0".to_owned(),
         };
-        // A pulse: a line that stayed would interrupt the next boot as well.
+        // A pulse: a constant level would also interrupt the next boot.
         for level in [1, 0] {
             let command = format!("set_irq_in {NVIC} {line} {level}\n");
             self.qtest.write_all(command.as_bytes())?;
@@ -157,7 +159,7 @@ impl Qemu {
         Ok(())
     }
 
-    /// The whole lines that the log has gained.
+    /// Returns the complete lines added to the log.
     pub fn log_lines(&mut self) -> Result<String> {
         self.log.read_to_end(&mut self.rest)?;
         let Some(end) = self.rest.iter().rposition(|&b| b == b'\n') else {
@@ -214,7 +216,7 @@ fn accept(listeners: &[UnixListener; 3], child: &mut Child, dir: &Path) -> Resul
     ])
 }
 
-/// Reads what there is; 0 when there is nothing.
+/// Reads the available bytes; returns 0 if there are none.
 pub fn read_some(stream: &mut UnixStream, buffer: &mut [u8]) -> Result<usize> {
     match stream.read(buffer) {
         Ok(n) => Ok(n),
@@ -223,7 +225,7 @@ pub fn read_some(stream: &mut UnixStream, buffer: &mut [u8]) -> Result<usize> {
     }
 }
 
-/// Writes everything, however slowly the other side takes it.
+/// Writes all bytes and waits for the receiver as long as necessary.
 pub fn write_all(stream: &mut UnixStream, mut bytes: &[u8]) -> Result<()> {
     while !bytes.is_empty() {
         match stream.write(bytes) {

@@ -1,4 +1,4 @@
-//! Sealing an image: the checksum by which it knows at boot that it is whole (`stairscan::scanner::seal`).
+//! Seals an image: adds the checksum with which it verifies itself at boot (`stairscan::scanner::seal`).
 
 use std::fs::{self, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
@@ -12,14 +12,14 @@ use stairscan::scanner::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
 
 use crate::recording::regular;
 
-/// What a seal takes in the file.
+/// Size of a seal in the file, bytes.
 const BYTES: usize = WORDS * size_of::<u32>();
 
-/// Puts the seal into an ELF file, unless it is there already; returns the seal. Only those few bytes are
-/// written, so that who reads the file meanwhile reads a whole one.
+/// Writes the seal into an ELF file unless it is already there; returns the seal. Only these bytes are
+/// written, so that a concurrent reader sees a complete file.
 ///
 /// # Errors
-/// Says what makes the file none that can be sealed.
+/// The file cannot be sealed; the message names the cause.
 pub fn seal(elf: &Path) -> Result<[u32; WORDS]> {
     regular(elf)?;
     let name = || elf.display().to_string();
@@ -37,7 +37,7 @@ pub fn seal(elf: &Path) -> Result<[u32; WORDS]> {
     Ok(seal)
 }
 
-/// Where the seal stands in the file, and what it must be.
+/// Returns the offset of the seal in the file and its correct value.
 fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
     let file = ElfFile32::<Endianness>::parse(bytes).context("no ELF file of 32 bits")?;
     let section = file
@@ -57,7 +57,7 @@ fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
     Ok((usize::try_from(place)?, seal))
 }
 
-/// What the file brings into flash: addresses, bytes.
+/// Returns the parts that the file loads into flash: addresses and bytes.
 fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data [u8])>> {
     let (endian, data) = (file.endian(), file.data());
     let mut parts = Vec::new();
@@ -72,10 +72,10 @@ fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data
     Ok(parts)
 }
 
-/// How many bytes two images bring into flash, if these are the same at the same addresses.
+/// Returns the number of bytes that two images load into flash, if these are equal at equal addresses.
 ///
 /// # Errors
-/// Names a file that is no image, or the first address at which they differ.
+/// A file is not an image, or the first address at which they differ.
 pub fn same(one: &Path, other: &Path) -> Result<usize> {
     let flash = |elf: &Path| -> Result<Vec<(u32, Vec<u8>)>> {
         let name = || elf.display().to_string();
@@ -113,7 +113,7 @@ pub fn same(one: &Path, other: &Path) -> Result<usize> {
     Ok(ours)
 }
 
-/// The bytes from `from` on up to `to` or the last one, without a gap.
+/// Returns the contiguous bytes from address `from` up to `to` or the last one.
 fn joined(parts: &[(u32, &[u8])], from: u32, to: u32) -> Result<Vec<u8>> {
     let mut all = Vec::new();
     for (address, bytes) in parts.iter().filter(|(at, _)| (from..to).contains(at)) {

@@ -1,4 +1,4 @@
-//! One boot of the image with everything around it: configure, scan, ask; or let somebody watch.
+//! One boot of the image with its environment: configuring, scanning, commands, or an interactive terminal.
 
 mod watched;
 mod withheld;
@@ -19,29 +19,29 @@ use crate::live::pty::Pty;
 use crate::motion::by_trigger::ByTrigger;
 use crate::playback::Playback;
 
-/// Nothing that the scanner does in the emulator takes longer, on a slow and busy machine.
+/// Timeout of any action in the emulator, also on a slow and busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
-/// Between two looks at sockets and log when nothing came.
+/// Pause between polls of sockets and log without data.
 const PAUSE: Duration = Duration::from_micros(300);
-/// From motion sentence to motion sentence where many come at once: the image has read one by then.
+/// Interval between consecutive motion sentences; the image has read one by then.
 const APART: Duration = Duration::from_millis(10);
-/// How the log names a write to the watchdog, whose neighbour the emulator takes it for.
+/// Log text of a write to the watchdog; the emulator takes the address for a neighbouring device.
 const WATCHDOG: &str = "I2S2ext: unimplemented device write";
-/// Where the shaft stands at power-up, microsteps above the home switch.
+/// Position of the shaft at power-up, microsteps above the home switch.
 const POWER_UP: i64 = 300;
 
-/// Waits in the emulator's hurried microseconds, some six to a real one: long enough that a busy
-/// host is no fault; and a speed that is low enough.
+/// Timeouts in the emulator's microseconds, about six of which pass in a real one. They are long enough that a busy
+/// host causes no fault. For the same reason the homing speed is low.
 #[derive(Clone, Copy, Debug)]
 pub struct Waits {
-    /// For a chirp.
+    /// Timeout of a chirp.
     pub chirp: u32,
-    /// For the module's settings.
+    /// Timeout of the module's settings.
     pub configure: u32,
-    /// For the module's first answer.
+    /// Timeout of the module's first answer.
     pub connect: u32,
-    /// Of the search for home, microsteps/s: the switch's edge comes as late as the host is busy, and
-    /// two approaches must end within a degree of each other.
+    /// Speed of homing, microsteps/s. A busy host delays the switch's edge, and two approaches must agree within one
+    /// degree.
     pub search_speed: u32,
 }
 
@@ -56,32 +56,32 @@ impl Default for Waits {
     }
 }
 
-/// A trigger and where the pulses had turned the shaft by then.
+/// A trigger and the position of the shaft from the pulses until then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shot {
     /// The trigger.
     pub trigger: Trigger,
-    /// Microsteps from the horizontal by the log.
+    /// Position from the log, microsteps from the horizontal.
     pub position: Option<i64>,
 }
 
-/// A chirp that is kept back.
+/// A withheld chirp.
 #[derive(Debug)]
 struct Withheld {
     /// The bytes of the answer.
     answer: Vec<u8>,
     /// Shaft angle of its trigger, 0.001 degree.
     shaft_angle: i32,
-    /// When its trigger was served.
+    /// Time at which its trigger was served.
     since: Instant,
 }
 
-/// The image in the emulator, a radar module on its link, a terminal on its report port.
+/// The image in the emulator, with a radar module at its link and a terminal at its report port.
 #[derive(Debug)]
 pub struct Session<'a> {
     qemu: Qemu,
     playback: &'a Playback<'a>,
-    /// What the chair's controller sends.
+    /// Motion sentences of the chair's controller.
     motion: Option<ByTrigger>,
     /// The radar module.
     pub module: Module<'a>,
@@ -95,36 +95,36 @@ pub struct Session<'a> {
     feeds: u64,
     /// Every trigger since boot.
     pub shots: Vec<Shot>,
-    /// Every sentence since boot, and what was none.
+    /// Every line since boot except `LIVE`, sentences and others.
     pub lines: Vec<String>,
-    /// Every `LIVE` since boot; they are not among the other lines.
+    /// Every `LIVE` since boot; not contained in `lines`.
     pub live: Vec<String>,
-    /// Lines that [`Session::next_line`] has handed out …
+    /// Number of lines that [`Session::next_line`] has returned.
     read: usize,
-    /// … and those that were skipped.
+    /// Number of lines that were skipped.
     skipped: usize,
     partial: Vec<u8>,
-    /// Who watches, and may type.
+    /// The terminal of an observer, who may type commands.
     watcher: Option<Pty>,
-    /// Whether chirps are kept back until the mirror has gone on.
+    /// Whether chirps are withheld until the mirror has moved on.
     pub withholds: bool,
     withheld: Option<Withheld>,
-    /// Chirps that were kept back until the mirror stood somewhere else.
+    /// Number of chirps that were withheld until the mirror had left their row.
     pub overtaken: usize,
 }
 
 impl<'a> Session<'a> {
-    /// Boots `elf`; the radar module plays `playback`, but keeps its handshake back.
+    /// Boots `elf`. The radar module plays `playback`, but withholds its handshake.
     pub fn boot(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
         Self::boot_with(elf, playback, (true, false))
     }
 
-    /// The same with every step of the motor timed ([`Shaft::steps`]).
+    /// [`Self::boot`] with every step of the motor timed ([`Shaft::steps`]).
     pub fn boot_timed(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
         Self::boot_with(elf, playback, (true, true))
     }
 
-    /// The same with a home switch that does not work.
+    /// [`Self::boot`] with a defective home switch.
     pub fn boot_without_switch(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
         Self::boot_with(elf, playback, (false, false))
     }
@@ -161,7 +161,7 @@ impl<'a> Session<'a> {
         Ok(session)
     }
 
-    /// One look at everything; whether there was anything.
+    /// Polls all inputs once. Returns whether there were data.
     fn poll(&mut self) -> Result<bool> {
         let mut buffer = [0; 4096];
         let mut busy = self.follow_shaft()?;
@@ -196,7 +196,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Turns the shaft by what the log has gained and moves the switch with it.
+    /// Updates shaft and home switch from the new lines of the log.
     fn follow_shaft(&mut self) -> Result<bool> {
         let lines = self.qemu.log_lines()?;
         for line in lines.lines() {
@@ -210,8 +210,8 @@ impl<'a> Session<'a> {
         }
         if !self.shaft.enabled() {
             self.homed = false;
-            // The emulator's inputs have edges but no level: left on its switch, the shaft could never be
-            // homed again.
+            // The emulator's inputs have edges but no level: a shaft that stays on its switch could never be homed
+            // again.
             if self.pressed {
                 self.shaft.turn_by_hand(POWER_UP);
                 self.pressed = false;
@@ -221,14 +221,14 @@ impl<'a> Session<'a> {
         Ok(!lines.is_empty())
     }
 
-    /// Answers the radar link. The log is older than the request, so the shaft is up to date.
+    /// Answers requests on the radar link. The log is read first, so that the shaft's position is up to date.
     fn serve(&mut self, bytes: &[u8]) -> Result<()> {
         let (answer, requests) = self.module.receive(bytes);
         self.follow_shaft()?;
         for request in &requests {
             match *request {
                 Request::Configure if !self.homed => {
-                    // The self-test asks the module right after homing, from a standstill.
+                    // The self-test requests the module's settings right after homing, at standstill.
                     self.shaft.is_home(self.home_angle);
                     self.homed = true;
                 }
@@ -255,8 +255,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Types the motion sentences that belong to a trigger. The chirp, which is sent after them, is eight times
-    /// as long: they have been read by the time that its row is worked off.
+    /// Sends the motion sentences that belong to a trigger. The chirp is sent after them and is eight times as long,
+    /// so that they have been read when its row is processed.
     fn drive(&mut self, shaft_angle: i32) -> Result<()> {
         let Some(chirp) = self.module.number(shaft_angle) else {
             return Ok(());
@@ -272,7 +272,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Polls until `done` has something to say.
+    /// Polls until `done` returns a value.
     fn run<T>(
         &mut self,
         what: &str,
@@ -293,7 +293,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// The next line of the report port that has not been handed out.
+    /// Returns the next line of the report port that has not been returned yet.
     pub fn next_line(&mut self, what: &str) -> Result<String> {
         self.run(what, |session| {
             let line = session.lines.get(session.read).cloned();
@@ -302,7 +302,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Reads on to the first sentence that satisfies `wanted`.
+    /// Returns the first further sentence that satisfies `wanted`.
     pub fn wait_for(
         &mut self,
         what: &str,
@@ -316,7 +316,7 @@ impl<'a> Session<'a> {
             if wanted(&sentence) {
                 return Ok(line);
             }
-            // Waiting on would be waiting for another boot's answer.
+            // A later answer would be that of another boot.
             if matches!(sentence, Sentence::Halt { .. }) {
                 bail!("the image halted while {what} was due: {line}");
             }
@@ -329,13 +329,13 @@ impl<'a> Session<'a> {
         self.run("time", |_| Ok((Instant::now() >= until).then_some(())))
     }
 
-    /// Types raw bytes.
+    /// Sends raw bytes to the report port.
     pub fn type_bytes(&mut self, bytes: &[u8]) -> Result<()> {
         write_all(&mut self.qemu.report, bytes)
     }
 
-    /// Types a command and returns its one answer. Sentences of scans in between stay in
-    /// [`Session::lines`] and are not handed out again.
+    /// Sends a command and returns its reply, which is one line. Sentences of scans in between stay in
+    /// [`Session::lines`] and are not returned again.
     pub fn command(&mut self, line: &str) -> Result<String> {
         self.type_bytes(format!("{line}\r\n").as_bytes())?;
         self.wait_for(&format!("the answer to {line}"), |sentence| {
@@ -351,7 +351,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Sets one value; an error if it is refused.
+    /// Changes one setting; an error if it is refused.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
         let answer = self.command(framed(&["set", key, value]).trim_end())?;
         let accepted = matches!(
@@ -362,15 +362,15 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Brings the image to `settings` and the waits that the emulator needs.
+    /// Sets `settings` and the timeouts for the emulator.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
         let emulators = [
             ("connect-timeout", waits.connect.to_string()),
             ("configure-timeout", waits.configure.to_string()),
             ("chirp-timeout", waits.chirp.to_string()),
             ("search-speed", waits.search_speed.to_string()),
-            // There is no crystal: up to here nothing has moved. The search for home begins at once, at the
-            // speed that has just been set.
+            // The emulator has no crystal: nothing has moved so far. Homing begins at once, at the speed that has
+            // just been set.
             ("internal-clock", "on".to_owned()),
         ];
         for (key, value) in &emulators {
@@ -379,9 +379,8 @@ impl<'a> Session<'a> {
         self.command("stop")?;
         self.command("start")?;
         let default = Settings::default();
-        // A scan of three angles around the middle is valid in every plane, so that no order of
-        // the other keys passes through an invalid one.
-        // How the scanner is mounted is told in any case: without that no answer is `ok`.
+        // A scan of three angles around the middle is valid in every plane. Set first, it allows the other keys in
+        // any order. The mounting is always set: without it no answer is `ok`.
         let changed: Vec<_> = Settings::KEYS
             .iter()
             .filter(|key| !key.starts_with("radar-"))
@@ -408,8 +407,8 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Puts the home switch to another angle of the shaft (0.001°) and has the scanner home again:
-    /// near the sweep's first row a fault costs less time.
+    /// Moves the home switch to another angle of the shaft (0.001°) and lets the scanner home again. Near the sweep's
+    /// first row a fault costs less time.
     pub fn move_switch(&mut self, home_angle: i32) -> Result<()> {
         self.set("home-angle", &home_angle.to_string())?;
         self.home_angle = home_angle;
@@ -418,7 +417,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Lets the radar module answer.
+    /// Lets the radar module answer from now on.
     pub fn connect(&mut self) -> Result<()> {
         if let Some(motion) = &mut self.motion {
             let first = motion.first();
@@ -428,8 +427,8 @@ impl<'a> Session<'a> {
         write_all(&mut self.qemu.link, &answer)
     }
 
-    /// The next scan's sentences, `SCAN` first. Faults of self-tests before the module was
-    /// connected are not among them.
+    /// Returns the next scan's sentences, `SCAN` first. Faults of self-tests before the module was connected are left
+    /// out.
     pub fn scan(&mut self) -> Result<Vec<String>> {
         let is_scan = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Scan(_));
         let mut sentences = vec![self.wait_for("a scan", is_scan)?];
@@ -448,8 +447,8 @@ impl<'a> Session<'a> {
         Ok(sentences)
     }
 
-    /// `count` scans one after the other, each with the settings that the recording brings for it;
-    /// `answered` gets each scan's sentences and may set the module up for the next.
+    /// Runs `count` scans, each with the settings of the recording for it. `answered` gets each scan's sentences and
+    /// may configure the module for the next scan.
     pub fn scans(
         &mut self,
         count: usize,
@@ -462,8 +461,8 @@ impl<'a> Session<'a> {
                 false => Vec::new(),
             };
             if !commands.is_empty() {
-                // What is set while a scan is under way is for the next one. A scan without a
-                // single trigger has failed, and says so.
+                // Settings that change during a scan apply to the next one. A scan without a single trigger has
+                // failed, and reports it.
                 self.run("a scan's first trigger", |session| {
                     let begun = session.module.begun() > scan || session.has_scan(before);
                     Ok(begun.then_some(()))
@@ -479,7 +478,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// The sentences of `count` guard sweeps one after the other, each with the settings that the recording brings for it.
+    /// Returns the sentences of `count` guard sweeps, each with the settings of the recording for it.
     pub fn sweeps(&mut self, count: usize) -> Result<Vec<String>> {
         let mut sentences = Vec::new();
         for sweep in 0..count {
@@ -502,7 +501,7 @@ impl<'a> Session<'a> {
         Ok(sentences)
     }
 
-    /// Whether the head of a scan stands among the lines from `from` on.
+    /// Whether the lines from index `from` on contain the head of a scan.
     fn has_scan(&self, from: usize) -> bool {
         let lines = self.lines.iter().skip(from);
         lines
@@ -510,28 +509,28 @@ impl<'a> Session<'a> {
             .any(|s| matches!(s, Ok(Sentence::Scan(_))))
     }
 
-    /// Hands out again what has been printed since [`Session::skip_lines`].
+    /// Makes the lines since [`Session::skip_lines`] available again.
     pub fn rewind(&mut self) {
         self.read = self.skipped;
     }
 
-    /// Waits for the sentence of a crash.
+    /// Waits for the `HALT` sentence of a crash.
     pub fn next_halt(&mut self) -> Result<String> {
         self.wait_for("a halt", |s| matches!(s, Sentence::Halt { .. }))
     }
 
-    /// How often the watchdog has been fed since boot.
+    /// Number of times that the watchdog has been fed since boot.
     pub fn watchdog_feeds(&self) -> u64 {
         self.feeds
     }
 
-    /// Forgets what has been printed so far.
+    /// Skips the lines received so far.
     pub fn skip_lines(&mut self) {
         self.read = self.lines.len();
         self.skipped = self.read;
     }
 
-    /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
+    /// Raises an interrupt of the chip by its number, or the non-maskable one with `None`.
     pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
         self.qemu.interrupt(number)
     }

@@ -1,4 +1,4 @@
-//! The motor at the driver's other end: pulses read from the emulator's log of GPIO writes.
+//! The motor at the driver's output: position from the pulses in the emulator's log of GPIO writes.
 
 use stairscan::schedule::microsteps;
 
@@ -8,10 +8,10 @@ const STEP: u32 = 6;
 const DIR: u32 = 7;
 const ENABLE: u32 = 8;
 
-/// How the log names a write to port C's bit set/reset register.
+/// Log text of a write to port C's bit set/reset register.
 const WRITE: &str = "GPIOC: unimplemented device write";
 const BSRR: &str = "offset 0x018, value 0x";
-/// How it names a write to SysTick's reload register.
+/// Log text of a write to SysTick's reload register.
 const RELOAD: &str = "systick_write systick write addr 0x4 data 0x";
 
 /// A shaft with a switch that is pressed at and below `place` 0.
@@ -24,14 +24,14 @@ pub struct Shaft {
     pulses: u64,
     zero: Option<i64>,
     idle_pulses: u64,
-    /// What SysTick was last told to wait for, clocks of the core; 0 while the log does not say.
+    /// Last SysTick reload, clocks of the core; 0 before the first one in the log.
     wait: u64,
-    /// Where each pulse led, and the clocks from its timer's start.
+    /// For each pulse: the position after it, and the clocks from its timer's start.
     steps: Vec<(i64, u64)>,
 }
 
 impl Shaft {
-    /// A shaft that stands `place` microsteps above the home switch, its driver off.
+    /// A shaft at `place` microsteps above the home switch, with the driver off.
     pub fn new(place: i64) -> Self {
         Self {
             place,
@@ -46,17 +46,17 @@ impl Shaft {
         }
     }
 
-    /// Somebody turns the shaft by hand, to `place` microsteps above the home switch.
+    /// Turns the shaft by hand to `place` microsteps above the home switch.
     pub fn turn_by_hand(&mut self, place: i64) {
         self.place = place;
         self.zero = None;
     }
 
-    /// Takes one line of the log.
+    /// Processes one line of the log.
     pub fn log_line(&mut self, line: &str) {
         if let Some(rest) = line.strip_prefix(RELOAD) {
             let digits = rest.split(' ').next().unwrap_or_default();
-            // It counts down to 0, and that is one more.
+            // The counter includes 0: one clock more.
             self.wait = u64::from_str_radix(digits, 16).map_or(0, |reload| reload + 1);
             return;
         }
@@ -70,7 +70,7 @@ impl Shaft {
         }
     }
 
-    /// A write to the bit set/reset register: setting wins over resetting, as on the chip.
+    /// Processes a write to the bit set/reset register. Setting has priority over resetting, as on the chip.
     fn write(&mut self, value: u32) {
         let set = |pin: u32| value & (1 << pin) != 0;
         let written = |pin: u32| set(pin) || set(pin + RESET);
@@ -110,29 +110,29 @@ impl Shaft {
         self.enabled
     }
 
-    /// Pulses that turned the shaft.
+    /// Number of pulses that turned the shaft.
     pub fn pulses(&self) -> u64 {
         self.pulses
     }
 
-    /// Pulses while the driver was off: a firmware that believes in a move that did not happen.
+    /// Number of pulses while the driver was off: the firmware assumes a move that did not happen.
     pub fn idle_pulses(&self) -> u64 {
         self.idle_pulses
     }
 
-    /// The shaft stands where homing ended: this is `home_angle` (0.001°).
+    /// Sets the position at the end of homing: `home_angle` (0.001°).
     pub fn is_home(&mut self, home_angle: i32) {
         self.zero = Some(self.place - i64::from(microsteps(home_angle)));
         self.steps.clear();
     }
 
-    /// Every pulse since homing, in a session that times them: where it led, microsteps from the horizontal, and
-    /// for how many clocks of the core the image had its timer wait before it.
+    /// Returns every pulse since homing, in a session with timing: the position after it, microsteps from the
+    /// horizontal, and the time that the image's timer waited before it, clocks of the core.
     pub fn steps(&self) -> &[(i64, u64)] {
         &self.steps
     }
 
-    /// Microsteps from the horizontal, counted from the pulses; `None` before homing.
+    /// Returns the position in microsteps from the horizontal, counted from the pulses; `None` before homing.
     pub fn position(&self) -> Option<i64> {
         self.zero.map(|zero| self.place - zero)
     }

@@ -1,12 +1,12 @@
-//! Tools that have to be installed beside the host's own Rust: the compiler's targets for the chip and for browsers, and the
+//! Tools that are needed besides the host's own Rust: the compiler's targets for the chip and for browsers, and the
 //! emulator.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// The chip, as the compiler calls it.
+/// Rust target of the chip.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// A browser, as the compiler calls it.
+/// Rust target of a browser.
 pub const WEB: &str = "wasm32-unknown-unknown";
 /// The emulator's program.
 pub const EMULATOR: &str = "qemu-system-arm";
@@ -32,7 +32,7 @@ impl Tool {
         }
     }
 
-    /// What it is called and how to get it.
+    /// Returns its name and how to install it.
     pub fn how_to_get(self) -> &'static str {
         match self {
             Tool::Target => {
@@ -49,10 +49,10 @@ impl Tool {
         }
     }
 
-    /// An error that says how to get it, if it is missing.
+    /// Checks that the tool is installed.
     ///
     /// # Errors
-    /// It is missing.
+    /// It is missing; the message explains how to install it.
     pub fn need(self) -> anyhow::Result<()> {
         anyhow::ensure!(self.available(), "{}", self.how_to_get());
         Ok(())
@@ -64,8 +64,8 @@ fn succeeds(command: &mut Command) -> bool {
     quiet.status().is_ok_and(|status| status.success())
 }
 
-/// Where the compiler that builds this workspace looks for a target's standard library; it names
-/// the directory whether there is one or not.
+/// Returns the directory of a target's standard library, as the compiler of this workspace reports it. The compiler
+/// reports it even if it does not exist.
 fn target_libdir(target: &str) -> Option<PathBuf> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)

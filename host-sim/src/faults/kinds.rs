@@ -1,4 +1,4 @@
-//! Every kind of fault, with its strengths and the reasons that name it.
+//! All kinds of faults, with their strengths and the reasons that report them.
 
 use anyhow::{Result, ensure};
 use stairscan::verdict::Reason::{self, *};
@@ -7,33 +7,34 @@ use super::{converter, mounting, rows, signal::Signal, world};
 use crate::recording::Recording;
 use crate::scene::maths::Random;
 
-/// Streams of random numbers of faults, apart from those of scenes and scans.
+/// Random stream of faults, separate from those of scenes and scans.
 const STREAM: u64 = 0x4641_554C_5400;
 
 /// One kind of fault.
 pub struct Fault {
     /// Its name.
     pub name: &'static str,
-    /// What is put on: some strengths, weakest first.
+    /// Strengths to test, weakest first.
     pub strengths: &'static [f64],
     /// Unit of the strengths.
     pub unit: &'static str,
-    /// The reasons that name it.
+    /// Reasons that report it.
     pub reasons: &'static [Reason],
-    /// Puts it on, that strong.
+    /// Applies the fault to a signal with a given strength.
     apply: fn(&mut Signal, f64),
 }
 
 impl Fault {
-    /// The fault of a name.
+    /// Returns the fault of a name.
     pub fn named(name: &str) -> Option<&'static Fault> {
         ALL.iter().find(|fault| fault.name == name)
     }
 
-    /// `recording` with the fault on it, `strength` strong. One seed is one recording.
+    /// Returns `recording` with the fault of this strength applied. The result is determined by the
+    /// seed.
     ///
     /// # Errors
-    /// Names the recording that no fault can be put on.
+    /// The fault cannot be applied to this recording; the message names it.
     pub fn on(&self, recording: &Recording, strength: f64, seed: u64) -> Result<Recording> {
         ensure!(
             recording.scans() == 1,

@@ -1,9 +1,9 @@
-//! What can go wrong with the instrument, put on recordings.
+//! Injects faults of the instrument into recordings.
 //!
-//! Every fault is a change of a clean recording, drawn from a seed: of its samples (`converter`), of
-//! which row got which chirp (`rows`), of what stands in the way (`world`), or of what the scanner
-//! believes of its own mounting (`mounting`). `signal` takes a scan apart into what the scanner itself
-//! reflects, what the scene does, and noise.
+//! Every fault changes a clean recording, with random numbers from a seed: its samples (`converter`),
+//! the assignment of chirps to rows (`rows`), the scene (`world`), or the configured mounting
+//! (`mounting`). `signal` separates a scan into the scanner's own reflections, the scene's echoes, and
+//! noise.
 
 mod converter;
 mod kinds;

@@ -4,19 +4,19 @@ use num_complex::Complex64;
 
 use super::signal::Signal;
 
-/// The mirror stands still from some row on; noise goes on.
+/// The mirror stops at a random row; the noise continues.
 pub fn stuck(signal: &mut Signal, rows: f64) {
     let from = signal.any_row(rows as usize);
     hold(signal, from, usize::MAX);
 }
 
-/// The mirror sticks for `rows` rows and then is where it belongs again.
+/// The mirror stops for `rows` rows and then is at the right angle again.
 pub fn sticks(signal: &mut Signal, rows: f64) {
     let from = signal.any_row(rows as usize);
     hold(signal, from, rows as usize);
 }
 
-/// Rows after `from` show what it shows, each with noise of its own.
+/// The rows after `from` repeat its echoes, each with its own noise.
 fn hold(signal: &mut Signal, from: usize, rows: usize) {
     let end = from
         .saturating_add(1)
@@ -39,13 +39,13 @@ pub fn slipped(signal: &mut Signal, degrees: f64) {
     for (row, chirp) in (from..).zip(late) {
         signal.chirps[row] = chirp;
     }
-    // Nobody was there to see what lies beyond the last row.
+    // The echoes beyond the last row are unknown.
     let kept = signal.rows() - (off.max(0.0) as usize).min(signal.rows() / 4);
     signal.chirps.truncate(kept);
     signal.recording.meta.angles_deg.truncate(kept);
 }
 
-/// The driver makes microsteps `factor` times as large as it is told.
+/// The driver's microsteps are `factor` times as large as configured.
 pub fn microsteps(signal: &mut Signal, factor: f64) {
     let rows = signal.rows();
     let first = signal.angle_deg(0);
@@ -62,21 +62,21 @@ pub fn microsteps(signal: &mut Signal, factor: f64) {
     }
 }
 
-/// Some `rows` adjacent rows.
+/// Returns `rows` adjacent rows at a random place.
 fn block(signal: &mut Signal, rows: f64) -> core::ops::Range<usize> {
     let rows = (rows as usize).min(signal.rows().saturating_sub(2));
     let first = signal.any_row(rows);
     first..(first + rows).min(signal.rows())
 }
 
-/// Two neighbouring blocks of half as many rows change places.
+/// Two adjacent blocks of half of the rows are exchanged.
 pub fn swapped(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     let half = block.len() / 2;
     signal.chirps[block].rotate_left(half);
 }
 
-/// Rows come in any order.
+/// A block of rows is shuffled.
 pub fn shuffled(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     for k in (block.start + 1..block.end).rev() {
@@ -85,20 +85,20 @@ pub fn shuffled(signal: &mut Signal, rows: f64) {
     }
 }
 
-/// Rows come in the wrong order.
+/// A block of rows is reversed.
 pub fn reversed(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     signal.chirps[block].reverse();
 }
 
-/// One row's chirp comes again and again, bit by bit.
+/// One row's chirp is repeated bit by bit for a block of rows.
 pub fn repeated(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     let chirp = signal.chirps[block.start].clone();
     signal.chirps[block].fill(chirp);
 }
 
-/// Rows hold noise alone, or (for an odd draw) nothing.
+/// A block of rows contains noise only, or (with probability ½) zeros.
 pub fn empty(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     let noise = if signal.random.chance(0.5) { 1.0 } else { 0.0 };
@@ -109,7 +109,7 @@ pub fn empty(signal: &mut Signal, rows: f64) {
     }
 }
 
-/// Of `share` of the rows the chirp is that of the row before, under the right number.
+/// `share` of the rows have the chirp of the previous row, with the right row number.
 pub fn stale(signal: &mut Signal, share: f64) {
     for row in (1..signal.rows()).rev() {
         if signal.random.chance(share) {

@@ -1,4 +1,4 @@
-//! A scan taken apart: what comes from inside the scanner, what from the scene, and noise.
+//! A scan separated into the scanner's own reflections, the scene's echoes, and noise.
 
 use anyhow::Result;
 use num_complex::Complex64;
@@ -7,28 +7,28 @@ use stairscan::Iq;
 use crate::recording::{MirrorSetup, Recording};
 use crate::scene::maths::{LIGHT, Random, cis};
 
-/// Of so many rows one is looked at for what all rows have in common.
+/// Stride of the rows from which the common part is estimated.
 const INSIDE_STRIDE: usize = 3;
 /// Mean over median of an exponentially distributed power: 1 / ln 2.
 const MEAN_OVER_MEDIAN: f64 = core::f64::consts::LOG2_E;
-/// Frequencies at which the noise is looked for, in each of the rows that are looked at.
+/// Number of frequencies at which the noise is estimated in each of these rows.
 const NOISE_TONES: usize = 16;
 
-/// A scan whose samples are being spoilt.
+/// A scan to which faults are applied.
 pub struct Signal {
-    /// The recording; its samples are those of the chirps below once it is given back.
+    /// The recording; `chirps` replaces its samples in [`Self::into_recording`].
     pub recording: Recording,
     /// The chirps, in the order in which they were fired.
     pub chirps: Vec<Vec<Complex64>>,
-    /// The recording's own draw.
+    /// Random numbers of this recording.
     pub random: Random,
     /// The converter's offset.
     offset: Complex64,
-    /// What all rows have in common: leakage and mirror.
+    /// Component that all rows have in common: leakage and mirror.
     inside: Vec<Complex64>,
-    /// The phase of each row's chirp against the common one: not every radar keeps it.
+    /// Phase of each row's chirp relative to the common one: not every radar keeps it constant.
     phases: Vec<Complex64>,
-    /// Power of the noise, both channels.
+    /// Power of the noise, sum of both channels.
     noise: f64,
 }
 
@@ -37,7 +37,7 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The phase of what two chirps have in common.
+/// Returns the phase of the common component of two chirps.
 fn phase(chirp: &[Complex64], reference: &[Complex64], offset: Complex64) -> Complex64 {
     let pairs = chirp.iter().zip(reference);
     let product: Complex64 = pairs.map(|(a, b)| (a - offset) * (b - offset).conj()).sum();
@@ -49,7 +49,7 @@ fn phase(chirp: &[Complex64], reference: &[Complex64], offset: Complex64) -> Com
     }
 }
 
-/// Power of the noise in a sample: the median over frequencies and rows of windowed spectra.
+/// Returns the noise power of a sample: the median over frequencies and rows of windowed spectra.
 fn noise_power(chirps: &[Vec<Complex64>]) -> f64 {
     let mut powers = Vec::new();
     for (k, chirp) in chirps.iter().enumerate().step_by(INSIDE_STRIDE) {
@@ -60,7 +60,8 @@ fn noise_power(chirps: &[Vec<Complex64>]) -> f64 {
             .collect();
         let energy: f64 = hann.iter().map(|w| w * w).sum();
         for tone in 0..NOISE_TONES {
-            // Between a third and nine tenths of the range axis, another place in every row.
+            // Between a third and nine tenths of the range axis, at different places in neighbouring
+            // rows.
             let place = 0.33 + 0.57 * (tone as f64 + (k % 7) as f64 / 7.0) / NOISE_TONES as f64;
             let bin = libm::floor(place * samples);
             let line: Complex64 = (chirp.iter().zip(&hann).enumerate())
@@ -73,10 +74,10 @@ fn noise_power(chirps: &[Vec<Complex64>]) -> f64 {
 }
 
 impl Signal {
-    /// Takes `recording` apart.
+    /// Separates `recording`.
     ///
     /// # Errors
-    /// A recording without a mirror is no scan.
+    /// A recording without a mirror is not a scan.
     pub fn new(recording: Recording, random: Random) -> Result<Self> {
         recording.scan_setup()?;
         let chirps: Vec<Vec<Complex64>> = (0..recording.chirps())
@@ -117,7 +118,7 @@ impl Signal {
         })
     }
 
-    /// The recording with what has become of its chirps, as the converter takes them.
+    /// Returns the recording with the changed chirps, rounded and clipped as by the converter.
     pub fn into_recording(self) -> Recording {
         let sample = |s: &Complex64| {
             let convert = |x: f64| libm::floor(x + 0.5) as i16;
@@ -134,9 +135,9 @@ impl Signal {
         self.chirps.len()
     }
 
-    /// The mirror's set-up.
+    /// Returns the mirror's set-up.
     pub fn mirror(&self) -> MirrorSetup {
-        // A recording without one was refused.
+        // `new` refuses a recording without one.
         self.recording
             .meta
             .mirror
@@ -144,14 +145,14 @@ impl Signal {
             .unwrap_or_else(|| unreachable!())
     }
 
-    /// Changes what the scanner believes of its mounting.
+    /// Changes the configured mounting.
     pub fn set_mirror(&mut self, change: impl FnOnce(&mut MirrorSetup)) {
         if let Some(mirror) = &mut self.recording.meta.mirror {
             change(mirror);
         }
     }
 
-    /// The angle of a row, degrees.
+    /// Returns the angle of a row, degrees.
     pub fn angle_deg(&self, row: usize) -> f64 {
         self.recording
             .meta
@@ -161,28 +162,28 @@ impl Signal {
             .unwrap_or(0.0)
     }
 
-    /// Degrees from row to row, positive where the scan goes down.
+    /// Returns the angle between rows, degrees; positive for a downward scan.
     pub fn step_deg(&self) -> f64 {
         self.angle_deg(1) - self.angle_deg(0)
     }
 
-    /// A row drawn from the middle of the scan, `rows` before its end at least.
+    /// Returns a random row from the middle of the scan, at least `rows` before its end.
     pub fn any_row(&mut self, rows: usize) -> usize {
         let last = self.rows().saturating_sub(rows + 2).max(1);
         1 + self.random.index(last)
     }
 
-    /// Amplitude of the noise in each channel, root mean square.
+    /// Returns the RMS amplitude of the noise in each channel.
     pub fn noise_rms(&self) -> f64 {
         (self.noise / 2.0).sqrt()
     }
 
-    /// One sample of noise of `share` of the receiver's own power.
+    /// Returns one noise sample with `share` of the receiver's noise power.
     pub fn noise(&mut self, share: f64) -> Complex64 {
         self.random.complex(self.noise * share)
     }
 
-    /// A row's echoes of the scene, noise included, in the phase that all rows have in common.
+    /// Returns a row's echoes of the scene with noise, in the phase that all rows have in common.
     pub fn outside(&self, row: usize) -> Vec<Complex64> {
         let (offset, turn) = (self.offset, self.phases[row].conj());
         let chirp = self.chirps[row].iter();
@@ -192,7 +193,7 @@ impl Signal {
             .collect()
     }
 
-    /// A row's chirp of what comes from inside and these echoes of the scene.
+    /// Returns a row's chirp: the common component plus these echoes of the scene.
     fn chirp(&self, row: usize, echoes: &[Complex64]) -> Vec<Complex64> {
         let (offset, turn) = (self.offset, self.phases[row]);
         let sum = echoes.iter().zip(&self.inside);
@@ -200,20 +201,20 @@ impl Signal {
             .collect()
     }
 
-    /// Puts a row together of what comes from inside and the echoes of the scene.
+    /// Sets a row's chirp to the common component plus these echoes of the scene.
     pub fn set_outside(&mut self, row: usize, echoes: &[Complex64]) {
         self.chirps[row] = self.chirp(row, echoes);
     }
 
-    /// The chirp of row `to` with these echoes, whose noise lacks `share` of its power.
+    /// Returns the chirp of row `to` with these echoes, whose noise lacks `share` of its power.
     fn renewed(&mut self, to: usize, echoes: Vec<Complex64>, share: f64) -> Vec<Complex64> {
         let echoes: Vec<_> = echoes.into_iter().map(|s| s + self.noise(share)).collect();
         self.chirp(to, &echoes)
     }
 
-    /// The chirp of row `from` as it would have come once more in place of row `to`: the same echoes,
-    /// other noise. Three neighbouring rows have nearly the same echoes, and their mean a third of the
-    /// noise.
+    /// Returns a repetition of the chirp of row `from` in place of row `to`: the same echoes with other
+    /// noise. Three neighbouring rows have nearly the same echoes, and their mean has a third of the
+    /// noise power.
     pub fn again(&mut self, from: usize, to: usize) -> Vec<Complex64> {
         let last = self.rows().saturating_sub(1);
         let around = [from.saturating_sub(1), from, (from + 1).min(last)];
@@ -227,8 +228,8 @@ impl Signal {
         self.renewed(to, mean, 2.0 / 3.0)
     }
 
-    /// The chirp at a place between rows, 1.5 being half-way from row 1 to row 2, in place of row `to`;
-    /// beyond the ends that of the last row, with noise of its own.
+    /// Returns the interpolated chirp at a fractional row `place` (1.5 is half-way from row 1 to row 2)
+    /// in place of row `to`. Beyond the ends it is the last row's, with other noise.
     pub fn between(&mut self, place: f64, to: usize) -> Vec<Complex64> {
         let last = self.rows().saturating_sub(1) as f64;
         let clamped = place.clamp(0.0, last);
@@ -247,7 +248,8 @@ impl Signal {
         self.renewed(to, mixed, 1.0 - kept)
     }
 
-    /// The tone of an echo at `range_m` from the mirror with amplitude 1 and its carrier's phase.
+    /// Returns the beat tone of an echo at `range_m` from the mirror, with amplitude 1 and the
+    /// carrier's phase.
     pub fn tone(&self, range_m: f64) -> Vec<Complex64> {
         let range = range_m + self.mirror().offset_m;
         let phase = 2.0 * core::f64::consts::TAU * self.recording.meta.carrier_hz * range / LIGHT;
@@ -257,7 +259,8 @@ impl Signal {
             .collect()
     }
 
-    /// What shifts echoes by `range_m`: the beat of that range, without a phase in the chirp's middle.
+    /// Returns the factors that shift echoes by `range_m`: the beat of that range, with phase 0 in the
+    /// middle of the chirp.
     pub fn turn(&self, range_m: f64) -> Vec<Complex64> {
         let meta = &self.recording.meta;
         let samples = meta.samples_per_chirp as f64;
@@ -268,7 +271,7 @@ impl Signal {
             .collect()
     }
 
-    /// The strongest that a row's echoes get, root mean square of a chirp.
+    /// Returns the maximum over the rows of the RMS amplitude of the echoes.
     pub fn strongest(&self) -> f64 {
         let power = |row: usize| {
             let echoes = self.outside(row);

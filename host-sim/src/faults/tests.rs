@@ -9,13 +9,13 @@ fn clean() -> Recording {
     random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()
 }
 
-/// Status and reasons of the first scan.
+/// Returns status and reasons of the first scan.
 fn told(recording: &Recording) -> (Status, Reasons) {
     let answer = replay::answer(recording, &replay::Options::default()).unwrap();
     (answer.scan.status, answer.scan.reasons)
 }
 
-/// Asserts that what is wrong takes `ok` away, for this reason.
+/// Asserts that the fault prevents `ok`, with this reason.
 fn assert_doubted(recording: &Recording, reason: Reason, name: &str) {
     let (status, reasons) = told(recording);
     let has = reasons.has(reason);
@@ -63,7 +63,7 @@ fn sequences_are_refused() {
     assert!(error.contains("2 scans: expected one"), "{error}");
 }
 
-/// The floor before these stairs is too smooth to show where it is; their first corner is not.
+/// The ground in front of these stairs is too smooth to show its height; the first corner is visible.
 #[test]
 fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
     for name in ["stair_a", "stair_b", "stair_c"] {
@@ -80,8 +80,8 @@ fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
     }
 }
 
-/// A corner below the floor, one little above the noise, and weak echoes of a floor in a wrong place, each in a scene
-/// that is `ok` as it is.
+/// A corner below the ground, one little above the noise, and weak echoes of the ground at a wrong height. Each scene
+/// is `ok` without the fault.
 #[test]
 fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
     let cases = [
@@ -103,8 +103,8 @@ fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
     }
 }
 
-/// A sweep that is 4 % off puts the floor of these scenes where no mounting in order puts it; one that is 1 % off
-/// does no harm and is not told.
+/// A bandwidth error of 4 % puts the ground of these scenes where no valid mounting puts it. An error of 1 % is
+/// harmless and is not reported.
 #[test]
 fn a_wrong_bandwidth_strains_the_calibration_on_the_floor() {
     for seed in [100, 102, 103, 105] {
@@ -118,7 +118,7 @@ fn a_wrong_bandwidth_strains_the_calibration_on_the_floor() {
     }
 }
 
-/// No row differs from the next one more than a beam makes it; the lobes as a whole are too narrow or too wide.
+/// Neighbouring rows differ no more than with the nominal beam; the lobes as a whole are too narrow or too wide.
 #[test]
 fn other_microsteps_than_set_are_told_by_the_beam() {
     let fault = Fault::named("microsteps").unwrap();

@@ -1,20 +1,20 @@
-//! Faults of what stands before the scanner, and of a chair that does not stand.
+//! Faults in front of the scanner, and motion of the chair.
 
 use num_complex::Complex64;
 
 use super::signal::Signal;
 use crate::scene::maths::{LIGHT, amplitude, cis};
 
-/// A hand, a bag or a coat over the scanner is stronger by so much than anything else, dB …
+/// Level of a hand, a bag or a coat over the scanner above the strongest echo, dB.
 const BLOCKER_DB: f64 = 6.0;
-/// … and seen once more by way of the mirror, so much weaker, dB.
+/// Attenuation of its second echo by way of the mirror, dB.
 const BOUNCE_DB: f64 = 20.0;
-/// A person's legs are weaker than a flash by so much, dB.
+/// Level of a person's legs below a specular reflection, dB.
 const PERSON_DB: f64 = 10.0;
-/// Range at which strengths are told; echoes fall with its square, metres.
+/// Reference range of levels, metres; echoes fall with its square.
 const NEAR_M: f64 = 0.5;
 
-/// Rain or dirt on the window takes `db` of every echo from beyond it.
+/// Rain or dirt on the window attenuates every echo from beyond it by `db`.
 pub fn window(signal: &mut Signal, db: f64) {
     let gain = amplitude(-db);
     for row in 0..signal.rows() {
@@ -26,7 +26,7 @@ pub fn window(signal: &mut Signal, db: f64) {
     }
 }
 
-/// Something hides what lies behind it in `rows`, at a range that `range_m` says for each.
+/// An object hides everything behind it in `rows`, at the range `range_m` of each row.
 fn hide(
     signal: &mut Signal,
     rows: impl Iterator<Item = usize>,
@@ -34,7 +34,7 @@ fn hide(
     range_m: impl Fn(usize) -> f64,
 ) {
     let strongest = signal.strongest() * amplitude(db);
-    // What fills the converter is no longer a matter of what stands there.
+    // A level that saturates the converter is no longer a fault of the scene.
     let level = strongest.min(0.2 * 32768.0);
     for row in rows {
         let range = range_m(row);
@@ -51,13 +51,13 @@ fn hide(
     }
 }
 
-/// Something is in front of all rows, at `metres`.
+/// An object covers all rows, at `metres`.
 pub fn blocked(signal: &mut Signal, metres: f64) {
     let rows = 0..signal.rows();
     hide(signal, rows, BLOCKER_DB, |_| metres);
 }
 
-/// The same in front of the rows on one side of an angle between 0 and 25°.
+/// An object covers the rows on one side of a random angle between 0 and 25°.
 fn blocked_part(signal: &mut Signal, metres: f64, lower: bool) {
     let edge = signal.random.between(0.0, 25.0);
     let below = |signal: &Signal, row: usize| signal.angle_deg(row) > edge;
@@ -67,17 +67,17 @@ fn blocked_part(signal: &mut Signal, metres: f64, lower: bool) {
     hide(signal, rows.into_iter(), BLOCKER_DB, |_| metres);
 }
 
-/// Something is in front of the lower rows, at `metres`.
+/// An object covers the lower rows, at `metres`.
 pub fn blocked_below(signal: &mut Signal, metres: f64) {
     blocked_part(signal, metres, true);
 }
 
-/// Something is in front of the upper rows, at `metres`.
+/// An object covers the upper rows, at `metres`.
 pub fn blocked_above(signal: &mut Signal, metres: f64) {
     blocked_part(signal, metres, false);
 }
 
-/// A person crosses at `metres` while the mirror goes through 15°.
+/// A person crosses at `metres` while the mirror turns by 15°.
 pub fn person_crosses(signal: &mut Signal, metres: f64) {
     let rows = (15.0 / signal.step_deg().abs()) as usize;
     let first = signal.any_row(rows);
@@ -85,14 +85,14 @@ pub fn person_crosses(signal: &mut Signal, metres: f64) {
     hide(signal, rows, -PERSON_DB, |_| metres);
 }
 
-/// A person comes nearer by a metre during the scan, down to `metres`.
+/// A person approaches by a metre during the scan, down to `metres`.
 pub fn person_approaches(signal: &mut Signal, metres: f64) {
     let rows = signal.rows();
     let range = |row: usize| metres + 1.0 - row as f64 / rows as f64;
     hide(signal, 0..rows, -PERSON_DB, range);
 }
 
-/// Shifts the echoes of every row by what `range_m` says, metres.
+/// Shifts the echoes of every row by `range_m`, metres.
 fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
     let wave = 2.0 * core::f64::consts::TAU * signal.recording.meta.carrier_hz / LIGHT;
     for row in 0..signal.rows() {
@@ -106,7 +106,8 @@ fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
     }
 }
 
-/// The chair creeps forward by `metres` during the scan; what is true counts from where it ends.
+/// The chair creeps forward by `metres` during the scan. The ground truth is relative to the final
+/// position.
 pub fn creeps(signal: &mut Signal, metres: f64) {
     let rows = signal.rows() as f64;
     shift(signal, |signal, row| {
@@ -122,7 +123,7 @@ pub fn creeps(signal: &mut Signal, metres: f64) {
     }
 }
 
-/// The chair rocks by `degrees` to both sides, twice during the scan.
+/// The chair rocks by ±`degrees`, twice during the scan.
 pub fn rocks(signal: &mut Signal, degrees: f64) {
     let rows = signal.rows();
     let (step, turn) = (signal.step_deg().abs(), signal.random.between(0.0, 6.0));

@@ -5,30 +5,30 @@ use crate::fit::portable::Portable as _;
 /// Weights and their standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogisticFit {
-    /// One for each feature.
+    /// One weight for each feature.
     pub weights: Vec<f64>,
-    /// From the curvature of the posterior.
+    /// Standard errors, from the curvature of the posterior.
     pub errors: Vec<f64>,
-    /// Samples that it was counted from.
+    /// Number of samples.
     pub samples: usize,
-    /// Of these, those that happened.
+    /// Number of samples whose outcome is `true`.
     pub happened: usize,
 }
 
-/// Newton steps: the posterior has one peak and is smooth, so that few suffice.
+/// Maximum number of Newton steps. The posterior has one peak and is smooth, so that few suffice.
 const STEPS: usize = 30;
-/// The steps have come to their end when no weight moves by more.
+/// Convergence threshold: largest change of a weight in a step.
 const SETTLED: f64 = 1e-9;
 
-/// The most likely weights of `count` features for what happened (`true`) and what did not, each
-/// weight's prior being a Gaussian around 0 of `prior_sigma`.
+/// Fits the maximum-posterior weights of `count` features to binary outcomes. The prior of each
+/// weight is a Gaussian around 0 with standard deviation `prior_sigma`.
 pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> LogisticFit {
     let once = |(features, happened): &(Vec<f64>, bool)| (features.clone(), *happened, 1.0);
     let samples: Vec<_> = samples.iter().map(once).collect();
     weighted(&samples, count, prior_sigma)
 }
 
-/// The same where each sample counts as many times as it says.
+/// [`fit()`] with a weight for each sample.
 pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f64) -> LogisticFit {
     let mut weights = vec![0.0; count];
     let precision = 1.0 / (prior_sigma * prior_sigma);
@@ -76,7 +76,7 @@ pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f6
     }
 }
 
-/// A symmetric, positive definite matrix; the lower half is kept.
+/// A symmetric, positive definite matrix; only the lower half is stored.
 #[derive(Clone, Debug)]
 pub struct Matrix {
     size: usize,
@@ -84,7 +84,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// Of zeros.
+    /// A matrix of zeros.
     pub fn new(size: usize) -> Self {
         Self {
             size,
@@ -101,7 +101,8 @@ impl Matrix {
         self.values[row * self.size + column] += value;
     }
 
-    /// Solves for one right-hand side (Cholesky); not numbers if it is not positive definite.
+    /// Solves for one right-hand side (Cholesky). The result is NaN if the matrix is not positive
+    /// definite.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let n = self.size;
         let mut root = Self::new(n);
@@ -136,7 +137,7 @@ mod tests {
 
     #[test]
     fn counts_give_their_own_odds() {
-        // 30 of 100 where the feature is 0, 80 of 100 where it is 1.
+        // Outcome `true` for 30 of 100 samples with feature 0 and for 80 of 100 with feature 1.
         let sample = |k: u32| {
             let feature = f64::from(k / 100);
             (vec![1.0, feature], k % 100 < if k < 100 { 30 } else { 80 })

@@ -1,8 +1,9 @@
-//! Counts the verdict's hazards from scans with known truth.
+//! Fits the verdict's hazards to scans with ground truth.
 //!
-//! Each scan gives its cells up to the first one in which its answer goes wrong: what the estimator
-//! knew of each, and whether it was that one. Their logistic regression is the hazard; a second one,
-//! on other scenes, maps what the hazards add up to onto how often answers were right.
+//! Each scan contributes its cells up to and including the first one in which its answer is wrong: the estimator's
+//! features of each cell, and whether it is that first wrong one. Their logistic regression is the hazard. A second
+//! logistic regression, on other scenes, calibrates the accumulated hazards against the observed share of correct
+//! answers.
 
 use crate::fit::portable::Portable as _;
 
@@ -36,40 +37,40 @@ use measurement::{Build, Sighting};
 
 pub use table::write;
 
-/// How far a feature's weight is taken to lie from 0 before anything is counted: standard deviation,
-/// log-odds. Features are of the order of 1, and e³ is a strong effect.
+/// Standard deviation of the Gaussian prior of a feature's weight around 0, log-odds. Features are of the order of 1,
+/// and e³ is a strong effect.
 const PRIOR_SIGMA: f64 = 3.0;
 
-/// What one scan teaches.
+/// Training sample of one scan.
 #[derive(Clone, Debug)]
 pub struct Lesson {
     /// The recording's name.
     pub name: String,
-    /// What the mirror sweeps.
+    /// Plane that the mirror sweeps.
     pub plane: Plane,
-    /// The cells of the way ahead, the nearest first …
+    /// Cells along the path ahead, nearest first.
     pub cells: Vec<Cell>,
-    /// … whether the answer holds steps, …
+    /// Whether the answer reports steps.
     pub stairs: bool,
-    /// … which of the cells is the first with an error, …
+    /// Index of the first cell with an error.
     pub wrong: Option<usize>,
-    /// … and how far the horizon of an `ok` must reach, metres.
+    /// Minimum horizon of an `ok` answer, metres.
     pub reach_m: f32,
-    /// Its steps.
+    /// Reported steps.
     pub steps: Vec<Step>,
-    /// Where it says that the ground ends.
+    /// Reported drop edge.
     pub drop: Option<DropEdge>,
-    /// Of each `MAYBE` the particles' share, and whether something stands there.
+    /// For each `MAYBE`: the particles' share, and whether there is a step.
     pub maybes: Vec<(f32, bool)>,
-    /// The answer as it is reported, and what is true.
+    /// The reported answer and the ground truth.
     pub judged: (Answer, Truth),
 }
 
-/// Listens for cells, `MAYBE`s and echoes.
+/// Observer that collects cells, `MAYBE`s and echoes.
 #[derive(Default)]
 struct Listener {
     cells: Vec<Cell>,
-    /// The particles' share of each `MAYBE`.
+    /// Share of the particles of each `MAYBE`.
     maybes: Vec<f32>,
     echoes: Vec<Echo>,
 }
@@ -85,11 +86,11 @@ impl Observer for Listener {
     }
 }
 
-/// The first scan of a recording that has a truth and is no `fault`, seen by an estimator with the
-/// measurement model `g`.
+/// Scans the first scan of a recording with the measurement model `g` and applies `look` to it; `None` if the
+/// recording has no ground truth or the status is `fault`.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 fn witness<R>(
     recording: &Recording,
     g: &'static Generative,
@@ -119,10 +120,11 @@ fn witness<R>(
     seen.transpose()
 }
 
-/// What the first scan of a recording shows of the measurement model; nothing if it is a `fault` or has no truth.
+/// Returns the first scan of a recording as a sample for the measurement model; `None` if it is a `fault` or has no
+/// ground truth.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Sighting>> {
     witness(
         recording,
@@ -142,11 +144,11 @@ pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Si
     )
 }
 
-/// What the first scan of a recording teaches under the measurement model `g`; nothing if it is a
-/// `fault` or has no truth.
+/// Returns the training sample of a recording's first scan under the measurement model `g`; `None` if it is a `fault`
+/// or has no ground truth.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Lesson>> {
     witness(recording, g, |scanned, truth, outcome, listener| {
         let answer = answer_of(&recording.name, &outcome)?;
@@ -167,9 +169,9 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
     })
 }
 
-/// Whether nothing but its horizon decides on an answer: no threshold makes an `ok` of one that no second sweep has
-/// confirmed, say. A reason may stand beside an `ok` by its effect in the table; a farther horizon takes away
-/// `short-horizon`.
+/// Whether the horizon alone decides if the answer is `ok`. False, for example, if no second sweep has confirmed the
+/// answer: no threshold makes that one `ok`. A reason is compatible with `ok` if its effects in the table allow it.
+/// `short-horizon` is allowed because a farther horizon removes it.
 fn may_be_ok(reasons: Reasons) -> bool {
     reasons.iter().all(|reason| {
         let may = |effect| reason.effects().contains(&effect);
@@ -178,7 +180,7 @@ fn may_be_ok(reasons: Reasons) -> bool {
     })
 }
 
-/// How far the horizon of an `ok` must reach, metres: farther than any where something else keeps the answer from it.
+/// Returns the minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
 fn reach_m(reasons: Reasons, drop: Option<DropEdge>) -> f32 {
     if !may_be_ok(reasons) {
         return f32::INFINITY;
@@ -187,7 +189,7 @@ fn reach_m(reasons: Reasons, drop: Option<DropEdge>) -> f32 {
     edge.map_or(OK_REACH_M, |edge| edge.min(OK_REACH_M))
 }
 
-/// An outcome as it is reported.
+/// Converts an outcome to the answer that is reported.
 fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
     let mut sentences = Vec::new();
     write_scan((1, 0), 0, outcome, |line| {
@@ -196,16 +198,15 @@ fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
     Answer::parse(name, sentences)
 }
 
-/// The first cell in which an answer goes wrong for good. Where a cell ends between a step and its
-/// place in the answer, the one counts and the other does not, and that is no error of the answer: no
-/// horizon ends there.
+/// Returns the index of the first cell from which on the answer stays wrong. If a cell ends between a step and its
+/// reported place, only one of the two is counted. That is not an error of the answer, since no horizon ends there.
 fn first_wrong(answer: &Answer, truth: &Truth, cells: &[Cell]) -> Option<usize> {
     let right = |cell: &Cell| !score::wrong_up_to(answer, truth, cell.end_m.into());
     let first = cells.iter().rposition(right).map_or(0, |last| last + 1);
     (first < cells.len()).then_some(first)
 }
 
-/// The hazards of one plane, with the standard errors of their weights.
+/// Fits the hazards of one plane, with the standard errors of their weights.
 pub fn hazards(lessons: &[&Lesson]) -> LogisticFit {
     let mut rows = Vec::new();
     for lesson in lessons {
@@ -218,8 +219,8 @@ pub fn hazards(lessons: &[&Lesson]) -> LogisticFit {
     logistic::fit(&rows, FEATURES, PRIOR_SIGMA)
 }
 
-/// Log-odds of being right that the hazards give for each cell of a lesson, and whether the answer
-/// was right up to there.
+/// Returns for each cell of a sample the log-odds, from the hazards, that the answer is correct up to that cell, and
+/// whether it is.
 fn odds(lesson: &Lesson, weights: &Weights) -> Vec<(f64, bool)> {
     let mut log_right = 0.0;
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
@@ -232,48 +233,48 @@ fn odds(lesson: &Lesson, weights: &Weights) -> Vec<(f64, bool)> {
     cells.collect()
 }
 
-/// An `ok` reaches at least this far, metres: design contract; and what rounding leaves of it.
+/// Minimum horizon of an `ok` answer, metres: the 1 m of the design contract less a margin for rounding.
 const OK_REACH_M: f32 = 0.999;
 
-/// What a threshold of probability does.
+/// Effect of a probability threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
-    /// The probability.
+    /// The threshold.
     pub from: f32,
-    /// Answers that it makes `ok`.
+    /// Number of answers that are `ok` with it.
     pub ok: usize,
-    /// Of these, those that are wrong up to their horizon.
+    /// Number of these that are wrong before their horizon.
     pub wrong: usize,
 }
 
-/// Largest share of `ok` answers that may be wrong up to their horizon: the promise.
+/// Maximum share of `ok` answers that may be wrong before their horizon: the specification.
 const RISK: f64 = 0.01;
-/// Probability with which a threshold that does not keep the promise may be taken for one that does.
+/// Probability of accepting a threshold that does not meet the specification (type I error).
 const ERROR: f64 = 0.05;
-/// Answers that the first threshold of each sequence of tests makes `ok`, chosen by number alone: with more of them one
-/// unlucky answer decides less, with fewer a type that is seldom `ok` has a test at all. Each sequence has its share of
-/// [`ERROR`].
+/// Number of `ok` answers at the first threshold of each test sequence, fixed beforehand. A larger number makes a
+/// single wrong answer less decisive. A smaller one gives a type that is seldom `ok` a test at all. Each sequence has
+/// an equal share of [`ERROR`].
 const FIRST_TESTED: [usize; 3] = [800, 1600, 3200];
-/// By how many `ok` answers the thresholds of a sequence differ: closer ones add hardly any evidence, but each of them may
-/// end the sequence.
+/// Difference between the numbers of `ok` answers of consecutive thresholds of a sequence. Closer thresholds add
+/// little evidence, but each of them can end the sequence.
 const MORE_TESTED: usize = 200;
 
-/// An answer that a threshold makes `ok` or not.
+/// An answer whose status depends on the threshold.
 struct Course<'a> {
-    /// How far the horizon of an `ok` must reach, metres.
+    /// Minimum horizon of an `ok` answer, metres.
     reach_m: f32,
-    /// Its steps.
+    /// Reported steps.
     steps: &'a [Step],
-    /// Where it says that the ground ends.
+    /// Reported drop edge.
     drop: Option<DropEdge>,
-    /// Of each cell: where it ends, metres, and the probability that the answer is right up to there.
+    /// For each cell: its far end, metres, and the probability that the answer is correct up to there.
     cells: Vec<(f32, f32)>,
-    /// The answer as it is reported, and what is true.
+    /// The reported answer and the ground truth.
     judged: &'a (Answer, Truth),
 }
 
 impl Course<'_> {
-    /// The horizon with a threshold, metres; `None` if the answer is not `ok`.
+    /// Returns the horizon with a threshold, metres; `None` if the answer is not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
         let mut reach = Reach::new(self.steps, self.drop);
         for &(end_m, right) in &self.cells {
@@ -284,15 +285,15 @@ impl Course<'_> {
         long.then_some(horizon_m)
     }
 
-    /// Whether something up to a horizon, metres, is wrong, or stairs are told where there are none.
+    /// Whether the answer is wrong before a horizon, metres, or reports stairs where there are none.
     fn is_wrong(&self, horizon_m: f32) -> bool {
         let (answer, truth) = self.judged;
         score::wrong_up_to(answer, truth, horizon_m.into()) || score::false_stairs(answer, truth)
     }
 }
 
-/// Ends of cells, each with the probability that all of them are right up to there, from the logarithms of the
-/// probabilities that nothing goes wrong in each, and `probability` of what these add up to.
+/// Returns the far ends of the cells, metres, each with the probability that the answer is correct up to there.
+/// Input: the log-survival of each cell. `probability` maps their cumulative sum to a probability.
 fn rights(
     cells: impl Iterator<Item = (f32, f32)>,
     probability: impl Fn(f32) -> f32,
@@ -306,11 +307,12 @@ fn rights(
         .collect()
 }
 
-/// The threshold of `ok` by learn-then-test with fixed sequences from several starts (Angelopoulos, Bates, Candès, Jordan,
-/// Lei 2021): from the strictest threshold, in thousandths, that leaves as many answers as [`FIRST_TESTED`] says downwards,
-/// by [`MORE_TESTED`] answers at a time, each is tested against the hypothesis that more than [`RISK`] of its `ok` answers
-/// are wrong, up to the first that is not rejected. The threshold is the lowest rejected one of all sequences; 2, which no
-/// answer has, where there is none.
+/// Determines the threshold of `ok` by learn-then-test with fixed sequences from several starts (Angelopoulos, Bates,
+/// Candès, Jordan, Lei 2021). A sequence starts at the strictest threshold, in thousandths, that leaves the number of
+/// `ok` answers of [`FIRST_TESTED`], and goes downwards by [`MORE_TESTED`] answers at a time. Each threshold is
+/// tested against the hypothesis that more than [`RISK`] of its `ok` answers are wrong; the sequence ends at the
+/// first hypothesis that is not rejected. Returns the lowest accepted threshold of all sequences, or 2, which no
+/// answer reaches, if there is none.
 fn least(courses: &[Course<'_>]) -> Threshold {
     let judge = |from: f32| {
         let ok = courses
@@ -342,7 +344,8 @@ fn least(courses: &[Course<'_>]) -> Threshold {
         })
 }
 
-/// The threshold of `ok` for answers without steps, or with steps, from scans that the weights were not counted from.
+/// Returns the threshold of `ok` for answers without or with steps. The scans must not be those that the weights were
+/// fitted to.
 pub fn threshold(lessons: &[&Lesson], weights: &Weights, stairs: bool) -> Threshold {
     let of_type = lessons.iter().filter(|lesson| lesson.stairs == stairs);
     let courses: Vec<_> = of_type.map(|lesson| course(lesson, weights)).collect();
@@ -363,14 +366,15 @@ fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
     }
 }
 
-/// Slope and offset that take the hazards' log-odds to how often answers were right.
+/// Fits slope and offset of the calibration: from the hazards' log-odds to the observed share of correct answers.
 pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> LogisticFit {
     let pairs = lessons.iter().flat_map(|lesson| odds(lesson, weights));
     let rows: Vec<(Vec<f64>, bool)> = pairs.map(|(x, right)| (vec![x, 1.0], right)).collect();
     logistic::fit(&rows, 2, PRIOR_SIGMA)
 }
 
-/// Slope and offset that take the particles' share of a `MAYBE` to how often something stands there.
+/// Fits slope and offset of the calibration of a `MAYBE`: from the particles' share to the observed share with a
+/// step.
 pub fn maybes(lessons: &[&Lesson]) -> LogisticFit {
     let all = lessons.iter().flat_map(|lesson| &lesson.maybes);
     let rows: Vec<(Vec<f64>, bool)> = all

@@ -1,15 +1,15 @@
-//! Elementary functions that come out the same on every host: those of `libm` in place of the platform's, whose last
-//! bit differs.
+//! Elementary functions with the same result on every host: those of `libm` instead of the platform's, which differ
+//! in the last bit.
 
 /// Elementary functions by `libm`.
 pub trait Portable {
-    /// e to its power.
+    /// `e^self`.
     fn exp_portable(self) -> f64;
-    /// e to its power, less 1.
+    /// `e^self - 1`.
     fn exp_m1_portable(self) -> f64;
     /// Natural logarithm.
     fn ln_portable(self) -> f64;
-    /// Natural logarithm of 1 and it.
+    /// `ln(1 + self)`.
     fn ln_1p_portable(self) -> f64;
 }
 

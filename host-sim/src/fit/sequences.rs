@@ -1,5 +1,5 @@
-//! Counts what one scan's word counts in the next one: how alike the errors of two scans are, and the
-//! hazards of cells that earlier scans have seen.
+//! Fits the parameters of carrying evidence from scan to scan: the correlation of the errors of two
+//! scans, and the hazards of cells that earlier scans have observed.
 
 use crate::fit::portable::Portable as _;
 use std::fmt::Write as _;
@@ -21,29 +21,29 @@ use crate::fit::logistic;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options};
 
-/// A cell as this scan and earlier ones know it.
+/// A cell with the features of the current and earlier scans.
 #[derive(Clone, Copy, Debug)]
 struct PastCell {
     end_m: f32,
     features: PastFeatures,
 }
 
-/// What one scan of a sequence teaches.
+/// Training sample of one scan of a sequence.
 #[derive(Clone, Debug)]
 pub struct Lesson {
-    /// Recording and scan.
+    /// Name of the recording and number of the scan.
     pub name: String,
     cells: Vec<PastCell>,
     stairs: bool,
     wrong: Option<usize>,
-    /// How far its horizon must reach for an `ok`, metres; infinite where nothing makes one of it.
+    /// Minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
     reach_m: f32,
     steps: Vec<Step>,
     drop: Option<DropEdge>,
     judged: (Answer, Truth),
 }
 
-/// Errors of one step in two scans by themselves, as multiples of their standard deviations.
+/// Errors of one step in two independent scans, in standard deviations.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     moved_m: f64,
@@ -51,12 +51,12 @@ pub struct Pair {
     level: [f64; 2],
 }
 
-/// What a sequence teaches.
+/// Samples of a sequence.
 #[derive(Clone, Debug, Default)]
 pub struct Taught {
-    /// Of each scan to which something was carried.
+    /// One for each scan to which an earlier one was carried.
     pub lessons: Vec<Lesson>,
-    /// Of steps that two scans told.
+    /// One for each step that two scans reported.
     pub pairs: Vec<Pair>,
 }
 
@@ -73,8 +73,8 @@ impl Observer for Listener {
     }
 }
 
-/// A step that a scan told: which of the truth's it is, counted from the foot of the stairs, where the
-/// chair was, and both errors in standard deviations.
+/// A reported step: the height of its true step above the ground, the chair's travel, and the errors of
+/// place and level in standard deviations.
 struct Told {
     height_mm: i64,
     travel_m: f64,
@@ -82,7 +82,8 @@ struct Told {
     level: f64,
 }
 
-/// Errors count up to so many standard deviations: what is farther off is another step.
+/// Errors are clamped to this many standard deviations: with a larger error the step was matched to the
+/// wrong true step.
 const MOST_SIGMAS: f64 = 3.0;
 
 fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
@@ -105,10 +106,10 @@ fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
     })
 }
 
-/// What a recording of several scans teaches; nothing if it has no truth.
+/// Returns the samples of a recording of several scans; empty if it has no ground truth.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn taught(recording: &Recording) -> Result<Taught> {
     let mut taught = Taught::default();
     let mut carrying = Box::new(Likelihood::new());
@@ -190,12 +191,12 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
     trouble.map_or(Ok(taught), Err)
 }
 
-/// How far the correlations are looked at, and how finely.
+/// Number of grid steps of the search for the two parameters of a correlation.
 const GRID: u32 = 40;
-/// The longest way by which a correlation falls to 1/e, metres.
+/// Maximum correlation length (fall to 1/e), metres.
 const LONGEST_M: f64 = 1.0;
 
-/// The correlation that leaves least of the products of two scans' errors.
+/// Fits a correlation to the products of two scans' errors by least squares.
 fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     let power = pairs
         .iter()
@@ -225,7 +226,7 @@ fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     }
 }
 
-/// Correlations of the errors of places and of levels.
+/// Fits the correlations of the errors of places and of levels.
 pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
     [
         correlation(pairs, |p| p.place),
@@ -233,19 +234,19 @@ pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
     ]
 }
 
-/// How far a weight is taken to lie from 0 before anything is counted: features are log-odds of an error
-/// already, or as telling as one or two nats of them.
+/// Standard deviation of the Gaussian prior of a weight around 0. The features are log-odds of an error,
+/// or quantities with an effect of one or two nats.
 const PAST_SIGMA: f64 = 1.0;
 
-/// What was counted, and what there is to say of it.
+/// Result of the fit.
 pub struct Counted {
     /// The table.
     pub table: Carried,
-    /// For people.
+    /// Report as text.
     pub told: String,
 }
 
-/// Hazards from some sequences, what they add up to and the threshold of `ok` from others.
+/// Fits the hazards to `training`, and their calibration and the threshold of `ok` to `calibration`.
 pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     let mut rows = Vec::new();
     for lesson in training {
@@ -305,7 +306,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     Counted { table, told }
 }
 
-/// Log-odds of being right up to each cell, and whether it is.
+/// Returns for each cell the log-odds that the answer is correct up to it, and whether it is.
 fn odds(lesson: &Lesson, table: &Carried) -> Vec<(Vec<f64>, bool)> {
     let mut log_right = 0.0;
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
@@ -319,10 +320,11 @@ fn odds(lesson: &Lesson, table: &Carried) -> Vec<(Vec<f64>, bool)> {
     cells.collect()
 }
 
-/// So many of the surest wrong answers are told.
+/// Number of wrong answers with the highest probability that are listed.
 const TOLD: usize = 12;
 
-/// The answers that are the surest to be right up to where they are wrong, with that probability.
+/// Returns the names of the wrong answers with the highest probability of being correct up to their
+/// first error, with that probability.
 fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str)> {
     let mut wrong: Vec<(f32, &str)> = lessons
         .iter()
@@ -355,7 +357,7 @@ fn course<'a>(lesson: &'a Lesson, table: &Carried) -> Course<'a> {
     }
 }
 
-/// The source file of the table.
+/// Returns the source file of the table.
 pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     let mut out = String::from(
         "//! What one scan's word counts in the next one, counted from simulated sequences: written by\n\
@@ -394,7 +396,8 @@ mod tests {
     use super::*;
     use crate::recording::TrueStep;
 
-    /// A scan that is `sure` of each of its cells and right, or misses a step within the first metre.
+    /// A sample of a scan with log-odds `sure` in each cell; if `wrong`, it misses a step within the
+    /// first metre.
     fn lesson(sure: f32, wrong: bool, reach_m: f32) -> Lesson {
         let mut features = [0.0; PAST_FEATURES];
         features[0] = 1.0;
@@ -430,7 +433,7 @@ mod tests {
         let mut lessons: Vec<Lesson> = right.collect();
         let before = count(&lessons, &lessons).table;
         assert!(before.ok_from[1] < 1.0, "{before:?}");
-        // As many that are as sure and wrong, but not confirmed.
+        // Additional samples with the same log-odds that are wrong, but unconfirmed.
         lessons.extend((0..30).map(|_| lesson(5.0, true, f32::INFINITY)));
         let counted = count(&lessons, &lessons);
         assert!(counted.table.ok_from[1] < 1.0, "{}", counted.told);

@@ -1,4 +1,4 @@
-//! The fitted table as the firmware compiles it.
+//! Writes the fitted table as Rust source for the firmware.
 
 use std::fmt::Write as _;
 
@@ -11,8 +11,8 @@ fn map(map: Map) -> String {
     format!("Map {{ slope: {:?}, offset: {:?} }}", map.slope, map.offset)
 }
 
-/// The source file of the verdict's weights in the depth and in the height plane, with the checksum of the tables of
-/// a small draw.
+/// Returns the source file with the verdict's weights of the depth and the height plane and the checksum of the
+/// tables of a small draw.
 pub fn write(up: &Weights, down: &Weights, checksum: u32) -> String {
     let mut out = String::from(
         "//! The verdict's hazards, counted from simulated scans: written by `cargo sim fit`.\n\n\

@@ -1,6 +1,6 @@
 
-// ---- Two scans side by side: what differs between them, before both are shown.
-/** Fills the tables of differences, once: they hold all scans. */
+// ---- Two scans side by side: their differences, then both views.
+/** Fills the tables of differences once: they contain all scans. */
 function showDifferences() {
   const { rows, settings } = data.compare;
   const names = data.recordings.map((r) => r.name);

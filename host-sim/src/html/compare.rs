@@ -1,4 +1,4 @@
-//! Two scans side by side, as one page: what differs first, then both views.
+//! Compares two scans on one page: the differences first, then both views.
 
 use std::cmp::{max, min};
 
@@ -16,18 +16,18 @@ use crate::setting_file::table;
 const BODY: &str = include_str!("compare.html");
 const SCRIPT: &str = include_str!("compare.js");
 
-/// One of two things that are compared.
+/// One side of a comparison.
 #[derive(Clone, Debug)]
 pub struct Side {
     /// Its name on the page.
     pub name: String,
-    /// The recording, with the settings of this side in the place of its own.
+    /// The recording, with the settings of this side instead of its own.
     pub recording: Recording,
-    /// How it is scanned.
+    /// Options of the scan.
     pub options: Options,
 }
 
-/// The page, and what it says.
+/// Result of a comparison.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The page.
@@ -39,7 +39,7 @@ pub struct Comparison {
 /// Compares two sides.
 ///
 /// # Errors
-/// Names what in a recording no scan can be made of.
+/// A recording cannot be scanned; the message names the cause.
 pub fn compare(sides: &[Side; 2]) -> Result<Comparison> {
     let scan = |side: &Side| {
         let (mut entry, answers) = scanned(&side.recording, &side.options)?;
@@ -76,7 +76,7 @@ pub fn compare(sides: &[Side; 2]) -> Result<Comparison> {
     })
 }
 
-/// Differences of all scans, in order.
+/// Returns the differences of all scans, in order.
 fn of_all(first: &[Answer], second: &[Answer]) -> Vec<Difference> {
     let counts = (first.len(), second.len());
     let several = max(counts.0, counts.1) > 1;
@@ -97,7 +97,7 @@ fn of_all(first: &[Answer], second: &[Answer]) -> Vec<Difference> {
     rows
 }
 
-/// Settings of two scans that differ: key and both values, as people write them.
+/// Returns the settings that differ between two scans: key and both values with units.
 fn settings(first: &Value, second: &Value) -> Vec<[String; 3]> {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let spoken = |pair: &Value| {

@@ -1,4 +1,5 @@
-//! Differences of two answers, as rows of a table: status first, then steps, matched by nearest distance, and the rest.
+//! Finds the differences of two answers, as rows of a table: status first, then steps, matched by nearest distance,
+//! and the rest.
 
 use serde_json::{Value, json};
 use stairscan::report::{DropLine, MaybeLine, StepLine, Tenths};
@@ -6,28 +7,28 @@ use stairscan::report::{DropLine, MaybeLine, StepLine, Tenths};
 use crate::answer::{Answer, metres};
 use crate::score;
 
-/// One thing that two answers tell differently.
+/// One difference of two answers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Difference {
-    /// Number of the scan, from 1; `None` where each recording holds one.
+    /// Number of the scan, from 1; `None` if each recording contains only one.
     pub scan: Option<usize>,
-    /// Its name.
+    /// Name of the quantity.
     pub what: String,
-    /// Value of the first answer; a dash where it has none.
+    /// Value of the first answer; a dash if it has none.
     pub first: String,
-    /// Value of the second answer.
+    /// Value of the second answer; a dash if it has none.
     pub second: String,
-    /// The second less the first, where that is a number; else empty.
+    /// Second less first value, if numeric; else empty.
     pub by: String,
-    /// Standard deviations of both, where there are any; else empty.
+    /// Standard deviations of both values, if known; else empty.
     pub sigma: String,
 }
 
-/// Value of an answer that has none.
+/// Text for a missing value.
 const NONE: &str = "–";
 
 impl Difference {
-    /// The row as the page reads it.
+    /// Returns the row as JSON for the page.
     pub fn json(&self) -> Value {
         json!({
             "scan": self.scan,
@@ -39,7 +40,7 @@ impl Difference {
         })
     }
 
-    /// The row as a line for people.
+    /// Returns the row as a line of text.
     pub fn text(&self) -> String {
         let scan = self.scan.map_or(String::new(), |k| format!("scan {k}: "));
         let by = match (self.by.as_str(), self.sigma.as_str()) {
@@ -51,7 +52,7 @@ impl Difference {
     }
 }
 
-/// The differences of two answers, a row each; empty if their JSON is equal.
+/// Returns the differences of two answers; empty if their JSON is equal.
 pub fn between(first: &Answer, second: &Answer) -> Vec<Difference> {
     let mut list = List::default();
     let both = [first, second];
@@ -74,12 +75,12 @@ pub fn between(first: &Answer, second: &Answer) -> Vec<Difference> {
     list.0
 }
 
-/// Rows that are collected.
+/// Collects rows.
 #[derive(Default)]
 struct List(Vec<Difference>);
 
 impl List {
-    /// A row of two words, unless they are the same.
+    /// Adds a row of two texts if they differ.
     fn words(&mut self, what: &str, [first, second]: [String; 2]) {
         if first != second {
             let row = Difference {
@@ -92,7 +93,7 @@ impl List {
         }
     }
 
-    /// A row of two lengths with their standard deviations, metres.
+    /// Adds a row of two lengths with their standard deviations, metres.
     fn lengths(&mut self, what: &str, values: [Option<f64>; 2], sigma: Option<[f64; 2]>) {
         self.words(what, values.map(|v| v.map_or(NONE.to_owned(), cm)));
         let [Some(a), Some(b)] = values else { return };
@@ -104,7 +105,7 @@ impl List {
         }
     }
 
-    /// A row of two shares in thousandths.
+    /// Adds a row of two shares in thousandths.
     fn shares(&mut self, what: &str, values: [Option<u16>; 2]) {
         self.words(what, values.map(|v| v.map_or(NONE.to_owned(), percent)));
         let [Some(a), Some(b)] = values else { return };
@@ -122,7 +123,7 @@ fn percent(permille: u16) -> String {
     format!("{:.1} %", f64::from(permille) / 10.0)
 }
 
-/// Pairs and singles of two lists, by nearest distance, in the order of distance.
+/// Matches two lists by nearest distance; returns pairs and single elements in the order of distance.
 fn matched<T>(lists: [&[T]; 2], distance: impl Fn(&T) -> f64) -> Vec<[Option<(usize, &T)>; 2]> {
     let at = lists.map(|list| list.iter().map(&distance).collect::<Vec<f64>>());
     let pairs = score::nearest(&at[0], &at[1]);
@@ -144,7 +145,7 @@ fn matched<T>(lists: [&[T]; 2], distance: impl Fn(&T) -> f64) -> Vec<[Option<(us
     all
 }
 
-/// Steps that differ, and those that only one answer has.
+/// Adds the steps that differ, and those of only one answer.
 fn steps(list: &mut List, both: [&Answer; 2]) {
     let length = |of: fn(&StepLine) -> Tenths, step: &StepLine| metres(of(step));
     for pair in matched(both.map(|a| &a.steps[..]), |s| metres(s.distance)) {
@@ -184,7 +185,7 @@ fn steps(list: &mut List, both: [&Answer; 2]) {
     }
 }
 
-/// Reasons that only one answer gives.
+/// Adds the reasons of only one answer.
 fn reasons(list: &mut List, both: [&Answer; 2]) {
     let sets = both.map(|a| a.scan.reasons);
     for reason in sets[0].and(sets[1]).iter() {
@@ -194,7 +195,7 @@ fn reasons(list: &mut List, both: [&Answer; 2]) {
     }
 }
 
-/// Where the ground ends.
+/// Adds the rows of the drop edges.
 fn drops(list: &mut List, both: [Option<&DropLine>; 2]) {
     let length =
         |of: fn(&DropLine) -> Option<Tenths>| both.map(|drop| drop.and_then(of).map(metres));

@@ -1,8 +1,8 @@
 "use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = (id) => document.getElementById(id);
-// Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
-// `noise` and `strong` are the map's, red, green and blue: lightness alone tells a level.
+// Colours that are distinct for deuteranopes, too (Okabe and Ito 2008); every layer also has its own shape.
+// `noise` and `strong` are the colours of the map, as red, green and blue: the level is coded by lightness alone.
 const LOOKS = {
   light: { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222", beam: "#00000060", frame: "#888888", ink: "#333333", noise: [255, 255, 255], strong: [45, 65, 105] },
   dark: { answer: "#4a90e0", truth: "#2fd0a0", rival: "#ffe84a", against: "#f06a28", maybe: "#e8a0f8", drop: "#d8509c", stray: "#807868", horizon: "#f0f4f4", beam: "#ffffff70", frame: "#777777", ink: "#c9c9c9", noise: [20, 22, 25], strong: [205, 218, 240] },
@@ -20,12 +20,12 @@ const LAYERS = [
   ["map", "radar map", true], ["hits", "only what CA-CFAR lets through", false], ["echoes", "echoes", true],
   ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
 ];
-// Noise stays the paper's colour up to so far above its mean; from there it takes so many dB to the strongest.
+// Levels up to NOISE_DB above the mean noise have the background's colour; the scale to the strongest covers SPAN_DB.
 const [NOISE_DB, SPAN_DB] = [6, 45];
 const UNCERTAIN = [5, 4];
 const state = { recording: 0, scan: 0, place: null, shown: Object.fromEntries(LAYERS.map(([key, , on]) => [key, on])) };
 
-/** A number in decimal, without a sign of nothing. */
+/** Formats a number in decimal, without a sign for zero. */
 const fixed = (v, digits) => v.toFixed(digits).replace(/^-(?=[0.]*$)/, "").replace("-", "−");
 const cm = (metres, digits = 1) => `${fixed(100 * metres, digits)} cm`;
 const percent = (p) => `${(100 * p).toFixed(1)} %`;
@@ -61,7 +61,7 @@ function decoded(map) {
   if (!map.bits) Object.defineProperty(map, "bits", { value: bytes(map.hits) });
   return map;
 }
-/** The median of a map's levels: of noise, where the estimator tells none. */
+/** Returns the median of a map's levels: the noise level if the estimator does not report one. */
 function typical(map) {
   const counts = new Array(256).fill(0);
   for (const cell of map.levels) counts[cell] += 1;
@@ -71,17 +71,17 @@ function typical(map) {
 }
 const level = (map, k) => (map.levels[k] - map.full_scale) * map.db_per_unit;
 const isHit = (map, k) => (map.bits[k >> 3] >> (k & 7)) & 1;
-/** Range from the mirror and angle of a place. */
+/** Returns range from the mirror and angle of a point. */
 function polar(map, x, y) {
   const down = map.mount_height_m - y;
   return [Math.hypot(x, down), map.depth ? Math.atan2(down, x) : Math.atan2(x, down)];
 }
-/** The other way. */
+/** Returns the point at a range and angle. */
 function cartesian(map, range, angle) {
   const [s, c] = [Math.sin(angle) * range, Math.cos(angle) * range];
   return map.depth ? [c, map.mount_height_m - s] : [s, map.mount_height_m - c];
 }
-/** Row and bin of a place, if the scan holds it. */
+/** Returns row and range bin of a point, if it is within the scan. */
 function cellOf(map, x, y) {
   const [range, angle] = polar(map, x, y);
   const row = Math.round((angle - map.first_angle_rad) / map.step_rad);
@@ -89,7 +89,7 @@ function cellOf(map, x, y) {
   return row >= 0 && row < map.rows && bin >= 0 && bin < map.bins ? [row, bin] : null;
 }
 
-/** A canvas as sharp as the screen, its context in CSS pixels. */
+/** Prepares a canvas in the screen's resolution, with a context in CSS pixels. */
 function sheet(canvas, height) {
   const width = canvas.parentElement.clientWidth;
   const ratio = window.devicePixelRatio || 1;
@@ -102,9 +102,9 @@ function sheet(canvas, height) {
   return { context, width, height, ratio };
 }
 
-/** What must be in sight: metres. */
+/** Returns the extent of the side view, metres. */
 function extent(s) {
-  // Of a deep hole the brink is enough.
+  // The bottom of a deep hole is not shown.
   const real = (s.truth?.edges ?? []).filter((p) => p.distance_m < 2.6).map((p) => ({ ...p, height_m: Math.max(p.height_m, -0.5) }));
   const places = [...s.steps, ...real, ...s.maybe, ...(s.drop ? [{ distance_m: s.drop.distance_m, height_m: 0 }] : [])];
   const x = [1.2, s.map?.depth === false ? 0.9 : 1.5, ...places.map((p) => p.distance_m + 0.35)];
@@ -117,13 +117,13 @@ function extent(s) {
   };
 }
 
-/** Colour of a level, 0 to 1. */
+/** Returns the colour of a level, 0 to 1. */
 function shade(share) {
   const t = Math.max(0, Math.min(1, share));
   return HUE.noise.map((from, k) => Math.round(from + (HUE.strong[k] - from) * t));
 }
 
-/** The side view of a pane; `box` is what must be in sight, where that is not the scan's own. */
+/** Draws the side view of a pane; `box` is the extent, by default the scan's own. */
 function drawSide(view, box = extent(view.scan())) {
   const s = view.scan();
   const canvas = view.at("side");
@@ -170,7 +170,7 @@ function drawMap(g, s, paper, frame, at) {
   g.putImageData(image, Math.round(at.left * paper.ratio), Math.round(at.top * paper.ratio));
 }
 
-/** A staircase from the ground in front of it to a little behind its last edge. */
+/** Draws a staircase from the ground in front of it to a little behind its last edge. */
 function surface(g, steps, { X, Y, box }) {
   let y = 0;
   g.beginPath();
@@ -207,7 +207,7 @@ function drawLayers(g, s, frame) {
     surface(g, s.truth.edges, frame);
   }
   if (s.status !== "fault") {
-    // What lies beyond the horizon is no promise: dashed.
+    // The part beyond the horizon is dashed.
     stroke(g, HUE.answer, 1.8, UNCERTAIN);
     surface(g, s.steps, frame);
     g.save();
@@ -249,7 +249,7 @@ function drawLayers(g, s, frame) {
   }
   g.setLineDash([]);
 }
-/** Where the ground ends: an upright line with its band of ±3σ. */
+/** Draws a drop edge: a vertical line with its band of ±3σ. */
 function drawDrop(g, d, { X, Y, box }) {
   const [near, far] = [-3, 3].map((k) => X(d.distance_m + k * d.distance_sigma_m));
   g.fillStyle = `${HUE.drop}30`;
@@ -292,7 +292,7 @@ function drawEcho(g, echo, frame) {
   g.stroke();
 }
 
-/** Round steps of an axis that leave room for its numbers. */
+/** Returns round marks of an axis with room for the numbers. */
 function ticks(from, to, room) {
   const raw = (to - from) / Math.max(1, room);
   const ten = 10 ** Math.floor(Math.log10(raw));
@@ -324,7 +324,7 @@ function axes(g, at, [x0, x1, X], [y0, y1, Y], words = ["distance from the mirro
   g.textAlign = "left";
 }
 
-/** The range profile of the row through the place that is pointed at. */
+/** Draws the range profile of the row through the selected point. */
 function drawProfile(view) {
   const map = view.scan().map;
   const paper = sheet(view.at("profile"), 230);

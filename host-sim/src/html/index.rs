@@ -5,18 +5,18 @@ use serde_json::Value;
 /// One recording of a page.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// Its name, and what the page shows of it.
+    /// Its name and the data shown on the page.
     pub data: Value,
-    /// Where it stands in the index.
+    /// Rank in the index.
     pub rank: Rank,
 }
 
-/// How bad an answer is, the worst first: the order of the index.
+/// Result of a recording, worst first: the order of the index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
-    /// It could not be read or scanned.
+    /// The recording could not be read or scanned.
     Unreadable,
-    /// `ok`, and wrong by the recording's own truth.
+    /// `ok`, and wrong by the recording's ground truth.
     OkAndWrong,
     /// A `fault`.
     Fault,
@@ -24,6 +24,6 @@ pub enum Rank {
     Wrong,
     /// Nothing wrong, but not `ok`.
     Degraded,
-    /// `ok`, and right as far as one knows.
+    /// `ok`, and correct or without ground truth.
     Ok,
 }

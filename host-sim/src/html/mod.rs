@@ -1,17 +1,17 @@
-//! Scans as one page that any browser opens without a network: verdict, side view, range profiles.
+//! Writes scans as one page that any browser opens without a network: verdict, side view, range profiles.
 //!
-//! | file | holds |
+//! | file | contents |
 //! |---|---|
 //! | `page.html` | the page's skeleton |
 //! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
-//! | `compare.html`, `compare.js` | the body with two views side by side, and what differs between them |
+//! | `compare.html`, `compare.js` | the body with two views side by side, and their differences |
 //! | `article.html` | a page of text, tables and drawings, without a script |
-//! | `page.css` | its looks, on a screen of any width |
-//! | `draw.js`, `tell.js`, `page.js` | what draws a scan; what tells it in words and tables; what is chosen and pointed at |
-//! | `twin.rs` | the same page with the scanner in it, of `../../web/page/` |
+//! | `page.css` | its style, for screens of any width |
+//! | `draw.js`, `tell.js`, `page.js` | drawing of a scan; texts and tables of a scan; selection and pointer |
+//! | `twin.rs` | the page with the scanner itself, from `../../web/page/` |
 //!
-//! The page holds its data as one JSON object. All numbers in it are the scanner's own: sentences of the
-//! report, and what the estimator told an onlooker on its way to them.
+//! The page contains its data as one JSON object. All numbers in it are the scanner's own: the sentences of the
+//! report, and the events that the estimator passes to an observer.
 
 #[cfg(feature = "program")]
 pub mod compare;
@@ -42,10 +42,10 @@ const SCRIPT: [&str; 3] = [
     include_str!("page.js"),
 ];
 
-/// The page of these recordings, the failing ones first.
+/// Returns the page of these recordings, the failing ones first.
 ///
 /// # Errors
-/// When the data cannot be written as JSON.
+/// The data cannot be written as JSON.
 pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     entries.sort_by_key(|entry| entry.rank);
     let title = match entries.as_slice() {
@@ -68,42 +68,42 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     Ok(parts.filled())
 }
 
-/// The body of a page that shows one scan, with `controls` above the recording's name.
+/// Returns the body of a page with one scan, with `controls` above the recording's name.
 fn report(controls: &str) -> String {
     REPORT
         .replace("{{controls}}", controls)
         .replace("{{pane}}", &pane("", SLIDER, LAYERS))
 }
 
-/// One view of a scan; the names of its elements end with `suffix`.
+/// Returns one view of a scan; the ids of its elements end with `suffix`.
 fn pane(suffix: &str, slider: &str, layers: &str) -> String {
     PANE.replace("{{suffix}}", suffix)
         .replace("{{slider}}", slider)
         .replace("{{layers}}", layers)
 }
 
-/// Contents of the skeleton's places, beside the page's own style and script; each may be empty.
+/// Contents of the skeleton's placeholders, in addition to the page's own style and script; each may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parts<'a> {
     title: &'a str,
     /// Further elements of the head.
     head: &'a str,
-    /// Further rules of style, behind the page's own.
+    /// Further style rules, after the page's own.
     style: &'a str,
     /// Elements of the body, up to the footer.
     body: &'a str,
     /// JSON of the recordings.
     data: &'a str,
-    /// Further elements in front of the script.
+    /// Further elements before the script.
     stock: &'a str,
-    /// Further script, behind the page's own.
+    /// Further script, after the page's own.
     script: &'a str,
 }
 
 impl Parts<'_> {
-    /// The page. Text of recordings is filled in last, so that it is taken for no place of the skeleton.
+    /// Returns the page. Text of recordings is filled in last, so that it is not taken for a placeholder.
     fn filled(&self) -> String {
-        // A script ends at the first "</", wherever it stands.
+        // A script element ends at the first "</", also inside a string.
         let data = self.data.replace("</", "<\\/");
         PAGE.replace("{{head}}", self.head)
             .replace("{{style}}", &[STYLE, self.style].concat())
@@ -115,7 +115,8 @@ impl Parts<'_> {
     }
 }
 
-/// A page of text, tables and drawings, with the looks of a report and without a script; `body` are elements.
+/// Returns a page of text, tables and drawings, in the style of a report and without a script. `body` contains
+/// elements.
 #[cfg(feature = "program")]
 pub fn article(title: &str, body: &str) -> String {
     ARTICLE
@@ -124,7 +125,7 @@ pub fn article(title: &str, body: &str) -> String {
         .replace("{{body}}", body)
 }
 
-/// Text as it may stand between tags.
+/// Escapes text for use between tags.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

@@ -1,11 +1,11 @@
 
-// ---- The page: what is chosen, pointed at and shown.
+// ---- The page: selection, pointer and display.
 /** Two scans side by side, or one. */
 const sides = Boolean(data.compare);
 const panes = sides ? data.recordings.map((r, k) => pane(`-${"ab"[k]}`, () => r)) : [pane("", () => data.recordings[state.recording])];
 const recording = panes[0].recording;
 const scan = panes[0].scan;
-/** The panes that have a scan: of two sequences one may be longer. */
+/** Returns the panes with a scan: one of two sequences may be longer. */
 const shownPanes = () => panes.filter((view) => view.scan());
 
 function point(view, event) {
@@ -19,9 +19,9 @@ function point(view, event) {
   tip(view, px, py);
   redrawPlace();
 }
-/** Draws what depends on the place that is pointed at. */
+/** Draws everything that depends on the selected point. */
 function redrawPlace() {
-  // Two views beside each other have one scale.
+  // Two views side by side have the same scale.
   const boxes = shownPanes().map((view) => extent(view.scan()));
   const widest = (key, most) => most(...boxes.map((box) => box[key]));
   const box = panes[0].held ?? { left: widest("left", Math.min), right: widest("right", Math.max), bottom: widest("bottom", Math.min), top: widest("top", Math.max) };
@@ -30,7 +30,7 @@ function redrawPlace() {
     drawProfile(view);
   }
 }
-/** Moves the place that is pointed at: a centimetre by arrow keys, five with shift. */
+/** Moves the selected point by arrow keys: a centimetre, five with shift. */
 function byKey(view, event) {
   const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (event.key === "Escape") view.at("tip").hidden = true;
@@ -61,13 +61,13 @@ function tip(view, px, py) {
   if (near && near[0] < 0.03) lines.push(`echo: ${near[1].role}, ${near[1].snr_db.toFixed(1)} dB${near[1].against ? ", speaks against the answer" : ""}`);
   note.replaceChildren(...lines.map((line) => element("div", line)));
   const width = view.at("side").parentElement.clientWidth;
-  // Beside the pointer, on the side where there is room.
+  // Beside the pointer, on the side with more space.
   note.style.left = px < width / 2 ? `${px + 16}px` : "";
   note.style.right = px < width / 2 ? "" : `${width - px + 16}px`;
   note.style.top = `${py + 14}px`;
 }
 
-/** Shows a recording's name, and of its scan everything but the drawings. */
+/** Shows a recording's name, and everything of its scan except the drawings. */
 function showPane(view) {
   const [{ at }, r, s] = [view, view.recording(), view.scan()];
   at("name").textContent = r.name;
@@ -99,7 +99,7 @@ function showGuard({ at }, guard) {
   strip.style.maxWidth = "100%";
   at("advice").replaceChildren(strip, element("pre", guard.sentences.join("\n")));
 }
-/** Marks the chosen recording in the index, and brings it into sight there without moving the page. */
+/** Marks the selected recording in the index and scrolls the index to it, without moving the page. */
 function showIndex() {
   const index = at("index");
   if (!index) return;
@@ -125,7 +125,7 @@ function show() {
 }
 function redraw() {
   for (const view of shownPanes()) {
-    // An answer of a port comes without its map.
+    // An answer of a port has no map.
     view.at("pane").querySelectorAll(".of-map").forEach((part) => { part.hidden = !view.scan().map; });
     legend(view, view.scan());
   }
@@ -142,7 +142,7 @@ function fillIndex() {
     const button = document.createElement("button");
     const worst = r.scans.find((s) => s.status === "fault") ?? r.scans.find((s) => s.status === "degraded") ?? r.scans[0];
     const wrong = r.scans.some((s) => s.status === "ok" && s.wrong);
-    // Of a port whose present answer is none, the last one counts for nothing.
+    // The last answer of a port is stale if there is no current one.
     const [mark, kind] = r.stale ? ["✕ stale", "fault"] : worst ? [STATUS[worst.status][0], worst.status] : r.guard ? [STATUS[r.guard.status][0], r.guard.status] : r.pending ? [WAITING, ""] : ["✕ not scanned", "fault"];
     button.append(element("span", mark, `mark ${kind}`), element("span", r.name));
     if (wrong) button.append(element("span", "ok and wrong", "mark wrong"));
@@ -164,7 +164,7 @@ for (const view of panes) {
   side.addEventListener("pointermove", (event) => point(view, event));
   side.addEventListener("pointerdown", (event) => point(view, event));
   side.addEventListener("keydown", (event) => byKey(view, event));
-  // A finger leaves when it is lifted; what it pointed at stays to be read.
+  // Lifting a finger ends the pointer; the note stays readable.
   side.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") view.at("tip").hidden = true; });
 }
 at("scan").addEventListener("input", (event) => { state.scan = Number(event.target.value) - 1; show(); });

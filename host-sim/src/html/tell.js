@@ -1,5 +1,5 @@
 
-// ---- A scan in words and tables.
+// ---- Texts and tables of a scan.
 /** Status, summary and reasons of a pane's scan. */
 function showVerdict({ at }, s) {
   const [word, advice] = STATUS[s.status];

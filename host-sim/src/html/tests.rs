@@ -6,18 +6,18 @@ use super::*;
 use crate::recording::{Recording, TrueStep, Truth};
 use crate::replay::{self, Options};
 
-/// A recording of the repository.
+/// Reads a recording of the repository.
 fn recorded(name: &str) -> Recording {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     Recording::read(&dir.join(name)).unwrap()
 }
 
-/// Its entry.
+/// Returns its entry.
 fn shown(name: &str) -> Entry {
     entry(&recorded(name), &Options::default()).unwrap()
 }
 
-/// The data of a page, as its script reads them.
+/// Parses the data of a page as its script does.
 fn data(page: &str) -> Value {
     let (_, rest) = page.split_once("type=\"application/json\">").unwrap();
     let (data, _) = rest.split_once("</script>").unwrap();
@@ -87,7 +87,7 @@ fn every_reason_has_a_meaning() {
     }
 }
 
-/// The ground ends where the truth has a brink or a hole, though those are no steps to be counted.
+/// The ground truth shows an edge or a hole, although these are not counted as steps.
 #[test]
 fn the_truth_has_its_holes() {
     let mut recording = recorded("empty");
@@ -135,7 +135,7 @@ fn a_rival_is_told_once_with_score_and_probability() {
     }
 }
 
-/// Text of the report page's script: no test here runs it.
+/// Checks the text of the report page's script: no test here runs it.
 #[test]
 fn the_script_names_what_it_draws() {
     let page = page(vec![shown("stair_a")]).unwrap();

@@ -1,5 +1,5 @@
-//! The page with the scanner itself in it: the report's page, a bench of controls over it, and the scanner as
-//! WebAssembly with recordings to begin with, deflated and in base64.
+//! Writes the page with the scanner itself: the report's page, a panel of controls, and the scanner as
+//! WebAssembly with some recordings, deflated and in base64.
 
 use std::io::Write as _;
 
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::{Parts, report};
 use crate::recording::Recording;
 
-/// Largest page, bytes: what mail and phones still take.
+/// Maximum size of the page, bytes, for e-mail and phones.
 pub const LARGEST: usize = 3_000_000;
 
 const STYLE: &str = include_str!("../../../web/page/controls.css");
@@ -24,14 +24,14 @@ const TRUTH_EDITOR: &str = include_str!("../../../web/page/truth.html");
 const PORT: &str = include_str!("../../../web/page/port.js");
 const WORKER: &str = include_str!("../../../web/page/worker.js");
 
-/// The browser may run what stands in the page, and load nothing from anywhere.
+/// Content security policy: the browser may run the page's own scripts, and load nothing from the network.
 const HEAD: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
     script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; img-src data: blob:\">";
 
-/// The page with the scanner `wasm` and these recordings.
+/// Returns the page with the scanner `wasm` and these recordings.
 ///
 /// # Errors
-/// A page that would be larger than [`LARGEST`].
+/// The page would exceed [`LARGEST`].
 pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
     let mut stock: Vec<Value> = Vec::new();
     for recording in recordings {
@@ -74,13 +74,14 @@ pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
     Ok(page)
 }
 
-/// The low bytes of 16-bit numbers, then the high ones, which deflate to two thirds of what they do in turn.
+/// Separates the low bytes of 16-bit numbers from the high ones. The result deflates to two thirds of the
+/// size of interleaved bytes.
 fn planes(numbers: &[u8]) -> Vec<u8> {
     let plane = |k: usize| numbers.iter().skip(k).step_by(2);
     plane(0).chain(plane(1)).copied().collect()
 }
 
-/// Deflated (zlib) and in base64.
+/// Compresses with zlib and encodes in base64.
 fn packed(bytes: &[u8]) -> Result<String> {
     let mut packer = ZlibEncoder::new(Vec::new(), Compression::best());
     packer.write_all(bytes).context("deflate")?;

@@ -1,4 +1,4 @@
-//! What a page shows of a recording.
+//! Collects the data that a page shows of a recording.
 
 use anyhow::Result;
 use base64::Engine as _;
@@ -22,7 +22,7 @@ use crate::sweeps::score::Word;
 use crate::sweeps::{self, strip, truth};
 use crate::views::true_edges;
 
-/// A recording that could not be read or scanned, and why.
+/// Returns the entry of a recording that could not be read or scanned.
 pub fn failed(name: &str, why: &str) -> Entry {
     Entry {
         data: json!({"name": name, "error": why, "scans": []}),
@@ -30,10 +30,10 @@ pub fn failed(name: &str, why: &str) -> Entry {
     }
 }
 
-/// A recording with its scans, each as the scanner answers it.
+/// Returns the entry of a recording with its scans and the scanner's answers.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
     if setup::kind(recording)? == Kind::Guard {
         return guard(recording, options);
@@ -41,7 +41,7 @@ pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
     Ok(scanned(recording, options)?.0)
 }
 
-/// A recording of guard sweeps: a strip of them over time.
+/// Returns the entry of a recording of guard sweeps: a strip over time.
 fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
     let words = replay::guarded(recording, options)?;
     let truth = truth::read(recording)?;
@@ -84,10 +84,10 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
     Ok(Entry { data, rank })
 }
 
-/// The same with the answers.
+/// Returns [`entry`] together with the answers.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<Answer>)> {
     let settings = Playback::new(recording, &options.config)?.settings();
     let mut scans = Vec::new();
@@ -113,7 +113,7 @@ pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<A
     Ok((entry, answers))
 }
 
-/// An answer by itself, without map and truth: one that came out of a port.
+/// Returns the data of a single answer from a port, without map and ground truth.
 pub fn answered(answer: &Answer) -> Value {
     let reasons = answer.scan.reasons.iter();
     let reasons: Vec<Value> = reasons.map(|r| json!([r.as_str(), r.meaning()])).collect();
@@ -125,7 +125,7 @@ pub fn answered(answer: &Answer) -> Value {
     joined(answer.json(), told)
 }
 
-/// The keys of both objects.
+/// Merges two objects.
 fn joined(mut value: Value, more: Value) -> Value {
     if let (Some(value), Value::Object(more)) = (value.as_object_mut(), more) {
         value.extend(more);
@@ -133,7 +133,7 @@ fn joined(mut value: Value, more: Value) -> Value {
     value
 }
 
-/// One scan, and how bad it is.
+/// Returns the data and the rank of one scan.
 fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
     let answer = scanned.answer;
     let alone = scanned.recording();
@@ -167,13 +167,13 @@ fn rank(answer: &Answer, wrong: Option<bool>) -> Rank {
     }
 }
 
-/// Two readings whose edges lie nearer than this in distance and height are one, metres.
+/// Maximum difference in distance and height between edges of the same hypothesis, metres.
 const SAME_M: f64 = 0.05;
 
-/// A reading that the search has not scored is told from this probability on.
+/// Minimum probability of a listed hypothesis that the search has not scored.
 const LEAST: f64 = 0.01;
 
-/// Every reading once, with the search's score and the posterior's probability where it has them.
+/// Lists every hypothesis once, with the search's score and the posterior probability, if known.
 fn rivals(inspection: &Value) -> Vec<Value> {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let mut all = list(&inspection["explanations"]);
@@ -190,7 +190,7 @@ fn rivals(inspection: &Value) -> Vec<Value> {
     all
 }
 
-/// Whether two readings have the same edges.
+/// Whether two hypotheses have the same edges.
 fn same(a: &Value, b: &Value) -> bool {
     let (Some(a), Some(b)) = (a.as_array(), b.as_array()) else {
         return false;
@@ -212,14 +212,16 @@ fn true_steps(truth: &Truth) -> Value {
     let edge = |&(x, y): &(f64, f64)| json!({"distance_m": x, "height_m": y});
     json!({
         "direction": truth.direction,
-        // Of the ground: level where steps out of sight were left out, it would end at no hole.
+        // Edges of the ground. With hidden steps left out, a hole would not be shown where the
+        // level falls back.
         "edges": true_edges(truth).iter().map(edge).collect::<Vec<_>>(),
         "steps": list(&truth.steps),
         "uncounted": list(&truth.uncounted),
     })
 }
 
-/// The polar map: a byte a cell, and a bit a cell for what CA-CFAR lets through, row by row.
+/// Returns the polar map row by row: one byte for each cell, and one bit for each cell that passes
+/// the CA-CFAR.
 fn polar(map: &PolarMap, mirror_offset_m: f32) -> Value {
     let geometry = map.geometry();
     let (rows, bins) = (map.rows(), map.bins());

@@ -1,7 +1,7 @@
-//! A scanner on the host, in real time: the scanner's own loop over a recording, with a port that takes commands.
+//! A simulated scanner in real time: the scanner's own loop over a recording, with a port that accepts commands.
 //!
-//! Its answers are those of `replay` (of `replay --by-trigger` where the recording knows the chair's motion). A
-//! recording of one scan is scanned again and again; after the last scan of a sequence it boots anew.
+//! Its answers are those of `replay` (of `replay --by-trigger` if the recording contains the chair's motion). A
+//! recording of one scan is repeated. After the last scan of a sequence the scanner restarts.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -23,23 +23,24 @@ use crate::recording::Recording;
 use crate::setup::{self, Kind};
 use crate::volatile::{Volatile, identity};
 
-/// Between two steps of the scanner: some four a row, so that a scan takes about as long as on the chip.
+/// Time between two steps of the scanner's loop. About four steps a row: a scan takes about as long as on the
+/// chip.
 const STEP: Duration = Duration::from_millis(1);
 
-/// What a scanner's report port is wired to.
+/// The other end of a scanner's report port.
 pub trait Cable {
-    /// What has come for the scanner, whole lines.
+    /// Returns the lines received for the scanner; whole lines only.
     fn read(&mut self) -> Vec<u8>;
-    /// Takes bytes from the scanner; like a UART it waits for nobody.
+    /// Takes bytes from the scanner. Does not wait for a reader, like a UART.
     fn write(&mut self, bytes: &[u8]);
-    /// Whether nobody needs the scanner any more.
+    /// Whether the scanner is no longer needed.
     fn ended(&self) -> bool;
 }
 
-/// Scans `recording` until the cable says that it is enough.
+/// Scans `recording` until the cable has ended.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn run(recording: &Recording, base: &Config, cable: &mut dyn Cable) -> Result<()> {
     let mut playback = Playback::new(recording, base)?.by_trigger();
     if setup::kind(recording)? == Kind::Guard {
@@ -51,7 +52,7 @@ pub fn run(recording: &Recording, base: &Config, cable: &mut dyn Cable) -> Resul
     Ok(())
 }
 
-/// One boot: until the cable ends it, or the recording's scans have all been answered.
+/// Runs one boot, until the cable ends it or all scans of the recording are answered.
 fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
     let table = playback.motion().map(Timetable::by_trigger);
     let table = table.map(|table| Rc::new(RefCell::new(table)));
@@ -120,14 +121,14 @@ impl BytePort for Wire {
     }
 }
 
-/// The cable of `--demo`: straight to the screen.
+/// The cable of `--demo`: connects the scanner directly to the screen.
 pub struct Direct {
     inside: Inside,
     splitter: Splitter,
 }
 
 impl Direct {
-    /// To the screen whose other end `inside` is.
+    /// A cable to the screen at the other end of `inside`.
     pub fn new(inside: Inside) -> Self {
         inside.tell(Event::Opened);
         let splitter = Splitter::default();

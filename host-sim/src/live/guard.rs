@@ -1,4 +1,5 @@
-//! Guard sweeps as they come in: the last word, how often words come, and the free distance as a bar.
+//! Guard sweeps as they are received: the last `GUARD` sentence, the mean interval, and a bar of the
+//! free distance.
 
 use stairscan::report::GuardLine;
 use stairscan::verdict::{Ending, Status};
@@ -6,33 +7,33 @@ use stairscan::verdict::{Ending, Status};
 use super::Ms;
 use crate::answer::metres;
 
-/// Free distance that fills the bar, metres: as far as a sweep sees.
+/// Free distance of a full bar, metres: the range of a sweep.
 const FULL_M: f64 = 2.0;
-/// Cells of the bar: 5 cm each.
+/// Number of cells of the bar: 5 cm each.
 const CELLS: usize = 40;
-/// A word counts for so long, ms (docs/controller.md: people step in).
+/// Maximum age of a `GUARD` sentence, ms (docs/controller.md: people step in).
 const OLDEST: Ms = 500;
-/// Share of the newest interval in the mean of the intervals between words.
+/// Weight of the newest interval in the moving average of the intervals.
 const NEWEST: f64 = 0.2;
 
-/// The guard as far as its words tell.
+/// State of the guard from its sentences.
 #[derive(Clone, Debug)]
 pub struct Guard {
-    /// The last word.
+    /// The last `GUARD` sentence.
     pub line: GuardLine,
-    /// Words so far.
+    /// Number of `GUARD` sentences.
     pub count: u64,
-    /// When it came.
+    /// Time of arrival of the last one.
     came: Ms,
-    /// Mean time from word to word, ms.
+    /// Moving average of the interval between sentences, ms.
     interval: Option<f64>,
 }
 
 impl Guard {
-    /// After a word that came at `now`, by what was known before.
+    /// The state after a sentence that arrived at `now`, from the state before.
     pub fn after(before: Option<&Self>, now: Ms, line: GuardLine) -> Self {
         let gap = before.map(|before| now.saturating_sub(before.came) as f64);
-        // After a pause, for a full scan or of the line, the mean begins anew.
+        // After a pause, for a full scan or because of a broken line, the average restarts.
         let gap = gap.filter(|gap| *gap <= OLDEST as f64);
         let mean = before.and_then(|before| before.interval);
         let interval = gap.map(|gap| mean.map_or(gap, |mean| mean + NEWEST * (gap - mean)));
@@ -44,12 +45,12 @@ impl Guard {
         }
     }
 
-    /// Whether the word still counts at `now`.
+    /// Whether the sentence is not stale at `now`.
     pub fn is_fresh(&self, now: Ms) -> bool {
         now.saturating_sub(self.came) <= OLDEST
     }
 
-    /// Whether it says something else than the word before, the distance apart.
+    /// Whether status, hazard or reasons differ from the previous sentence. The distance is ignored.
     pub fn is_news(&self, before: Option<&Self>) -> bool {
         let same = |other: &Self| {
             let (a, b) = (&self.line, &other.line);
@@ -58,14 +59,14 @@ impl Guard {
         !before.is_some_and(same)
     }
 
-    /// The free distance, a mark for each 5 cm of 2 m.
+    /// The free distance as a bar, one mark for each 5 cm of 2 m.
     pub fn bar(&self) -> String {
         let free_m = self.line.free.map_or(0.0, metres).clamp(0.0, FULL_M);
         let full = (free_m / FULL_M * CELLS as f64).floor() as usize;
         format!("[{}{}]", "#".repeat(full), ".".repeat(CELLS - full))
     }
 
-    /// The word in one line.
+    /// The sentence as one line of text.
     pub fn text(&self) -> String {
         let line = &self.line;
         let free = match (line.status, line.free) {
@@ -90,7 +91,7 @@ impl Guard {
     }
 }
 
-/// The words for the hazard that ends the free distance.
+/// Text for the hazard at the end of the free distance.
 const fn ended(ending: Ending) -> &'static str {
     match ending {
         Ending::None => ", nothing in range",

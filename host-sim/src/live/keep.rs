@@ -1,8 +1,8 @@
-//! What `--record` keeps: every line with its time.
+//! Writes the files of `--record`: every line with its time.
 //!
-//! One text file a session, `live-001.txt` and so on. A line is `MS < LINE` for what came, `MS > LINE` for what
-//! was sent, `MS # REMARK` for what happened to the port; MS counts from the session's beginning. Each is
-//! written whole and at once, so that whatever ends the program leaves no half of one.
+//! One text file for each session: `live-001.txt` and so on. A line is `MS < LINE` for a received line, `MS >
+//! LINE` for a sent one, `MS # REMARK` for an event of the port. MS counts from the start of the session. Each
+//! line is written with one call and without buffering, so that no partial line is left when the program ends.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -12,22 +12,23 @@ use anyhow::{Context, Result, bail};
 
 use super::Ms;
 
-/// Most sessions of a directory.
+/// Maximum number of sessions in a directory.
 const MOST: u32 = 9_999;
 
 /// A session's file.
 #[derive(Debug)]
 pub struct Keep {
     file: File,
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
 }
 
 impl Keep {
-    /// A new file in `dir`, which is made if there is none; no other is ever written over.
+    /// Creates a new file in `dir`; the directory is created if it is missing. Existing files are never
+    /// overwritten.
     ///
     /// # Errors
-    /// Names the path.
+    /// The directory or the file cannot be created; the message names the path.
     pub fn begin(dir: &Path, about: &str) -> Result<Self> {
         fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
         for number in 1..=MOST {
@@ -45,10 +46,10 @@ impl Keep {
         bail!("{}: holds {MOST} sessions already", dir.display())
     }
 
-    /// One line.
+    /// Writes one line.
     ///
     /// # Errors
-    /// Names the file.
+    /// The file cannot be written; the message names it.
     pub fn line(&mut self, at: Ms, way: char, text: &str) -> Result<()> {
         let line = format!("{at} {way} {text}\n");
         let written = self.file.write_all(line.as_bytes());

@@ -1,6 +1,7 @@
-//! Bytes of a port into lines.
+//! Splits the bytes of a port into lines.
 
-/// A line that is longer is cut: no sentence is (224 bytes), so that this is noise or another device.
+/// Maximum length of a line, bytes; longer ones are cut. A sentence has at most 224 bytes, so that a longer line
+/// is noise or from another device.
 const LONGEST: usize = 512;
 
 /// Collects bytes into lines.
@@ -10,7 +11,8 @@ pub struct Splitter {
 }
 
 impl Splitter {
-    /// The lines that `bytes` complete, without their ends; what is no printable ASCII stands in them as `\xNN`.
+    /// Returns the lines that `bytes` complete, without line ends. Bytes that are not printable ASCII are shown
+    /// as `\xNN`.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<String> {
         let mut lines = Vec::new();
         for &byte in bytes {
@@ -26,7 +28,7 @@ impl Splitter {
         lines
     }
 
-    /// What has come of a line whose end did not.
+    /// Returns the beginning of a line whose end has not been received.
     pub fn take(&mut self) -> Option<String> {
         let bytes = std::mem::take(&mut self.partial);
         (!bytes.is_empty()).then(|| shown(&bytes))

@@ -1,23 +1,23 @@
-//! `live`: the scanner as it reports, in a terminal.
+//! `live`: shows a scanner's reports in a terminal.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`model`] | what is known of the scanner, from its sentences; pure, time comes as an argument |
-//! | [`guard`] | the last guard sweep, how often they come, the free distance as a bar |
-//! | [`lines`] | bytes of the port into lines |
-//! | [`trouble`] | what may be wrong with a port, in words, and what helps |
-//! | [`offer`] | what is said of a command before it is sent |
+//! | [`model`] | state of the scanner, from its sentences; pure, time is an argument |
+//! | [`guard`] | the last guard sweep, the interval of sweeps, a bar of the free distance |
+//! | [`lines`] | splits the bytes of the port into lines |
+//! | [`trouble`] | explanations and remedies for faults of a port |
+//! | [`offer`] | check of a command before it is sent |
 //! | [`prompt`] | the command line and its history |
-//! | [`screen`], [`side`] | the screen, drawn from the state; the side view on it |
+//! | [`screen`], [`side`] | the screen, drawn from the state, with the side view |
 //! | [`ports`] | the serial ports of this machine |
-//! | [`port`] | the thread that reads and writes a port, and opens it again |
+//! | [`port`] | the thread that reads, writes and reopens a port |
 //! | [`pty`] | a pseudo-terminal in place of a port |
-//! | [`talk`] | questions to a scanner and its answers: `settings`, `doctor` |
-//! | [`device`] | a scanner on the host: what `--demo` shows |
-//! | [`keep`] | what `--record` keeps |
-//! | [`session`] | a source while it is watched: its state, the file of its lines, who gets its answers |
-//! | [`plain`] | a source watched without a screen |
-//! | [`terminal`] | keys, time and screen brought together |
+//! | [`talk`] | requests to a scanner and its replies, for `settings` and `doctor` |
+//! | [`device`] | a simulated scanner, for `--demo` |
+//! | [`keep`] | the files of `--record` |
+//! | [`session`] | an observed source: its state, the file of its lines, the receiver of its answers |
+//! | [`plain`] | output of a source without a screen |
+//! | [`terminal`] | the loop over keys, time and screen |
 
 #[cfg(feature = "program")]
 pub mod device;

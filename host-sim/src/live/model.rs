@@ -1,4 +1,4 @@
-//! What is known of the scanner, from the sentences that have come. Pure: time is an argument.
+//! State of the scanner, from the sentences received. Pure: time is an argument.
 
 use std::collections::VecDeque;
 
@@ -10,49 +10,50 @@ use super::guard::Guard;
 use super::trouble::{Strange, Trouble};
 use crate::answer::Answer;
 
-/// Without an intact sentence for so long the scanner or the line is dead (docs/controller.md).
+/// Time without an intact sentence after which the scanner or the line is considered dead, ms
+/// (docs/controller.md).
 pub const SILENCE: Ms = 500;
-/// An answer that is older says nothing any more (docs/controller.md).
+/// Maximum age of an answer, ms; an older one is stale (docs/controller.md).
 pub const OLDEST: Ms = 17_000;
-/// An open port that has given no sentence for so long is explained: a scanner boots in 1.6 s.
+/// Time without a sentence after which an open port is reported as silent, ms; a scanner boots in 1.6 s.
 const PATIENCE: Ms = 2_500;
-/// A command is answered at once, but for those that move the mirror.
+/// Timeout of a command's reply, ms; commands that move the mirror have a longer one.
 const REPLY: Ms = 2_000;
-/// Homing, self-test and a scan.
+/// Timeout of commands with homing, self-test and a scan, ms.
 const LONG_REPLY: Ms = 60_000;
-/// Lines that are kept to be looked at.
+/// Number of lines that are kept in the log.
 const KEPT: usize = 2_000;
-/// Lines by which one scrolls.
+/// Number of lines to scroll at once.
 pub const PAGE: usize = 5;
 
-/// What happened.
+/// Event of a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// The port is open.
     Opened,
-    /// It cannot be opened, or went away.
+    /// The port cannot be opened, or has disappeared.
     Failed(Trouble),
-    /// A line has come in.
+    /// A line was received.
     Line(String),
 }
 
-/// How the port fares.
+/// State of the port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
     /// Not opened yet.
     Opening,
-    /// Open since then.
+    /// Open since this time.
     Open(Ms),
-    /// Not there since then.
+    /// Absent since this time.
     Away(Ms, Trouble),
 }
 
-/// Which way a line went.
+/// Direction of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// From the scanner, intact.
+    /// From the scanner, an intact sentence.
     In,
-    /// From the scanner, and no sentence.
+    /// From the scanner, not an intact sentence.
     Damaged,
     /// To the scanner.
     Out,
@@ -60,64 +61,65 @@ pub enum Way {
     Note,
 }
 
-/// A line and when it came or went.
+/// A line of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// When.
+    /// Time of arrival or sending.
     pub at: Ms,
-    /// Which way.
+    /// Direction.
     pub way: Way,
-    /// What.
+    /// Text of the line.
     pub text: String,
 }
 
-/// How far the answer that is shown can be believed as regards its age.
+/// Validity of the displayed answer with regard to its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// It is the present one.
+    /// Current.
     Fresh,
-    /// The port is gone.
+    /// The port has disappeared.
     Unplugged,
-    /// The port is there, and no sentence has come for so long, ms.
+    /// The port is open, but no sentence has been received for this time, ms.
     Silent(Ms),
-    /// The scanner has restarted since.
+    /// The scanner has restarted since the answer.
     Restarted,
-    /// It is older than any controller may act on.
+    /// Older than the maximum age for a controller.
     Old,
 }
 
 /// The last `LIVE`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pulse {
-    /// When it came.
+    /// Time of arrival.
     pub at: Ms,
     /// State of the scanner.
     pub state: String,
-    /// The scan that began last.
+    /// Number of the scan that began last.
     pub scan: u32,
     /// Time since boot, ms.
     pub uptime_ms: u32,
-    /// Age of the last answer that is no fault, ms.
+    /// Age of the last answer without a fault, ms.
     pub age_ms: Option<u32>,
-    /// What the motion input is.
+    /// State of the motion input.
     pub motion: String,
-    /// Faults of the motion input, refused lines, damaged bytes of the port, errors of the radar link.
+    /// Counters: faults of the motion input, refused lines, damaged bytes of the port, errors of the radar
+    /// link.
     pub counters: [u16; 4],
 }
 
 /// The last command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Asked {
-    /// When it was sent.
+    /// Time of sending.
     pub at: Ms,
-    /// What was sent.
+    /// The command.
     pub text: String,
-    /// What came back and when, and whether it is no refusal.
+    /// The reply: time of arrival, text, and whether it is not a refusal.
     pub reply: Option<(Ms, String, bool)>,
 }
 
 impl Asked {
-    /// The command's word.
+    /// Name of the command.
     fn word(&self) -> &str {
         let body = self.text.strip_prefix("$PSTC,").unwrap_or(&self.text);
         body.split([',', ' ', '*'])
@@ -125,7 +127,7 @@ impl Asked {
             .unwrap_or("")
     }
 
-    /// Whether an answer should have come by `now`.
+    /// Whether the reply is overdue at `now`.
     pub fn overdue(&self, now: Ms) -> bool {
         let patience = match self.word() {
             "selftest" | "calibrate" | "save" => LONG_REPLY,
@@ -135,46 +137,47 @@ impl Asked {
     }
 }
 
-/// What has come since the port was opened.
+/// Counts since the port was opened.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Tally {
     sentences: u64,
-    /// Begin like sentences.
+    /// Lines that begin like a sentence but are damaged.
     damaged: u64,
-    /// Do not, and are text; the last one.
+    /// Text lines that are not sentences; `other` is the last one.
     others: u64,
     other: String,
     noise: u64,
 }
 
-/// What is known.
+/// State of a session.
 #[derive(Clone, Debug)]
 pub struct State {
-    /// What the port is called.
+    /// Name of the port.
     pub port: String,
-    /// What hangs there, where that is known beforehand.
+    /// Description of the device at the port, if known.
     pub about: String,
-    /// Whether the scanner is an image in an emulator, where a scan takes longer than an answer may be old.
+    /// Whether the scanner is an image in an emulator. A scan then takes longer than the maximum age of an
+    /// answer.
     pub emulated: bool,
-    /// Its speed; 0 where it has none.
+    /// Baud rate of the port; 0 if it has none.
     pub baud: u32,
-    /// How it fares.
+    /// State of the port.
     pub link: Link,
-    /// The last whole answer, and when it came.
+    /// The last complete answer and its time of arrival.
     pub answer: Option<(Ms, Answer)>,
-    /// Whole answers so far.
+    /// Number of complete answers.
     pub answers: u64,
-    /// The guard's sweeps, once one has come.
+    /// State of the guard; `None` before the first sweep.
     pub guard: Option<Guard>,
-    /// The last sign of life.
+    /// The last `LIVE`.
     pub pulse: Option<Pulse>,
     /// The last command.
     pub asked: Option<Asked>,
     /// The last lines, oldest first.
     pub log: VecDeque<Entry>,
-    /// Lines of the log that are newer than the last one shown.
+    /// Number of log lines that are newer than the last one shown.
     pub hidden: usize,
-    /// Times that the port was opened again.
+    /// Number of times that the port was reopened.
     pub reopened: u32,
     coming: Option<(ScanLine, Vec<String>)>,
     heard: Option<Ms>,
@@ -183,7 +186,7 @@ pub struct State {
 }
 
 impl State {
-    /// Before the port is opened.
+    /// State before the port is opened.
     pub fn new(port: &str, baud: u32) -> Self {
         Self {
             port: port.to_owned(),
@@ -206,12 +209,12 @@ impl State {
         }
     }
 
-    /// The same with a word on what hangs at the port.
+    /// Sets the description of the device at the port.
     pub fn about(self, about: String) -> Self {
         Self { about, ..self }
     }
 
-    /// The same of an image in an emulator.
+    /// Marks the scanner as an image in an emulator.
     pub fn emulated(self) -> Self {
         Self {
             emulated: true,
@@ -219,7 +222,7 @@ impl State {
         }
     }
 
-    /// Takes what happened at `now`.
+    /// Processes an event at `now`.
     pub fn take(&mut self, now: Ms, event: &Event) {
         match event {
             Event::Opened => {
@@ -234,7 +237,7 @@ impl State {
         }
     }
 
-    /// A command has gone out at `now`.
+    /// Registers a command that was sent at `now`.
     pub fn sent(&mut self, now: Ms, line: &str) {
         self.keep(now, Way::Out, line);
         self.asked = Some(Asked {
@@ -244,7 +247,7 @@ impl State {
         });
     }
 
-    /// A remark among the lines.
+    /// Adds a remark to the log.
     pub fn note(&mut self, now: Ms, text: &str) {
         self.keep(now, Way::Note, text);
     }
@@ -255,18 +258,18 @@ impl State {
         }
         let text = text.to_owned();
         self.log.push_back(Entry { at, way, text });
-        // The lines that are looked at stay where they are.
+        // The displayed lines stay in place while the user scrolls.
         if self.hidden > 0 {
             self.hidden = (self.hidden + 1).min(self.log.len() - 1);
         }
     }
 
-    /// Goes a page back in the log.
+    /// Scrolls back by a page.
     pub fn older(&mut self) {
         self.hidden = (self.hidden + PAGE).min(self.log.len().saturating_sub(1));
     }
 
-    /// Goes a page on in the log.
+    /// Scrolls forward by a page.
     pub fn newer(&mut self) {
         self.hidden = self.hidden.saturating_sub(PAGE);
     }
@@ -274,7 +277,7 @@ impl State {
     fn fail(&mut self, now: Ms, trouble: &Trouble) {
         self.coming = None;
         match &mut self.link {
-            // That it cannot be opened again yet is known: it was pulled out then.
+            // An unplugged port also cannot be opened: the first cause is kept.
             Link::Away(_, Trouble::Unplugged(_)) if matches!(trouble, Trouble::Missing(_)) => {}
             Link::Away(_, before) if before == trouble => {}
             Link::Away(_, before) => *before = trouble.clone(),
@@ -291,7 +294,7 @@ impl State {
             Ok(sentence) => {
                 self.tally.sentences += 1;
                 self.heard = Some(now);
-                // Five and ten a second would leave room for nothing else.
+                // `LIVE` (five a second) and `GUARD` (ten) would fill the log.
                 if !matches!(sentence, Sentence::Live(_) | Sentence::Guard(_)) {
                     self.keep(now, Way::In, line);
                 }
@@ -369,7 +372,7 @@ impl State {
         }
     }
 
-    /// A further sentence of the scan that is coming in; of another one it voids what has come.
+    /// Adds a sentence to the scan that is being received; a sentence of another scan discards that one.
     fn belongs(&mut self, now: Ms, scan: u32, line: &str) {
         if let Some((head, lines)) = &mut self.coming {
             if head.scan == scan {
@@ -389,7 +392,7 @@ impl State {
             return;
         };
         match Answer::parse(&self.port, lines) {
-            // The self-test at boot, before the emulated module is connected.
+            // Fault of the self-test at boot, before the emulated module is connected.
             Ok(answer) if self.emulated && answer.scan.scan == 0 => {}
             Ok(answer) => {
                 self.answer = Some((now, answer));
@@ -405,7 +408,7 @@ impl State {
 
     fn live(&mut self, now: Ms, live: &LiveLine<'_>) {
         let before = self.pulse.as_ref().map(|pulse| pulse.uptime_ms);
-        // A boot whose sentence was lost.
+        // A restart whose `BOOT` sentence was lost.
         self.restarted |= before.is_some_and(|before| live.uptime_ms < before);
         self.pulse = Some(Pulse {
             at: now,
@@ -423,18 +426,19 @@ impl State {
         });
     }
 
-    /// Something that answers the command that was sent last; `command` is empty where it does not say which.
+    /// Stores a reply to the last command; `command` is empty if the reply does not name it.
     fn reply(&mut self, now: Ms, command: &str, text: &str, good: bool) {
         let Some(asked) = &mut self.asked else { return };
         let mine = command.is_empty() || command == "-" || command == asked.word();
-        // These answer with several lines, of which the last one says that it is done.
+        // These commands reply with several lines; the last one is the final reply.
         let goes_on = matches!(asked.word(), "get" | "calibrate");
         if mine && (goes_on || asked.reply.is_none()) {
             asked.reply = Some((now, text.to_owned(), good));
         }
     }
 
-    /// How old the answer is at `now`, ms: from its last row where the scanner says so, else from when it came.
+    /// Returns the age of the answer at `now`, ms: since its last row if `LIVE` reports it, else since its
+    /// arrival.
     pub fn age(&self, now: Ms) -> Option<Ms> {
         let (came, answer) = self.answer.as_ref()?;
         let told = self
@@ -446,7 +450,7 @@ impl State {
         Some(told.unwrap_or(now.saturating_sub(*came)))
     }
 
-    /// Whether the answer is the present one.
+    /// Returns the validity of the displayed answer.
     pub fn standing(&self, now: Ms) -> Standing {
         let silence = now.saturating_sub(self.heard.unwrap_or(0));
         match self.link {
@@ -458,7 +462,7 @@ impl State {
         }
     }
 
-    /// What the open port gives instead of sentences, if it has had time to give one.
+    /// Returns what the open port delivers instead of sentences; `None` if the time is too short to judge.
     pub fn strange(&self, now: Ms) -> Option<Strange<'_>> {
         let Link::Open(since) = self.link else {
             return None;
@@ -483,7 +487,7 @@ impl State {
         })
     }
 
-    /// Sentences that have come damaged since the port was opened.
+    /// Number of damaged sentences since the port was opened.
     pub fn damaged(&self) -> u64 {
         self.tally.damaged
     }

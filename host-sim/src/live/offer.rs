@@ -1,26 +1,26 @@
-//! What is said of a command before it is sent.
+//! Checks a command before it is sent.
 
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::{self, Command, MAX_COMMAND, framed};
 
-/// Nothing stops a person who insists.
+/// Note for a command that is probably wrong; a second Enter sends it nevertheless.
 const ANYWAY: &str = "Enter sends it anyway, but";
 
-/// What becomes of a line that was typed.
+/// Result of the check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Checked {
-    /// It is sent as it is.
+    /// The line is sent unchanged.
     Send(String),
-    /// This line is offered, for this reason; the next Enter sends it.
+    /// The next Enter sends this line, which replaces the typed one.
     Offer {
-        /// What would be sent.
+        /// Line that would be sent.
         line: String,
-        /// Why it was not sent at once.
+        /// Reason why it was not sent at once.
         why: String,
     },
 }
 
-/// Looks at `typed` as the scanner's own parser would.
+/// Checks `typed` as the scanner's own parser does.
 pub fn check(typed: &str) -> Checked {
     let typed = typed.trim();
     let offer = |line: &str, why: String| Checked::Offer {
@@ -72,7 +72,8 @@ fn sentence(words: &[&str]) -> String {
     framed(words).trim_end().to_owned()
 }
 
-/// What a scanner with default settings would have against a value. One that is set otherwise may take it.
+/// Returns why a scanner with default settings would refuse a value. A scanner with other settings may
+/// accept it.
 fn value_doubt(command: &Command<'_>) -> Option<String> {
     let Command::Set(key, value) = command else {
         return None;
@@ -110,7 +111,7 @@ mod tests {
         let (line, why) = offered("set seed 7");
         assert_eq!(line, "$PSTC,set,seed,7*352B37A8");
         assert!(why.contains("Enter sends this one"), "{why}");
-        // The offer itself is sent.
+        // The proposed line itself is sent.
         assert_eq!(check(&line), Checked::Send(line));
         for typed in ["save", "calibrate 1500 20261122", "set,mount-height,41000"] {
             let (line, _) = offered(typed);

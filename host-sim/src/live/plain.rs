@@ -1,4 +1,4 @@
-//! A source watched without a screen: a line for each answer and guard sweep, and for what is wrong with the port.
+//! Output without a screen: one line for each answer, guard sweep and fault of the port.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
@@ -12,14 +12,14 @@ use super::port::Source;
 use super::session::Session;
 use super::talk::Broken;
 
-/// A silent source is looked at so often.
+/// Polling interval of a silent source.
 const WAIT: Duration = Duration::from_millis(100);
 
-/// Follows `source` until `stop` is set. `print` gets each line for people. Times count from `started`, as the
-/// source's do.
+/// Follows `source` until `stop` is set. `print` gets each line of text. Times count from `started`, like those of
+/// the source.
 ///
 /// # Errors
-/// A port that cannot be opened at the beginning. One that goes away later is waited for.
+/// The port cannot be opened at the beginning. A port that disappears later is waited for.
 pub fn run(
     started: Instant,
     source: &Source,

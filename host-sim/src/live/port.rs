@@ -1,7 +1,6 @@
-//! The thread that reads and writes a port, and opens it again when it went away.
+//! The thread that reads and writes a port, and reopens it after it has disappeared.
 //!
-//! Nothing but bytes goes over the port: DTR and RTS are left as the system sets them, so that no adapter that
-//! has a reset wired to one of them resets anything while the program runs.
+//! DTR and RTS are not changed from the system's setting: an adapter may have a reset wired to one of them.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -19,17 +18,17 @@ use super::model::Event;
 use super::ports;
 use super::trouble::Trouble;
 
-/// A read waits so long for a byte: what is typed goes out within that.
+/// Timeout of a read: the maximum delay of a typed line.
 const READ: Duration = Duration::from_millis(20);
-/// Between two attempts to open a port.
+/// Interval between two attempts to open a port.
 const RETRY: Duration = Duration::from_millis(300);
-/// A line of a command takes 8 ms at 115,200 baud.
+/// Timeout of a write. A command of one line takes 8 ms at 115,200 baud.
 const WRITE: Duration = Duration::from_secs(1);
 
-/// Where events come from and lines go to: a port, or a scanner on this machine.
+/// Source of events and sink of lines: a port, or a simulated scanner.
 #[derive(Debug)]
 pub struct Source {
-    /// What happened, and when.
+    /// Events with their times.
     pub events: Receiver<(Ms, Event)>,
     /// Lines to send, without their ends.
     pub lines: Sender<String>,
@@ -47,14 +46,14 @@ pub struct Inside {
 }
 
 impl Inside {
-    /// Tells what happens now.
+    /// Sends an event with the current time.
     pub fn tell(&self, event: Event) {
         let at = self.started.elapsed().as_millis() as Ms;
-        // Nobody listens any more: then `ended` says so.
+        // Without a receiver [`Self::ended`] is true.
         let _ = self.events.send((at, event));
     }
 
-    /// The next line to send, if there is one.
+    /// Returns the next line to send, if there is one.
     pub fn line(&self) -> Option<String> {
         self.lines.try_recv().ok()
     }
@@ -66,7 +65,7 @@ impl Inside {
 }
 
 impl Source {
-    /// Runs `work` in a thread of its own until the source is dropped. Times count from `started`.
+    /// Runs `work` in a thread until the source is dropped. Times count from `started`.
     pub fn run(started: Instant, work: impl FnOnce(Inside) + Send + 'static) -> Self {
         let (to_screen, events) = mpsc::channel();
         let (lines, from_screen) = mpsc::channel();
@@ -85,7 +84,7 @@ impl Source {
         }
     }
 
-    /// The serial port `path`, opened again and again.
+    /// The serial port `path`, which is reopened after each failure.
     pub fn port(started: Instant, path: &str, baud: u32) -> Self {
         let path = path.to_owned();
         Self::run(started, move |inside| keep_open(&inside, &path, baud))
@@ -112,16 +111,16 @@ fn keep_open(inside: &Inside, path: &str, baud: u32) {
             }
             Err(error) => inside.tell(Event::Failed(ports::trouble(path, &error))),
         }
-        // What was typed for a scanner that is not there is not for the one that comes next.
+        // Lines for a scanner that is absent must not go to the next one.
         while inside.line().is_some() {}
         std::thread::sleep(RETRY);
     }
 }
 
-/// Opens a port, exclusively. DTR and RTS are not touched.
+/// Opens a port exclusively. DTR and RTS are not changed.
 ///
 /// # Errors
-/// As the library says; [`ports::trouble`] explains it.
+/// The library's error; [`ports::trouble`] explains it.
 pub fn open(path: &str, baud: u32) -> serialport::Result<Box<dyn SerialPort>> {
     serialport::new(path, baud)
         .timeout(READ)
@@ -129,7 +128,7 @@ pub fn open(path: &str, baud: u32) -> serialport::Result<Box<dyn SerialPort>> {
         .open()
 }
 
-/// Reads and writes until the session is over, or the port gone: then why.
+/// Reads and writes until the session ends (`None`) or the port disappears (the cause).
 fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String> {
     let mut splitter = Splitter::default();
     let mut buffer = [0; 1024];
@@ -148,7 +147,7 @@ fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String
                     .for_each(|line| inside.tell(Event::Line(line)));
             }
             Err(error) if passes(error.kind()) => {
-                // Not every driver tells a reader that its device was pulled out.
+                // Not every driver reports to a reader that its device was unplugged.
                 if !Path::new(path).exists() {
                     return Some("no such device any more".to_owned());
                 }
@@ -159,7 +158,7 @@ fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String
     None
 }
 
-/// Whether an error says no more than that nothing came.
+/// Whether an error only means that no data were available.
 pub fn passes(kind: ErrorKind) -> bool {
     matches!(
         kind,

@@ -9,14 +9,14 @@ use serialport::{SerialPortInfo, SerialPortType};
 
 use super::trouble::Trouble;
 
-/// Where Linux lists its terminals.
+/// Directory in which Linux lists its terminals.
 const TERMINALS: &str = "/sys/class/tty";
-/// Where udev names ports by what hangs on them: names that stay over a replug.
+/// Directory of udev's stable port names, by connected device.
 const BY_ID: &str = "/dev/serial/by-id";
 
-/// All of them, those on USB first.
+/// Returns all ports, those on USB first.
 fn available() -> Vec<SerialPortInfo> {
-    // Without that directory the library's own look would end the program.
+    // Without that directory the library would end the program.
     if cfg!(target_os = "linux") && !Path::new(TERMINALS).is_dir() {
         return Vec::new();
     }
@@ -26,12 +26,12 @@ fn available() -> Vec<SerialPortInfo> {
     ports
 }
 
-/// Their names.
+/// Returns the names of all ports.
 pub fn names() -> Vec<String> {
     available().into_iter().map(|port| port.port_name).collect()
 }
 
-/// A list of them for people; empty where there are none.
+/// Returns a list of the ports as text; empty if there are none.
 pub fn list() -> String {
     let mut out = String::new();
     for port in available() {
@@ -55,7 +55,7 @@ pub fn list() -> String {
     out
 }
 
-/// The name of `port` that stays over a replug.
+/// Returns the stable name of `port`.
 fn alias(port: &Path) -> Option<String> {
     let port = fs::canonicalize(port).ok()?;
     let entries = fs::read_dir(BY_ID).ok()?.flatten();
@@ -64,7 +64,7 @@ fn alias(port: &Path) -> Option<String> {
     Some(found.display().to_string())
 }
 
-/// Why `path` could not be opened.
+/// Returns the cause why `path` could not be opened.
 pub fn trouble(path: &str, error: &serialport::Error) -> Trouble {
     use std::io::ErrorKind;
     let Ok(found) = fs::metadata(path) else {
@@ -75,14 +75,14 @@ pub fn trouble(path: &str, error: &serialport::Error) -> Trouble {
             Trouble::Forbidden(group_name(found.gid()))
         }
         _ if !found.file_type().is_char_device() => Trouble::NoPort,
-        // So the library calls a port that is locked.
+        // The library's error for a port that is locked.
         serialport::ErrorKind::NoDevice => Trouble::Busy,
         _ if error.description.contains("typewriter") => Trouble::NoPort,
         _ => Trouble::Other(error.description.clone()),
     }
 }
 
-/// The name of a group, but for root's, into which nobody is put.
+/// Returns the name of a group; `None` for root's, which no user should be added to.
 fn group_name(id: u32) -> Option<String> {
     let groups = fs::read_to_string("/etc/group").ok()?;
     let mut rows = groups
@@ -111,7 +111,7 @@ mod tests {
             trouble("/dev/no-such-port", &busy),
             Trouble::Missing(_)
         ));
-        // What the library really says of a device that is no terminal.
+        // The library's actual error for a device that is not a terminal.
         let error = serialport::new("/dev/null", 115_200).open().unwrap_err();
         assert_eq!(trouble("/dev/null", &error), Trouble::NoPort);
     }

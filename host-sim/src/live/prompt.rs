@@ -2,38 +2,38 @@
 
 use super::offer::{self, Checked};
 
-/// Lines that the history keeps.
+/// Maximum number of lines in the history.
 const REMEMBERED: usize = 500;
 
-/// What is done to the command line.
+/// Edit of the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
-    /// A character is typed.
+    /// Inserts a character.
     Char(char),
-    /// The character before the cursor goes.
+    /// Deletes the character before the cursor.
     Backspace,
-    /// That at the cursor goes.
+    /// Deletes the character at the cursor.
     Delete,
-    /// To the left.
+    /// Moves left.
     Left,
-    /// To the right.
+    /// Moves right.
     Right,
-    /// To the beginning.
+    /// Moves to the beginning.
     Home,
-    /// To the end.
+    /// Moves to the end.
     End,
-    /// The line before in the history.
+    /// Shows the previous line of the history.
     Up,
-    /// The one after.
+    /// Shows the next line of the history.
     Down,
-    /// All of it goes.
+    /// Deletes the line.
     Clear,
 }
 
-/// A line that is meant for this program, not for the scanner.
+/// A command to this program instead of the scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Own {
-    /// Tells what can be typed.
+    /// Shows the help.
     Help,
     /// Ends the session.
     Quit,
@@ -49,26 +49,26 @@ pub const HELP: [&str; 6] = [
     "help, q: this text, the end; all commands: docs/commands.md",
 ];
 
-/// The command line. Only ASCII can be typed: nothing else is in a command.
+/// The command line. Only ASCII can be typed: commands contain nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Prompt {
-    /// What stands there.
+    /// Text of the line.
     pub text: String,
-    /// Before which character the cursor stands.
+    /// Index of the character after the cursor.
     pub cursor: usize,
-    /// What is said of it.
+    /// Note below the line.
     pub note: String,
-    /// Whether the next Enter sends it as it stands.
+    /// Whether the next Enter sends the line unchanged.
     offered: bool,
     history: Vec<String>,
-    /// Which line of the history stands there.
+    /// Index of the history line shown.
     place: Option<usize>,
-    /// What had been typed before the history was looked at.
+    /// Text that was typed before the history was opened.
     draft: String,
 }
 
 impl Prompt {
-    /// Changes the line.
+    /// Applies an edit to the line.
     pub fn key(&mut self, key: Key) {
         match key {
             Key::Char(c @ ' '..='~') => {
@@ -100,7 +100,7 @@ impl Prompt {
         }
     }
 
-    /// The line that stands there, if it is one for this program; then it is taken away.
+    /// Takes the line if it is a command to this program, and clears it.
     pub fn own(&mut self) -> Option<Own> {
         let typed = self.text.trim().to_owned();
         let own = match typed.as_str() {
@@ -113,7 +113,7 @@ impl Prompt {
         Some(own)
     }
 
-    /// Enter: the line to send, if there is one. What is not sent at once stands there as an offer.
+    /// Handles Enter. Returns the line to send. A line that is not sent at once becomes an offer.
     pub fn enter(&mut self) -> Option<String> {
         let typed = self.text.trim().to_owned();
         if typed.is_empty() {
@@ -220,13 +220,13 @@ mod tests {
         assert_eq!(typed(&mut prompt, "set seed 7"), None);
         assert_eq!(prompt.text, "$PSTC,set,seed,7*352B37A8");
         assert_eq!(prompt.enter().as_deref(), Some("$PSTC,set,seed,7*352B37A8"));
-        // A letter typed into it makes another line, which is looked at anew.
+        // Editing an offer makes a new line, which is checked again.
         assert_eq!(typed(&mut prompt, "save"), None);
         assert_eq!(typed(&mut prompt, "x"), None);
         assert!(prompt.note.contains("crc"), "{}", prompt.note);
         prompt.key(Key::Clear);
         assert_eq!((prompt.text.as_str(), prompt.note.as_str()), ("", ""));
-        // Nothing stops a person who insists.
+        // The second Enter sends the line nevertheless.
         assert_eq!(typed(&mut prompt, "scna"), None);
         assert_eq!(prompt.enter().as_deref(), Some("scna"));
     }

@@ -1,4 +1,4 @@
-//! A pseudo-terminal: whoever opens its path finds a scanner there.
+//! A pseudo-terminal at whose path other programs find a scanner.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
@@ -6,36 +6,36 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use serialport::{SerialPort, TTYPort};
 
-/// A reader that is there takes what is written within that, however busy the machine; one that is not is waited for
-/// once.
+/// Maximum wait for a reader. A connected reader takes the bytes within it even on a busy machine; an absent one is
+/// waited for only once.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Written at once: a terminal with less room than that says so beforehand.
+/// Number of bytes written at once. A terminal with less free space is not writable.
 const PIECE: usize = 64;
 
 /// A pseudo-terminal.
 #[derive(Debug)]
 pub struct Pty {
     master: TTYPort,
-    /// Keeps the terminal raw, and alive while nobody has it open.
+    /// Keeps the terminal raw, and open without another user.
     _slave: TTYPort,
-    /// What to open.
+    /// Path of the terminal.
     pub path: String,
-    /// Bytes of a line whose end has not come.
+    /// Bytes of an incomplete line.
     partial: Vec<u8>,
-    /// Nobody has taken what was written last.
+    /// Whether the last bytes written were not read.
     unread: bool,
 }
 
 impl Pty {
-    /// A new one.
+    /// Opens a new pseudo-terminal.
     ///
     /// # Errors
     /// The system has none.
     pub fn new() -> Result<Self> {
         let (master, slave) = TTYPort::pair().context("a pseudo-terminal")?;
         let path = slave.name().context("a pseudo-terminal without a name")?;
-        // Unlike the pair, its copies are closed in programs that this one starts: the emulator would keep the
-        // terminal alive.
+        // The copies, unlike the original pair, are closed in child processes. Otherwise the emulator would keep the
+        // terminal open.
         let (master, slave) = (master.try_clone_native()?, slave.try_clone_native()?);
         Ok(Self {
             master,
@@ -46,7 +46,7 @@ impl Pty {
         })
     }
 
-    /// The whole lines that have come from the terminal's user. Never waits.
+    /// Returns the complete lines from the terminal's user. Does not wait.
     pub fn read(&mut self) -> Vec<u8> {
         let mut buffer = [0; 256];
         let _ = self.master.set_timeout(Duration::ZERO);
@@ -61,7 +61,7 @@ impl Pty {
         self.partial.drain(..whole).collect()
     }
 
-    /// Hands bytes over. Like those of a UART, bytes that nobody reads are lost.
+    /// Writes bytes. Bytes that are not read are lost, as at a UART.
     pub fn write(&mut self, bytes: &[u8]) {
         for piece in bytes.chunks(PIECE) {
             let patience = if self.unread {

@@ -14,19 +14,19 @@ use super::side;
 use super::trouble::Trouble;
 use crate::answer::{Answer, drop_words, maybe_words, metres};
 
-/// On less nothing can be read.
+/// Minimum size of the terminal, columns and rows.
 const LEAST: (u16, u16) = (72, 22);
 /// Width of the table of steps.
 const TABLE: u16 = 43;
-/// Reasons that are explained; more are counted.
+/// Number of reasons that are explained; further ones are only counted.
 const REASONS: usize = 4;
 
-/// What is no longer the present state.
+/// Style of stale information.
 const GREY: Style = Style::new().fg(Color::DarkGray);
 const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 const WARN: Style = Style::new().fg(Color::Yellow);
 
-/// Draws everything as it is at `now`.
+/// Draws the state at `now`.
 pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     let area = frame.area();
     if area.width < LEAST.0 || area.height < LEAST.1 {
@@ -65,7 +65,7 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     command_line(frame, rows[5], state, prompt, now);
 }
 
-/// Port and link.
+/// Returns the line with the port and its state.
 fn title(state: &State) -> Line<'static> {
     let link = match &state.link {
         Link::Opening => "opening".to_owned(),
@@ -85,7 +85,7 @@ fn title(state: &State) -> Line<'static> {
     Line::styled(text, BOLD)
 }
 
-/// What is wrong with the port and what helps.
+/// Returns the fault of the port and its remedies.
 fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
     let (since, (what, helps)) = match (&state.link, state.strange(now)) {
         (Link::Away(since, trouble), _) => {
@@ -108,7 +108,7 @@ fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
     lines
 }
 
-/// The free distance by the last guard sweep; grey once it no longer counts.
+/// Returns the line with the free distance of the last guard sweep; grey once it is stale.
 fn guard(state: &State, now: Ms) -> Option<Line<'static>> {
     let guard = state.guard.as_ref()?;
     let style = match guard.line.status {
@@ -120,7 +120,7 @@ fn guard(state: &State, now: Ms) -> Option<Line<'static>> {
     Some(Line::styled(format!(" {}", guard.text()), style))
 }
 
-/// The answer in a line, its age, its reasons with what they mean.
+/// Returns the answer in a line, its age, and its reasons with explanations.
 fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let Some((_, answer)) = &state.answer else {
         return vec![Line::raw(" No answer yet.")];
@@ -172,7 +172,7 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// `text` in lines of at most `width` characters, indented.
+/// Wraps `text` to at most `width` characters, indented.
 fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
     let mut lines = vec![String::from("  ")];
     for word in text.split(' ') {
@@ -190,7 +190,8 @@ fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
     lines.into_iter()
 }
 
-/// What the answer says behind its status: `3 steps up, vouched for up to 1.0 m, confidence 98.9 %`.
+/// Returns the summary of an answer without its status, for example `3 steps up, vouched for up to 1.0 m,
+/// confidence 98.9 %`.
 fn words(answer: &Answer) -> String {
     let summary = answer.summary();
     let said = summary.split_once(": ").map_or("", |(_, said)| said);
@@ -201,7 +202,7 @@ fn words(answer: &Answer) -> String {
     }
 }
 
-/// A time for people.
+/// Formats a duration.
 fn span(ms: Ms) -> String {
     match ms / 1000 {
         0..60 => format!("{:.1} s", ms as f64 / 1000.0),
@@ -210,7 +211,7 @@ fn span(ms: Ms) -> String {
     }
 }
 
-/// The steps, and what may stand where.
+/// Draws the table of steps and `MAYBE`s.
 fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool) {
     let style = if fresh { Style::new() } else { GREY };
     let mut lines = Vec::new();
@@ -247,7 +248,7 @@ fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool
     );
 }
 
-/// The scanner's last sign of life in a line.
+/// Returns the line with the last `LIVE`.
 fn pulse(state: &State, now: Ms) -> Line<'static> {
     let Some(pulse) = &state.pulse else {
         return Line::styled(" No LIVE yet.", GREY);
@@ -271,7 +272,7 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
     Line::styled(text, style)
 }
 
-/// The last sentences but `LIVE`, the newest at the bottom, or those before that one has scrolled back to.
+/// Draws the last sentences except `LIVE`, the newest at the bottom, or earlier ones after scrolling back.
 fn log(frame: &mut Frame<'_>, area: Rect, state: &State) {
     let title = match state.hidden {
         0 => " Last sentences (ms since start; > sent, x damaged) ".to_owned(),
@@ -295,7 +296,7 @@ fn log(frame: &mut Frame<'_>, area: Rect, state: &State) {
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// The command line, what is said of it, and what the last command brought.
+/// Draws the command line, its note, and the reply to the last command.
 fn command_line(frame: &mut Frame<'_>, area: Rect, state: &State, prompt: &Prompt, now: Ms) {
     let typed = Line::from(vec![
         Span::styled(" > ", BOLD),
@@ -315,7 +316,7 @@ fn command_line(frame: &mut Frame<'_>, area: Rect, state: &State, prompt: &Promp
     ));
 }
 
-/// What the last command brought.
+/// Returns the line with the last command and its reply.
 fn asked(state: &State, now: Ms) -> Line<'static> {
     let Some(asked) = &state.asked else {
         return Line::raw("");

@@ -1,4 +1,4 @@
-//! A source while it is watched, on a screen or without: its state, the file of its lines, and who gets its answers.
+//! An observed source, with or without a screen: its state, the file of its lines, and the receiver of its answers.
 
 use super::Ms;
 use super::keep::Keep;
@@ -9,14 +9,14 @@ use crate::answer::Answer;
 pub struct Session<'a> {
     /// State of scanner and port.
     pub state: State,
-    /// The file that keeps every line, if one is wanted.
+    /// The file of all lines, if requested.
     pub keep: Option<Keep>,
-    /// Gets each answer once it is whole.
+    /// Called with each complete answer.
     pub look: &'a mut dyn FnMut(&Answer),
 }
 
 impl Session<'_> {
-    /// Takes what happened at `at`.
+    /// Processes an event at time `at`.
     pub fn take(&mut self, at: Ms, event: &Event) {
         let (link, answers) = (self.state.link.clone(), self.state.answers);
         self.state.take(at, event);
@@ -27,7 +27,7 @@ impl Session<'_> {
         }
         match event {
             Event::Line(line) => self.keep(at, '<', line),
-            // An attempt more is no news.
+            // A further failed attempt is not reported.
             _ if self.state.link == link => {}
             Event::Opened => self.keep(at, '#', "the port is open"),
             Event::Failed(trouble) => {
@@ -37,7 +37,7 @@ impl Session<'_> {
         }
     }
 
-    /// Keeps a line if a file is wanted; one that cannot be written ends that, with a remark.
+    /// Writes a line to the file, if there is one. The first failure ends the recording, with a remark.
     pub fn keep(&mut self, at: Ms, way: char, text: &str) {
         if let Some(keep) = &mut self.keep
             && let Err(error) = keep.line(at, way, text)

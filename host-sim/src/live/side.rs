@@ -1,5 +1,4 @@
-//! The side view: the staircase that the answer tells, each step with its ±2σ, where the ground ends, and how far it is
-//! vouched for.
+//! The side view: the reported staircase with ±2σ of each step, the drop edge, and the horizon.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
@@ -10,33 +9,33 @@ use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
 use crate::answer::{Answer, metres, nearest_m};
 
-/// Behind the last step's edge the tread is drawn on for this, cm.
+/// Length of the tread drawn behind the last step's edge, cm.
 const BEHIND: f64 = 30.0;
-/// The least that is shown: the way of an `ok`, cm.
+/// Minimum width shown: the horizon of an `ok`, cm.
 const LEAST: f64 = 120.0;
-/// Marks of the axes stand so far apart, cm.
+/// Distance between marks of the axes, cm.
 const MARK: f64 = 50.0;
 
-/// The points of one mark, cm.
+/// Points of one mark, cm.
 type Points = Vec<(f64, f64)>;
 
-/// What is drawn of an answer, in cm.
+/// Drawing of an answer, cm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
     /// Ground, risers and treads, from left to right.
     pub outline: Points,
-    /// Two bars a step, along and up: ±2σ.
+    /// Two bars a step, horizontal and vertical: ±2σ.
     pub bars: Vec<[(f64, f64); 2]>,
-    /// Where the ground ends with its 3σ band: nearest place, edge, farthest place.
+    /// The drop edge with its 3σ band: nearest place, edge, farthest place.
     pub drop: Option<[f64; 3]>,
-    /// Where something may stand.
+    /// Places of `MAYBE`s.
     pub maybes: Points,
-    /// Up to where the answer vouches for itself.
+    /// Horizon of the answer.
     pub horizon: Option<f64>,
 }
 
 impl Shape {
-    /// Of an answer; a fault shows nothing.
+    /// The drawing of an answer; empty for a fault.
     pub fn of(answer: &Answer) -> Self {
         if answer.is_fault() {
             return Self::default();
@@ -82,7 +81,7 @@ impl Shape {
         }
     }
 
-    /// Bounds along and up, on marks of the axes.
+    /// Returns the horizontal and vertical bounds, rounded to marks of the axes.
     fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let bars = self.bars.iter().flatten();
         let all = self.outline.iter().chain(bars).chain(&self.maybes);
@@ -97,7 +96,7 @@ impl Shape {
     }
 }
 
-/// How the parts are coloured; grey where the answer is no longer the present one.
+/// Colours of the parts; grey if the answer is stale.
 struct Colours {
     outline: Color,
     bars: Color,
@@ -141,7 +140,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
     };
     let chart = Chart::new(sets)
         .block(Block::bordered().title(title))
-        // An empty label keeps the row free.
+        // An empty label reserves the row.
         .x_axis(axis(x, "from mirror, cm").labels(["", ""]))
         .y_axis(axis(y, "height, cm"))
         .legend_position(None)
@@ -149,12 +148,13 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
     frame.render_widget(chart, area);
     let inner = Block::bordered().inner(area);
     let widest = marks(y).map(|v| label(v).len()).max().unwrap_or(0) as u16;
-    // As the chart lays itself out: labels of the height, at most a third of the width; the axis; the graph.
+    // Layout of the chart, from left to right: labels of the height (at most a third of the width), the axis, the
+    // graph.
     let graph = inner.x + widest.min(inner.width / 3) + 1;
     x_labels(frame, Rect { x: graph, ..inner }, inner.right(), x);
 }
 
-/// Values of an axis' marks.
+/// Returns the values of an axis' marks.
 fn marks([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     let count = ((high - low) / MARK).round() as usize;
     (0..=count).map(move |k| low + MARK * k as f64)
@@ -164,8 +164,8 @@ fn label(value: f64) -> String {
     format!("{value:.0}")
 }
 
-/// Writes each label of the x axis centred below its value, where it has room beside the one before. The chart itself
-/// would spread them evenly over the width, up to 15 % away from their values.
+/// Writes each label of the x axis centred below its value, if it does not overlap the previous label. The chart
+/// itself would distribute them evenly over the width, up to 15 % away from their values.
 fn x_labels(frame: &mut Frame<'_>, graph: Rect, right: u16, x: [f64; 2]) {
     let Some(width) = right.checked_sub(graph.x + 1) else {
         return;
@@ -186,7 +186,7 @@ fn x_labels(frame: &mut Frame<'_>, graph: Rect, right: u16, x: [f64; 2]) {
     }
 }
 
-/// A dotted line over the whole height.
+/// Returns a dotted vertical line over the whole height.
 fn upright(at: Option<f64>, [low, high]: [f64; 2]) -> Points {
     let dots = |x: f64| (0..=30).map(move |k| (x, low + (high - low) * f64::from(k) / 30.0));
     at.into_iter().flat_map(dots).collect()

@@ -1,4 +1,4 @@
-//! Questions to a scanner at a serial port and its answers, one after the other: what `settings` and `doctor` are made of.
+//! Requests to a scanner at a serial port and its replies, one at a time; used by `settings` and `doctor`.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::RecvTimeoutError;
@@ -12,14 +12,14 @@ use super::model::{Event, State};
 use super::port::Source;
 use super::trouble::Trouble;
 
-/// An answer begins within this time: a `SCAN` with all its sentences takes 0.14 s at 115,200 baud.
+/// Timeout of a reply: a `SCAN` with all its sentences takes 0.14 s at 115,200 baud.
 const REPLY: Duration = Duration::from_secs(2);
-/// A port that opens and is silent for this time is explained ([`State::strange`] waits 2.5 s).
+/// Timeout of the first sentence; longer than the 2.5 s of [`State::strange`], which explains a silent port.
 const FIRST: Duration = Duration::from_secs(4);
-/// Questions that are asked again where no answer came.
+/// Number of attempts of a request without a reply.
 const TRIES: u32 = 3;
 
-/// A port that is open and at which a scanner speaks.
+/// An open port with a scanner.
 #[derive(Debug)]
 pub struct Talk {
     port: String,
@@ -29,12 +29,12 @@ pub struct Talk {
     started: Instant,
 }
 
-/// What is wrong with a port, and what helps, a line each.
+/// Fault of a port and its remedies, one line each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// What is wrong.
+    /// The fault.
     pub what: String,
-    /// What helps.
+    /// The remedies.
     pub help: Vec<String>,
 }
 
@@ -49,12 +49,12 @@ impl std::fmt::Display for Broken {
 
 impl std::error::Error for Broken {}
 
-/// The answer to a question.
+/// Reply to a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// Done, or the value that was asked for.
+    /// Executed, with the value for a request of one.
     Good(String),
-    /// Refused: the field and what was expected of it.
+    /// Refused: the field and the expected value.
     Refused(String, String),
 }
 
@@ -62,7 +62,7 @@ impl Talk {
     /// Opens `port` and waits for the scanner's first sentence.
     ///
     /// # Errors
-    /// Why the port cannot be opened, or what comes in place of sentences.
+    /// The port cannot be opened, or delivers no sentences; the message explains the cause.
     pub fn open(port: &str, baud: u32) -> Result<Self, Broken> {
         let started = Instant::now();
         let mut talk = Self {
@@ -78,12 +78,12 @@ impl Talk {
         }
     }
 
-    /// The speed at which the port was opened.
+    /// Returns the baud rate.
     pub fn baud(&self) -> u32 {
         self.baud
     }
 
-    /// What is known of the scanner from its sentences.
+    /// Returns the state of the scanner, from its sentences.
     pub fn state(&self) -> &State {
         &self.state
     }
@@ -92,10 +92,10 @@ impl Talk {
         self.started.elapsed().as_millis() as u64
     }
 
-    /// The next intact sentence; `None` after `patience` without one.
+    /// Returns the next intact sentence; `None` after `patience` without one.
     ///
     /// # Errors
-    /// The port cannot be opened, or has gone.
+    /// The port cannot be opened, or has disappeared.
     pub fn next(&mut self, patience: Duration) -> Result<Option<String>, Broken> {
         let until = Instant::now() + patience;
         loop {
@@ -124,7 +124,7 @@ impl Talk {
         Broken { what, help }
     }
 
-    /// Why nothing has come.
+    /// Returns the cause of a missing reply.
     pub fn silent(&self) -> Broken {
         let (what, help) = match self.state.strange(self.now()) {
             Some(strange) => strange.explain(self.baud),
@@ -140,14 +140,15 @@ impl Talk {
     pub fn send(&mut self, line: &str) {
         let now = self.now();
         self.state.sent(now, line);
-        // A thread that has ended is told by `next`.
+        // `next` reports a thread that has ended.
         let _ = self.source.lines.send(line.to_owned());
     }
 
-    /// Sends `line` until `take` has found the answer to it among the sentences that follow.
+    /// Sends `line` and returns the first result of `take` for the sentences that follow. The line is repeated after
+    /// a timeout.
     ///
     /// # Errors
-    /// The port has gone, or no answer came `TRIES` times.
+    /// The port has disappeared, or [`TRIES`] attempts got no reply.
     fn ask<T>(
         &mut self,
         line: &str,
@@ -168,19 +169,19 @@ impl Talk {
         Err(self.silent())
     }
 
-    /// A command whose words are `words`, with its CRC, and the answer to it.
+    /// Sends a command, given by its words, with its CRC. Returns the reply.
     ///
     /// # Errors
-    /// The port has gone, or no answer came.
+    /// The port has disappeared, or there was no reply.
     pub fn command(&mut self, words: &[&str]) -> Result<Reply, Broken> {
         let line = framed(words).trim_end().to_owned();
         self.ask(&line, |sentence| reply(words, sentence))
     }
 
-    /// The same for a command that takes up to `patience`; `None` where its answer did not come. Sent once.
+    /// Sends a command once, without repetition, with the timeout `patience`; `None` without a reply.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn slow_command(
         &mut self,
         words: &[&str],
@@ -199,10 +200,10 @@ impl Talk {
         Ok(None)
     }
 
-    /// Version and revision of the firmware.
+    /// Returns version and revision of the firmware.
     ///
     /// # Errors
-    /// The port has gone, or no answer came.
+    /// The port has disappeared, or there was no reply.
     pub fn version(&mut self) -> Result<String, Broken> {
         self.ask("version", |sentence| match sentence {
             Sentence::Config {
@@ -213,10 +214,10 @@ impl Talk {
         })
     }
 
-    /// The answer to `status`, as its line.
+    /// Returns the reply to `status`, as its line.
     ///
     /// # Errors
-    /// The port has gone, or no answer came.
+    /// The port has disappeared, or there was no reply.
     pub fn status(&mut self) -> Result<String, Broken> {
         self.ask("status", |sentence| match sentence {
             Sentence::State { .. } => Some(sentence.write().trim_end().to_owned()),
@@ -224,10 +225,10 @@ impl Talk {
         })
     }
 
-    /// Every setting that the scanner tells, as commands write them. What was damaged on its way is asked for again.
+    /// Returns all settings that the scanner reports, as commands write them. Damaged ones are requested again.
     ///
     /// # Errors
-    /// The port has gone, or no answer came.
+    /// The port has disappeared, or there was no reply.
     pub fn settings(&mut self) -> Result<BTreeMap<String, String>, Broken> {
         let mut told = BTreeMap::new();
         self.ask("get", |sentence| {
@@ -245,14 +246,14 @@ impl Talk {
                 Sentence::Fail { command: "get", .. } => Some(None),
                 _ => None,
             })?;
-            // A firmware that does not know it.
+            // `None`: the firmware does not have this setting.
             found.map(|value| told.insert(key.to_owned(), value));
         }
         Ok(told)
     }
 }
 
-/// Whether `sentence` answers the command `words`, and how.
+/// Returns the reply in `sentence` if it belongs to the command `words`.
 fn reply(words: &[&str], sentence: &Sentence<'_>) -> Option<Reply> {
     match (words, sentence) {
         (["set", key, _], Sentence::Config { key: k, value }) if k == key => {

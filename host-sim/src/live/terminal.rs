@@ -1,4 +1,4 @@
-//! Keys, time and screen brought together.
+//! The loop over keys, time and screen.
 
 use std::io::{IsTerminal, stdout};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -13,13 +13,13 @@ use super::prompt::{HELP, Key, Own, Prompt};
 use super::screen;
 use super::session::Session;
 
-/// From screen to screen.
+/// Time between two frames.
 const FRAME: Duration = Duration::from_millis(50);
 
-/// Shows what `source` brings until the user ends it. Times count from `started`, as the source's do.
+/// Shows the events of `source` until the user ends it. Times count from `started`, like those of the source.
 ///
 /// # Errors
-/// Where there is no terminal, or it cannot be drawn on.
+/// There is no terminal, or it cannot be drawn on.
 pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Result<()> {
     ensure!(
         stdout().is_terminal(),
@@ -52,8 +52,8 @@ pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Resu
     done
 }
 
-/// The keys that are pressed, read in a thread of its own: on a terminal that hung up the library's look for a key
-/// never returns, and what is drawn next finds that the terminal has gone. The thread ends with the program.
+/// Reads the keys in a thread of its own. On a terminal that has hung up, the library's read never returns; the
+/// next frame then finds that the terminal is gone. The thread ends with the program.
 fn keys() -> Receiver<KeyEvent> {
     let (sender, keys) = mpsc::channel();
     std::thread::spawn(move || {
@@ -75,7 +75,7 @@ struct View<'a, 'b> {
 }
 
 impl View<'_, '_> {
-    /// Waits for keys for the time of a frame; whether to go on.
+    /// Waits for keys for the time of a frame. Returns whether to continue.
     fn keys(&mut self, keys: &Receiver<KeyEvent>, source: &Source, now: Ms) -> Result<bool> {
         let mut wait = FRAME;
         loop {
@@ -90,7 +90,7 @@ impl View<'_, '_> {
         }
     }
 
-    /// One key; whether to go on.
+    /// Handles one key. Returns whether to continue.
     fn key(&mut self, key: KeyEvent, source: &Source, now: Ms) -> bool {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
         let edit = match key.code {
@@ -121,7 +121,7 @@ impl View<'_, '_> {
         true
     }
 
-    /// The line that was typed; whether to go on.
+    /// Handles the typed line. Returns whether to continue.
     fn enter(&mut self, source: &Source, now: Ms) -> bool {
         match self.prompt.own() {
             Some(Own::Quit) => return false,
@@ -135,7 +135,7 @@ impl View<'_, '_> {
                 if let Some(line) = self.prompt.enter() {
                     self.session.keep(now, '>', &line);
                     self.session.state.sent(now, &line);
-                    // A source that has ended has told so.
+                    // A source that has ended has already reported it.
                     let _ = source.lines.send(line);
                 }
             }

@@ -1,24 +1,24 @@
-//! What may be wrong with a port, in words for people, and what helps.
+//! Explanations and remedies for faults of a port.
 
 /// Why a port cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// There is none of this name; these there are.
+    /// There is no port of this name; these exist.
     Missing(Vec<String>),
-    /// The user may not; the group that may, if the port has one of its own.
+    /// No permission; the group that has it, if the port has its own.
     Forbidden(Option<String>),
     /// Another program holds it.
     Busy,
-    /// What has that name is no serial port.
+    /// The path is not a serial port.
     NoPort,
-    /// It was there and went away: what the system said of it.
+    /// The port has disappeared; the system's message.
     Unplugged(String),
-    /// Anything else, as the system says it.
+    /// Any other fault; the system's message.
     Other(String),
 }
 
 impl Trouble {
-    /// What is wrong with `port`, and then what helps, a line each.
+    /// Returns the fault of `port` and its remedies, one line each.
     pub fn explain(&self, port: &str) -> (String, Vec<String>) {
         let text = |lines: &[&str]| lines.iter().map(|line| (*line).to_owned()).collect();
         match self {
@@ -63,26 +63,26 @@ impl Trouble {
     }
 }
 
-/// What an open port gives instead of sentences.
+/// Data of an open port that are not sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strange<'a> {
     /// Nothing at all.
     Nothing,
-    /// Nothing any more.
+    /// No more data.
     Silence,
-    /// Bytes that are no text: another speed.
+    /// Bytes that are not text: probably another baud rate.
     Noise,
-    /// Text of something else; a line of it.
+    /// Text of another device; one line of it.
     Others(&'a str),
-    /// Sentences, but damaged.
+    /// Damaged sentences.
     Damaged,
 }
 
-/// Speed of the report port.
+/// Baud rate of the report port.
 pub const REPORT_BAUD: u32 = 115_200;
 
 impl Strange<'_> {
-    /// What is wrong, and then what helps, a line each.
+    /// Returns the fault and its remedies, one line each.
     pub fn explain(&self, baud: u32) -> (String, Vec<String>) {
         let speed = match baud {
             REPORT_BAUD => "The scanner's speed is 115,200 baud, and so is this port's.".to_owned(),

@@ -1,7 +1,7 @@
-//! Bytes of the image's code by the crate whose source they were compiled from.
+//! Sizes of the image's code by the crate that it was compiled from.
 //!
-//! The line table of the debugging information gives each instruction the file and line that it was compiled from, also
-//! where a function was inlined into one of another crate. Symbols would count such code to the caller.
+//! The line table of the debugging information contains the source file and line of each instruction, also where a
+//! function was inlined into one of another crate. Symbols would assign such code to the caller.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,20 +13,21 @@ use object::read::{Object, ObjectSection};
 use super::graph::ROOT;
 use crate::recording::regular;
 
-/// Where the chip's flash begins. Functions that the linker dropped stand at addresses below.
+/// Start address of the chip's flash. Functions that the linker dropped have lower addresses.
 const FLASH: u64 = 0x0800_0000;
 /// Separator of folders of a path in the line table.
 const PARTED: char = '/';
 
 type Slice<'data> = EndianSlice<'data, LittleEndian>;
 
-/// A stretch of instructions of one file: where it begins, and the crate; `None` behind the last one.
+/// A range of instructions from one file: its start address, and the crate; `None` after the last one.
 type Stretch = (u64, Option<String>);
 
-/// Bytes of code by crate: `NAME-VERSION` of a package, the name alone of the image's own and of the toolchain's.
+/// Returns the bytes of code by crate: `NAME-VERSION` of a package, the name alone of the image's own crate and of
+/// the toolchain's.
 ///
 /// # Errors
-/// Names the file, and what makes it none with a line table.
+/// The file has no line table; the message names it and the cause.
 pub fn by_crate(elf: &Path) -> Result<BTreeMap<String, u64>> {
     let name = || elf.display().to_string();
     regular(elf)?;
@@ -58,7 +59,7 @@ pub fn by_crate(elf: &Path) -> Result<BTreeMap<String, u64>> {
     Ok(sizes)
 }
 
-/// The stretches of a unit, in the order of its line table.
+/// Returns the ranges of a unit, in the order of its line table.
 fn stretches(dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) -> Result<Vec<Stretch>> {
     let Some(program) = unit.line_program.clone() else {
         return Ok(Vec::new());
@@ -81,7 +82,7 @@ fn stretches(dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) -> Result<Vec<Str
     Ok(stretches)
 }
 
-/// The path of a row's file.
+/// Returns the path of a row's file.
 fn path(
     dwarf: &Dwarf<Slice<'_>>,
     unit: &Unit<Slice<'_>>,
@@ -98,7 +99,7 @@ fn path(
     Ok(path)
 }
 
-/// The crate that a file of the line table belongs to.
+/// Returns the crate that a file of the line table belongs to.
 fn crate_of(path: &str) -> String {
     let path = path.replace('\\', "/");
     let parts: Vec<&str> = path.split(PARTED).collect();
@@ -114,7 +115,7 @@ fn crate_of(path: &str) -> String {
     package.map_or_else(|| ROOT.to_owned(), |part| (*part).to_owned())
 }
 
-/// Whether a folder is named as Cargo names that of a package's sources.
+/// Whether a folder's name has the form of a package's sources in Cargo.
 fn is_package(folder: &str) -> bool {
     let Some((name, version)) = folder.rsplit_once('-') else {
         return false;

@@ -1,13 +1,13 @@
-//! The linked crates as a CycloneDX 1.6 document (ECMA-424): a software bill of materials.
+//! Writes the linked crates as a CycloneDX 1.6 document (ECMA-424): a software bill of materials.
 //!
-//! The same lock file gives the same bytes: no time, no random serial number, no path.
+//! The same lock file gives the same bytes: the document contains no time, random serial number or path.
 
 use serde_json::{Value, json};
 
 use super::graph::{Crate, Crates, Id, ROOT};
 
-/// Parts of the toolchain's library that every image holds, with their licences: `core`, and the arithmetic that the
-/// chip has no instructions for.
+/// Crates of the toolchain that every image contains, with their licences: `core`, and the arithmetic for which the
+/// chip has no instructions.
 pub const TOOLCHAIN: [(&str, &str); 2] = [
     ("core", "MIT OR Apache-2.0"),
     (
@@ -18,7 +18,7 @@ pub const TOOLCHAIN: [(&str, &str); 2] = [
 /// Repository of the toolchain.
 const RUST: &str = "https://github.com/rust-lang/rust";
 
-/// The document of these crates, the image's own package among them, built by Rust `toolchain`.
+/// Returns the document of these crates, including the image's own package, built by Rust `toolchain`.
 pub fn document(crates: &Crates, toolchain: &str) -> Value {
     let own = |id: &&Id| id.name == ROOT;
     let others = crates.iter().filter(|(id, _)| !own(id));
@@ -47,7 +47,7 @@ pub fn document(crates: &Crates, toolchain: &str) -> Value {
     })
 }
 
-/// Package URL of a crate, by which the document refers to it.
+/// Returns the package URL of a crate, which is its reference in the document.
 fn purl(id: &Id) -> String {
     format!("pkg:cargo/{}@{}", id.name, id.version)
 }
@@ -56,7 +56,7 @@ fn toolchain_ref(name: &str, version: &str) -> String {
     format!("pkg:generic/rust-{name}@{version}")
 }
 
-/// The image.
+/// Returns the component of the image.
 fn firmware(id: &Id, of: &Crate) -> Value {
     json!({
         "type": "firmware",

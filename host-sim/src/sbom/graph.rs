@@ -1,7 +1,7 @@
-//! The crates that are linked into the image, as Cargo resolves them for the chip.
+//! Finds the crates that are linked into the image, as Cargo resolves them for the chip.
 //!
-//! `cargo tree` resolves features for this package alone, as a build of it does; `cargo metadata` resolves them for the
-//! whole workspace and would list crates that only host programs use. It serves for the folders of the sources.
+//! `cargo tree` resolves features for this package alone, as a build of it does. `cargo metadata` resolves them for
+//! the whole workspace and would list crates that only host programs use; it is used for the folders of the sources.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,9 +14,9 @@ use crate::emulate::tools::TARGET;
 
 /// The package that the image is built from.
 pub const ROOT: &str = "stairscan";
-/// Fields of a line of `cargo tree`, parted by [`PARTED`].
+/// Fields of a line of `cargo tree`, separated by [`PARTED`].
 const FIELDS: &str = "{p}|{l}|{r}";
-/// Separator of these; no name, licence or address holds it.
+/// Separator of the fields; no name, licence or address contains it.
 const PARTED: char = '|';
 
 /// Name and version of a crate.
@@ -33,13 +33,13 @@ pub struct Id {
 pub struct Crate {
     /// SPDX expression of its licence.
     pub licence: String,
-    /// Address of its repository; empty where it states none.
+    /// Address of its repository; empty if it does not state one.
     pub repository: String,
-    /// SHA-256 of its package by `Cargo.lock`; `None` of a package of the workspace.
+    /// SHA-256 of its package from `Cargo.lock`; `None` for a package of the workspace.
     pub checksum: Option<String>,
     /// Folder of its sources.
     pub folder: PathBuf,
-    /// Whether Cargo runs a script of it before it is compiled.
+    /// Whether it has a build script.
     pub build_script: bool,
     /// Whether it is a procedural macro, which runs in the compiler.
     pub proc_macro: bool,
@@ -52,16 +52,16 @@ pub struct Crate {
 /// Crates by name and version.
 pub type Crates = BTreeMap<Id, Crate>;
 
-/// Linked crates of the image, the package itself among them.
+/// Returns the linked crates of the image, including the package itself.
 ///
 /// # Errors
-/// Names the command of Cargo that failed, or what of its answer is missing.
+/// A command of Cargo failed, or its output is incomplete; the message names it.
 pub fn linked(root: &Path) -> Result<Crates> {
     let tree = tree(root, "normal,no-proc-macro")?;
     completed(root, tree)
 }
 
-/// Crates that run while the image is built, in the compiler or before it, and are not part of it.
+/// Returns the crates that run during the build, in the compiler or before it, and are not part of the image.
 ///
 /// # Errors
 /// Those of [`linked`].
@@ -71,7 +71,7 @@ pub fn built_with(root: &Path, linked: &Crates) -> Result<Crates> {
     completed(root, tree)
 }
 
-/// The output of Cargo.
+/// Returns the output of Cargo.
 fn cargo(root: &Path, args: &[&str]) -> Result<String> {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let done = Command::new(program)
@@ -89,7 +89,7 @@ fn cargo(root: &Path, args: &[&str]) -> Result<String> {
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// The crates of `cargo tree` along these kinds of edges, with licence, repository and dependencies.
+/// Returns the crates of `cargo tree` along these kinds of edges, with licence, repository and dependencies.
 fn tree(root: &Path, edges: &str) -> Result<Crates> {
     let args = ["tree", "--locked", "--quiet", "--package", ROOT];
     let which = ["--target", TARGET, "--edges", edges];
@@ -97,10 +97,10 @@ fn tree(root: &Path, edges: &str) -> Result<Crates> {
     parsed(&cargo(root, &[&args[..], &which, &form].concat())?)
 }
 
-/// Crates of a tree whose lines begin with their depth.
+/// Parses a tree whose lines begin with their depth.
 fn parsed(text: &str) -> Result<Crates> {
     let mut crates = Crates::new();
-    // The crates above the present line, the root first.
+    // Ancestors of the current line, the root first.
     let mut above: Vec<Id> = Vec::new();
     for line in text.lines().filter(|line| !line.is_empty()) {
         let digits = line.find(|c: char| !c.is_ascii_digit()).unwrap_or(0);
@@ -122,7 +122,7 @@ fn parsed(text: &str) -> Result<Crates> {
         };
         above.truncate(depth);
         let of = crates.entry(id.clone()).or_insert_with(|| Crate {
-            // A form of SPDX that is no longer used.
+            // An obsolete form of SPDX expressions.
             licence: licence.replace('/', " OR "),
             repository: repository.to_owned(),
             ..Crate::default()
@@ -138,7 +138,7 @@ fn parsed(text: &str) -> Result<Crates> {
     Ok(crates)
 }
 
-/// The crates with what the lock file and their own manifests state of them.
+/// Adds the data of the lock file and of the crates' own manifests.
 fn completed(root: &Path, mut crates: Crates) -> Result<Crates> {
     let checksums = checksums(root)?;
     let args = ["metadata", "--format-version", "1", "--locked", "--quiet"];
@@ -175,7 +175,7 @@ fn completed(root: &Path, mut crates: Crates) -> Result<Crates> {
     Ok(crates)
 }
 
-/// Checksums of the lock file.
+/// Returns the checksums of the lock file.
 fn checksums(root: &Path) -> Result<BTreeMap<Id, String>> {
     let path = root.join("Cargo.lock");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;

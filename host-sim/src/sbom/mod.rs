@@ -1,4 +1,5 @@
-//! The image's supply chain: which crates are linked into it, why, and how much of it each is.
+//! The supply chain of the image: the crates that are linked into it, their purpose, and their share of
+//! the code.
 //!
 //! | module | from → to |
 //! |---|---|

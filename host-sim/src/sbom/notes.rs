@@ -1,6 +1,6 @@
-//! Why each crate is in the image, and who maintains it: written by hand, one entry a crate and version series.
+//! Purpose and maintainer of each crate of the image: written by hand, one entry for each crate and version series.
 //!
-//! A crate without an entry, or an entry without a crate, fails a test: whoever adds a dependency has to state both.
+//! A crate without an entry, or an entry without a crate, fails a test: an added dependency needs both.
 
 use super::graph::Id;
 
@@ -20,7 +20,7 @@ pub enum By {
 }
 
 impl By {
-    /// The word of the table.
+    /// Returns the text of the table.
     pub fn as_str(self) -> &'static str {
         match self {
             By::WorkingGroup => "working group",
@@ -317,7 +317,7 @@ pub const NOTES: &[Note] = &[
     ),
 ];
 
-/// The entry of a crate.
+/// Returns the entry of a crate.
 pub fn of(id: &Id) -> Option<&'static Note> {
     NOTES.iter().find(|note| {
         let (name, version) = note.of;

@@ -1,4 +1,4 @@
-//! Contents of a crate's sources, counted in the folder that Cargo compiles it from.
+//! Counts the contents of a crate's sources in the folder that Cargo compiles.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,21 +8,21 @@ use anyhow::{Context, Result};
 /// Suffixes of files that hold compiled code.
 const PREBUILT: [&str; 6] = ["a", "o", "so", "lib", "dll", "dylib"];
 
-/// Counts.
+/// Counts of a crate's sources.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Lines of Rust in `src/` that are neither empty nor comments.
     pub lines: usize,
-    /// Of these, lines with the word `unsafe`.
+    /// Number of these lines with the word `unsafe`.
     pub unsafes: usize,
     /// Files with compiled code, anywhere in the package.
     pub prebuilt: usize,
 }
 
-/// Counts of the crate in `folder`.
+/// Counts the sources of the crate in `folder`.
 ///
 /// # Errors
-/// Names what cannot be read.
+/// A file or folder cannot be read; the message names it.
 pub fn counts(folder: &Path) -> Result<Counts> {
     let mut counts = Counts::default();
     for path in files(&folder.join("src"))? {
@@ -38,7 +38,7 @@ pub fn counts(folder: &Path) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Lines of code in a text, and those among them with `unsafe`.
+/// Counts the lines of code of a text, and those of them with `unsafe`.
 fn code_lines(text: &str) -> (usize, usize) {
     let code = text
         .lines()
@@ -57,7 +57,7 @@ fn suffix(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
-/// All files below a folder.
+/// Returns all files below a folder.
 fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];

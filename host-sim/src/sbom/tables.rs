@@ -1,4 +1,4 @@
-//! The tables of docs/supply-chain.md.
+//! Writes the tables of docs/supply-chain.md.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,13 +8,14 @@ use anyhow::{Context, Result};
 use super::{code, graph, notes, sources};
 use crate::emulate::image::Image;
 
-/// Bytes of a kilobyte, as flash is counted.
+/// Bytes per kilobyte of flash.
 const KB: f64 = 1024.0;
 
-/// The crates of the image: why they are there, who maintains them, and what their sources hold.
+/// Returns the table of the image's crates: purpose, maintainer, and contents of their sources.
 ///
 /// # Errors
-/// Names a crate without an entry in [`notes::NOTES`], or what cannot be counted.
+/// A crate has no entry in [`notes::NOTES`], or its sources cannot be counted; the message names
+/// it.
 pub fn crates(root: &Path) -> Result<String> {
     let crates = graph::linked(root)?;
     let mut out = String::from(
@@ -32,7 +33,7 @@ pub fn crates(root: &Path) -> Result<String> {
             true => note.by.as_str().to_owned(),
             false => format!("[{}]({})", note.by.as_str(), of.repository),
         };
-        // This repository's own sources change with every commit.
+        // Not counted for this repository's own sources, which change with every commit.
         let counted = match of.checksum.is_some() {
             true => {
                 let counts = sources::counts(&of.folder)?;
@@ -53,7 +54,7 @@ pub fn crates(root: &Path) -> Result<String> {
     Ok(out)
 }
 
-/// The crates that run on the machine that builds the image.
+/// Returns the table of crates that run on the build machine.
 ///
 /// # Errors
 /// Those of [`graph::built_with`].
@@ -79,10 +80,10 @@ pub fn build_time(root: &Path) -> Result<String> {
     Ok(out)
 }
 
-/// Code and constants of the image, by crate, the largest first.
+/// Returns the table of the image's code and constants by crate, in descending order.
 ///
 /// # Errors
-/// Names what makes the file no image with a line table.
+/// The file is not an image with a line table; the message names the cause.
 pub fn code(elf: &Path) -> Result<String> {
     let sizes = code::by_crate(elf)?;
     let image = Image::read(elf)?;

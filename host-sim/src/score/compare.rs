@@ -1,4 +1,4 @@
-//! Two sets of answers to the same scenes, compared scene by scene.
+//! Compares two sets of answers to the same scenes, scene by scene.
 
 use stairscan::verdict::Status;
 
@@ -6,17 +6,17 @@ use super::judge::{Match, SceneScore};
 use super::set::quantile;
 use super::share::at_most;
 
-/// How many scenes an answer has one property in with the first set and not with the second, and the other way.
+/// Numbers of scenes in which a property of the answer differs between two sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
-    /// Scenes that have it only in the second set.
+    /// Number of scenes with the property only in the second set.
     pub gained: usize,
-    /// Scenes that have it only in the first set.
+    /// Number of scenes with the property only in the first set.
     pub lost: usize,
 }
 
 impl Change {
-    /// Of pairs (before, after).
+    /// From pairs (before, after).
     pub fn of(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut change = Self::default();
         for (before, after) in pairs {
@@ -26,15 +26,15 @@ impl Change {
         change
     }
 
-    /// Two-sided p of the hypothesis that gains and losses are equally likely: McNemar's test in its exact
-    /// form (binomial, both tails).
+    /// Returns the two-sided p-value of the hypothesis that gains and losses are equally likely: McNemar's
+    /// exact test (binomial, both tails).
     pub fn p(self) -> f64 {
         let fewer = self.gained.min(self.lost);
         (2.0 * at_most(fewer, self.gained + self.lost, 0.5)).min(1.0)
     }
 }
 
-/// What differs between two sets of answers.
+/// Differences between two sets of answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// Exact answers.

@@ -1,4 +1,4 @@
-//! The score of one answer against the truth.
+//! Scores one answer against the ground truth.
 
 use stairscan::answer::Direction;
 use stairscan::report::{DropLine, MaybeLine};
@@ -9,22 +9,22 @@ use super::share::Share;
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 
-/// Farthest that a reported step may lie from the true step that it matches, metres.
+/// Maximum distance of a reported step from the true step that it matches, metres.
 pub const MATCH_M: f64 = 0.10;
-/// Least expanded uncertainty of a reported step, metres.
-/// What lies so little beyond the horizon still counts as before it.
+/// Minimum expanded uncertainty of a reported step, metres. Also the tolerance of the horizon: the check extends this
+/// far beyond it.
 pub const LIMIT_M: f64 = 0.03;
-/// Largest expanded uncertainty of a reported step, metres.
+/// Maximum expanded uncertainty of a reported step, metres.
 const MOST_M: f64 = 0.08;
-/// True drops that are nearer than this are to be told, metres.
+/// True drops nearer than this must be reported, metres.
 pub const NEAR_DROP_M: f64 = 1.6;
-/// Error from which on a told depth counts as off, metres.
+/// Maximum error of a reported depth, metres.
 pub const DEPTH_M: f64 = 0.02;
-/// Least probability with which a told drop counts as told or false.
+/// Minimum probability of a reported drop that is scored.
 const SURE_DROP: f64 = 0.5;
-/// Steps of this signal-to-noise ratio and more must not be missed, decibels.
+/// Minimum signal-to-noise ratio of a strong step, which must not be missed, dB.
 const STRONG_DB: f64 = 15.0;
-/// An answer's confidence reaches as far as this at least, metres: design contract of the report.
+/// Minimum distance that an answer's confidence applies to, metres: design contract of the report.
 const CONFIDENCE_M: f64 = 1.0;
 
 /// One matched step.
@@ -34,71 +34,71 @@ pub struct Match {
     pub distance_error: f64,
     /// Reported less true height, metres.
     pub height_error: f64,
-    /// The distance's error in its own standard deviations.
+    /// The distance's error in units of its reported standard deviation.
     pub distance_z: f64,
-    /// The height's error in its own standard deviations.
+    /// The height's error in units of its reported standard deviation.
     pub height_z: f64,
-    /// Whether the true step is a strong one.
+    /// Whether the true step is strong.
     pub strong: bool,
 }
 
 /// One scene's score.
 #[derive(Clone, Debug)]
 pub struct SceneScore {
-    /// Base name of the recording, and which scan of it where there are several.
+    /// Base name of the recording, with the number of the scan if there are several.
     pub recording: String,
-    /// The set that it belongs to: what stands before the first `_` of the recording's name.
+    /// Name of the set: the recording's name up to the first `_`.
     pub set: String,
-    /// Status that was reported.
+    /// Reported status.
     pub status: Status,
-    /// Direction that was reported.
+    /// Reported direction.
     pub direction: Direction,
-    /// Reasons that were reported.
+    /// Reported reasons.
     pub reasons: String,
-    /// How far the answer vouches for itself, metres; infinite where it does not say.
+    /// Horizon of the answer, metres; infinite if it is not reported.
     pub horizon_m: f64,
-    /// Its confidence, and whether it was right as far as that speaks of; `None` of a `fault` and where
-    /// it does not say.
+    /// Reported confidence, and whether the answer was correct up to its horizon; `None` for a `fault` and without a
+    /// confidence.
     pub confidence: Option<Prediction>,
-    /// Its `MAYBE`s, and whether something stands there; none of a `fault`.
+    /// Its `MAYBE`s, and whether there is a step; empty for a `fault`.
     pub maybes: Vec<Prediction>,
-    /// Whether the answer tells a drop.
+    /// Whether the answer reports a drop.
     pub tells_drop: bool,
-    /// Whether the told drop carries a depth.
+    /// Whether the reported drop has a depth.
     pub tells_depth: bool,
-    /// Told less true depth of a drop, metres; `None` where no depth is told, and of a told drop that covers none of known
+    /// Reported less true depth of a drop, metres; `None` if no depth is reported or the drop covers none of known
     /// depth.
     pub depth_error_m: Option<f64>,
-    /// True drops nearer than [`NEAR_DROP_M`], and how many of them are told.
+    /// Share of true drops nearer than [`NEAR_DROP_M`] that are reported.
     pub near_drops: Share,
-    /// Whether there is no true drop, neither near nor far.
+    /// Whether there is no true drop at any distance.
     pub without_drop: bool,
-    /// Whether a drop is told that covers no true one.
+    /// Whether a reported drop covers no true one.
     pub false_drop: bool,
-    /// True steps in sight.
+    /// True steps in the field of view.
     pub truth: Vec<TrueStep>,
     /// Matched steps.
     pub matches: Vec<Match>,
-    /// True steps that nothing was reported for.
+    /// True steps without a reported one.
     pub missed: Vec<TrueStep>,
-    /// Distances of reported steps that match nothing, metres.
+    /// Distances of reported steps without a true one, metres.
     pub invented: Vec<f64>,
-    /// Whether every true step is matched and nothing else reported.
+    /// Whether every true step is matched and nothing else is reported.
     pub exact: bool,
-    /// Whether something up to the horizon is missing, made up, or off by more than its expanded uncertainty.
+    /// Whether something up to the horizon is missing, false, or off by more than its expanded uncertainty.
     pub wrong: bool,
-    /// What that is, in words.
+    /// The errors up to the horizon, as text.
     pub flaws: Vec<String>,
-    /// True steps within the horizon or reported; none of a `fault`.
+    /// Number of true steps within the horizon or reported; 0 for a `fault`.
     pub covered: usize,
-    /// Whether stairs were reported where there are none.
+    /// Whether stairs were reported in a scene without any.
     pub false_stair: bool,
-    /// Whether the recording was spoilt on purpose so that who believes it is wrong.
+    /// Whether the recording's fault causes an error of more than 3 cm or in the number of steps, if it is not detected.
     pub harmful: bool,
 }
 
 impl SceneScore {
-    /// Whether the answer was `ok`, and wrong: what must not happen.
+    /// Whether the answer was `ok` and wrong, the outcome to be avoided.
     pub fn ok_and_wrong(&self) -> bool {
         self.status == Status::Ok && self.wrong
     }
@@ -118,7 +118,8 @@ struct Reported {
     height_sigma: f64,
 }
 
-/// Pairs of indices into two lists of distances (metres), nearest first, one to one, within [`MATCH_M`].
+/// Returns pairs of indices into two lists of distances (metres): one to one, nearest pairs first, within
+/// [`MATCH_M`].
 pub fn nearest(first: &[f64], second: &[f64]) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (i, a) in first.iter().enumerate() {
@@ -139,20 +140,20 @@ pub fn nearest(first: &[f64], second: &[f64]) -> Vec<(usize, usize)> {
     taken
 }
 
-/// [`nearest`] of reported and true steps.
+/// Returns [`nearest`] of reported and true steps.
 fn pair(reported: &[Reported], truth: &[TrueStep]) -> Vec<(usize, usize)> {
     let reported: Vec<f64> = reported.iter().map(|told| told.distance).collect();
     let truth: Vec<f64> = truth.iter().map(|step| step.distance_m).collect();
     nearest(&reported, &truth)
 }
 
-/// What was reported, sorted by what is really there.
+/// Reported steps, classified by the ground truth.
 struct Sorted {
     /// Pairs of (reported, true) indices.
     pairs: Vec<(usize, usize)>,
-    /// Indices of true steps that nothing was reported for.
+    /// Indices of true steps without a reported one.
     missed: Vec<usize>,
-    /// Distances of what was reported and is neither true nor uncounted, metres.
+    /// Distances of reported steps that match neither a true nor an uncounted one, metres.
     invented: Vec<f64>,
 }
 
@@ -178,12 +179,12 @@ impl Sorted {
     }
 }
 
-/// Distance and height of a reported step less those of a true one, metres.
+/// Returns distance and height of a reported step less those of a true one, metres.
 fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
     (told.distance - real.distance_m, told.height - real.height_m)
 }
 
-/// The part of an answer that is judged: its steps and its drop; a `fault` has neither.
+/// The scored part of an answer: its steps and its drop; empty for a `fault`.
 struct Told {
     steps: Vec<Reported>,
     drop: Option<DropLine>,
@@ -197,24 +198,25 @@ impl Told {
         }
     }
 
-    /// The told drop if it is likelier than not.
+    /// Returns the reported drop if its probability is at least [`SURE_DROP`].
     fn sure_drop(&self) -> Option<&DropLine> {
         let sure = |drop: &&DropLine| f64::from(drop.probability) >= 1000.0 * SURE_DROP;
         self.drop.as_ref().filter(sure)
     }
 }
 
-/// How far a told drop reaches to either side: max([`MATCH_M`], 3σ).
+/// Returns the tolerance of a reported drop, metres: max([`MATCH_M`], 3σ).
 fn reach(drop: &DropLine) -> f64 {
     MATCH_M.max(3.0 * metres(drop.distance_sigma))
 }
 
-/// Whether a told drop covers a true one at `at` metres.
+/// Whether a reported drop covers a true one at `at` metres.
 fn covers(drop: Option<&DropLine>, at: f64) -> bool {
     drop.is_some_and(|drop| (metres(drop.distance) - at).abs() <= reach(drop))
 }
 
-/// Depth of the true drop nearest to a told one that covers it, metres; `None` where it is not known, or none is covered.
+/// Returns the depth of the true drop nearest to a reported one that covers it, metres; `None` if it is unknown or
+/// none is covered.
 fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
     let apart = |at: f64| (at - metres(drop.distance)).abs();
     let ends = truth.ground_ends().into_iter();
@@ -230,19 +232,19 @@ fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
     }
 }
 
-/// Whether a told drop covers no true one.
+/// Whether a reported drop covers no true one.
 fn is_made_up(drop: &DropLine, truth: &Truth) -> bool {
     !truth.falls_near(metres(drop.distance), reach(drop))
 }
 
-/// What is missing, made up or off up to `end` (metres), in words.
+/// Returns the errors up to `end` (metres) as text: missing, false, or off.
 fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
     let near = |step: &&TrueStep| step.distance_m <= end;
     let told: Vec<Reported> = (answer.steps.iter().copied())
         .filter(|r| r.distance <= end)
         .collect();
     let real: Vec<TrueStep> = truth.steps.iter().filter(near).cloned().collect();
-    // What is told just before the end may be the step just behind it.
+    // A step reported just before the end may be the true one just behind it.
     let beyond = truth.steps.iter().filter(|step| !near(step));
     let uncounted: Vec<TrueStep> = truth.uncounted.iter().chain(beyond).cloned().collect();
     let sorted = Sorted::new(&told, &real, &uncounted);
@@ -276,12 +278,12 @@ fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
     steps.chain(drops).chain(false_drop).collect()
 }
 
-/// Whether something up to `horizon` (metres from the mirror) is wrong with an answer.
+/// Whether an answer is wrong up to `horizon` (metres from the mirror).
 pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
     !flaws(&Told::of(answer), truth, horizon + LIMIT_M).is_empty()
 }
 
-/// An answer's confidence, and whether it is right as far as that speaks of.
+/// Returns an answer's confidence, and whether the answer is correct over the distance that it applies to.
 fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
     let permille = answer.scan.confidence.filter(|_| !answer.is_fault())?;
     let end = answer.horizon_m.unwrap_or(f64::INFINITY).max(CONFIDENCE_M);
@@ -291,7 +293,7 @@ fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
     })
 }
 
-/// What an answer says may stand there, and whether something does.
+/// Returns the `MAYBE`s of an answer, and whether there is a step.
 pub fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
     let told = answer.maybes.iter().filter(|_| !answer.is_fault());
     let prediction = |maybe: &MaybeLine| {
@@ -308,7 +310,7 @@ pub fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
     told.map(prediction).collect()
 }
 
-/// The steps of an answer; none of a `fault`.
+/// Returns the steps of an answer; none for a `fault`.
 fn reported(answer: &Answer) -> Vec<Reported> {
     let told = answer.steps.iter().filter(|_| !answer.is_fault());
     told.map(|s| Reported {
@@ -320,7 +322,7 @@ fn reported(answer: &Answer) -> Vec<Reported> {
     .collect()
 }
 
-/// Whether an answer tells steps or a direction where there are no steps at all.
+/// Whether an answer reports steps or a direction in a scene without steps.
 pub fn false_stairs(answer: &Answer, truth: &Truth) -> bool {
     let none = truth.steps.is_empty() && truth.uncounted.is_empty();
     let told = !answer.steps.is_empty() || answer.scan.direction != Direction::None;

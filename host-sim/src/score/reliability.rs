@@ -1,42 +1,41 @@
-//! Whether told probabilities are kept: what was predicted against what came true, by bins.
+//! Reliability of reported probabilities: predicted against actual shares, by bins.
 
 use serde_json::{Value, json};
 
 use super::share::Share;
 
-/// Bins of an answer's confidence: where each begins, and where the last ends. They are narrow where
-/// `ok` is decided.
+/// Edges of the bins of an answer's confidence. They are narrow near the threshold of `ok`.
 const CONFIDENCE: &[f64] = &[0.0, 0.5, 0.8, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0];
-/// Bins of a `MAYBE`'s probability, which is told from 5 % on.
+/// Edges of the bins of a `MAYBE`'s probability, which is reported from 5 % on.
 const MAYBES: &[f64] = &[0.0, 0.1, 0.2, 0.5, 0.8, 1.0];
-/// A bin of fewer predictions is told but not judged.
+/// Minimum number of predictions of a bin for a comparison.
 const JUDGED: usize = 30;
-/// Prediction and outcome agree when they differ by so much at most …
+/// Maximum difference between prediction and outcome that counts as agreement.
 const AGREES: f64 = 0.05;
-/// … or by so many standard errors.
+/// Maximum difference in standard errors that counts as agreement; the larger of both limits applies.
 const AGREES_ERRORS: f64 = 2.0;
 
-/// A told probability, and whether what it speaks of is so.
+/// A reported probability with its outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
     /// The probability, 0…1.
     pub told: f64,
-    /// Whether it is so.
+    /// Outcome.
     pub so: bool,
 }
 
 /// Predictions of similar probability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin {
-    /// The least probability that belongs to it.
+    /// Lower edge.
     pub from: f64,
-    /// Where the next one begins.
+    /// Upper edge.
     pub to: f64,
-    /// How many came true, of how many.
+    /// Share of predictions that came true.
     pub actual: Share,
-    /// Sum of the told probabilities.
+    /// Sum of the reported probabilities.
     sum: f64,
-    /// Variance of the number that come true if what is told is kept.
+    /// Variance of the number that come true if the probabilities are calibrated.
     variance: f64,
 }
 
@@ -58,22 +57,22 @@ impl Bin {
         bin
     }
 
-    /// Mean of the told probabilities; `None` of nothing.
+    /// Returns the mean of the reported probabilities; `None` without predictions.
     pub fn predicted(&self) -> Option<f64> {
         let count = self.actual.of as f64;
         (self.actual.of > 0).then(|| self.sum / count)
     }
 
-    /// Standard error of the actual share, if every prediction is kept and independent of the others;
-    /// `None` of nothing. It does not vanish when all predictions of a bin came true, as one from the
-    /// actual share would.
+    /// Returns the standard error of the actual share, assuming calibrated and independent predictions;
+    /// `None` without predictions. It does not vanish when all predictions of a bin came true, unlike
+    /// the standard error from the actual share.
     pub fn standard_error(&self) -> Option<f64> {
         let count = self.actual.of as f64;
         (self.actual.of > 0).then(|| self.variance.sqrt() / count)
     }
 
-    /// Whether predicted and actual share differ by at most 5 points or twice the standard error;
-    /// `None` of fewer than 30 predictions, which say little.
+    /// Whether predicted and actual share differ by at most 5 points or twice the standard error; `None`
+    /// with fewer than 30 predictions.
     pub fn agrees(&self) -> Option<bool> {
         let judged = self.actual.of >= JUDGED;
         let apart = (self.predicted()? - self.actual.value()?).abs();
@@ -95,22 +94,22 @@ impl Bin {
     }
 }
 
-/// Predictions by bins, and all together.
+/// Reliability by bins and overall.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reliability {
-    /// The bins, the least probable first.
+    /// The bins in ascending order.
     pub bins: Vec<Bin>,
-    /// All predictions.
+    /// One bin with all predictions.
     pub all: Bin,
 }
 
 impl Reliability {
-    /// Of answers' confidence.
+    /// Reliability of the answers' confidence.
     pub fn of_confidence<'a>(told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
         Self::by(CONFIDENCE, told)
     }
 
-    /// Of `MAYBE`s.
+    /// Reliability of the `MAYBE`s.
     pub fn of_maybes<'a>(told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
         Self::by(MAYBES, told)
     }
@@ -119,7 +118,7 @@ impl Reliability {
         let last = edges.len().saturating_sub(2);
         let bin = |(k, pair): (usize, &[f64])| {
             let (from, to) = (pair[0], pair[1]);
-            // Certainty belongs to the last bin, which no other one follows.
+            // A probability of 1 belongs to the last bin.
             let inside = move |p: &&Prediction| p.told >= from && (p.told < to || k == last);
             Bin::new(from, to, told.clone().filter(inside))
         };
@@ -131,7 +130,7 @@ impl Reliability {
         }
     }
 
-    /// How many bins agree, of those that are judged.
+    /// Returns the share of judged bins that agree.
     pub fn kept(&self) -> Share {
         Share::count(self.bins.iter().filter_map(Bin::agrees), |agrees| agrees)
     }
@@ -149,7 +148,7 @@ impl Reliability {
 mod tests {
     use super::*;
 
-    /// `right` of `of` predictions of probability `told` that came true.
+    /// Returns `of` predictions of probability `told`, of which `right` came true.
     fn predictions(told: f64, right: usize, of: usize) -> Vec<Prediction> {
         (0..of)
             .map(|k| Prediction {
@@ -194,8 +193,8 @@ mod tests {
         assert!((last.predicted().unwrap() - mean).abs() < 1e-12);
     }
 
-    /// By hand: 100 predictions of 60 % have a standard error of √(0.6·0.4/100) = 4.9 points, so that 70
-    /// to come true is 2.04 of them off and 69 is 1.84.
+    /// Calculated by hand: 100 predictions of 60 % have a standard error of √(0.6·0.4/100) = 4.9 points.
+    /// 70 true ones are 2.04 standard errors off, 69 are 1.84.
     #[test]
     fn agreement_is_within_two_standard_errors() {
         for (right, agrees) in [(60, true), (69, true), (70, false), (51, true), (50, false)] {
@@ -206,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Many predictions: 5 points are more than two standard errors of 0.22 points.
+    /// Many predictions: 5 points exceed two standard errors of 0.22 points.
     #[test]
     fn agreement_is_within_five_points() {
         for (right, agrees) in [(1000, true), (941, true), (939, false)] {

@@ -1,4 +1,4 @@
-//! Scores of sets of scenes.
+//! Summarises the scores of sets of scenes.
 
 use super::share::upper_bound;
 use serde_json::{Value, json};
@@ -61,14 +61,14 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[low] + (sorted[high] - sorted[low]) * (place - low as f64)
 }
 
-/// The 95 % interval of quantile `q`, whatever the values' distribution: between the ranks that
-/// Wilson's interval of a share `q` reaches.
+/// Returns the distribution-free 95 % interval of quantile `q`: the values at the ranks given by Wilson's
+/// interval of a share `q`.
 fn quantile_interval(sorted: &[f64], q: f64) -> (f64, f64) {
     let (low, high) = wilson(q, sorted.len() as f64);
     (quantile(sorted, low), quantile(sorted, high))
 }
 
-/// Type of an answer: the promise of `ok` holds for each by itself.
+/// Type of an answer. The error limit of `ok` applies to each type separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerType {
     /// Neither steps nor a drop.
@@ -94,7 +94,7 @@ impl AnswerType {
         }
     }
 
-    /// Its word in JSON.
+    /// Returns its identifier in JSON.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::NoSteps => "none",
@@ -104,7 +104,7 @@ impl AnswerType {
         }
     }
 
-    /// Its name in tables.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::NoSteps => "no steps",
@@ -120,64 +120,65 @@ impl AnswerType {
 pub struct SetScore {
     /// Name of the set.
     pub name: String,
-    /// Scenes.
+    /// Number of scenes.
     pub scenes: usize,
-    /// Scenes that are exact.
+    /// Share of scenes that are exact.
     pub exact: Share,
-    /// True steps that were missed.
+    /// Share of true steps that were missed.
     pub missed: Share,
-    /// Strong true steps that were missed.
+    /// Share of strong true steps that were missed.
     pub strong_missed: Share,
-    /// Reported steps that match nothing.
+    /// Number of reported steps without a true one.
     pub invented: usize,
-    /// Scenes without steps that were given some.
+    /// Share of scenes without steps in which some were reported.
     pub false_stairs: Share,
-    /// Scenes reported `ok`, `degraded`, `fault`.
+    /// Numbers of scenes reported `ok`, `degraded`, `fault`.
     pub status: [usize; 3],
-    /// Scenes that are `ok`.
+    /// Share of scenes that are `ok`.
     pub ok: Share,
-    /// Answers that are `ok` and wrong, of those that are `ok`.
+    /// Share of `ok` answers that are wrong.
     pub ok_and_wrong: Share,
-    /// The same by type of answer.
+    /// Share of `ok` answers that are wrong, by type of answer.
     pub ok_and_wrong_by_type: [(AnswerType, Share); 4],
-    /// Answers that are `ok`, of those that are neither wrong nor a `fault`.
+    /// Share of `ok` among the answers that are neither wrong nor a `fault`.
     pub ok_of_right: Share,
-    /// True steps that lie within the horizon or are reported.
+    /// Share of true steps that lie within the horizon or are reported.
     pub covered: Share,
-    /// Median horizon of the answers that are `ok`, metres; infinite where they do not say.
+    /// Median horizon of the `ok` answers, metres; infinite if they do not report it.
     pub ok_horizon_m: Option<f64>,
-    /// Confidence that was told against answers that are right as far as it speaks of.
+    /// Reliability of the confidence.
     pub confidence: Reliability,
-    /// True drops nearer than [`NEAR_DROP_M`](super::NEAR_DROP_M) that are told.
+    /// Share of true drops nearer than [`NEAR_DROP_M`](super::NEAR_DROP_M) that are reported.
     pub told_drops: Share,
-    /// Scenes without a true drop that are told one.
+    /// Share of scenes without a true drop in which one is reported.
     pub false_drops_without: Share,
-    /// Scenes that are told a drop where none is; true ones elsewhere among them.
+    /// Number of scenes with a reported drop that covers none, including scenes with true drops elsewhere.
     pub false_drops: usize,
-    /// Answers that tell a drop.
+    /// Number of answers that report a drop.
     pub drops: usize,
-    /// Told drops that carry a depth.
+    /// Share of reported drops with a depth.
     pub depths: Share,
-    /// Absolute errors of told depths, where the true one is known.
+    /// Absolute errors of reported depths, where the true one is known.
     pub depth: Option<Spread>,
-    /// Told depths that are off by more than [`DEPTH_M`](super::DEPTH_M), of those whose true one is known.
+    /// Share of reported depths that are off by more than [`DEPTH_M`](super::DEPTH_M), of those whose true
+    /// one is known.
     pub depths_off: Share,
-    /// Probability of `MAYBE`s against what stands there.
+    /// Reliability of the `MAYBE`s.
     pub maybes: Reliability,
-    /// Recordings that are harmfully disturbed and still `ok`.
+    /// Share of recordings with a harmful fault that are `ok` nevertheless.
     pub harmful_ok: Share,
-    /// Absolute distance errors: all matched steps, then the strong ones.
+    /// Absolute distance errors of all matched steps, then of the strong ones.
     pub distance: [Option<Spread>; 2],
-    /// Absolute height errors, likewise.
+    /// Absolute height errors of all matched steps, then of the strong ones.
     pub height: [Option<Spread>; 2],
-    /// Distances within two standard deviations, and beyond three.
+    /// Shares of distances within two standard deviations, and beyond three.
     pub distance_sigmas: [Share; 2],
-    /// Heights, likewise.
+    /// Shares of heights within two standard deviations, and beyond three.
     pub height_sigmas: [Share; 2],
 }
 
 impl SetScore {
-    /// Sums up `scenes`.
+    /// Summarises `scenes`.
     pub fn new<'a>(name: &str, scenes: impl Iterator<Item = &'a SceneScore> + Clone) -> Self {
         let count = |f: &dyn Fn(&SceneScore) -> usize| scenes.clone().map(f).sum::<usize>();
         let matches = || scenes.clone().flat_map(|s| s.matches.iter());
@@ -291,7 +292,7 @@ impl SetScore {
     }
 }
 
-/// Scores by set, in the order of their names, and the whole last (when there are several).
+/// Returns the scores by set, in the order of their names, followed by the total (if there are several).
 pub fn by_set(scenes: &[SceneScore]) -> Vec<SetScore> {
     let mut names: Vec<&str> = scenes.iter().map(|s| s.set.as_str()).collect();
     names.sort_unstable();

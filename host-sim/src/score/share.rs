@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-/// Standard deviations of a two-sided 95 % interval of the normal distribution.
+/// Half-width of a two-sided 95 % interval of the normal distribution, standard deviations.
 const Z95: f64 = 1.959_964;
 
-/// The 95 % interval of a share of which `p` (0…1) was found in `n` draws, by Wilson's score
-/// (E. B. Wilson, Probable Inference, the Law of Succession, and Statistical Inference, JASA 22,
-/// 1927): it stays within 0…1 and has a width also where nothing or everything is so.
+/// Returns Wilson's 95 % score interval of a share `p` (0…1) from `n` draws (E. B. Wilson, Probable Inference, the
+/// Law of Succession, and Statistical Inference, JASA 22, 1927). It stays within 0…1 and has a non-zero width also
+/// for shares of 0 and 1.
 pub(super) fn wilson(p: f64, n: f64) -> (f64, f64) {
     let z2 = Z95 * Z95;
     let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
@@ -15,7 +15,7 @@ pub(super) fn wilson(p: f64, n: f64) -> (f64, f64) {
     ((middle - half).max(0.0), (middle + half).min(1.0))
 }
 
-/// Probability that of `n` draws at most `k` are so, each with probability `p`.
+/// Returns the probability of at most `k` successes in `n` draws, each with probability `p` (binomial).
 pub fn at_most(k: usize, n: usize, p: f64) -> f64 {
     if k >= n || p <= 0.0 {
         return 1.0;
@@ -34,11 +34,11 @@ pub fn at_most(k: usize, n: usize, p: f64) -> f64 {
     sum.min(1.0)
 }
 
-/// Halvings by which the bound of a share is found: to a millionth.
+/// Number of bisections of an upper bound: accurate to less than a millionth.
 const HALVINGS: usize = 24;
 
-/// Upper 95 % confidence bound of the share that `hits` of `of` draws are from (Clopper and Pearson, Biometrika 26,
-/// 1934); 1 of no draws.
+/// Returns the upper 95 % confidence bound of a share from `hits` of `of` draws (Clopper and Pearson, Biometrika
+/// 26, 1934); 1 without draws.
 pub fn upper_bound(hits: usize, of: usize) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..HALVINGS {
@@ -52,22 +52,22 @@ pub fn upper_bound(hits: usize, of: usize) -> f64 {
     high
 }
 
-/// So many of so many.
+/// A share as a count of successes and draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {
-    /// How many are so.
+    /// Number of successes.
     pub hits: usize,
-    /// Of how many.
+    /// Number of draws.
     pub of: usize,
 }
 
 impl Share {
-    /// `hits` of `of`.
+    /// A share of `hits` of `of`.
     pub fn new(hits: usize, of: usize) -> Self {
         Self { hits, of }
     }
 
-    /// How many of `items` are `so`.
+    /// Counts the `items` that are `so`.
     pub fn count<T>(items: impl IntoIterator<Item = T>, so: impl Fn(T) -> bool) -> Self {
         let mut share = Self::default();
         for item in items {
@@ -77,17 +77,17 @@ impl Share {
         share
     }
 
-    /// The share, 0…1; `None` of nothing.
+    /// Returns the share, 0…1; `None` without draws.
     pub fn value(self) -> Option<f64> {
         (self.of > 0).then(|| self.hits as f64 / self.of as f64)
     }
 
-    /// The 95 % interval of the share that the draw is from; `None` of nothing.
+    /// Returns the 95 % interval of the underlying share; `None` without draws.
     pub fn interval(self) -> Option<(f64, f64)> {
         Some(wilson(self.value()?, self.of as f64))
     }
 
-    /// `12.5 % (10.1–15.4)`, or a dash of nothing.
+    /// Formats as `12.5 % (10.1–15.4)`; a dash without draws.
     pub fn percent(self) -> String {
         match (self.value(), self.interval()) {
             (Some(p), Some((low, high))) => {
@@ -98,7 +98,7 @@ impl Share {
         }
     }
 
-    /// `1/8: 12.5 % (2.2–47.1)`, or a dash of nothing.
+    /// Formats as `1/8: 12.5 % (2.2–47.1)`; a dash without draws.
     pub fn full(self) -> String {
         match self.of {
             0 => "–".into(),

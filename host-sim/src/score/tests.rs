@@ -72,7 +72,7 @@ fn nearest_pairs_come_first() {
     assert!(score.exact);
     assert!((score.matches[0].distance_error - 0.01).abs() < 1e-9);
     assert!((score.matches[1].distance_error - 0.06).abs() < 1e-9);
-    // Of two reported steps the farther one matches nothing, however near it lies.
+    // Of two reported steps, the farther one is unmatched although it is within 10 cm.
     let score = scene(
         &answer(Status::Ok, &[(0.55, 0.1), (0.62, 0.1)]),
         &truth(&[(0.60, 0.1)], &[]),
@@ -120,7 +120,7 @@ fn two_sigma_and_quantiles() {
     assert!(quantile(&[], 0.5).is_nan());
 }
 
-/// An answer that vouches for itself up to `horizon_m`.
+/// An answer with the horizon `horizon_m`.
 fn vouching(horizon_m: f64, steps: &[(f64, f64)]) -> Answer {
     Answer {
         horizon_m: Some(horizon_m),
@@ -134,7 +134,7 @@ fn wrong_is_what_is_missing_made_up_or_off_up_to_the_horizon() {
     let wrong = |answer: &Answer| scene(answer, &real).wrong;
     let all = [(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)];
     assert!(!wrong(&answer(Status::Ok, &all)));
-    // Without a horizon an answer vouches for everything; with one, for no more than it says.
+    // Without a horizon an answer is checked over all distances; otherwise up to the horizon.
     assert!(wrong(&answer(Status::Ok, &all[..2])));
     assert!(!wrong(&vouching(1.2, &all[..2])));
     assert!(
@@ -142,7 +142,7 @@ fn wrong_is_what_is_missing_made_up_or_off_up_to_the_horizon() {
         "within 3 cm of the horizon"
     );
     assert!(wrong(&vouching(1.2, &all[..1])));
-    // Made up, before the horizon and behind it.
+    // A false step, before and behind the horizon.
     let more = [all[0], all[1], (1.15, 0.4)];
     assert!(wrong(&vouching(1.2, &more)));
     assert!(!wrong(&vouching(1.0, &more)));
@@ -151,14 +151,15 @@ fn wrong_is_what_is_missing_made_up_or_off_up_to_the_horizon() {
     assert!(wrong(&vouching(1.2, &[(0.631, 0.15), (0.9, 0.30)])));
     assert!(!wrong(&vouching(1.2, &[(0.629, 0.179), (0.9, 0.30)])));
     assert!(!wrong(&vouching(0.7, &[(0.6, 0.15), (0.95, 0.30)])));
-    // A step told just before the end that is the true one just behind it is no invention.
+    // A step reported just before the horizon that matches the true one just behind it is not
+    // false.
     assert!(!wrong(&vouching(1.35, &[all[0], all[1], (1.37, 0.45)])));
     // Uncounted steps are neither right nor wrong.
     assert!(!wrong(&answer(
         Status::Ok,
         &[all[0], all[1], all[2], (1.8, 0.6)]
     )));
-    // No answer is wrong where there is something, and right where there is nothing.
+    // A `fault` is wrong if there are steps, and correct if there are none.
     assert!(wrong(&answer(Status::Fault, &[])));
     assert!(!scene(&answer(Status::Fault, &[]), &truth(&[], &[])).wrong);
     assert!(scene(&answer(Status::Ok, &[(0.6, 0.1)]), &truth(&[], &[])).wrong);
@@ -193,7 +194,7 @@ fn ok_and_wrong_is_counted_of_what_is_ok() {
     assert!(confusions(&scenes).contains("ok WRONG"));
 }
 
-/// Of 1, 2, … 100 the median's interval is what tables of the sign test give (40 and 61), but for
+/// For 1, 2, … 100 the median's interval is that of tables of the sign test (40 and 61), except for
 /// the interpolation between ranks.
 #[test]
 fn quantiles_have_intervals() {
@@ -226,17 +227,18 @@ fn confidence_is_held_against_what_it_speaks_of() {
         scene(&answer, &real).confidence
     };
     let first = &[(0.6, 0.15)];
-    // What is missing at 0.9 m is beyond the horizon, but within the first metre.
+    // The step missing at 0.9 m is beyond the horizon, but within the first metre.
     let short = vouching(0.7, first);
     assert!(!scene(&short, &real).wrong);
     let so = |so, told| Some(Prediction { told, so });
     assert_eq!(told(short, Some(873)), so(false, 0.873));
-    // What is missing at 1.4 m lies beyond both.
+    // The step missing at 1.4 m is beyond both.
     let two = &[(0.6, 0.15), (0.9, 0.30)];
     assert_eq!(told(vouching(0.7, two), Some(995)), so(true, 0.995));
     assert_eq!(told(vouching(1.2, two), Some(995)), so(true, 0.995));
     assert_eq!(told(vouching(1.4, two), Some(995)), so(false, 0.995));
-    // Without a horizon it speaks of everything, without a confidence of nothing.
+    // Without a horizon the confidence applies to all distances; without a confidence there is no
+    // prediction.
     assert_eq!(told(answer(Status::Ok, two), Some(995)), so(false, 0.995));
     assert_eq!(told(vouching(1.2, two), None), None);
     assert_eq!(told(answer(Status::Fault, &[]), Some(10)), None);
@@ -274,7 +276,8 @@ fn maybes_are_right_where_something_of_their_kind_stands() {
     assert!(maybes(Status::Fault, &told, &stairs).is_empty());
 }
 
-/// An answer up to `horizon_m` that tells a drop, with σ in metres and probability.
+/// An answer with the horizon `horizon_m` that reports a drop: distance and σ in metres,
+/// probability.
 fn dropping(status: Status, horizon_m: f64, (at, sigma, probability): (f64, f64, u16)) -> Answer {
     let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);
     Answer {
@@ -311,10 +314,10 @@ fn a_told_drop_covers_a_true_one_within_10_cm_or_3_sigma() {
     assert!(!wrong(1.2, (0.81, 0.01, 990), &real));
     assert!(wrong(1.2, (0.79, 0.01, 990), &real));
     assert!(!wrong(1.2, (0.79, 0.04, 990), &real), "3σ are 12 cm");
-    // The second of two is not covered by what is told of the first.
+    // The second of two drops is not covered by the first.
     let two = ground_ends_at(&[0.9, 1.3]);
     assert!(wrong(1.4, (0.9, 0.01, 990), &two) && !wrong(1.2, (0.9, 0.01, 990), &two));
-    // Of a fault nothing counts as told.
+    // A `fault` reports nothing.
     let fault = scene(&dropping(Status::Fault, 1.2, (0.9, 0.01, 990)), &real);
     assert!(fault.wrong && fault.near_drops == Share::new(0, 1));
     // Edges of recordings that list no drops.
@@ -333,7 +336,7 @@ fn a_drop_that_is_made_up_is_wrong_up_to_the_horizon() {
     assert!(!beyond.wrong && beyond.false_drop);
     let doubtful = score(1.2, (1.24, 0.01, 490), &none);
     assert!(!doubtful.wrong && !doubtful.false_drop);
-    // Behind steps, where edges that lead down are neither right nor wrong.
+    // Behind steps, where downward edges are uncounted.
     let behind = truth(&[(0.5, 0.17)], &[(1.1, -0.1)]);
     assert!(!score(0.3, (1.1, 0.01, 990), &behind).false_drop);
     assert!(score(0.3, (0.9, 0.01, 990), &behind).false_drop);
@@ -359,7 +362,7 @@ fn drops_are_counted_where_they_are_near() {
     let words = "set: drops nearer than 1.6 m told 1 of 4; false drops 2, 1 of them on 2 scenes without one\n";
     assert!(text.contains(words), "{text}");
     assert_eq!(set.json()["told_drops"]["count"], 1);
-    // Two of the answers that are `ok` tell a drop; one of those is wrong.
+    // Two of the `ok` answers report a drop; one of them is wrong.
     let by_type = |kind| {
         set.ok_and_wrong_by_type
             .iter()
@@ -369,7 +372,7 @@ fn drops_are_counted_where_they_are_near() {
     };
     assert_eq!(by_type(AnswerType::Drop), Share::new(1, 2));
     assert_eq!(by_type(AnswerType::NoSteps), Share::new(0, 1));
-    // Nothing of it where there is nothing to tell.
+    // No line on drops if none is true or reported.
     let quiet = SetScore::new("set", scenes[5..].iter());
     assert!(!table(&[quiet]).contains("drops"));
 }
@@ -417,7 +420,7 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
     assert!(text.contains(words), "{text}");
 }
 
-/// Every step matched is not yet right: then it says by how much it is off.
+/// If every step is matched but one is off, the text gives the error.
 #[test]
 fn what_is_wrong_is_told() {
     let told = |answer: &Answer, truth: &Truth| {
@@ -446,7 +449,7 @@ fn what_is_wrong_is_told() {
     assert!(text.contains(words), "{text}");
 }
 
-/// Steps beyond the horizon of an answer that reaches nowhere: there are no steps at all.
+/// Steps beyond the horizon of an answer with horizon 0, in a scene without steps.
 #[test]
 fn a_false_stair_beyond_the_horizon_is_told() {
     let mut answer = answer(Status::Degraded, &[(0.6, 0.1)]);

@@ -1,4 +1,4 @@
-//! Scores as tables for people and as JSON.
+//! Formats scores as text tables and as JSON.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::judge::{DEPTH_M, NEAR_DROP_M, SceneScore};
 use super::set::{SetScore, Spread, quantile};
 use super::share::Share;
 
-/// The table for people, errors in centimetres.
+/// Returns the text table, errors in centimetres.
 pub fn table(sets: &[SetScore]) -> String {
     let mut out = String::from(
         "                     exact              ok and            missed   of 15 dB+   false   false     \
@@ -64,7 +64,7 @@ pub fn table(sets: &[SetScore]) -> String {
     out
 }
 
-/// How many drops are told, and how many made up.
+/// Returns the line with reported and false drops.
 pub fn drops(set: &SetScore) -> String {
     let Share { hits, of } = set.told_drops;
     let without = set.false_drops_without;
@@ -93,7 +93,7 @@ pub fn drops(set: &SetScore) -> String {
     out
 }
 
-/// How far `ok` is given, and how far it reaches.
+/// Returns the line with the share of `ok` answers and their horizon.
 fn promise(set: &SetScore) -> String {
     let horizon = match set.ok_horizon_m {
         None => "no answer is ok".to_owned(),
@@ -109,7 +109,8 @@ fn promise(set: &SetScore) -> String {
     )
 }
 
-/// The median of each figure over several runs of the same sets, errors in centimetres.
+/// Returns a table with the median of each figure over several runs of the same sets, errors in
+/// centimetres.
 pub fn median_table(runs: &[Vec<SetScore>]) -> String {
     let mut out = String::from(
         "set                 exact    ok  ok and wrong  missed  of 15 dB+   false steps  false stairs   \
@@ -145,7 +146,7 @@ pub fn median_table(runs: &[Vec<SetScore>]) -> String {
     out
 }
 
-/// The scenes that are not exact or wrong, one line each.
+/// Returns the scenes that are not exact or are wrong, one line each.
 pub fn confusions(scenes: &[SceneScore]) -> String {
     let mut out = String::new();
     for scene in scenes.iter().filter(|s| !s.exact || s.wrong) {
@@ -165,7 +166,7 @@ pub fn confusions(scenes: &[SceneScore]) -> String {
             "" => String::new(),
             reasons => format!(" ({reasons})"),
         };
-        // An exact answer has every step and no other, and may still be off.
+        // An exact answer has every step and no other, but a step may be off.
         let (wrong, why) = match scene.wrong {
             true => (" WRONG", format!(": {}", scene.flaws.join(", "))),
             false => ("", String::new()),
@@ -184,7 +185,7 @@ pub fn confusions(scenes: &[SceneScore]) -> String {
     out
 }
 
-/// The scenes that are not exact or wrong, as JSON.
+/// Returns the scenes that are not exact or are wrong, as JSON.
 pub fn confusions_json(scenes: &[SceneScore]) -> Value {
     let list = scenes.iter().filter(|s| !s.exact || s.wrong).map(|s| {
         json!({

@@ -1,14 +1,14 @@
-//! Where to listen: an address and a port, or an interface and a domain of ROS 2, with what is to be said of them.
+//! Addresses to listen on: address and port, or interface and ROS 2 domain, with warnings.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
-/// Where Foxglove looks for a server: port 8765, here on this machine only.
+/// Default address of Foxglove: port 8765, reachable from this machine only.
 pub const DEFAULT: &str = "127.0.0.1:8765";
 
-/// Reads `ADDRESS:PORT`, `localhost:PORT`, or `PORT` alone, which is one of this machine only.
+/// Parses `ADDRESS:PORT`, `localhost:PORT`, or `PORT` alone, which listens on this machine only.
 ///
 /// # Errors
-/// Says what was expected.
+/// The message describes the expected format.
 pub fn parse(text: &str) -> Result<SocketAddr, String> {
     let here = IpAddr::V4(Ipv4Addr::LOCALHOST);
     let local = text.strip_prefix("localhost:").unwrap_or(text);
@@ -23,7 +23,7 @@ pub fn parse(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
-/// The warning that belongs to an address which other machines reach.
+/// Returns a warning if other machines can reach the address.
 pub fn warning(address: SocketAddr) -> Option<String> {
     (!address.ip().is_loopback()).then(|| {
         format!(
@@ -33,7 +33,7 @@ pub fn warning(address: SocketAddr) -> Option<String> {
     })
 }
 
-/// A server that cannot listen there, and what helps.
+/// Returns the message for a server that cannot listen at `address`, with a remedy.
 pub fn trouble(address: SocketAddr, error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     let help = match error.kind() {
@@ -48,17 +48,17 @@ pub fn trouble(address: SocketAddr, error: &std::io::Error) -> String {
     format!("--foxglove {address}: {help}")
 }
 
-/// The interface of this machine only.
+/// Loopback interface: reachable from this machine only.
 pub const HERE: &str = "127.0.0.1";
-/// Largest domain whose ports are below 65536.
+/// Maximum domain whose ports are below 65536.
 const LAST_DOMAIN: u16 = 232;
-/// Variable that names the domain of ROS 2's programs.
+/// Environment variable with the domain of ROS 2 programs.
 pub const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
-/// Reads the address of an interface of this machine.
+/// Parses the address of an interface of this machine.
 ///
 /// # Errors
-/// Says what was expected.
+/// The message describes the expected format.
 pub fn interface(text: &str) -> Result<Ipv4Addr, String> {
     let local = if text == "localhost" { HERE } else { text };
     local.parse().map_err(|_| {
@@ -69,10 +69,10 @@ pub fn interface(text: &str) -> Result<Ipv4Addr, String> {
     })
 }
 
-/// The domain: that of the flag, else that of the variable, else 0.
+/// Returns the domain: the flag's, else the variable's, else 0.
 ///
 /// # Errors
-/// Names the variable and its value where that is no domain.
+/// The variable does not contain a domain; the message names it and its value.
 pub fn domain(flag: Option<u16>, variable: Option<&str>) -> Result<u16, String> {
     match (flag, variable) {
         (Some(domain), _) => Ok(domain),
@@ -83,16 +83,16 @@ pub fn domain(flag: Option<u16>, variable: Option<&str>) -> Result<u16, String> 
     }
 }
 
-/// Reads a domain.
+/// Parses a domain.
 ///
 /// # Errors
-/// Says what was expected.
+/// The message describes the expected format.
 pub fn parse_domain(text: &str) -> Result<u16, String> {
     let domain = text.parse().ok().filter(|domain| *domain <= LAST_DOMAIN);
     domain.ok_or_else(|| format!("expected a domain from 0 to {LAST_DOMAIN}"))
 }
 
-/// The warning that belongs to an interface which other machines reach.
+/// Returns a warning if other machines can reach the interface.
 pub fn interface_warning(interface: Ipv4Addr) -> Option<String> {
     (!interface.is_loopback()).then(|| {
         "warning: open to other machines: whoever reaches this one can read along and set the node's parameters, \

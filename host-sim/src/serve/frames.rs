@@ -1,9 +1,10 @@
-//! Frames of ROS 2: the chair, the mirror's centre, and the ground below it, which is the frame of all coordinates.
+//! Coordinate frames of ROS 2: the chair, the mirror's centre, and the ground below it, to which all coordinates
+//! refer.
 
 use crate::convert::messages::header;
 use crate::convert::ros::{Point, Pose, TfMessage, TransformStamped};
 
-/// Where the scanner is mounted, with the names of the frames.
+/// Mounting of the scanner, with the names of the frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
     /// Frame of the coordinates.
@@ -15,7 +16,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Both transforms: the mirror in the chair's frame, and the ground below the mirror.
+    /// Returns both transforms: of the mirror in the chair's frame, and of the ground below the mirror.
     pub fn message(&self, stamp_ns: u64) -> TfMessage {
         let [x, y, z] = self.mount;
         let mirror = format!("{}_mirror", self.frame);

@@ -1,6 +1,6 @@
-//! The node: the crate `ros2-client` as a [`Service`].
+//! The ROS 2 node: the crate `ros2-client` as a [`Service`].
 //!
-//! Messages come encoded and go out unchanged, under the names of their types: no second set of structures.
+//! Messages are passed on as encoded, under the names of their types. There is no second set of structures.
 
 use std::cell::RefCell;
 use std::net::{Ipv4Addr, UdpSocket};
@@ -23,24 +23,24 @@ use crate::convert::ros::{ENCAPSULATION, Message, TfMessage, encoded};
 
 /// Name of the node.
 const NODE: &str = "stairscan";
-/// Messages that a publisher keeps for readers which have not acknowledged them.
+/// Number of messages that a publisher keeps for readers that have not acknowledged them.
 const DEPTH: usize = 10;
-/// Topic of diagnostics where ROS 2's own tools look for them.
+/// Topic of diagnostics that ROS 2's own tools read.
 const DIAGNOSTICS: &str = "/diagnostics";
 /// Parameters: names of the frames, and the place of the mirror's centre, metres.
 const FRAME_ID: &str = "frame_id";
 const BASE_FRAME_ID: &str = "base_frame_id";
 const MOUNT: [&str; 3] = ["mount_x", "mount_y", "mount_height"];
-/// Longest name of a frame, bytes.
+/// Maximum length of a frame's name, bytes.
 const LONGEST_NAME: usize = 100;
-/// Largest distance of the mirror from the chair's origin, metres.
+/// Maximum distance of the mirror from the chair's origin, metres.
 const FARTHEST_M: f64 = 100.0;
 
-/// An encoded message without its encapsulation, which the writer puts before it.
+/// An encoded message without its encapsulation, which the writer adds.
 struct Body(Vec<u8>);
 
 impl Serialize for Body {
-    /// The bytes one after the other, without a length.
+    /// Serialises the bytes without a length.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut tuple = serializer.serialize_tuple(self.0.len())?;
         for byte in &self.0 {
@@ -52,21 +52,21 @@ impl Serialize for Body {
 
 /// A node with its publishers.
 pub struct RosNode {
-    // Before the node, whose end ends the spinner.
+    // Dropped before the node, whose end ends the spinner.
     publishers: Vec<(Stream, Publisher<Body>)>,
     transforms: Publisher<Body>,
     node: Node,
     spinner: JoinHandle<()>,
-    /// The transforms that were published last.
+    /// The last published transforms.
     published: RefCell<Option<Frames>>,
     interface: Ipv4Addr,
 }
 
 impl RosNode {
-    /// Joins `domain` on `interface` and offers those of `streams` that ROS 2 has a type for.
+    /// Joins `domain` on `interface` and offers those of `streams` for which ROS 2 has a type.
     ///
     /// # Errors
-    /// Names interface and domain.
+    /// The domain cannot be joined; the message names interface and domain.
     pub fn start(
         interface: Ipv4Addr,
         domain: u16,
@@ -104,7 +104,7 @@ impl RosNode {
         Ok(started)
     }
 
-    /// The frames as the parameters have them.
+    /// Returns the frames according to the parameters.
     fn frames(&self) -> Frames {
         let text = |name: &str| match self.node.get_parameter(name) {
             Some(ParameterValue::String(text)) => text,
@@ -121,7 +121,7 @@ impl RosNode {
         }
     }
 
-    /// Publishes the transforms unless they are those that were published last.
+    /// Publishes the transforms if they have changed.
     fn publish_frames(&self, stamp_ns: u64) -> Result<()> {
         let frames = self.frames();
         let mut published = self.published.borrow_mut();
@@ -169,7 +169,7 @@ impl Service for RosNode {
         address::interface_warning(self.interface)
     }
 
-    /// Takes publishers and node out of the graph, and waits until that is done.
+    /// Removes publishers and node from the graph, and waits for completion.
     fn stop(self: Box<Self>) {
         let Self {
             publishers,
@@ -185,12 +185,12 @@ impl Service for RosNode {
     }
 }
 
-/// Reliable, for those who read now.
+/// QoS profile: reliable, without history for late readers.
 fn live() -> QosProfile {
     QosProfile::publisher_default().history(History::KeepLast { depth: DEPTH })
 }
 
-/// Topics of a stream; none where ROS 2 has no type for it.
+/// Returns the topics of a stream; empty if ROS 2 has no type for it.
 fn topics(stream: Stream) -> Vec<&'static str> {
     let channel = stream.channel();
     if channel.encoding != "cdr" {
@@ -200,9 +200,9 @@ fn topics(stream: Stream) -> Vec<&'static str> {
     std::iter::once(channel.topic).chain(more).collect()
 }
 
-/// The node in its domain.
+/// Creates the node in its domain.
 fn join(interface: Ipv4Addr, domain: u16, mount_height_m: f64) -> Result<Node> {
-    // The participant itself would go on without any interface.
+    // The participant itself would continue without an interface.
     UdpSocket::bind((interface, 0)).context("no interface of this machine")?;
     let mut participant = DomainParticipantBuilder::new(domain);
     if !interface.is_unspecified() {
@@ -224,7 +224,7 @@ fn join(interface: Ipv4Addr, domain: u16, mount_height_m: f64) -> Result<Node> {
     node.map_err(|error| anyhow!("{error:?}"))
 }
 
-/// Whether a parameter may have this value.
+/// Checks the value of a parameter.
 fn valid(name: &str, value: &ParameterValue) -> Result<(), String> {
     match value {
         ParameterValue::String(text) => {
@@ -247,7 +247,7 @@ fn valid(name: &str, value: &ParameterValue) -> Result<(), String> {
     }
 }
 
-/// A publisher of messages of this type, `PACKAGE/msg/TYPE`.
+/// Creates a publisher of messages of the type `PACKAGE/msg/TYPE`.
 fn publisher(
     node: &mut Node,
     topic: &str,
@@ -263,7 +263,7 @@ fn publisher(
     Ok(node.create_publisher(&topic, None)?)
 }
 
-/// Sends an encoded message. One that the writer cannot take is lost, which stderr tells.
+/// Sends an encoded message. If the writer's queue is full the message is lost, with a message on stderr.
 fn send(publisher: &Publisher<Body>, message: &[u8]) {
     let body = message.get(ENCAPSULATION.len()..).unwrap_or_default();
     if publisher.publish(Body(body.to_vec())).is_err() {

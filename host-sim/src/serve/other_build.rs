@@ -1,4 +1,4 @@
-//! From a program without a feature to one with it: Cargo builds it, and it takes this one's place.
+//! Replaces a program without a feature by one with it, which Cargo builds.
 //!
 //! A feature has the name of the flag that needs it, and a directory of that name below the target directory.
 
@@ -11,11 +11,10 @@ use anyhow::{Context, Result, ensure};
 
 use crate::emulate::image::workspace;
 
-/// Builds this program with the feature, where that has not been done yet, and starts it with the same arguments in
-/// place of this one.
+/// Builds this program with the feature if necessary, and executes it with the same arguments in place of this one.
 ///
 /// # Errors
-/// Cargo's failure; where there is no source, the command to type.
+/// Cargo's failure; without the source, the command to enter.
 pub fn start(feature: &str) -> Result<Infallible> {
     let root = workspace();
     ensure!(
@@ -30,7 +29,7 @@ pub fn start(feature: &str) -> Result<Infallible> {
     Err(error).with_context(|| format!("{}", program.display()))
 }
 
-/// Builds into a directory of its own, so that the program under `release/` stays the one without the feature.
+/// Builds into a separate directory, so that the program under `release/` stays the one without the feature.
 fn build(root: PathBuf, feature: &str) -> Result<PathBuf> {
     let build_dir = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| root.join("target"), |dir| root.join(dir));
@@ -45,10 +44,10 @@ fn build(root: PathBuf, feature: &str) -> Result<PathBuf> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(&root)
-        // What both builds rest on is built once.
+        // Dependencies of both builds are built once.
         .env("CARGO_BUILD_BUILD_DIR", &build_dir)
         .args(["build", "--locked", "--release"])
-        // Of the first build, which takes long, one sees how far it is.
+        // The first build takes long: it shows its progress.
         .args(built.then_some("--quiet"))
         .args(["--package", "host-sim", "--bin", "host-sim"])
         .args(["--features", feature, "--target-dir"])

@@ -1,7 +1,7 @@
-//! A recording at its true speed, over and over: each chirp at its time, each scan's answer with its last chirp.
+//! Plays a recording at its true speed, repeatedly: each chirp at its time, each scan's answer with its last chirp.
 //!
-//! The answers are those of `replay`, worked out by a thread that is some scans ahead. A recording without times takes
-//! a second a scan, which are the stamps that MCAP files give it.
+//! The answers are those of `replay`, computed some scans ahead by a thread. A recording without timestamps takes one
+//! second a scan, as in MCAP files.
 
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver};
@@ -14,26 +14,26 @@ use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
 
-/// Scans that are worked out ahead of the one that is played.
+/// Number of scans that are computed ahead.
 const AHEAD: usize = 2;
-/// From the last chirp of a recording with times to its first chirp in the next pass.
+/// Pause between the last chirp of a recording with timestamps and the first chirp of the next pass.
 const PAUSE_NS: u64 = SECOND_NS;
 
-/// The time while a recording is played.
+/// Clock of the playback.
 pub trait Clock {
-    /// Now, nanoseconds since 1970.
+    /// Returns the current time, nanoseconds since 1970.
     fn now_ns(&self) -> u64;
-    /// Waits until `ns` since 1970; `false` where the session has ended.
+    /// Waits until `ns` since 1970. Returns `false` if the session has ended.
     fn wait_until(&mut self, ns: u64) -> bool;
 }
 
-/// A scan to be played.
+/// A computed scan.
 struct Part {
     scan: Scan,
     picture: Picture,
 }
 
-/// When the chirps of a recording come, nanoseconds since the beginning of a pass.
+/// Times of a recording's chirps, nanoseconds since the start of a pass.
 struct Times<'a> {
     recording: &'a Recording,
     first_ns: u64,
@@ -47,7 +47,7 @@ impl<'a> Times<'a> {
         }
     }
 
-    /// When chirp `k` (from 0) comes.
+    /// Returns the time of chirp `k` (from 0).
     fn chirp(&self, k: usize) -> u64 {
         let spread = || {
             let per_scan = self.recording.chirps_per_scan().max(1) as u64;
@@ -57,7 +57,7 @@ impl<'a> Times<'a> {
         at.saturating_sub(self.first_ns)
     }
 
-    /// From the beginning of a pass to that of the next.
+    /// Returns the period of the passes.
     fn pass(&self) -> u64 {
         let last = self.chirp(self.recording.chirps().saturating_sub(1));
         match chirp_ns(self.recording, 0) {
@@ -67,10 +67,10 @@ impl<'a> Times<'a> {
     }
 }
 
-/// Plays `recording` to `outlet` until `clock` ends it; `told` gets each scan as it was published.
+/// Plays `recording` to `outlet` until `clock` ends it. `told` is called with each scan as published.
 ///
 /// # Errors
-/// Names what in the recording no scan can be made of.
+/// The recording cannot be scanned; the message names the cause.
 pub fn play(
     recording: Recording,
     options: &Options,
@@ -103,13 +103,13 @@ pub fn play(
     }
 }
 
-/// The scans of a recording one after the other, from a thread of its own.
+/// Computes the scans of a recording in order, in a thread.
 fn work_out(recording: &Arc<Recording>, options: Options) -> Receiver<Result<Part>> {
     let (sender, coming) = mpsc::sync_channel(AHEAD);
     let recording = recording.clone();
     std::thread::spawn(move || {
         let done = replay::answers(&recording, &options, |scanned| {
-            // Nobody waits for it any more: then nobody waits for the rest either.
+            // Without a receiver the remaining scans are not needed either.
             let _ = sender.send(Ok(Part {
                 scan: Scan::of(&recording, scanned),
                 picture: Picture::of(scanned.pipeline.map()),
@@ -126,7 +126,7 @@ fn next(coming: &Receiver<Result<Part>>) -> Result<Part> {
     coming.recv().context("the scanner gave no answer")?
 }
 
-/// One pass over a recording, begun at a moment.
+/// One pass over a recording with its start time.
 struct Session<'a> {
     times: &'a Times<'a>,
     outlet: &'a dyn Outlet,
@@ -134,7 +134,7 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Plays one scan; `None` where the session has ended meanwhile.
+    /// Plays one scan; `None` if the session has ended meanwhile.
     fn scan(&self, part: &Part, clock: &mut dyn Clock) -> Result<Option<Scan>> {
         let recording = self.times.recording;
         let number = &part.scan.told["scan"];

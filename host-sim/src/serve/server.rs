@@ -1,4 +1,4 @@
-//! The server: the crate `foxglove` as an [`Outlet`].
+//! The Foxglove server: the crate `foxglove` as an [`Outlet`].
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -12,12 +12,12 @@ use foxglove::{
 use super::address;
 use super::streams::{Outlet, Service, Stream};
 
-/// A server that listens.
+/// A running server.
 pub struct Server {
     handle: WebSocketServerHandle,
     channels: Vec<(Stream, Arc<RawChannel>)>,
     address: SocketAddr,
-    // Channels are closed when it goes.
+    // Dropping it closes the channels.
     _context: Arc<Context>,
 }
 
@@ -25,7 +25,7 @@ impl Server {
     /// Listens at `address` and offers `streams`.
     ///
     /// # Errors
-    /// Names the address, and what helps.
+    /// The server cannot listen; the message names the address and a remedy.
     pub fn start(address: SocketAddr, streams: &[Stream]) -> Result<Self> {
         let context = Context::new();
         let channels = streams.iter().map(|&stream| {
@@ -84,7 +84,7 @@ impl Service for Server {
         address::warning(self.address)
     }
 
-    /// Closes the connections, and waits until they are closed.
+    /// Closes the connections and waits for completion.
     fn stop(self: Box<Self>) {
         self.handle.stop().wait_blocking();
     }

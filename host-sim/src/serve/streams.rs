@@ -1,4 +1,4 @@
-//! The topics of a live source, and what is published on each while somebody subscribes.
+//! The topics of a live source. A message is published only while there is a subscriber.
 //!
 //! | topic | schema | holds |
 //! |---|---|---|
@@ -38,7 +38,7 @@ impl Stream {
         Self::Map,
         Self::Chirp,
     ];
-    /// Topics of a report port, whose sentences hold neither echoes nor samples.
+    /// Topics of a report port, whose sentences contain neither echoes nor samples.
     pub const OF_PORTS: [Self; 5] = [
         Self::Scan(Topic::Answer),
         Self::Scan(Topic::Stairs),
@@ -47,7 +47,7 @@ impl Stream {
         Self::Scan(Topic::Free),
     ];
 
-    /// Name and schema.
+    /// Returns name and schema.
     pub fn channel(self) -> Channel {
         match self {
             Self::Scan(topic) => topic.channel(),
@@ -57,32 +57,32 @@ impl Stream {
     }
 }
 
-/// Where messages go.
+/// Sink of messages.
 pub trait Outlet {
-    /// Whether somebody subscribes to it now.
+    /// Whether there is a subscriber.
     fn wanted(&self, stream: Stream) -> bool;
-    /// Takes an encoded message that belongs to `stamp_ns`, nanoseconds since 1970.
+    /// Publishes an encoded message with the timestamp `stamp_ns`, nanoseconds since 1970.
     fn publish(&self, stream: Stream, message: &[u8], stamp_ns: u64);
-    /// Name of the frame of coordinates.
+    /// Returns the name of the coordinate frame.
     fn frame(&self) -> String {
         FRAME.to_owned()
     }
 }
 
-/// An outlet that is open to others until it is stopped.
+/// An outlet that other programs can connect to.
 pub trait Service: Outlet {
-    /// Where others find it, in words.
+    /// Returns its address as text.
     fn place(&self) -> String;
-    /// The warning that belongs to it.
+    /// Returns a warning, if one applies.
     fn warning(&self) -> Option<String>;
-    /// Ends it in good order.
+    /// Shuts it down.
     fn stop(self: Box<Self>);
 }
 
-/// Publishes those messages of a scan that are wanted.
+/// Publishes those messages of a scan that have a subscriber.
 ///
 /// # Errors
-/// None that these messages can bring about.
+/// None with these messages.
 pub fn publish_scan(outlet: &dyn Outlet, scan: &Scan) -> Result<()> {
     let frame = outlet.frame();
     for topic in Topic::ALL {
@@ -96,17 +96,17 @@ pub fn publish_scan(outlet: &dyn Outlet, scan: &Scan) -> Result<()> {
     Ok(())
 }
 
-/// A polar map as a picture: a row an angle, a column a range bin, a byte a cell.
+/// A polar map as an image: one row for each angle, one column for each range bin, one byte for each cell.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Picture {
-    /// Range bins.
+    /// Number of range bins.
     pub width: usize,
-    /// The rows one after the other, in the map's units; zeros where a row was lost.
+    /// The cells row by row, in the map's units; 0 in lost rows.
     pub cells: Vec<u8>,
 }
 
 impl Picture {
-    /// The cells of `map`.
+    /// Returns the image of `map`.
     pub fn of(map: &PolarMap) -> Self {
         let width = map.bins();
         let mut cells = Vec::with_capacity(map.rows() * width);
@@ -119,7 +119,7 @@ impl Picture {
         Self { width, cells }
     }
 
-    /// The message.
+    /// Returns the ROS 2 message.
     fn image(&self, stamp_ns: u64, frame: &str) -> Image {
         Image {
             header: header(stamp_ns, frame),
@@ -133,10 +133,10 @@ impl Picture {
     }
 }
 
-/// Publishes the picture of a map if it is wanted.
+/// Publishes a map's image if there is a subscriber.
 ///
 /// # Errors
-/// None that this message can bring about.
+/// None with this message.
 pub fn publish_map(outlet: &dyn Outlet, picture: &Picture, stamp_ns: u64) -> Result<()> {
     if outlet.wanted(Stream::Map) {
         let image = picture.image(stamp_ns, &outlet.frame());
@@ -145,7 +145,8 @@ pub fn publish_map(outlet: &dyn Outlet, picture: &Picture, stamp_ns: u64) -> Res
     Ok(())
 }
 
-/// Publishes chirp `k` (from 0) of a recording if it is wanted. `scan` is the number that the scan's answer has.
+/// Publishes chirp `k` (from 0) of a recording if there is a subscriber. `scan` is the number in the scan's
+/// answer.
 pub fn publish_chirp(
     outlet: &dyn Outlet,
     recording: &Recording,

@@ -1,4 +1,4 @@
-//! Messages and their times, with a clock that is always where it is waited for and an outlet that keeps everything.
+//! Tests of messages and their times, with a clock that does not wait and an outlet that stores everything.
 
 use std::cell::RefCell;
 use std::net::SocketAddr;
@@ -15,10 +15,10 @@ use super::frames::Frames;
 use super::player::{self, Clock};
 use super::streams::{Outlet, Stream};
 
-/// Moment at which playing begins, nanoseconds since 1970.
+/// Start time of the playback, nanoseconds since 1970.
 const BEGIN_NS: u64 = 1_700_000_000 * SECOND_NS;
 
-/// Keeps what is published on the topics that are subscribed to.
+/// Stores the messages of the subscribed topics.
 struct Kept {
     subscribed: Vec<Stream>,
     messages: RefCell<Vec<(Stream, Vec<u8>, u64)>>,
@@ -53,7 +53,7 @@ impl Outlet for Kept {
     }
 }
 
-/// A clock that is at once where it is waited for, until an end.
+/// A clock that advances without waiting, up to an end time.
 struct Hurried {
     now_ns: u64,
     end_ns: u64,
@@ -75,7 +75,7 @@ fn stair_a() -> Recording {
     Recording::read(&workspace().join("recordings/stair_a")).unwrap()
 }
 
-/// Plays `recording` for so many seconds.
+/// Plays `recording` for a number of seconds.
 fn played(recording: &Recording, seconds: f64, streams: &[Stream]) -> Kept {
     let kept = Kept::subscribed(streams);
     let mut clock = Hurried {

@@ -1,11 +1,11 @@
-//! The scanner's settings as a file for people: TOML, with units, ranges and meanings.
+//! The scanner's settings as a TOML file with units, ranges and meanings.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`table`] | the table of all settings, as docs/hardware.md has it |
-//! | [`units`] | exact conversion between the numbers of commands and what people write, such as `"0.4 m"` |
+//! | [`table`] | the table of all settings in docs/hardware.md |
+//! | [`units`] | exact conversion between the numbers of commands and texts such as `"0.4 m"` |
 //! | [`profile`] | the file: written, read, compared with a scanner |
-//! | [`order`] | the order in which a scanner takes the settings of a file |
+//! | [`order`] | the order in which a scanner accepts the settings of a file |
 
 pub mod order;
 pub mod profile;

@@ -1,7 +1,7 @@
-//! The order in which a scanner takes the settings of a file.
+//! Finds the order in which a scanner accepts the settings of a file.
 //!
-//! A scanner checks the whole of its settings at each `set`, so that `angle-count` may be refused before and accepted
-//! after `angle-step`. The order is found on a copy of the scanner's settings, before anything is sent.
+//! A scanner checks all of its settings at each `set`, so that `angle-count` may be refused before and accepted after
+//! `angle-step`. The order is found on a copy of the scanner's settings, before anything is sent.
 
 use std::collections::BTreeMap;
 
@@ -10,16 +10,16 @@ use stairscan::scanner::Settings;
 
 /// A setting and its value, as commands write them.
 pub type Change = (&'static str, String);
-/// A setting that cannot be made, and what was expected.
+/// A setting that is refused, and the expected value.
 pub type Refused = (&'static str, ConfigError);
 
-/// The settings that a scanner has told (`get`), as commands write them.
+/// Converts the settings that a scanner has reported (`get`), as commands write them.
 ///
 /// # Errors
-/// Names what of them this program would not accept: the scanner's firmware is another one.
+/// This program would not accept a value: the scanner has another firmware version. The message names the setting.
 pub fn settings_of(told: &BTreeMap<String, String>) -> Result<Settings, ConfigError> {
     let mut settings = Settings::default();
-    // What the radar module reports, which no command sets.
+    // The radar module's settings, which no command changes.
     let number = |key: &str| told.get(key).and_then(|value| value.parse::<u32>().ok());
     let radar = &mut settings.config.radar;
     radar.carrier_khz = number("radar-carrier").unwrap_or(radar.carrier_khz);
@@ -38,10 +38,10 @@ pub fn settings_of(told: &BTreeMap<String, String>) -> Result<Settings, ConfigEr
     }
 }
 
-/// `changes` in an order in which each is accepted, from `settings` on, and the settings that they lead to.
+/// Returns `changes` in an order in which each is accepted, starting from `settings`, and the resulting settings.
 ///
 /// # Errors
-/// The changes that cannot be made, with what was expected.
+/// The changes that are refused, with the expected values.
 pub fn in_order(
     settings: &Settings,
     changes: &[Change],

@@ -1,4 +1,4 @@
-//! The file: TOML, one key a setting, a string with a unit where the setting has one.
+//! Reads and writes the file: TOML, one key for each setting, a string with a unit if the setting has one.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -25,11 +25,11 @@ pub struct Entry {
 /// The settings of a file, in the order of the settings' table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Profile {
-    /// Those that the file names.
+    /// The settings in the file.
     pub entries: Vec<Entry>,
 }
 
-/// The text of a file with all settings that `told` holds, as commands write them; `about` is its first comment.
+/// Returns the text of a file with all settings in `told`, as commands write them; `about` is its first comment.
 pub fn text(told: &BTreeMap<String, String>, about: &str) -> String {
     let mut text = String::new();
     for line in about.lines() {
@@ -52,7 +52,7 @@ pub fn text(told: &BTreeMap<String, String>, about: &str) -> String {
     text
 }
 
-/// A value as the file writes it.
+/// Returns a value in the notation of the file.
 fn value_text(row: &Row, value: &str) -> String {
     let spoken = row.spoken(value);
     let bare = row.unit.written.is_empty() && spoken.parse::<f64>().is_ok();
@@ -64,10 +64,10 @@ fn value_text(row: &Row, value: &str) -> String {
 }
 
 impl Profile {
-    /// Reads the text of the file `name`. Every value is checked by itself.
+    /// Parses the text of the file `name`. Every value is checked separately.
     ///
     /// # Errors
-    /// Names every key that is wrong, with line, value and what was expected.
+    /// All wrong keys, with line, value and expected value.
     pub fn parse(name: &str, text: &str) -> Result<Self> {
         let line_of = |at: usize| text.get(..at).unwrap_or_default().matches('\n').count() + 1;
         let parsed = DeTable::parse(text).map_err(|error| {
@@ -100,11 +100,10 @@ impl Profile {
         Ok(profile)
     }
 
-    /// The commands, in an order in which a scanner with the settings `told` takes them, and the settings that they lead
-    /// to.
+    /// Returns the commands, in an order that a scanner with the settings `told` accepts, and the resulting settings.
     ///
     /// # Errors
-    /// Names every key of the file `name` that such a scanner would refuse.
+    /// All keys of the file `name` that such a scanner would refuse.
     pub fn changes(
         &self,
         name: &str,
@@ -131,7 +130,7 @@ impl Profile {
         })
     }
 
-    /// How the scanner's settings `told` differ from the file's, a line each.
+    /// Returns the differences between the scanner's settings `told` and the file, one line each.
     pub fn differences(&self, told: &BTreeMap<String, String>) -> Vec<String> {
         let mut lines = Vec::new();
         for Entry { row, value, line } in &self.entries {
@@ -153,7 +152,7 @@ impl Profile {
     }
 }
 
-/// Row and value, as commands write it, of one key of a file.
+/// Returns row and value (as commands write it) of one key of a file.
 fn entry(key: &str, value: &Spanned<DeValue<'_>>) -> Result<(&'static Row, String), String> {
     let row = table::row(key).ok_or_else(|| match nearest(key) {
         Some(near) => format!("{key}: no such setting; did you mean {near}?"),
@@ -194,7 +193,7 @@ fn entry(key: &str, value: &Spanned<DeValue<'_>>) -> Result<(&'static Row, Strin
     let within =
         |(least, most): (i64, i64)| (i128::from(least)..=i128::from(most)).contains(&number);
     let value = number.to_string();
-    // Without limits in the table the type decides.
+    // Without limits in the table the type limits the value.
     let typed = || Settings::default().set(row.key, &value).is_ok();
     if row.limits.map_or_else(typed, within) {
         Ok((row, value))
@@ -203,7 +202,7 @@ fn entry(key: &str, value: &Spanned<DeValue<'_>>) -> Result<(&'static Row, Strin
     }
 }
 
-/// A key that differs from `key` by a letter or an underscore in place of a hyphen.
+/// Returns a key that differs from `key` by one letter, or by an underscore in place of a hyphen.
 fn nearest(key: &str) -> Option<&'static str> {
     let key = key.to_lowercase().replace('_', "-");
     let close = |known: &&&str| {

@@ -1,5 +1,5 @@
-//! The table of all settings, read from docs/hardware.md. A test of the library compares that table with the rows in
-//! `src/`, so that the image does not carry units and meanings.
+//! The table of all settings, read from docs/hardware.md. A test of the library compares it with the rows in `src/`.
+//! In this way the image does not contain units and meanings.
 
 use std::sync::LazyLock;
 
@@ -11,7 +11,7 @@ use super::units::Unit;
 const DOCUMENT: &str = include_str!("../../../docs/hardware.md");
 /// Its header.
 const HEADER: &str = "| key | unit | values | default | hash | meaning |";
-/// What stands in the column of values for what no command sets.
+/// Text in the column of values for settings that no command changes.
 const READ_ONLY: &str = "read only";
 
 /// One setting.
@@ -19,22 +19,22 @@ const READ_ONLY: &str = "read only";
 pub struct Row {
     /// Its name.
     pub key: &'static str,
-    /// How its number is written for people.
+    /// Notation of its number in files.
     pub unit: &'static Unit,
-    /// Smallest and largest number; none where the type is the only limit, or the value is a word.
+    /// Minimum and maximum; `None` if the type is the only limit, or the value is a word.
     pub limits: Option<(i64, i64)>,
-    /// The words that it may be; empty for numbers.
+    /// Permitted words; empty for numbers.
     pub words: Vec<&'static str>,
     /// Default, as commands write it.
     pub default: &'static str,
-    /// Whether no command sets it: the radar module reports it.
+    /// Whether the radar module reports it and no command changes it.
     pub read_only: bool,
-    /// What it is.
+    /// Meaning.
     pub meaning: &'static str,
 }
 
 impl Row {
-    /// The values that it may have, as people write them; empty where only the type limits it.
+    /// Returns the permitted values with units; empty if only the type limits them.
     pub fn range(&self) -> String {
         if self.read_only {
             return "reported by the radar module, not set".to_owned();
@@ -47,7 +47,8 @@ impl Row {
         limits.map_or_else(String::new, |(least, most)| format!("{least} to {most}"))
     }
 
-    /// `value`, as commands write it, as people write it: `0.4 m` for `40000`. A value that is no number is left as it is.
+    /// Converts `value` from the notation of commands to that of files: `0.4 m` for `40000`. A value that is not a
+    /// number is unchanged.
     pub fn spoken(&self, value: &str) -> String {
         match (self.unit.word_of(self.key, value), value.parse::<i64>()) {
             (Some(word), _) => word,
@@ -57,13 +58,13 @@ impl Row {
     }
 }
 
-/// Every setting, in the order of its key.
+/// Returns all settings, in the order of their keys.
 pub fn rows() -> &'static [Row] {
     static ROWS: LazyLock<Vec<Row>> = LazyLock::new(read);
     &ROWS
 }
 
-/// The row of `key`.
+/// Returns the row of `key`.
 pub fn row(key: &str) -> Option<&'static Row> {
     rows().iter().find(|row| row.key == key)
 }

@@ -1,4 +1,4 @@
-//! Table, units, and files that are wrong.
+//! Tests of table, units, and invalid files.
 
 use std::collections::BTreeMap;
 
@@ -66,7 +66,7 @@ fn people_s_units_are_written() {
     assert_eq!(table::row("plane").unwrap().range(), "depth, height, both");
 }
 
-/// What is written is read as the same bits, at both limits, at the default and at odd values.
+/// A written file is read as the same bits: at both limits, at the default and at odd values.
 #[test]
 fn a_file_that_was_written_sets_the_same_values() {
     for row in table::rows()
@@ -120,7 +120,7 @@ fn people_write_units_as_they_like() {
         ("settle", "5000 µs", 5_000),
         ("module-bandwidth", "5337.5 MHz", 5_337_500),
         ("speed", "1 turns/s", 51_200),
-        // Between two microsteps the nearest is taken.
+        // A value between two microsteps is rounded to the nearest.
         ("speed", "100 deg/s", 14_222),
         ("link-rate", "3_000_000 baud", 3_000_000),
         ("calibrated", "never", 0),
@@ -156,7 +156,7 @@ fn every_wrong_line_is_named_with_its_value_and_range() {
     assert!(refused("plane =\n").starts_with("chair.toml:1:"));
 }
 
-/// One by one, in the order of the file, the scanner would refuse them.
+/// The scanner would refuse them in the order of the file.
 #[test]
 fn settings_that_only_fit_together_are_put_in_order() {
     let text = "first-angle = \"-100 deg\"\nangle-step = \"1 deg\"\nangle-count = 200\nmodule = \"sirad\"\n\

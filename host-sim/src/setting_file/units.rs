@@ -1,37 +1,37 @@
-//! Exact conversion between the whole numbers of commands and what people write.
+//! Exact conversion between the integers of commands and the notation of files.
 //!
-//! A command counts in the unit of the settings' table (`mount-height` in 0.01 mm); a file says `"0.4 m"`. Both ways
-//! are computed in whole numbers, so that a file that was read from a scanner sets the same bits again.
+//! A command counts in the unit of the settings' table (`mount-height` in 0.01 mm); a file contains `"0.4 m"`. Both
+//! conversions use integers, so that a file that was read from a scanner sets the same bits again.
 
 use stairscan::scanner::MICROSTEPS_PER_TURN;
 
-/// A unit that people write.
+/// A unit of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Written {
     /// Its name.
     pub name: &'static str,
-    /// Units of the command in one of it: numerator and denominator.
+    /// Command units in one of it: numerator and denominator.
     pub ratio: (i128, i128),
-    /// Written from this number of command units on; the last one is written below.
+    /// Minimum number of command units for which it is written; the last entry is also used below its own.
     pub from: i128,
 }
 
-/// How one unit of commands is written.
+/// Notation of one command unit.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// As the settings' table names it.
+    /// Name in the settings' table.
     pub name: &'static str,
-    /// Units that people may write; empty: a number without a unit.
+    /// Units that a file may use; empty: a number without a unit.
     pub written: &'static [Written],
     /// Command units in 1 of a number without a unit.
     pub one: i128,
-    /// Whether a value between two command units is rounded; otherwise it is refused.
+    /// Whether a value between two command units is rounded instead of refused.
     pub rounds: bool,
 }
 
-/// Not written by this program, but understood.
+/// Marks a unit that is read but never written.
 const NEVER: i128 = i128::MAX;
-/// Degrees of a turn.
+/// Degrees per turn.
 const TURN_DEG: i128 = 360;
 const MICROSTEPS: i128 = MICROSTEPS_PER_TURN as i128;
 
@@ -145,7 +145,7 @@ static UNITS: &[Unit] = &[
     unit("microsteps", &[]),
 ];
 
-/// Numbers that stand for a word, by key.
+/// Numbers that are written as a word, by key.
 const WORDS: &[(&str, i64, &str)] = &[
     ("mirror-echo", 0, "never"),
     ("mirror-level", 0, "never"),
@@ -156,7 +156,7 @@ const WORDS: &[(&str, i64, &str)] = &[
 const DATE: &str = "calibrated";
 
 impl Unit {
-    /// The unit that the settings' table names, for `key`.
+    /// Returns the unit with this name in the settings' table, for `key`.
     pub fn of(key: &str, name: &str) -> Option<&'static Self> {
         if name.is_empty() || key == DATE {
             return Some(&NUMBER);
@@ -164,7 +164,7 @@ impl Unit {
         UNITS.iter().find(|unit| unit.name == name)
     }
 
-    /// The word that stands for the number `value` of `key`, or its date.
+    /// Returns the word for the number `value` of `key`, or its date.
     pub fn word_of(&self, key: &str, value: &str) -> Option<String> {
         let number: i64 = value.parse().ok()?;
         let word = WORDS.iter().find(|word| (word.0, word.1) == (key, number));
@@ -180,7 +180,7 @@ impl Unit {
             .or_else(|| (key == DATE).then(date))
     }
 
-    /// `number` of a command as people write it.
+    /// Converts `number` of a command to the notation of files.
     pub fn shown(&self, number: i128) -> String {
         let of = |w: &&Written| number == 0 || number.abs() >= w.from;
         match self.written.iter().find(of) {
@@ -189,10 +189,10 @@ impl Unit {
         }
     }
 
-    /// The number of a command that `text` of a file stands for.
+    /// Converts `text` of a file to the number of a command.
     ///
     /// # Errors
-    /// What was expected instead.
+    /// The expected value.
     pub fn parse(&self, key: &str, text: &str) -> Result<i128, String> {
         let text = text.trim();
         if let Some(word) = WORDS.iter().find(|word| (word.0, word.2) == (key, text)) {
@@ -226,7 +226,7 @@ impl Unit {
         }
     }
 
-    /// What a value looks like.
+    /// Returns a description of the expected value.
     fn expected(&self) -> String {
         let names: Vec<&str> = self.written.iter().map(|w| w.name).collect();
         match names.first() {
@@ -240,7 +240,7 @@ impl Unit {
     }
 }
 
-/// `above / below` in decimal, exact where it ends within twelve places.
+/// Returns `above / below` in decimal, exact if it ends within twelve places.
 fn decimal(above: i128, below: i128) -> String {
     const PLACES: usize = 12;
     let sign = if above < 0 { "-" } else { "" };
@@ -255,7 +255,7 @@ fn decimal(above: i128, below: i128) -> String {
     format!("{sign}{}{dot}{places}", above / below)
 }
 
-/// The digits of a decimal as a whole number, and how many of them stand behind the point.
+/// Returns the digits of a decimal as an integer, and the number of decimal places.
 fn digits_of(text: &str) -> Option<(i128, u32)> {
     const MOST: usize = 24;
     let text = text.replace('_', "");
@@ -270,7 +270,7 @@ fn digits_of(text: &str) -> Option<(i128, u32)> {
     Some((number, u32::try_from(places.len()).ok()?))
 }
 
-/// `YYYY-MM-DD` as one number.
+/// Returns `YYYY-MM-DD` as one number.
 fn date(text: &str) -> Option<i128> {
     let parts: Vec<&str> = text.split('-').collect();
     let [year, month, day] = parts[..] else {

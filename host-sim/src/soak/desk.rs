@@ -1,4 +1,4 @@
-//! A scanner that goes on and on: stepped, typed at, and read.
+//! A scanner under continuous operation: runs its loop, sends commands, reads its lines.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,12 +13,13 @@ use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use super::stage::{Link, Shaft, Shared, Stage};
 use crate::volatile::{Volatile, identity};
 
-/// Time from step to step: any mirror has come to rest.
+/// Time between two steps of the loop; the mirror has settled by then.
 const STEP_US: u32 = 10_000;
-/// Steps within which a command is answered, or a scan of the longest schedule told, faults included.
+/// Maximum number of steps until a command is answered, or a scan of the longest schedule reported,
+/// including faults.
 const PATIENCE: u32 = 200_000;
 
-/// What the scanner borrows.
+/// Memory that the scanner borrows.
 pub struct ScannerMemory {
     pipeline: Box<Pipeline>,
     reports: Reports,
@@ -26,7 +27,7 @@ pub struct ScannerMemory {
 }
 
 impl ScannerMemory {
-    /// For a scanner that has not begun.
+    /// Memory for a new scanner.
     pub fn new() -> Self {
         Self {
             pipeline: Box::new(Pipeline::new()),
@@ -42,22 +43,22 @@ impl Default for ScannerMemory {
     }
 }
 
-/// A scan as it was told.
+/// A reported scan.
 #[derive(Clone, Debug)]
 pub struct Told {
     /// Its head.
     pub head: ScanLine,
-    /// All of its lines.
+    /// All of its lines, including the head.
     pub lines: Vec<String>,
 }
 
-/// The scanner and its stage.
+/// The scanner and its simulated environment.
 pub struct Desk<'a> {
-    /// What stands before it.
+    /// The simulated environment.
     pub stage: Rc<RefCell<Stage>>,
     scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
-    /// The scan that is being told.
+    /// The scan that is being reported.
     telling: Option<Told>,
     to_come: u8,
     told: Option<Told>,
@@ -65,7 +66,7 @@ pub struct Desk<'a> {
 }
 
 impl<'a> Desk<'a> {
-    /// A scanner that has just booted, and stands.
+    /// A scanner that has just booted and is stopped.
     pub fn new(memory: &'a mut ScannerMemory, stage: Stage, settings: Settings) -> Self {
         let stage = Rc::new(RefCell::new(stage));
         let shared = Shared(stage.clone());
@@ -94,10 +95,10 @@ impl<'a> Desk<'a> {
         self.scanner.scans()
     }
 
-    /// One step, and what it has brought.
+    /// Runs one step and processes its output.
     ///
     /// # Errors
-    /// Names a line that is no sentence, or a missed deadline.
+    /// A line that is not a sentence, or a missed deadline.
     pub fn step(&mut self) -> Result<()> {
         self.scanner.step(self.now);
         self.now = self.now.plus(STEP_US);
@@ -136,15 +137,15 @@ impl<'a> Desk<'a> {
         Ok(())
     }
 
-    /// The scan that was told last, if nobody has asked for it yet.
+    /// Takes the last reported scan.
     pub fn told(&mut self) -> Option<Told> {
         self.told.take()
     }
 
-    /// Steps until `done`.
+    /// Runs steps until `done`.
     ///
     /// # Errors
-    /// As [`Desk::step`], or that it did not come about.
+    /// Those of [`Desk::step`], or a timeout.
     pub fn until(&mut self, mut done: impl FnMut(&mut Self) -> bool) -> Result<()> {
         for _ in 0..PATIENCE {
             self.step()?;
@@ -155,15 +156,16 @@ impl<'a> Desk<'a> {
         bail!("stands still in state {}", self.scanner.state())
     }
 
-    /// Types what is to be answered some time, or not at all.
+    /// Sends a line without waiting for a reply.
     pub fn type_in(&mut self, line: &str) {
         self.stage.borrow_mut().typed.extend(line.bytes());
     }
 
-    /// Whether a command is carried out: its answer is no refusal. What was asked before is answered first.
+    /// Sends a command. Returns whether it was executed and not refused. Earlier commands are answered
+    /// first.
     ///
     /// # Errors
-    /// As [`Desk::until`].
+    /// Those of [`Desk::until`].
     pub fn command(&mut self, command: &str) -> Result<bool> {
         self.until(|desk| desk.stage.borrow().typed.is_empty())?;
         (0..100).try_for_each(|_| self.step())?;
@@ -179,7 +181,7 @@ impl<'a> Desk<'a> {
     }
 }
 
-/// Whether a line answers a command, and whether it was carried out.
+/// Returns whether the command was executed if a line is a reply to one.
 fn answer(line: &str) -> Option<bool> {
     match Sentence::parse(line).ok()? {
         Sentence::Done { .. } | Sentence::Config { .. } | Sentence::State { .. } => Some(true),

@@ -1,9 +1,9 @@
-//! One scanner over thousands of scans: other scenes, faults of the instrument, lost chirps, stalls, commands
-//! at any time. Every answer must be that of a pipeline that has never scanned before and is given the same
-//! chirps, scan number and settings; and the process's memory must stay what it is.
+//! Endurance test of one scanner over thousands of scans: changing scenes, faults of the instrument, lost chirps,
+//! stalls, commands at any time. Every answer must equal that of a new pipeline with the same chirps, scan number
+//! and settings. The memory of the process must not grow.
 //!
-//! A visit is one recording, scanned a few times there and back by a chair that is known to stand. It begins
-//! with `stop`, the recording's settings, `selftest` and `start`, and may end in the middle of a scan.
+//! A visit is one recording, scanned a few times forward and backward at standstill. It begins with `stop`, the
+//! recording's settings, `selftest` and `start`, and may end in the middle of a scan.
 
 mod desk;
 mod stage;
@@ -28,15 +28,15 @@ use crate::scene::random::Kind;
 use desk::{Desk, ScannerMemory, Told};
 use stage::{Plan, Reel, Stage};
 
-/// Stream of the soak's random numbers, apart from those of scenes and faults.
+/// Random stream of the test, separate from those of scenes and faults.
 const STREAM: u64 = 0x534F_414B;
-/// So many simulated recordings are kept; simulating one takes as long as some twenty scans.
+/// Maximum number of simulated recordings that are kept. Simulating one takes as long as about twenty scans.
 const KEPT: usize = 12;
-/// After so many visits one of them makes room for another.
+/// Number of visits after which one of them is replaced.
 const RENEWED: u64 = 10;
-/// So many lost rows together are a silent link to the sweep, were they the scan's last.
+/// Number of consecutive lost rows after which the sweep ends with a silent link, if they are the scan's last.
 const STREAK: usize = 8;
-/// Lines that must change nothing, whatever the scanner is at; those after it need no frame.
+/// Lines that must have no effect in any state of the scanner.
 const CHATTER: [&str; 9] = [
     "status",
     "version",
@@ -49,31 +49,31 @@ const CHATTER: [&str; 9] = [
     "hello",
 ];
 
-/// What came of it.
+/// Result of the test.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Scans that were told.
+    /// Number of reported scans.
     pub scans: u64,
-    /// `ok`, `degraded`, `fault`, as answered by the pipeline.
+    /// Numbers of `ok`, `degraded` and `fault`, as answered by the pipeline.
     pub statuses: [u64; 3],
-    /// Scans that a lost module or a stall ended.
+    /// Number of scans that ended with a lost module or a stall.
     pub ended: u64,
-    /// Scans with lost rows.
+    /// Number of scans with lost rows.
     pub lossy: u64,
-    /// Scans that `stop` ended.
+    /// Number of scans ended by `stop`.
     pub stopped: u64,
-    /// Scans of recordings with a fault of the instrument.
+    /// Number of scans of recordings with a fault of the instrument.
     pub faulty: u64,
-    /// Lines typed.
+    /// Number of lines sent.
     pub typed: u64,
-    /// What was not as a fresh scanner has it.
+    /// Differences from a new pipeline.
     pub differing: Vec<String>,
-    /// Most resident memory during the first half of the scans and during the second, bytes; 0 where the system does
-    /// not tell. It goes up and down with the recordings that are simulated: what leaks shows in the peaks.
+    /// Maximum resident memory during the first and the second half of the scans, bytes; 0 if the system does not
+    /// report it. It varies with the simulated recordings; a leak shows in the maxima.
     pub memory: [u64; 2],
 }
 
-/// Resident memory of this process, bytes.
+/// Returns the resident memory of this process, bytes.
 fn resident() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
@@ -81,7 +81,7 @@ fn resident() -> Option<u64> {
     Some(1024 * kib)
 }
 
-/// The recordings to visit.
+/// Recordings of the visits.
 struct Library {
     kept: Vec<Recording>,
     visits: u64,
@@ -89,7 +89,7 @@ struct Library {
 }
 
 impl Library {
-    /// A random one, at times with a fault of the instrument on it; whether there is one.
+    /// Returns a random recording, sometimes with a fault of the instrument, and whether it has one.
     fn choose(&mut self, random: &mut Random) -> Result<(Recording, bool)> {
         if self.kept.len() < KEPT && self.visits >= self.kept.len() as u64
             || self.visits.is_multiple_of(RENEWED)
@@ -113,7 +113,7 @@ impl Library {
     }
 }
 
-/// What goes wrong with the next scan of `rows` rows.
+/// Draws the disturbances of the next scan of `rows` rows.
 fn plan(random: &mut Random, rows: usize) -> Plan {
     let mut plan = Plan::default();
     match random.index(12) {
@@ -126,20 +126,20 @@ fn plan(random: &mut Random, rows: usize) -> Plan {
     plan
 }
 
-/// A scanner that goes on and on, and what it must say.
+/// The scanner under test and its expected state.
 struct Soak<'a> {
     desk: Desk<'a>,
     random: Random,
     tally: Tally,
     wanted: u64,
-    /// What the scanner was told so far.
+    /// Settings that the scanner has been given.
     config: Config,
 }
 
-/// Makes `scans` scans; `look` is told how many there are after each visit.
+/// Runs `scans` scans. `look` is called with their number after each visit.
 ///
 /// # Errors
-/// Names what is no answer at all: a line that is no sentence, a missed deadline, a refused setting.
+/// A line that is not a sentence, a missed deadline, or a refused setting.
 pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     let mut random = Random::new(seed, STREAM);
     let mut library = Library {
@@ -152,7 +152,7 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     let mut memory = ScannerMemory::new();
     let settings = Settings {
         motion: Mode::Standing,
-        // The stage's shaft is at once where it is sent.
+        // The simulated shaft moves without delay.
         sweep_mode: SweepMode::Stop,
         ..Settings::default()
     };
@@ -165,7 +165,7 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     };
     while soak.tally.scans < scans {
         let (recording, faulty) = library.choose(&mut soak.random)?;
-        // A fault may leave a bandwidth or a mount of which no scan can be made.
+        // A fault may leave a bandwidth or a mounting that cannot be scanned.
         if let Ok(reel) = Reel::new(&recording, &Config::default()) {
             let before = soak.tally.scans;
             soak.visit(Rc::new(reel))?;
@@ -189,7 +189,7 @@ impl Soak<'_> {
             self.scan(&reel)?;
         }
         if self.random.chance(0.3) {
-            // The next `stop` comes in the middle of a scan.
+            // The next `stop` falls in the middle of a scan.
             let before = self.desk.scans();
             let steps = self.random.index(1200);
             (0..steps).try_for_each(|_| self.desk.step())?;
@@ -198,10 +198,10 @@ impl Soak<'_> {
         Ok(())
     }
 
-    /// From one recording to another: the settings it brings, and a seed and an estimator of its own.
+    /// Changes to another recording: its settings, and a random seed and estimator.
     fn begin(&mut self, reel: &Rc<Reel>) -> Result<()> {
         ensure!(self.desk.command("stop")?, "stop: refused");
-        // What has been told of the scan before is of no more interest.
+        // The previous scan is discarded.
         self.desk.told();
         {
             let mut stage = self.desk.stage.borrow_mut();
@@ -218,7 +218,7 @@ impl Soak<'_> {
             config: self.config,
             ..Settings::default()
         };
-        // While the old module's settings hold, some values may be refused that fit the new one's.
+        // With the old module's settings some values that fit the new ones may be refused.
         for last in [false, true] {
             for key in own_keys() {
                 let value = wanted.get(key).unwrap_or_default();
@@ -243,7 +243,7 @@ impl Soak<'_> {
         }
     }
 
-    /// One scan, with some chatter and perhaps a setting for the next one in its midst.
+    /// Runs one scan, with lines without effect and sometimes a setting for the next scan during it.
     fn scan(&mut self, reel: &Reel) -> Result<()> {
         let begun = |desk: &mut Desk<'_>| !desk.stage.borrow().shown.is_empty();
         self.desk.until(begun)?;
@@ -276,7 +276,7 @@ impl Soak<'_> {
         Ok(())
     }
 
-    /// Holds what was told against what must be told.
+    /// Compares the reported with the expected lines.
     fn compare(
         &mut self,
         reel: &Reel,
@@ -317,13 +317,13 @@ impl Soak<'_> {
     }
 }
 
-/// The settings that a visit brings: those of [`Config`], less what the module says.
+/// Returns the settings of a visit: those of [`Config`] without the module's.
 fn own_keys() -> impl Iterator<Item = &'static &'static str> {
     Config::KEYS.iter().filter(|key| !key.starts_with("radar-"))
 }
 
-/// What a pipeline that has never scanned before tells of the same rows; `of` is the scan's number and the
-/// hash of its settings.
+/// Returns the lines that a new pipeline reports for the same rows. `of` is the scan's number and the hash of its
+/// settings.
 fn fresh(reel: &Reel, config: &Config, of: (u32, u32), shown: &[(usize, bool)]) -> Vec<String> {
     let mut pipeline = Box::new(Pipeline::new());
     if let Err(error) = pipeline.begin(config, of.0) {

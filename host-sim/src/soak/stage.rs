@@ -1,5 +1,5 @@
-//! What stands before the scanner: a recording that can be exchanged, and what goes wrong with module and
-//! mirror while it is scanned.
+//! Simulated environment of the scanner: an exchangeable recording, and disturbances of module and mirror
+//! during a scan.
 
 use std::cell::RefCell;
 use std::collections::{BTreeSet, VecDeque};
@@ -20,18 +20,18 @@ use crate::setup;
 
 /// A scan's chirps by row.
 pub struct Reel {
-    /// Of which recording.
+    /// Name of the recording.
     pub name: String,
-    /// What that brings.
+    /// Configuration of the recording.
     pub config: Config,
     chirps: Vec<Option<Vec<Iq>>>,
 }
 
 impl Reel {
-    /// The first scan of `recording`.
+    /// From the first scan of `recording`.
     ///
     /// # Errors
-    /// Names what in the recording no scan can be made of.
+    /// The recording cannot be scanned; the message names the cause.
     pub fn new(recording: &Recording, base: &Config) -> Result<Self> {
         setup::full_scans(recording)?;
         let (config, schedule) = setup::config(recording, 0, base)?;
@@ -51,7 +51,7 @@ impl Reel {
         })
     }
 
-    /// The chirp of row `row`.
+    /// Returns the chirp of a row.
     pub fn chirp(&self, row: usize) -> Option<&[Iq]> {
         self.chirps.get(row)?.as_deref()
     }
@@ -62,35 +62,35 @@ impl Reel {
     }
 }
 
-/// What goes wrong with one scan.
+/// Disturbances of one scan.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
-    /// Rows whose chirps never come.
+    /// Rows whose chirps are lost.
     pub lost: BTreeSet<usize>,
-    /// From the row of this place in the scan's order on, no chirp comes.
+    /// Position in the scan's order from which on no chirp is delivered.
     pub silent_from: Option<usize>,
-    /// At the row of this place the motor stalls, once.
+    /// Position in the scan's order at which the motor stalls once.
     pub stalls_at: Option<usize>,
 }
 
 /// Module, mirror and report port.
 pub struct Stage {
-    /// What is scanned.
+    /// The recording that is scanned.
     pub reel: Rc<Reel>,
-    /// What goes wrong with the present scan, and with the next one.
+    /// Disturbances of the current scan, and of the next one.
     pub plan: Plan,
-    /// The rows of the present scan in their order, and whether their chirps came.
+    /// Rows of the current scan in their order, and whether their chirps were delivered.
     pub shown: Vec<(usize, bool)>,
-    /// What is typed.
+    /// Input bytes of the report port.
     pub typed: VecDeque<u8>,
-    /// What was said, up to the last whole line.
+    /// Output of the report port up to the last complete line.
     pub printed: Vec<u8>,
-    /// Whether a scan has been asked for and no chirp of it yet.
+    /// Whether a scan has been requested but no chirp of it yet.
     asked: bool,
 }
 
 impl Stage {
-    /// Before the first scan of `reel`.
+    /// The state before the first scan of `reel`.
     pub fn new(reel: Rc<Reel>) -> Self {
         Self {
             reel,
@@ -102,7 +102,7 @@ impl Stage {
         }
     }
 
-    /// The chirp of `row`, if it comes.
+    /// Returns the chirp of `row` unless it is lost.
     fn show(&mut self, row: usize) -> Option<&[Iq]> {
         if self.shown.last().is_none_or(|&(last, _)| last != row) {
             self.shown.push((row, false));
@@ -118,18 +118,18 @@ impl Stage {
     }
 }
 
-/// One of the scanner's traits over the stage.
+/// Shared stage that implements one of the scanner's traits.
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<Stage>>);
 
-/// The module's link.
+/// Link to the simulated module.
 pub struct Link {
     stage: Shared,
     shaft_angle: i32,
 }
 
 impl Link {
-    /// The link to the stage's module.
+    /// A link to the stage's module.
     pub fn new(stage: Shared) -> Self {
         Self {
             stage,
@@ -169,7 +169,7 @@ impl RadarModule for Link {
     }
 }
 
-/// The shaft, which may stall.
+/// Simulated shaft that may stall.
 pub struct Shaft {
     shaft: SimShaft,
     stage: Shared,

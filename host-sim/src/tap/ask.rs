@@ -1,4 +1,4 @@
-//! The radar module itself on a port: this program asks in the scanner's place, with the scanner's own link.
+//! Acquires scans from a radar module at a port: this program takes the scanner's place, with the scanner's own link.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -19,15 +19,15 @@ use stairscan::signal::radar::{LinkError, RadarModule};
 use super::scans::Wire;
 use crate::live::port::passes;
 
-/// For one answer, µs: USB adapters wait up to 16 ms before they pass on what came.
+/// Timeout of one answer, µs. USB adapters wait up to 16 ms before they forward data.
 const TIMEOUT_US: u32 = 500_000;
-/// Further requests where one was not answered.
+/// Number of repetitions of a request without an answer.
 const RETRIES: u32 = 2;
 
-/// What went over a port since it was asked last.
+/// Bytes of a port with their direction, recorded since the last read.
 pub type Overheard = Rc<RefCell<Vec<(Wire, u8)>>>;
 
-/// A port whose bytes are overheard in both directions.
+/// A port that records its bytes in both directions.
 #[derive(Debug)]
 pub struct Tapped<P> {
     port: P,
@@ -35,7 +35,7 @@ pub struct Tapped<P> {
 }
 
 impl<P: BytePort> Tapped<P> {
-    /// Overhears `port`.
+    /// Records the bytes of `port`.
     pub fn new(port: P, overheard: Overheard) -> Self {
         Self { port, overheard }
     }
@@ -56,17 +56,17 @@ impl<P: BytePort> BytePort for Tapped<P> {
     }
 }
 
-/// Between two reads of a port that has gone.
+/// Interval between two reads of a port that has disappeared.
 const GONE: Duration = Duration::from_millis(20);
 
-/// A serial port as the link wants it.
+/// A serial port with the link's interface.
 pub struct Serial {
     port: Box<dyn SerialPort>,
     arrived: VecDeque<u8>,
 }
 
 impl Serial {
-    /// Over `port`, whose time-out is how long a look for a byte may take.
+    /// Uses `port`, whose timeout is the maximum duration of a read.
     pub fn new(port: Box<dyn SerialPort>) -> Self {
         let arrived = VecDeque::new();
         Self { port, arrived }
@@ -78,8 +78,8 @@ impl BytePort for Serial {
         if self.arrived.is_empty() {
             let mut buffer = [0; 1024];
             let read = self.port.read(&mut buffer);
-            // A port that has gone gives no bytes: then the link says that nothing came. It does so at once, and
-            // would be read as fast as this host can.
+            // A port that has disappeared returns no bytes, and the link reports a timeout. The read returns at once;
+            // without this pause the loop would use all of the processor.
             if !matches!(&read, Ok(1..)) && !matches!(&read, Err(e) if passes(e.kind())) {
                 std::thread::sleep(GONE);
             }
@@ -94,14 +94,14 @@ impl BytePort for Serial {
     }
 }
 
-/// So many rows lost one after the other end a scan, as the scanner's own.
+/// Number of consecutive lost rows that ends a scan, as in the scanner.
 const LOST_IN_A_ROW: u32 = 8;
 
-/// One scan: the module's settings, then a chirp at each of `angles` of the shaft (0.001°). `now` is asked for the time
-/// again and again; `stop` ends the scan.
+/// Acquires one scan: the module's settings, then a chirp at each of `angles` of the shaft (0.001°). `now` returns
+/// the current time; `stop` ends the scan.
 ///
 /// # Errors
-/// The module does not tell its settings, or falls silent. A single chirp that does not come is left to the tap to tell.
+/// The module does not report its settings, or stops answering. A single missing chirp is reported by the tap.
 pub fn scan(
     link: &mut dyn RadarModule,
     angles: &[i32],
@@ -137,7 +137,7 @@ pub fn scan(
     Ok(())
 }
 
-/// Asks until there is an answer, or enough.
+/// Repeats `ask` until it succeeds, at most [`RETRIES`] times.
 fn attempts<T>(mut ask: impl FnMut() -> Result<T, LinkError>) -> Result<T, LinkError> {
     let mut result = ask();
     for _ in 0..RETRIES {
@@ -149,7 +149,7 @@ fn attempts<T>(mut ask: impl FnMut() -> Result<T, LinkError>) -> Result<T, LinkE
     result
 }
 
-/// Polls until there is an answer; every question has its time-out.
+/// Polls until the result is ready. Every request has a timeout.
 fn wait<T>(mut poll: impl FnMut() -> Poll<Result<T, LinkError>>) -> Result<T, LinkError> {
     loop {
         if let Poll::Ready(result) = poll() {
@@ -172,7 +172,7 @@ fn explain(error: LinkError) -> String {
     }
 }
 
-/// The link over a port, overheard.
+/// Returns a link over a recorded port.
 pub fn link<P: BytePort>(port: P, overheard: &Overheard) -> FrameLink<Tapped<P>> {
     FrameLink::new(Tapped::new(port, overheard.clone()))
 }

@@ -1,4 +1,4 @@
-//! What the scanner said at its report port meanwhile: its settings, and its answers beside replay's.
+//! Lines of the scanner's report port during a tap: its settings, and its answers for comparison with replay.
 
 use std::collections::BTreeMap;
 
@@ -11,22 +11,22 @@ use super::gather::Mounting;
 use crate::live::Ms;
 use crate::recording::MirrorSetup;
 
-/// Two ports may be read so far apart, ms; scans take longer.
+/// Maximum difference between the read times of two ports, ms; scans take longer.
 const APART: Ms = 100;
 
-/// What was heard at the report port.
+/// Data of the report port.
 #[derive(Clone, Debug, Default)]
 pub struct Beside {
-    /// Each line and when it came.
+    /// Each line with its time of arrival.
     pub lines: Vec<(Ms, String)>,
     settings: BTreeMap<String, String>,
-    /// Answers, and when their heads came.
+    /// Answers with the times of arrival of their heads.
     answers: Vec<(Ms, Vec<String>)>,
     to_come: u8,
 }
 
 impl Beside {
-    /// Takes a line.
+    /// Processes a line.
     pub fn line(&mut self, at: Ms, line: &str) {
         self.lines.push((at, line.to_owned()));
         match Sentence::parse(line) {
@@ -47,16 +47,16 @@ impl Beside {
         }
     }
 
-    /// The answer to the scan that ended at `end`, before the next one ended.
+    /// Returns the answer to the scan that ended at `end`, if it arrived before the next scan ended.
     pub fn answer(&self, end: Ms, next: Option<Ms>) -> Option<&[String]> {
         let due = |at: Ms| at + APART >= end && next.is_none_or(|next| at + APART < next);
         let found = self.answers.iter().find(|(at, _)| due(*at));
         found.map(|(_, answer)| &answer[..])
     }
 
-    /// Sets what the scanner has told.
+    /// Applies the settings that the scanner has reported.
     fn tell(&self, settings: &mut Settings) {
-        // Angles only together, in whatever order they are valid.
+        // The angles are valid only in some orders: three passes cover them.
         for _ in 0..3 {
             for (key, value) in &self.settings {
                 let known = Settings::key(key);
@@ -65,7 +65,7 @@ impl Beside {
         }
     }
 
-    /// The scanner's settings as far as it has told them (`get`), and whether it has told how it is mounted.
+    /// Returns the scanner's settings as far as reported (`get`), and whether the mounting is among them.
     pub fn settings(&self) -> (Settings, bool) {
         let mut settings = Settings::default();
         self.tell(&mut settings);
@@ -76,7 +76,7 @@ impl Beside {
         )
     }
 
-    /// The angles and the chirp's duration that the scanner has told.
+    /// Returns the angles and the chirp's duration, if reported.
     fn told(&self) -> (Option<SweepConfig>, Option<u32>) {
         let (settings, _) = self.settings();
         let keys = ["first-angle", "angle-step", "angle-count"];
@@ -119,7 +119,8 @@ fn plane(text: &str) -> Result<Plane, String> {
     }
 }
 
-/// The mounting: as people say, else as the scanner has told, else that of the defaults; and what to tell of it.
+/// Returns the mounting and a remark on its source: the user's values, else those reported by the scanner, else the
+/// defaults.
 pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
     let (settings, told) = beside.settings();
     let mount = &settings.config.mount;
@@ -157,8 +158,8 @@ pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
     (mounting, note)
 }
 
-/// What replay needs beyond the recording to be the scanner that was tapped: configuration and motion mode, as far as
-/// the scanner has told them; the mode also as the word of `--motion`.
+/// Returns the configuration and motion mode with which replay reproduces the tapped scanner, as far as it has
+/// reported them. The mode is also returned as the value of `--motion`.
 pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
     let mut settings = Settings {
         config: *base,
@@ -169,12 +170,12 @@ pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
     (settings.config, settings.motion, word.unwrap_or_default())
 }
 
-/// How a replayed answer differs from the scanner's own; `None` if not at all.
+/// Returns the difference between a replayed answer and the scanner's own; `None` if there is none.
 pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> {
     if said == replayed {
         return None;
     }
-    // SCAN with neither number nor hash, the others without their scan's number.
+    // `SCAN` without number and hash, the other sentences without their scan's number.
     let bare = |lines: &[String]| -> Vec<String> {
         let body = |line: &String| {
             let body = line

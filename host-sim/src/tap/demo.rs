@@ -1,4 +1,4 @@
-//! A radar module without hardware: a thread that plays a recording at the other end of a pseudo-terminal.
+//! A simulated radar module: a thread that plays a recording at the other end of a pseudo-terminal.
 
 use std::io::{Read as _, Write as _};
 use std::path::Path;
@@ -16,27 +16,27 @@ use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::setup;
 
-/// A look for bytes takes so long.
+/// Timeout of a read.
 const LOOK: Duration = Duration::from_millis(5);
-/// Longer than a chirp takes on its way to a reader that is busy.
+/// Timeout of a write; longer than a chirp takes to a busy reader.
 const ANSWER: Duration = Duration::from_secs(10);
 
-/// The module, until it is dropped.
+/// The simulated module. Dropping it ends the thread.
 #[derive(Debug)]
 pub struct Demo {
-    /// Where it is asked.
+    /// Path of its port.
     pub port: String,
-    /// The angles that it knows chirps of.
+    /// Angles for which it has chirps.
     pub sweep: SweepConfig,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Demo {
-    /// Plays the first scan of the recording `path`, again and again.
+    /// Plays the first scan of the recording `path` repeatedly.
     ///
     /// # Errors
-    /// Names what in the recording no scan can be made of.
+    /// The recording cannot be scanned; the message names the cause.
     pub fn start(path: &Path, config: &Config) -> Result<Self> {
         let (recording, config) = (Recording::read(path)?, *config);
         Playback::new(&recording, &config)?;
@@ -46,7 +46,7 @@ impl Demo {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let thread = std::thread::spawn(move || {
-            // Open as long as the module plays: without it the master would hang up between two users.
+            // Kept open while the module plays: otherwise the master would hang up between two users.
             let _slave = slave;
             let Ok(playback) = Playback::new(&recording, &config) else {
                 return;

@@ -1,8 +1,8 @@
-//! Scans into recordings, as far as the format allows.
+//! Collects scans into recordings, within the limits of the format.
 //!
-//! A recording holds scans that follow each other, all with the same angles, to and fro. Whatever breaks that
-//! begins another recording: a scan with missing rows (which stands alone, without them), one that was left out,
-//! other settings of the module, a mirror that goes the same way twice.
+//! A recording contains consecutive scans of the same angles, alternately forward and backward. A new recording
+//! begins with: a scan with missing rows (which is a recording of its own, without them), the scan after one
+//! that was left out, other settings of the module, a second scan in the same direction.
 
 use stairscan::config::{RadarConfig, SweepConfig};
 
@@ -11,40 +11,40 @@ use super::sweep::{self, Sweep};
 use crate::live::Ms;
 use crate::recording::{Metadata, MirrorSetup, Recording};
 
-/// The fewest rows of a scan.
+/// Minimum number of rows of a scan.
 const FEWEST: usize = 3;
-/// A recording holds an hour at most.
+/// Maximum duration of a recording: one hour.
 const LONGEST: Ms = 3_600_000;
 
-/// What the link does not tell.
+/// Properties of the instrument that the link does not transmit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mounting {
-    /// How the scanner is mounted.
+    /// Mounting of the scanner.
     pub setup: MirrorSetup,
-    /// The angles that it is set to, if they are known.
+    /// Configured angles, if known.
     pub sweep: Option<SweepConfig>,
     /// Duration of a chirp, µs, if it is known.
     pub chirp_us: Option<u32>,
 }
 
-/// A recording and when its scans were made: first and last trigger of each.
+/// A recording with the times of its scans.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// The recording.
     pub recording: Recording,
-    /// First and last trigger of each scan.
+    /// Times of the first and last trigger of each scan.
     pub times: Vec<(Ms, Ms)>,
-    /// What its scans have in common.
+    /// Properties common to its scans.
     kind: RecordingKind,
-    /// Whether the last one went from the last angle to the first.
+    /// Whether the last scan went from the last angle to the first.
     backward: bool,
 }
 
-/// What scans of one recording have in common.
+/// Properties common to all scans of a recording.
 #[derive(Clone, Debug, PartialEq)]
 struct RecordingKind {
     radar: RadarConfig,
-    /// None where the angles follow no schedule.
+    /// `None` if the angles follow no schedule.
     sweep: Option<SweepConfig>,
     whole: bool,
 }
@@ -55,15 +55,15 @@ pub struct Gather {
     name: String,
     mounting: Mounting,
     parts: Vec<Part>,
-    /// Whether the next scan cannot follow the last one.
+    /// Whether the next scan cannot follow the last one in the same recording.
     broken: bool,
     scans: usize,
-    /// What people should know.
+    /// Remarks for the user.
     pub notes: Vec<String>,
 }
 
 impl Gather {
-    /// For recordings called `name`, `name-2` and so on.
+    /// A collector for recordings named `name`, `name-2` and so on.
     pub fn new(name: &str, mounting: Mounting) -> Self {
         Self {
             name: name.to_owned(),
@@ -75,7 +75,7 @@ impl Gather {
         }
     }
 
-    /// Scans that have been recorded.
+    /// Number of recorded scans.
     pub fn recorded(&self) -> usize {
         self.parts.iter().map(|part| part.times.len()).sum()
     }
@@ -85,7 +85,7 @@ impl Gather {
         self.parts
     }
 
-    /// Takes the next scan; what cannot be recorded is left out, and told in the notes.
+    /// Adds the next scan. A scan that cannot be recorded is left out, with a remark.
     pub fn take(&mut self, scan: &Scan) {
         self.scans += 1;
         if let Err(why) = self.record(scan) {
@@ -141,7 +141,7 @@ impl Gather {
         Ok(())
     }
 
-    /// Refuses a scan that ended before its last angle, where that is known.
+    /// Refuses a scan that ended before its last angle, if that angle is known.
     fn check_end(&self, found: Option<&Sweep>) -> Result<(), String> {
         let before = self.parts.last().and_then(|part| part.kind.sweep);
         let (Some(known), Some(found)) = (self.mounting.sweep.or(before), found) else {

@@ -1,28 +1,28 @@
-//! Bytes of one direction of the radar link, or of both in turn, into frames.
+//! Decodes frames from the bytes of one direction of the radar link, or of both directions in turn.
 
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::signal::radar::frame::{self, Decoder, Frame, FrameKind, Progress};
 
-/// A frame that was heard.
+/// A received frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Heard {
-    /// Scanner: what are you set to?
+    /// Scanner: request for the settings.
     Configure,
-    /// Scanner: one chirp, with the shaft at this angle, 0.001°.
+    /// Scanner: request for a chirp at this shaft angle, 0.001°.
     Trigger(i32),
-    /// Module: this.
+    /// Module: its settings.
     Settings(RadarConfig),
     /// Module: a chirp.
     Chirp(Vec<Iq>),
-    /// Module: it cannot, for this reason.
+    /// Module: error, with its code.
     Error(u8),
-    /// A frame whose payload is none of its kind.
+    /// A frame whose payload does not fit its kind.
     Malformed,
 }
 
 impl Heard {
-    /// None for what is about the wire and not about a scan.
+    /// Returns `None` for frames of the line itself (baud rate), which do not belong to a scan.
     fn of(frame: &Frame<'_>) -> Option<Self> {
         let payload = frame.payload;
         let heard = match frame.kind {
@@ -47,22 +47,22 @@ impl Heard {
 
 /// Finds the frames in a stream.
 ///
-/// The scanner's own [`Decoder`] begins anew with every request. A tap cannot, for it may hear the two directions
-/// one after the other: where a frame turns out to be damaged, it looks for another one within what it took
-/// for that frame, so that a few lost bytes cost no more than the frame that they were lost from.
+/// The scanner's own [`Decoder`] is reset with every request. A tap cannot do that, since it may receive the two
+/// directions one after the other. When a frame turns out to be damaged, the listener searches for another frame
+/// within its bytes, so that a few lost bytes cost only the frame that they were lost from.
 #[derive(Debug, Default)]
 pub struct Listener {
     decoder: Decoder,
-    /// What has come since the last whole frame.
+    /// Bytes since the last complete frame.
     pending: Vec<u8>,
-    /// How much of it the decoder has seen.
+    /// Number of these bytes that the decoder has processed.
     seen: usize,
-    /// Frames that were damaged, or bytes that looked like one's beginning.
+    /// Number of damaged frames, including bytes that looked like the beginning of one.
     pub damaged: u32,
 }
 
 impl Listener {
-    /// The frames that `bytes` complete, each with its sequence number.
+    /// Returns the frames that `bytes` complete, each with its sequence number.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<(u16, Heard)> {
         self.pending.extend(bytes);
         let mut heard = Vec::new();
@@ -85,20 +85,20 @@ impl Listener {
         heard
     }
 
-    /// Where the frame began that the decoder has given up.
+    /// Returns the offset of the frame that the decoder has rejected.
     fn beginning(&self) -> usize {
         let magic = self.pending.windows(2).position(|two| two == b"SR");
         magic.unwrap_or(0)
     }
 
-    /// Drops the first `count` bytes and looks at the rest anew.
+    /// Drops the first `count` bytes and decodes the rest again.
     fn skip(&mut self, count: usize) {
         self.pending.drain(..count.min(self.pending.len()));
         self.seen = 0;
         self.decoder.reset();
     }
 
-    /// Bytes that begin no frame need not be looked at again.
+    /// Drops the pending bytes if none of them can begin a frame.
     fn forget_garbage(&mut self) {
         let begun = self.pending.windows(2).any(|two| two == b"SR");
         if !begun && self.seen == self.pending.len() && self.pending.last() != Some(&b'S') {
@@ -148,7 +148,7 @@ mod tests {
                 bytes.extend(&garbage);
                 bytes.extend(frame(FrameKind::Trigger, k, &1000_i32.to_le_bytes()));
             }
-            // What garbage took for a frame's beginning has ended by then.
+            // Padding that completes a frame which garbage seemed to begin.
             bytes.extend([0; MAX_FRAME]);
             let mut listener = Listener::default();
             let mut heard = Vec::new();

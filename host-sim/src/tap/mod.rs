@@ -1,17 +1,18 @@
-//! A tap on the radar link: what scanner and module say to each other becomes a recording.
+//! A tap on the radar link: records the traffic between scanner and module.
 //!
 //! | module | what it is |
 //! |---|---|
-//! | [`listen`] | bytes of a direction into frames, however damaged |
-//! | [`scans`] | requests and answers into scans, row by row |
-//! | [`sweep`] | the schedule of angles that the triggers were made for |
-//! | [`gather`] | scans into recordings, as the format allows |
-//! | [`beside`] | what the scanner said meanwhile: its answers and settings |
-//! | [`unfinished`] | scans that have ended, kept in case the session is cut off |
-//! | [`demo`] | a module without hardware, at a pseudo-terminal |
-//! | [`ask`] | the module itself on a port: this program asks in the scanner's place |
+//! | [`listen`] | decodes frames from the bytes of a direction, also damaged ones |
+//! | [`scans`] | assembles requests and answers into scans, row by row |
+//! | [`sweep`] | finds the schedule of angles behind the triggers |
+//! | [`gather`] | collects scans into recordings, within the limits of the format |
+//! | [`beside`] | the scanner's report port meanwhile: its answers and settings |
+//! | [`unfinished`] | completed scans, kept in case the session is interrupted |
+//! | [`demo`] | a simulated module at a pseudo-terminal |
+//! | [`ask`] | acquires scans from a module; this program takes the scanner's place |
 //!
-//! Nothing is ever made up: a row whose chirp the tap did not hear whole is missing in the recording, and told.
+//! No data are invented: a row whose chirp was not received completely is missing in the recording, and
+//! reported.
 
 pub mod ask;
 pub mod beside;

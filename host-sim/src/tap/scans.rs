@@ -1,4 +1,4 @@
-//! Requests and answers into scans, row by row.
+//! Assembles requests and answers into scans, row by row.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -9,13 +9,13 @@ use stairscan::config::RadarConfig;
 use super::listen::{Heard, Listener};
 use crate::live::Ms;
 
-/// Answers that may come before the tap has heard their request: ports are read one after the other, and a busy
-/// machine may read one of them half a second late.
+/// Maximum number of answers that may be read before their request. The ports are read one after the other, and
+/// a busy machine may read one of them half a second late.
 const EARLY: usize = 64;
-/// One that waits longer than that, ms, belongs to a request that was not heard: numbers come again.
+/// Time after which such an answer is assigned to a lost request, ms: sequence numbers repeat.
 const WAITS: Ms = 1_000;
 
-/// A request and what came back.
+/// A request with its answer.
 #[derive(Clone, Debug)]
 struct Asked {
     sequence: u16,
@@ -25,13 +25,13 @@ struct Asked {
     answer: Option<Heard>,
 }
 
-/// A scan that is being heard: a question for the settings, and the triggers up to the next such question.
+/// A scan that is being received: a request for the settings, and the triggers up to the next such request.
 #[derive(Clone, Debug)]
 struct Draft {
-    /// The number of the question; none where the tap began within the scan.
+    /// Sequence number of the settings request; `None` if the tap began during the scan.
     question: Option<u16>,
     radar: Option<RadarConfig>,
-    /// What the module was set to before.
+    /// Settings of the module before this scan.
     before: Option<RadarConfig>,
     triggers: Vec<Asked>,
 }
@@ -41,20 +41,20 @@ struct Draft {
 pub struct Row {
     /// Angle of the shaft, 0.001°.
     pub angle: i32,
-    /// When it was triggered last.
+    /// Time of its last trigger.
     pub at: Ms,
-    /// The chirp that the scanner got, if the tap heard it whole.
+    /// The chirp that the scanner received; `None` if the tap did not receive it completely.
     pub chirp: Option<Vec<Iq>>,
 }
 
-/// What went wrong while a scan was heard.
+/// Losses during a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Losses {
-    /// Triggers to which no intact answer was heard.
+    /// Number of triggers without an intact answer.
     pub unanswered: u32,
-    /// Answers of the module that it cannot.
+    /// Number of error answers of the module.
     pub refused: u32,
-    /// Chirps with another number of samples than the module is set to.
+    /// Number of chirps whose number of samples differs from the module's settings.
     pub misshapen: u32,
 }
 
@@ -73,42 +73,42 @@ impl fmt::Display for Losses {
     }
 }
 
-/// A scan as the tap heard it.
+/// A scan as received by the tap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
-    /// What the module is set to; `None` where that was never heard.
+    /// Settings of the module; `None` if they were never received.
     pub radar: Option<RadarConfig>,
-    /// Whether it has said so for this scan; else it is what it said before.
+    /// Whether the settings were received for this scan; otherwise they are those of an earlier one.
     pub settings_heard: bool,
-    /// Whether its beginning was heard.
+    /// Whether its beginning was received.
     pub begun: bool,
-    /// Its rows, in the order in which they were triggered.
+    /// Its rows, in the order of their triggers.
     pub rows: Vec<Row>,
-    /// What went wrong.
+    /// Losses.
     pub losses: Losses,
 }
 
 impl Scan {
-    /// Rows whose chirp was heard.
+    /// Returns the rows with a chirp.
     pub fn heard(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
         let rows = self.rows.iter();
         rows.filter_map(|row| Some((row, row.chirp.as_deref()?)))
     }
 
-    /// Rows whose chirp was not.
+    /// Returns the number of rows without a chirp.
     pub fn lost(&self) -> usize {
         self.rows.len() - self.heard().count()
     }
 }
 
-/// Which wire bytes were heard on.
+/// Source of received bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wire {
     /// From scanner to module.
     ToModule,
     /// From module to scanner.
     FromModule,
-    /// Both on one port: the link is never used both ways at once.
+    /// Both on one port: the link is half-duplex.
     Both,
 }
 
@@ -118,17 +118,17 @@ pub struct Tap {
     wires: [Listener; 3],
     drafts: VecDeque<Draft>,
     early: VecDeque<(Ms, u16, Heard)>,
-    /// What the module said last of its settings.
+    /// Last settings that the module reported.
     radar: Option<RadarConfig>,
-    /// Answers to requests that the tap did not hear.
+    /// Number of answers whose requests were not received.
     strays: u32,
     done: VecDeque<Scan>,
-    /// When a frame was heard last.
+    /// Time of the last frame.
     heard: Option<Ms>,
 }
 
 impl Tap {
-    /// Takes what was heard at `now`.
+    /// Processes bytes received at `now`.
     pub fn push(&mut self, now: Ms, wire: Wire, bytes: &[u8]) {
         for (sequence, heard) in self.wires[wire as usize].push(bytes) {
             self.heard = Some(now);
@@ -142,7 +142,7 @@ impl Tap {
                     continue;
                 }
             }
-            // Its answer may have been read first.
+            // Its answer may have been read before it.
             self.forget_early(now);
             if let Some(place) = self.early.iter().position(|early| early.1 == sequence)
                 && let Some((_, sequence, answer)) = self.early.remove(place)
@@ -152,36 +152,36 @@ impl Tap {
         }
     }
 
-    /// The next scan of which everything has been heard.
+    /// Returns the next complete scan.
     pub fn scan(&mut self) -> Option<Scan> {
         self.done.pop_front()
     }
 
-    /// Nothing more comes, or nothing more of this scan: what has been heard is all.
+    /// Completes all scans: no more data will be received for them.
     pub fn end(&mut self) {
         while let Some(draft) = self.drafts.pop_front() {
             self.finish(draft);
         }
     }
 
-    /// When a frame was heard last.
+    /// Returns the time of the last frame.
     pub fn heard(&self) -> Option<Ms> {
         self.heard
     }
 
-    /// Frames that came damaged, on all wires.
+    /// Returns the number of damaged frames on all wires.
     pub fn damaged(&self) -> u32 {
         self.wires.iter().map(|wire| wire.damaged).sum()
     }
 
-    /// Answers to requests that the tap did not hear.
+    /// Returns the number of answers whose requests were not received.
     pub fn strays(&self) -> u32 {
         self.strays + self.early.len() as u32
     }
 
     fn trigger(&mut self, now: Ms, sequence: u16, angle: i32) {
         if self.drafts.is_empty() {
-            // The tap begins within a scan.
+            // The tap began during a scan.
             self.begin(None);
         }
         if let Some(draft) = self.drafts.back_mut() {
@@ -212,7 +212,7 @@ impl Tap {
         self.early.push_back((now, sequence, answer));
     }
 
-    /// Gives up answers whose requests do not come any more.
+    /// Discards answers whose requests have not been received in time.
     fn forget_early(&mut self, now: Ms) {
         let late = |early: &mut (Ms, u16, Heard)| now.saturating_sub(early.0) > WAITS;
         while self.early.pop_front_if(late).is_some() {
@@ -220,7 +220,7 @@ impl Tap {
         }
     }
 
-    /// Puts an answer to its request; gives it back where there is none.
+    /// Assigns an answer to its request; returns it if there is none.
     fn answer(&mut self, sequence: u16, answer: Heard) -> Option<Heard> {
         for (place, draft) in self.drafts.iter_mut().enumerate().rev() {
             if draft.question == Some(sequence) {
@@ -238,7 +238,7 @@ impl Tap {
             } else {
                 continue;
             }
-            // The module answers in order: of the scans before, all has been heard.
+            // The module answers in order: the scans before are complete.
             for draft in self.drafts.drain(..place).collect::<Vec<_>>() {
                 self.finish(draft);
             }
@@ -247,7 +247,8 @@ impl Tap {
         Some(answer)
     }
 
-    /// Turns a draft into a scan. A question without triggers was none of a scan: a self-test, or a retry.
+    /// Completes a draft. A settings request without triggers does not belong to a scan: it is a self-test or a
+    /// retry.
     fn finish(&mut self, draft: Draft) {
         if draft.triggers.is_empty() {
             return;
@@ -271,7 +272,7 @@ impl Tap {
                 chirp,
             };
             match rows.last_mut() {
-                // A retry: what came before it was not taken, or came too late.
+                // A retry: the previous answer was rejected or late.
                 Some(last) if last.angle == row.angle => *last = row,
                 _ => rows.push(row),
             }
@@ -338,12 +339,12 @@ mod tests {
     fn the_last_attempt_at_a_row_counts() {
         let mut tap = Tap::default();
         settings(&mut tap, 0, 1, &RADAR);
-        // Late: the scanner had asked again.
+        // Late: the scanner had already repeated the request.
         trigger(&mut tap, 1, 2, 0);
         trigger(&mut tap, 2, 3, 0);
         chirp(&mut tap, 3, 2, 2);
         chirp(&mut tap, 4, 3, 3);
-        // Late, and then nothing: the scanner had given it up.
+        // Late, and then nothing: the scanner had given the row up.
         trigger(&mut tap, 5, 4, 250);
         trigger(&mut tap, 6, 5, 250);
         chirp(&mut tap, 7, 4, 4);
@@ -366,7 +367,7 @@ mod tests {
     fn a_number_that_comes_again_gets_no_old_chirp() {
         let mut tap = Tap::default();
         settings(&mut tap, 0, 1, &RADAR);
-        // Its request was not heard.
+        // Its request was not received.
         chirp(&mut tap, 10, 7, 99);
         trigger(&mut tap, 5_000, 7, 0);
         tap.end();

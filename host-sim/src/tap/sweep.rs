@@ -1,19 +1,19 @@
-//! The schedule of angles that triggers were made for.
+//! Finds the schedule of angles behind the triggers.
 //!
-//! A trigger carries the angle that the shaft has on its microstep, up to 0.0035° beside the scheduled one. A
-//! recording of those angles would be another scan: its schedule would begin elsewhere, and rows would fall on
-//! other microsteps. So the schedule is looked for that falls on all of these microsteps, the roundest one where
-//! several do; rows of either are the same.
+//! A trigger contains the shaft's angle on its microstep, which differs from the scheduled angle by up to 0.0035°.
+//! A recording with those angles would be another scan: its schedule would begin elsewhere, and rows would fall on
+//! other microsteps. Therefore the schedule is searched that falls on all of these microsteps. If there are
+//! several, the one with the roundest numbers is taken; the rows are the same.
 
 use stairscan::config::{Plane, SweepConfig};
 use stairscan::schedule::{microsteps, shaft_angle};
 
-/// How far a scheduled angle may lie from its microstep, 0.001°, rounded up.
+/// Maximum difference between a scheduled angle and its microstep, 0.001°, rounded up.
 const OFF: i32 = 4;
-/// Divisors of round angles, 0.001°, the roundest first.
+/// Divisors of round angles, 0.001°, roundest first.
 const ROUND: [i32; 8] = [10_000, 5_000, 1_000, 500, 250, 100, 10, 1];
 
-/// The schedule, and which row of it each trigger was.
+/// A schedule with the row of each trigger.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
     /// First angle, step and count.
@@ -22,8 +22,8 @@ pub struct Sweep {
     pub rows: Vec<usize>,
 }
 
-/// The schedule behind `angles` of the shaft (0.001°, in the order of their triggers); `None` where none falls on
-/// all of them, as for a motor with other steps.
+/// Returns the schedule behind `angles` of the shaft (0.001°, in the order of the triggers); `None` if no schedule
+/// falls on all of them, for example for a motor with other steps.
 pub fn schedule(angles: &[i32], plane: Plane) -> Option<Sweep> {
     let beams: Vec<i32> = angles.iter().map(|angle| beam(*angle, plane)).collect();
     let places = places(&beams)?;
@@ -52,7 +52,7 @@ pub fn schedule(angles: &[i32], plane: Plane) -> Option<Sweep> {
     })
 }
 
-/// Whether `config` falls on all `angles`, and with which rows.
+/// Returns the rows of `angles` if `config` falls on all of them.
 pub fn follows(config: &SweepConfig, angles: &[i32], plane: Plane) -> Option<Sweep> {
     let row = |angle: &i32| {
         let along = beam(*angle, plane) - config.first_angle + config.angle_step / 2;
@@ -75,13 +75,14 @@ pub fn beam(angle: i32, plane: Plane) -> i32 {
     }
 }
 
-/// Angle of the shaft on the microstep of a row, 0.001°.
+/// Returns the shaft angle on the microstep of a row, 0.001°.
 fn on_shaft(config: &SweepConfig, row: usize, plane: Plane) -> i32 {
     let angle = config.first_angle + config.angle_step * row as i32;
     shaft_angle(microsteps(beam(angle, plane)))
 }
 
-/// Rows by the usual difference of neighbours, from the lowest angle on; `None` where the angles do not go one way.
+/// Returns the rows from the median difference of neighbours, starting at the lowest angle; `None` if the angles
+/// are not monotonic.
 fn places(beams: &[i32]) -> Option<Vec<usize>> {
     let differences: Vec<i32> = beams.windows(2).map(|two| two[1] - two[0]).collect();
     let rising = *differences.first()? > 0;
@@ -103,7 +104,7 @@ fn places(beams: &[i32]) -> Option<Vec<usize>> {
     Some(places)
 }
 
-/// How round an angle is: 0 for the roundest.
+/// Returns the roundness of an angle: 0 for the roundest.
 fn round(angle: i32) -> usize {
     let place = ROUND.iter().position(|divisor| angle % divisor == 0);
     place.unwrap_or(ROUND.len())
@@ -131,7 +132,7 @@ mod tests {
             let found = schedule(&angles, plane).unwrap();
             assert_eq!(found.config, config);
             assert_eq!(found.rows, (0..281).collect::<Vec<_>>());
-            // The other way round, and with rows missing.
+            // In the other direction, and with missing rows.
             angles.reverse();
             angles.drain(100..103);
             let found = schedule(&angles, plane).unwrap();

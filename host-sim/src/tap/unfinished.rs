@@ -1,5 +1,5 @@
-//! What a session leaves where it is cut off: each scan that has ended, as a recording of its own, in a directory that
-//! goes when the session's own recordings are written.
+//! Scans of a session that may be interrupted: each completed scan is written as a recording of its own, to a
+//! directory that is removed when the session's final recordings are written.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::gather::{Gather, Mounting};
 use super::scans::Scan;
 use crate::recording::{DATA_SUFFIX, meta_path, name_of};
 
-/// Scans that have ended, of a session that goes on.
+/// Completed scans of a running session.
 #[derive(Debug)]
 pub struct Unfinished {
     dir: PathBuf,
@@ -21,10 +21,10 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Of the session that will write `output`: in `NAME.unfinished` beside it.
+    /// Begins the directory `NAME.unfinished` beside `output`, the final recording of the session.
     ///
     /// # Errors
-    /// A directory of that name that holds the scans of another session.
+    /// The directory exists and contains the scans of another session.
     pub fn begin(output: &Path) -> Result<Self> {
         let name = name_of(&meta_path(output));
         let dir = output.with_file_name(format!("{name}.unfinished"));
@@ -42,10 +42,10 @@ impl Unfinished {
         })
     }
 
-    /// Writes a scan; one that cannot be recorded is left out.
+    /// Writes a scan. A scan that cannot be recorded is left out.
     ///
     /// # Errors
-    /// Names the file that cannot be written.
+    /// The file cannot be written; the message names it.
     pub fn keep(&mut self, scan: &Scan, mounting: Mounting) -> Result<()> {
         self.scans += 1;
         let name = format!("{}-scan{:04}", self.name, self.scans);
@@ -61,10 +61,10 @@ impl Unfinished {
         Ok(())
     }
 
-    /// Takes the directory away: all of its scans stand in the session's own recordings.
+    /// Removes the directory, after the final recordings have been written.
     ///
     /// # Errors
-    /// Names the file that cannot be removed.
+    /// A file cannot be removed; the message names it.
     pub fn done(self) -> Result<()> {
         let remove =
             |path: PathBuf| fs::remove_file(&path).with_context(|| format!("{}", path.display()));

@@ -1,5 +1,5 @@
-//! The diagram of who imports whom, folder by folder, in docs/architecture.md: made from the imports, compared with
-//! them, and searched for circles.
+//! The diagram of imports between folders in docs/architecture.md: generated from the imports, compared with them,
+//! and searched for cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use super::graph::Graph;
 use super::sources::File;
 
-/// A node: its name, and the folders and files of `src/` that it stands for.
+/// A node: its name, and the folders and files of `src/` that it represents.
 pub type Part = (&'static str, &'static [&'static str]);
 /// A layer of the diagram: its title and its nodes.
 pub type Layer = (&'static str, &'static [Part]);
@@ -15,14 +15,14 @@ pub type Layer = (&'static str, &'static [Part]);
 /// Importing and imported node, with the first import.
 type Arrows = BTreeMap<(String, String), String>;
 
-/// The node that a file belongs to; `None` for what is left out.
+/// Returns the node that a file belongs to; `None` for files that are left out.
 fn part_of(layers: &[Layer], file: &File) -> Option<&'static str> {
     let parts = layers.iter().flat_map(|(_, parts)| *parts);
     let mut found = parts.filter(|(_, folders)| folders.iter().any(|folder| file.is_in(folder)));
     found.next().map(|(name, _)| *name)
 }
 
-/// The folders of `src/` that no node and none of `left_out` stands for.
+/// Returns the folders of `src/` that belong to no node and are not in `left_out`.
 pub fn forgotten(layers: &[Layer], left_out: &[&str], files: &[File]) -> Vec<String> {
     let mut folders = BTreeSet::new();
     for file in files {
@@ -35,7 +35,7 @@ pub fn forgotten(layers: &[Layer], left_out: &[&str], files: &[File]) -> Vec<Str
     folders.into_iter().collect()
 }
 
-/// The imports between nodes.
+/// Returns the imports between nodes.
 fn imports(layers: &[Layer], graph: &Graph<'_>) -> Arrows {
     let mut arrows = Arrows::new();
     for (from, to, place) in graph.imports() {
@@ -49,7 +49,7 @@ fn imports(layers: &[Layer], graph: &Graph<'_>) -> Arrows {
     arrows
 }
 
-/// The shortest way along `arrows` from `start` back to it.
+/// Returns the shortest path along `arrows` from `start` back to it.
 fn circle<'a>(arrows: &'a Arrows, start: &'a str) -> Option<Vec<&'a str>> {
     let mut ways = vec![vec![start]];
     let mut seen = BTreeSet::new();
@@ -71,8 +71,8 @@ fn circle<'a>(arrows: &'a Arrows, start: &'a str) -> Option<Vec<&'a str>> {
     None
 }
 
-/// For every node that imports itself, directly or through others: a shortest circle, with an import for each of its
-/// arrows. Each is told once.
+/// Returns for every node that imports itself, directly or through others, a shortest cycle with an import for each
+/// of its arrows. Each cycle is reported once.
 pub fn circles(layers: &[Layer], graph: &Graph<'_>) -> Vec<String> {
     let arrows = imports(layers, graph);
     let mut told = BTreeSet::new();
@@ -95,7 +95,7 @@ pub fn circles(layers: &[Layer], graph: &Graph<'_>) -> Vec<String> {
     found
 }
 
-/// The block of mermaid that shows them.
+/// Returns the mermaid block of the diagram.
 fn block(layers: &[Layer], arrows: &Arrows) -> String {
     let mut out = String::from("```mermaid\nflowchart TB\n");
     for (k, (title, parts)) in layers.iter().enumerate() {
@@ -115,7 +115,7 @@ fn block(layers: &[Layer], arrows: &Arrows) -> String {
     out + "```\n"
 }
 
-/// The arrows that a document's diagram draws.
+/// Returns the arrows of a document's diagram.
 fn drawn(document: &str) -> BTreeSet<(String, String)> {
     let block = document.split("```mermaid\n").nth(1).unwrap_or("");
     let block = block.split("```").next().unwrap_or("");
@@ -128,7 +128,7 @@ fn drawn(document: &str) -> BTreeSet<(String, String)> {
     arrows
 }
 
-/// Where `document` differs from the imports, followed by the block that it should hold; nothing where they agree.
+/// Returns the differences between `document` and the imports, followed by the correct block; empty if they agree.
 pub fn differences(layers: &[Layer], graph: &Graph<'_>, document: &str) -> Vec<String> {
     let (imports, drawn) = (imports(layers, graph), drawn(document));
     let mut found = Vec::new();
@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(found("No diagram.").len(), 3);
     }
 
-    /// The circles among three folders: `b` imports `c`, whose source is `text`.
+    /// Returns the cycles among three folders: `b` imports `c`, whose source is `text`.
     fn round(text: &str) -> Vec<String> {
         let sources = Sources::new(
             "stairscan",

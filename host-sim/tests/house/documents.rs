@@ -1,18 +1,18 @@
-//! Links of the documents: each leads to a file, and to a heading of it where it names one.
+//! Checks the links of the documents: each leads to a file and, if it names one, to a heading.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
-/// A document's links, and its headings as links name them.
+/// A document's links, and the anchors of its headings.
 struct Document {
     path: PathBuf,
     links: Vec<String>,
     anchors: Vec<String>,
 }
 
-/// A heading as a link names it: letters, digits and hyphens, a hyphen for each space.
+/// Returns the anchor of a heading: letters, digits and hyphens, a hyphen for each space.
 fn anchor(heading: &str) -> String {
     let kept = |c: char| match c {
         ' ' => Some('-'),
@@ -57,7 +57,7 @@ impl Document {
     }
 }
 
-/// Every link that leads nowhere, with the document that it is in.
+/// Returns all broken links, with their documents.
 pub fn dead_links(root: &Path, documents: &[PathBuf]) -> Vec<String> {
     let read: Vec<Document> = documents.iter().map(|path| Document::read(path)).collect();
     assert!(

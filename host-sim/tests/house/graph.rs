@@ -1,7 +1,7 @@
-//! Who imports whom, file by file: from `use` and from paths within the code, tests left out.
+//! Import graph by file: from `use` and from paths within the code, without tests.
 //!
-//! A name that a file passes on (`pub use`) counts as the file's that defines it, for who imports it;
-//! the passing on is an import, too.
+//! A re-exported name (`pub use`) counts for its importers as the name of the file that defines it. The
+//! re-export itself also counts as an import.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -11,7 +11,7 @@ use syn::visit::{self, Visit};
 
 use super::sources::{File, Sources, attributes, is_test};
 
-/// Deepest chain of names passed on.
+/// Maximum length of a chain of re-exports.
 const PASSED_ON: usize = 8;
 
 /// The files and their imports.
@@ -50,8 +50,8 @@ impl<'a> Graph<'a> {
         format!("{from}:{line} imports {to}")
     }
 
-    /// For every file that imports itself round a circle within the files that `within` keeps: a
-    /// shortest circle, each told once.
+    /// Returns for every file that imports itself through the files that `within` selects a shortest
+    /// cycle; each cycle is reported once.
     pub fn circles(&self, within: impl Fn(&File) -> bool) -> Vec<String> {
         let mut told = BTreeSet::new();
         let mut circles = Vec::new();
@@ -69,7 +69,7 @@ impl<'a> Graph<'a> {
         circles
     }
 
-    /// A shortest way from `start` back to it.
+    /// Returns a shortest path from `start` back to it.
     fn circle(&self, start: usize, within: &impl Fn(&File) -> bool) -> Option<Vec<usize>> {
         let mut before: BTreeMap<usize, usize> = BTreeMap::new();
         let mut queue = VecDeque::from([start]);
@@ -92,7 +92,7 @@ impl<'a> Graph<'a> {
         None
     }
 
-    /// The imports from a folder of `way` into a later one.
+    /// Returns the imports from a folder of `way` into a later one.
     pub fn arrows_back(&self, way: &[&str]) -> Vec<String> {
         let place = |file: usize| way.iter().position(|folder| self.files[file].is_in(folder));
         let arrows = self.arrows.iter();
@@ -106,7 +106,7 @@ impl<'a> Graph<'a> {
 }
 
 impl Graph<'_> {
-    /// Every import: the importing file, the imported one, and where it stands.
+    /// Returns all imports: the importing file, the imported one, and the place.
     pub fn imports(&self) -> impl Iterator<Item = (&File, &File, String)> {
         let arrows = self.arrows.iter();
         let arrows = arrows.flat_map(|(from, tos)| tos.keys().map(move |to| (*from, *to)));
@@ -114,13 +114,13 @@ impl Graph<'_> {
     }
 }
 
-/// Where names are defined.
+/// Definitions of names.
 struct Index {
-    /// The file that a module is.
+    /// The file of each module.
     modules: BTreeMap<Vec<String>, usize>,
-    /// Names that a module passes on, and what they stand for.
+    /// Names that a module re-exports, and their targets.
     passed_on: BTreeMap<Vec<String>, BTreeMap<String, Vec<String>>>,
-    /// Modules all of whose names a module passes on.
+    /// Modules that a module re-exports completely (`*`).
     all_of: BTreeMap<Vec<String>, Vec<Vec<String>>>,
     /// Names that a module defines.
     defined: BTreeMap<Vec<String>, BTreeSet<String>>,
@@ -135,7 +135,7 @@ impl Index {
             defined: BTreeMap::new(),
         };
         for (k, file) in sources.files.iter().enumerate() {
-            // `lib.rs` comes before `main.rs`, and is what `crate` means nearly everywhere.
+            // `lib.rs` comes before `main.rs`, and is the usual meaning of `crate`.
             index.modules.entry(file.module.clone()).or_insert(k);
             for item in &file.syntax.items {
                 match item {
@@ -164,7 +164,7 @@ impl Index {
         index
     }
 
-    /// The file in which what `path` (from the crate's root) leads to is defined.
+    /// Returns the file that defines the target of `path` (from the crate's root).
     fn resolve(&self, path: &[String], deep: usize) -> Option<usize> {
         let length = (0..=path.len())
             .rev()
@@ -200,7 +200,7 @@ fn name_of(item: &syn::Item) -> Option<String> {
     })
 }
 
-/// The paths of a `use`, each with the name that it gets; `None` for all names of a module.
+/// Returns the paths of a `use`, each with its local name; `None` for all names of a module.
 fn leaves(tree: &syn::UseTree) -> Vec<(Vec<String>, Option<String>)> {
     match tree {
         syn::UseTree::Path(path) => {
@@ -224,8 +224,8 @@ fn leaves(tree: &syn::UseTree) -> Vec<(Vec<String>, Option<String>)> {
     }
 }
 
-/// `path`, as written in `module` of the crate `name`, from the crate's root. Names of other crates lead
-/// nowhere, since no module has them. The crate's own name is what its binary calls it.
+/// Converts `path`, as written in `module` of the crate `name`, to a path from the crate's root. Names
+/// of other crates lead nowhere, since no module has them. The binary uses the crate's own name.
 fn absolute(name: &str, module: &[String], path: &[String]) -> Vec<String> {
     let mut base = module.to_vec();
     let mut rest = path;
@@ -255,14 +255,14 @@ struct Collector<'a> {
 
 impl Collector<'_> {
     fn add(&mut self, path: &[String], line: usize) {
-        // A name alone is brought by a `use`, which counts itself.
+        // A single name comes from a `use`, which is counted separately.
         if path.len() > 1 || path.first().is_some_and(|p| p == "super") {
             self.paths
                 .push((absolute(self.name, &self.module, path), line));
         }
     }
 
-    /// What stands in a macro's call, which is no syntax tree: names joined by `::`.
+    /// Searches the arguments of a macro call, which are not parsed, for names joined by `::`.
     fn tokens(&mut self, tokens: TokenStream) {
         let mut path: Vec<String> = Vec::new();
         let mut line = 0;
@@ -309,7 +309,7 @@ impl<'ast> Visit<'ast> for Collector<'_> {
 
     fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
         for (path, _) in leaves(&item.tree) {
-            // A lone name is a crate, or a module of this file.
+            // A single name is a crate, or a module of this file.
             let path = absolute(self.name, &self.module, &path);
             self.paths.push((path, item.span().start().line));
         }
@@ -382,7 +382,7 @@ mod tests {
         }
     }
 
-    /// Names that a folder passes on are those of the file that defines them.
+    /// Re-exports of a folder count as the file that defines them.
     #[test]
     fn through_a_folder_to_the_file() {
         let folder = [

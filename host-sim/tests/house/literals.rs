@@ -1,4 +1,4 @@
-//! Numbers that stand outside tables of parameters and named constants.
+//! Finds numbers outside of parameter tables and named constants.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::spanned::Spanned;
@@ -6,10 +6,11 @@ use syn::visit::{self, Visit};
 
 use super::sources::{File, attributes, is_test};
 
-/// Numbers that say nothing: none, one, a pair, the middle.
+/// Numbers that need no name: none, one, a pair, the middle.
 const PLAIN: [f64; 4] = [0.0, 1.0, 2.0, 0.5];
 
-/// The numbers of `file` that stand neither in its tests nor in a constant with a comment above it.
+/// Returns the numbers of `file` that are neither in its tests nor in a constant with a comment
+/// above it.
 pub fn stray(file: &File) -> Vec<String> {
     let mut finder = Finder {
         lines: file.text.lines().collect(),
@@ -23,9 +24,9 @@ pub fn stray(file: &File) -> Vec<String> {
 
 struct Finder<'a> {
     lines: Vec<&'a str>,
-    /// Name of the constant without a comment that is being looked at.
+    /// Name of the current constant without a comment.
     constant: Option<String>,
-    /// Line and words.
+    /// Line and text.
     found: Vec<(usize, String)>,
 }
 
@@ -51,7 +52,7 @@ impl Finder<'_> {
         self.found.push((literal.span().start().line, what));
     }
 
-    /// What stands in a macro's call, which is no syntax tree.
+    /// Searches the arguments of a macro call, which are not parsed.
     fn tokens(&mut self, tokens: TokenStream) {
         let mut after_dot = false;
         for token in tokens {
@@ -76,7 +77,7 @@ impl Finder<'_> {
             || above.is_some_and(|text| text.trim_start().starts_with("//"))
     }
 
-    /// Looks into a constant if no comment says where it is from.
+    /// Visits a constant unless a comment explains it.
     fn constant(
         &mut self,
         attributes: &[syn::Attribute],

@@ -1,8 +1,8 @@
-//! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
-//! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
-//! circles among folders, no tuned number outside its table, no two types of one name, no status that is written
-//! outside `verdict`; and on the documents: no link that leads nowhere, as many tuned numbers as there are, a
-//! diagram of the imports that there are, and no word that the glossary replaces, nor in a comment.
+//! Checks of the sources of the firmware and of the host's programs: no import cycles among files, no folder
+//! above its share of the code. For the firmware also: no import against the data flow, no cycles among folders,
+//! no tuned number outside its table, no two types of one name, no status that is assigned outside `verdict`. For
+//! the documents: no broken links, the correct count of tuned numbers, a diagram that matches the imports, and, as in
+//! comments, no word that the glossary replaces.
 
 mod diagram;
 mod documents;
@@ -20,9 +20,9 @@ use graph::Graph;
 use sources::Sources;
 use stairscan::params::{Origin, Params};
 
-/// The folders of `src/` that the data passes one after the other: none imports from a later one.
+/// Folders of `src/` in the order of the data flow: none imports from a later one.
 const WAY: &[&str] = &["signal", "mount", "model", "infer"];
-/// The folders and files of `src/` in which a number stands in `params*.rs` or in a constant with a comment.
+/// Folders and files of `src/` in which numbers must be in `params*.rs` or in a constant with a comment.
 const TUNED: &[&str] = &[
     "signal/echoes",
     "motion/sweeps",
@@ -32,9 +32,9 @@ const TUNED: &[&str] = &[
     "infer",
     "health",
 ];
-/// The folder that writes a status, and the one that writes and parses its words.
+/// The folder that assigns a status, and the one that writes and parses its text.
 const STATUSES: &[&str] = &["verdict", "report"];
-/// The layers of the diagram in docs/architecture.md. Files right in `src/` that stand in none are left out.
+/// Layers of the diagram in docs/architecture.md. Files directly in `src/` that are in none are left out.
 const LAYERS: &[Layer] = &[
     ("the image", &[("board", &["board", "main"])]),
     (
@@ -68,10 +68,10 @@ const LAYERS: &[Layer] = &[
 ];
 /// Folders that the diagram leaves out: nearly all import them.
 const LEFT_OUT: &[&str] = &["params"];
-/// No folder of `src/` holds a larger share of its lines, tests not counted.
+/// Maximum share of the lines of `src/` in one folder, without tests.
 const LARGEST_SHARE: f64 = 0.25;
 
-/// The sources of the crate `name`, whose directory is given from the workspace's root.
+/// Returns the sources of the crate `name`, whose directory is relative to the workspace's root.
 fn sources(name: &str, directory: &str) -> Sources {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let root = workspace.join(directory).join("src");
@@ -88,7 +88,7 @@ fn host() -> Sources {
     sources("host_sim", "host-sim")
 }
 
-/// `folders`, all of which must be there: a renamed one does not switch a rule off.
+/// Returns `folders` after checking that all exist: renaming one must not disable a check.
 fn all_of(sources: &Sources, folders: &'static [&'static str]) -> &'static [&'static str] {
     let there = |folder: &&str| sources.files.iter().any(|f| f.is_in(folder));
     assert!(
@@ -102,7 +102,7 @@ fn none(violations: &[String]) {
     assert!(violations.is_empty(), "\n{}\n", violations.join("\n"));
 }
 
-/// No violations in one of several crates, whose name stands in front of each.
+/// Asserts that there are no violations; each message begins with the name of the crate.
 fn none_in(sources: &Sources, violations: impl IntoIterator<Item = String>) {
     let violations = violations.into_iter();
     let named = violations.map(|violation| format!("{}: {violation}", sources.name));
@@ -159,7 +159,7 @@ fn one_folder_writes_a_status() {
     none(&others.flat_map(statuses::written).collect::<Vec<_>>());
 }
 
-/// The counts had fallen seven numbers behind the table.
+/// Compares the counts in the document with the table.
 #[test]
 fn the_document_on_the_fit_counts_the_tuned_numbers() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/fit.md");
@@ -236,7 +236,7 @@ fn no_word_that_the_glossary_replaces_stands_in_comments_and_documents() {
     none(&violations);
 }
 
-/// Nodes of the diagram: what stands right in `src/` and is left out there is left out here.
+/// Nodes of the diagram. Files directly in `src/` that are left out there are left out here.
 #[test]
 fn no_folder_imports_itself_round_a_circle() {
     none(&diagram::circles(LAYERS, &Graph::new(&firmware())));

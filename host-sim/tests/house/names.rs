@@ -6,8 +6,8 @@ use syn::Item;
 
 use super::sources::{Sources, attributes, is_test};
 
-/// The names of types, traits and aliases that two places of `sources` define, each with its places. Tests are
-/// exempt, as are associated types and alternatives of one module, which `cfg` chooses from.
+/// Returns the names of types, traits and aliases that are defined in two places of `sources`, with the
+/// places. Tests are exempt, as are associated types and `cfg` alternatives of one module.
 pub fn shared(sources: &Sources) -> Vec<String> {
     let mut places: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
     for file in &sources.files {

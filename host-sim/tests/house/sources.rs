@@ -10,7 +10,7 @@ use syn::spanned::Spanned;
 pub struct File {
     /// Path below the crate's directory, with slashes: `src/signal/radar/link.rs`.
     pub path: String,
-    /// The module that it is; empty for a crate's root.
+    /// Its module path; empty for a crate's root.
     pub module: Vec<String>,
     pub text: String,
     pub syntax: syn::File,
@@ -40,7 +40,7 @@ impl File {
         }
     }
 
-    /// Whether it lies in `src/FOLDER`, or is `src/FOLDER.rs`.
+    /// Whether it is in `src/FOLDER`, or is `src/FOLDER.rs`.
     pub fn is_in(&self, folder: &str) -> bool {
         let below = self.path.strip_prefix(&format!("src/{folder}"));
         below.is_some_and(|rest| rest.starts_with('/') || rest == ".rs")
@@ -51,7 +51,7 @@ impl File {
         self.path.split('/').any(|part| part.starts_with("params"))
     }
 
-    /// Lines that are compiled without tests.
+    /// Returns the number of lines without tests.
     pub fn lines(&self) -> usize {
         let tests = self
             .syntax
@@ -67,7 +67,7 @@ impl File {
 }
 
 impl Sources {
-    /// All `.rs` files of the crate `name` below `root` (`…/src`) that are not test modules.
+    /// Reads all `.rs` files of the crate `name` below `root` (`…/src`) that are not test modules.
     pub fn read(name: &str, root: &Path) -> Self {
         let mut texts = BTreeMap::new();
         for entry in walkdir::WalkDir::new(root).sort_by_file_name() {
@@ -98,7 +98,7 @@ impl Sources {
         Self { name, files }
     }
 
-    /// The folders of `src/` that hold more than `share` of its lines.
+    /// Returns the folders of `src/` that contain more than `share` of its lines.
     pub fn large_folders(&self, share: f64) -> Vec<Folder> {
         let total: usize = self.files.iter().map(File::lines).sum();
         let mut folders: BTreeMap<&str, usize> = BTreeMap::new();
@@ -121,7 +121,7 @@ impl Sources {
     }
 }
 
-/// A folder of `src/` that holds more than its share.
+/// A folder of `src/` with more than its share of the lines.
 #[derive(Debug)]
 pub struct Folder {
     pub name: String,
@@ -144,7 +144,7 @@ impl fmt::Display for Folder {
     }
 }
 
-/// The modules of `file` that stand in files of their own and are compiled for tests only.
+/// Returns the modules of `file` that are separate files and are compiled for tests only.
 fn test_modules(file: &File) -> Vec<Vec<String>> {
     let modules = file.syntax.items.iter().filter_map(|item| match item {
         syn::Item::Mod(m) if m.content.is_none() && is_test(&m.attrs) => Some(m.ident.to_string()),
@@ -155,7 +155,7 @@ fn test_modules(file: &File) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// Whether what carries `attributes` is compiled for tests only.
+/// Whether an item with `attributes` is compiled for tests only.
 pub fn is_test(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         let mut test = false;
@@ -175,7 +175,7 @@ pub fn is_test(attributes: &[syn::Attribute]) -> bool {
     })
 }
 
-/// Steps over what follows a name within `cfg`.
+/// Skips the tokens after a name within `cfg`.
 fn skip(meta: &syn::meta::ParseNestedMeta<'_>) -> syn::Result<()> {
     if meta.input.peek(syn::Token![=]) {
         meta.value()?.parse::<syn::Lit>()?;
@@ -187,7 +187,7 @@ fn skip(meta: &syn::meta::ParseNestedMeta<'_>) -> syn::Result<()> {
     Ok(())
 }
 
-/// The attributes of an item.
+/// Returns the attributes of an item.
 pub fn attributes(item: &syn::Item) -> &[syn::Attribute] {
     use syn::Item;
     match item {

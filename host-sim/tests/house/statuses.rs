@@ -1,4 +1,4 @@
-//! Where a status is written: nowhere but in `src/verdict`.
+//! Finds assignments of a status outside of `src/verdict`.
 
 use proc_macro2::{TokenStream, TokenTree};
 use syn::spanned::Spanned;
@@ -11,8 +11,8 @@ const STATUS: &str = "Status";
 /// Macros that only compare.
 const COMPARING: [&str; 4] = ["matches", "assert", "debug_assert", "assert_eq"];
 
-/// Where `file` writes a status: it assigns one to a field, or names one of its values elsewhere than in a pattern or a
-/// comparison. Tests are exempt.
+/// Returns the places where `file` writes a status: it assigns one to a field, or uses one of its values outside of a
+/// pattern or comparison. Tests are exempt.
 pub fn written(file: &File) -> Vec<String> {
     let mut finder = Finder { found: Vec::new() };
     finder.visit_file(&file.syntax);
@@ -21,7 +21,7 @@ pub fn written(file: &File) -> Vec<String> {
 }
 
 struct Finder {
-    /// Line and words.
+    /// Line and text.
     found: Vec<(usize, &'static str)>,
 }
 
@@ -36,7 +36,7 @@ fn is_value(expression: &syn::Expr) -> bool {
 }
 
 impl Finder {
-    /// Looks through the arguments of a macro call: they are bare tokens, which `syn` does not parse.
+    /// Searches the arguments of a macro call, which `syn` does not parse.
     fn tokens(&mut self, tokens: TokenStream) {
         let mut colons = None;
         for token in tokens {
@@ -69,7 +69,7 @@ impl<'ast> Visit<'ast> for Finder {
         }
     }
 
-    // A pattern reads.
+    // A pattern only reads.
     fn visit_pat(&mut self, _: &'ast syn::Pat) {}
 
     fn visit_expr_binary(&mut self, binary: &'ast syn::ExprBinary) {

@@ -1,5 +1,6 @@
-//! The accuracy tables: measured on seeds that nobody tunes on, and what CI measures at every change
-//! is as committed, so that every change of accuracy shows in a diff.
+//! Tests of the accuracy tables: they use seeds that are not used for tuning, and the figures that
+//! CI measures at every change equal the committed ones, so that every change of accuracy shows in a
+//! diff.
 
 use host_sim::commands::accuracy::{self, Selection};
 use host_sim::commands::instrument::Instrument;
@@ -8,7 +9,7 @@ use host_sim::seeds::{Draw, REPORTING, TUNING};
 
 use crate::common::sim;
 
-/// The snapshot as committed.
+/// The committed snapshot.
 const SNAPSHOT: &str = include_str!("../../../docs/accuracy-snapshot.md");
 /// The published tables.
 const PUBLISHED: &str = include_str!("../../../docs/accuracy.md");
@@ -26,8 +27,8 @@ fn accuracy_is_as_committed() {
     );
 }
 
-/// The published tables take minutes, so that they are not measured again here; but they are those
-/// of the reporting seeds, and of all of them.
+/// The published tables take too long to measure again here. The test checks that they are those of
+/// the reporting seeds, and of all of them.
 #[test]
 fn the_published_tables_are_those_of_the_reporting_seeds() {
     let heading = accuracy::heading(&Selection::of(Draw::Reporting), &Instrument::default());
@@ -77,7 +78,7 @@ fn no_seed_serves_two_draws() {
             );
         }
     }
-    // The seeds that tables and fits used before the draws were dealt out.
+    // The seeds that tables and fits used before the seeds were allocated to draws.
     assert!(TUNING.contains(&0) && TUNING.contains(&200_000));
     assert_eq!(Draw::Reporting.seeds(), REPORTING);
 }
@@ -117,7 +118,7 @@ fn a_table_may_hold_some_kinds_only() {
     assert!(text.contains("| kerb |") && !text.contains("| ascending |"));
 }
 
-/// Every kind with its reliability, and what is true of all of them together.
+/// Every kind with its reliability, and the total.
 #[test]
 fn figures_come_as_json_too() {
     let args = ["accuracy", "--draw", "tuning", "--scenes", "1"];

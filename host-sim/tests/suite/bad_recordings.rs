@@ -1,4 +1,5 @@
-//! Bad recordings: one clear message that names file and field, exit status 1, nothing on stdout.
+//! Tests of bad recordings: one clear message that names file and field, exit status 1, nothing on
+//! stdout.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,13 +7,13 @@ use std::path::{Path, PathBuf};
 use crate::common::{Scratch, refused, sim};
 use serde_json::{Value, json};
 
-/// A directory of one test, and what stands in it.
+/// The directory of a test, which writes bad recordings.
 trait Bad {
     fn recording(&self, change: impl FnOnce(&mut Value)) -> PathBuf;
 }
 
 impl Bad for Scratch {
-    /// Writes a recording of 5 chirps of 16 samples after `change` has spoilt its metadata.
+    /// Writes a recording of 5 chirps of 16 samples with the metadata changed by `change`.
     fn recording(&self, change: impl FnOnce(&mut Value)) -> PathBuf {
         let captures: Vec<Value> = (0..5)
             .map(|k| {
@@ -314,7 +315,7 @@ fn a_misspelt_key_is_told() {
     });
     let told = ["captures[3] stairscan:mirror_angel_deg", "no such key"];
     refused(&recording, &told);
-    // Keys that somebody else may have are none of ours.
+    // Unknown keys of other programs are accepted.
     let recording = scratch.recording(|m| m["global"]["stairscan:operator"] = json!("me"));
     let done = sim(&["profile", recording.to_str().unwrap()]);
     let message = String::from_utf8(done.stderr).unwrap();

@@ -1,12 +1,12 @@
-//! Scene files that cannot be scanned: one message with the file and its line or key and what was
-//! expected, exit status 1, and nothing written.
+//! Tests of scene files that cannot be scanned: one message with the file, its line or key and the
+//! expected value, exit status 1, and nothing written.
 
 use std::fs;
 use std::path::PathBuf;
 
 use crate::common::sim;
 
-/// Directory of one test, removed when it is done.
+/// Directory of one test, removed at its end.
 struct Desk(PathBuf);
 
 impl Desk {
@@ -16,7 +16,8 @@ impl Desk {
         Self(dir)
     }
 
-    /// Runs `simulate` on `text`; its exit status, its standard error, and what it left behind.
+    /// Runs `simulate` on `text`. Returns its exit status, its standard error, and the files left
+    /// behind.
     fn simulate(&self, text: &str) -> (Option<i32>, String, Vec<String>) {
         let scene = self.0.join("bad.toml");
         fs::write(&scene, text).unwrap();

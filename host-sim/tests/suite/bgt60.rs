@@ -1,4 +1,4 @@
-//! The BGT60TR13C's driver against the chip's model.
+//! Tests of the BGT60TR13C's driver with a model of the chip.
 
 use std::task::Poll;
 
@@ -17,17 +17,17 @@ use stairscan::signal::radar::bgt60::{
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 use stairscan::verdict::Outcome;
 
-/// As the scanner's settings have them by default.
+/// Defaults of the scanner's settings.
 const CONFIGURE_US: u32 = 100_000;
 const CHIRP_US: u32 = 50_000;
-/// From poll to poll.
+/// Polling interval.
 const STEP_US: u32 = 10;
 const WISH: Wish = Wish {
     kind: ModuleKind::Bgt60,
     ..Wish::DEFAULT
 };
 
-/// Scanner and chip in one time, which wraps on the way.
+/// Scanner and chip with a common clock, which wraps during the test.
 struct Rig {
     module: Bgt60,
     chip: Chip,
@@ -69,7 +69,7 @@ impl Rig {
     }
 }
 
-/// A pattern in which every sample is another one.
+/// A pattern without equal samples.
 fn pattern(samples: usize) -> Vec<u16> {
     (0..samples).map(|k| 3 + 7 * k as u16 % 4000).collect()
 }
@@ -96,10 +96,10 @@ fn the_chip_sweeps_what_the_scanner_is_told() {
         assert!((chirp.carrier_hz() - 1e3 * f64::from(radar.carrier_khz)).abs() < 1e6);
         assert_eq!(chirp.samples, 2 * usize::from(radar.samples));
         assert!(radar.real && radar.validate().is_ok());
-        // Tables 54 and 64.
+        // Limits of tables 54 and 64.
         assert!(58.0e9 < chirp.ramp_hz[0] && chirp.ramp_hz[1] < 63.5e9);
         assert!(chirp.first_hz > chirp.ramp_hz[0] && chirp.rate_hz <= 4e6);
-        // An echo from 3.2 m: below the anti-alias filter's least cutoff (table 58).
+        // The beat of an echo from 3.2 m is below the anti-alias filter's minimum cutoff (table 58).
         let beat = 2.0 * 3.2 / 299_792_458.0 * chirp.step_hz * chirp.rate_hz;
         assert!(beat < 450e3, "{beat}");
         assert!(chirp.duration_s < 2e-3);
@@ -129,7 +129,7 @@ fn nothing_of_a_chirp_that_was_given_up_is_left() {
     let radar = rig.program(&WISH).unwrap();
     let codes = pattern(256);
     rig.chip.echo = vec![100; 256];
-    // The scanner triggers anew before, while and after the first chirp comes.
+    // The scanner triggers again before, while and after the first chirp is delivered.
     for later in [500, 1_500, 30_000] {
         rig.module.trigger(&mut rig.chip, rig.now, 0, CHIRP_US);
         rig.now = rig.now.plus(later);
@@ -153,7 +153,7 @@ fn the_chip_is_left_alone_while_it_samples() {
                 .poll(&mut rig.chip, rig.now, &mut samples)
                 .is_pending()
         );
-        // Nor may the mirror go on.
+        // The mirror must not move on either.
         assert!(!rig.module.sent());
         rig.now = rig.now.plus(1);
     }
@@ -180,7 +180,7 @@ fn what_is_wrong_at_set_up_is_told() {
     let cases = [
         (Fault::Absent(0xff), module(STRANGER)),
         (Fault::Absent(0x00), module(STRANGER)),
-        // A BGT60UTR11AIP.
+        // The identity of a BGT60UTR11AIP.
         (Fault::Identity(0x00_0707), module(STRANGER)),
         (Fault::Port, module(PORT_FAILED)),
         stuck(0x01),
@@ -193,7 +193,7 @@ fn what_is_wrong_at_set_up_is_told() {
     for (fault, error) in cases {
         let mut rig = Rig::new(Chip::with(fault));
         assert_eq!(rig.program(&WISH), Err(error), "{fault:?}");
-        // The next time it works.
+        // The next attempt works.
         rig.chip.set_fault(None);
         assert!(rig.program(&WISH).is_ok(), "after {fault:?}");
     }
@@ -210,7 +210,7 @@ fn what_is_wrong_with_a_chirp_is_told() {
         (Fault::Overflow, module(FIFO_FAILED)),
         (Fault::Short(0), module(FIFO_FAILED)),
         (Fault::Short(20), module(FIFO_FAILED)),
-        // Short by one word only: no other piece comes behind it.
+        // Short by one word only: no other piece follows.
         (Fault::Short(127), module(FIFO_FAILED)),
         (Fault::Clocks, module(SPI_FAILED)),
     ];
@@ -219,7 +219,7 @@ fn what_is_wrong_with_a_chirp_is_told() {
         rig.program(&WISH).unwrap();
         rig.chip.set_fault(Some(fault));
         assert_eq!(rig.chirp(128), Err(error), "{fault:?}");
-        // The next one comes.
+        // The next chirp is delivered.
         rig.chip.set_fault(None);
         assert!(rig.chirp(128).is_ok(), "after {fault:?}");
     }
@@ -232,8 +232,8 @@ fn a_chirp_of_another_length_is_none() {
     assert_eq!(rig.chirp(100), Err(LinkError::Answer));
 }
 
-/// A staircase scanned through the driver, row by row, and worked off by the pipeline of the image: what it finds of
-/// `scene`, behind a lens that leaves a beam of 5 degrees.
+/// Scans a staircase with the driver, row by row, and the firmware's pipeline. Returns the result for `scene`,
+/// behind a lens with a beam of 5 degrees, and the ground truth.
 fn scanned(scene: &str, seed: u64) -> (Outcome, Truth) {
     let mut rig = Rig::new(Chip::new());
     let radar = rig.program(&WISH).unwrap();

@@ -1,4 +1,4 @@
-//! `calibrate` on simulated scans of a floor and a wall by scanners whose errors are known.
+//! Tests of `calibrate` on simulated scans of the ground and a wall by scanners with known errors.
 
 use std::path::Path;
 
@@ -15,7 +15,8 @@ use stairscan::pipeline::Pipeline;
 use stairscan::scanner::{DataPath, Settings};
 use stairscan::verdict::Reason;
 
-/// What is off: height, m, angle by homing and by pitch, degrees, and real over believed bandwidth.
+/// Errors: height, m, angle by homing and by pitch, degrees, and relative error of the configured
+/// bandwidth.
 #[derive(Clone, Copy, Default)]
 struct Off {
     height_m: f64,
@@ -24,7 +25,7 @@ struct Off {
     bandwidth: f64,
 }
 
-/// A scan of a floor that ends at a wall, and whatever else stands there.
+/// A scan of the ground up to a wall, with further objects.
 fn scan(wall_m: f64, off: Off, else_there: &str) -> Recording {
     let text = format!(
         "[mount]\nheight_error_m = {}\npitch_error_deg = {}\n[mirror]\nbias_deg = {}\njitter_deg = 0.02\n\
@@ -33,7 +34,7 @@ fn scan(wall_m: f64, off: Off, else_there: &str) -> Recording {
         off.height_m, off.pitch_deg, off.bias_deg
     );
     let mut recording = Scene::parse(&text).unwrap().simulate("wall", 7);
-    // The recording says what is believed; the samples come from what is real.
+    // The recording contains the configured value; the samples come from the real one.
     recording.meta.bandwidth_hz *= 1.0 - off.bandwidth;
     recording
 }
@@ -82,9 +83,10 @@ fn known_errors_are_found_within_their_standard_errors() {
     ];
     for (wall_m, off) in cases {
         let found = calibrated(&scan(wall_m, off, ""), wall_m as f32).unwrap();
-        // A homing error lowers the beam; a nose that is higher lifts it.
+        // A homing error lowers the beam; a higher nose lifts it.
         let lower = (off.bias_deg - off.pitch_deg).to_radians();
-        // A narrower sweep than the real one makes bins, and ranges, longer than they are.
+        // If the configured bandwidth is smaller than the real one, bins and ranges are
+        // overestimated.
         let scale = 1.0 - off.bandwidth;
         let values = [
             ("height", found.height_m, 0.4 + off.height_m, 0.004),
@@ -108,7 +110,7 @@ fn known_errors_are_found_within_their_standard_errors() {
     }
 }
 
-/// The repository's stair A with samples changed by `change`, scanned with `config`.
+/// Scans the repository's stair A with `config` after `change` has changed its samples.
 fn stairs(config: Config, change: impl Fn(&mut Recording)) -> Answer {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     let mut recording = Recording::read(&dir.join("stair_a")).unwrap();
@@ -159,7 +161,7 @@ fn a_calibrated_level_betrays_a_gain_that_is_lost() {
 #[test]
 fn scenes_that_do_not_fit_are_refused_with_a_reason() {
     let none = Off::default();
-    // What stands before the wall hides it.
+    // An object before the wall hides it.
     let near = "[[wall]]\nat_m = 1.1\nbottom_m = 0.25\ntop_m = 0.6\nmaterial = \"plaster\"\n";
     let cases = [
         (scan(1.5, none, ""), 1.2, "no wall"),
@@ -263,7 +265,7 @@ fn the_command_prints_what_the_scanner_takes() {
     assert!(refused.stdout.is_empty());
 }
 
-/// What the command `calibrate` does with a scan is what this program does with its recording.
+/// The command `calibrate` on the scanner and this program give the same result for the same scan.
 #[test]
 fn the_scanner_finds_what_the_program_finds() {
     let off = Off {
@@ -299,7 +301,7 @@ fn the_scanner_finds_what_the_program_finds() {
     }
 }
 
-/// What `--help` shows of the command works, on the recording that its own words make.
+/// The example of `--help` works on the recording that it creates.
 #[test]
 fn the_example_calibrates() {
     let scratch = Scratch::new("calibrate-example");

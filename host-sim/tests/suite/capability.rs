@@ -1,4 +1,4 @@
-//! The capability sheet: its head and shape as committed, and a small one measured.
+//! Tests of the capability sheet: its head and shape as committed, and a small one measured.
 
 use host_sim::capability::body::Body;
 use host_sim::commands::capability;
@@ -10,7 +10,7 @@ use crate::common::sim;
 /// The published sheet.
 const PUBLISHED: &str = include_str!("../../../docs/capability.md");
 
-/// The value of an option in the command that a sheet says it was made by.
+/// Returns the value of an option in the command that the sheet names.
 fn option(name: &str) -> Option<u64> {
     let (_, rest) = PUBLISHED.split_once("Made by `cargo sim capability ")?;
     let mut words = rest.split_once('`')?.0.split(' ');
@@ -18,8 +18,8 @@ fn option(name: &str) -> Option<u64> {
     words.next()?.parse().ok()
 }
 
-/// The sheet takes minutes, so that it is not measured again here; but it is that of the reporting seeds, with every body,
-/// and says what a second draw makes of its bounds.
+/// The sheet takes too long to measure again here. The test checks that it is that of the reporting seeds, with every
+/// body, and contains the check of its bounds by a second draw.
 #[test]
 fn the_published_sheet_is_that_of_the_reporting_seeds() {
     let scenes = option("--scenes").unwrap_or(capability::SCENES);
@@ -50,7 +50,7 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
         let drawing = format!("(capability/{}.svg)", body.kind());
         assert_eq!(PUBLISHED.matches(&drawing).count(), 1, "{body:?}");
     }
-    // Every table's rows have as many cells as its head.
+    // All rows of a table have as many cells as its head.
     let mut columns = None;
     for line in PUBLISHED.lines() {
         let cells = line.starts_with('|').then(|| line.matches('|').count());
@@ -61,7 +61,7 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
     }
 }
 
-/// A sheet of one body as JSON, as text and as a page.
+/// Measures a sheet of one body as JSON, as text and as a page.
 #[test]
 fn a_small_sheet_has_its_cells_bounds_and_drawing() {
     let dir = std::env::temp_dir().join(format!("stairscan-capability-{}", std::process::id()));

@@ -1,4 +1,5 @@
-//! The committed recordings are what `simulate` makes of the committed scenes, byte for byte.
+//! Tests that `simulate` reproduces the committed recordings from the committed scenes, byte for
+//! byte.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! `convergence` prints what it promises, and the particles converge.
+//! Tests that `convergence` prints its figures, and that the particles converge.
 
 use crate::common::sim;
 use serde_json::Value;

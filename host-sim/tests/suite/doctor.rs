@@ -1,4 +1,4 @@
-//! `doctor` over pseudo-terminals.
+//! Tests of `doctor` over pseudo-terminals.
 
 use std::process::Output;
 use std::time::Duration;
@@ -20,7 +20,7 @@ fn doctor(path: &str, more: &[&str]) -> Output {
     sim(&[&["doctor", path], more].concat())
 }
 
-/// Whether the list has this check with this result and these words.
+/// Asserts that the list contains this check with this result and text.
 fn has(text: &str, check: &str, result: &str, words: &str) {
     let line = text
         .lines()
@@ -57,7 +57,7 @@ fn set_of(reasons: &[Reason]) -> Reasons {
         .fold(Reasons::NONE, |set, &reason| set.with(reason))
 }
 
-/// A scanner in `state` that tells these reasons, and answers every scan and self-test by them.
+/// A scanner in `state` that reports these reasons in reply to every scan and self-test.
 fn telling(
     state: &'static str,
     number: u32,
@@ -173,7 +173,7 @@ fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
     scanner.unplug();
 }
 
-/// The scanner's own doubt about what its module sends.
+/// The scanner detects a fault of its module's samples.
 #[test]
 fn a_module_without_signal_is_a_fault() {
     let mut recording: Recording = stair_a();
@@ -280,7 +280,7 @@ fn a_silent_port_and_one_that_is_not_there_are_told() {
     );
 }
 
-/// It says by itself that it lives, and hears nothing: what was seen is told.
+/// The scanner sends `LIVE` but does not receive: its own reports are still evaluated.
 #[test]
 fn a_scanner_that_does_not_hear_is_told() {
     let scanner = Scanner::scripted(|| live("idle"), |_| Vec::new());

@@ -1,16 +1,16 @@
-//! Documents hold what the commands print that they name.
+//! Tests that documents contain the current output of the commands that they name.
 
 use std::path::Path;
 use std::process::Command;
 
 use walkdir::WalkDir;
 
-/// The repository.
+/// Returns the directory of the repository.
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Standard output of `cargo sim WORDS`, run in the repository.
+/// Returns the standard output of `cargo sim WORDS`, run in the repository.
 fn printed(words: &str) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(words.split(' '))
@@ -21,8 +21,8 @@ fn printed(words: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Blocks of text that a document says a command prints: its words, and the block. Each stands between
-/// `<!-- text: cargo sim WORDS -->` and `<!-- end -->`.
+/// Returns the blocks of a document that a command prints: its arguments, and the block between `<!--
+/// text: cargo sim WORDS -->` and `<!-- end -->`.
 fn blocks(document: &str) -> Vec<(&str, &str)> {
     let mut parts = document.split("<!-- text: cargo sim ");
     parts.next();

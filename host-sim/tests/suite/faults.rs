@@ -1,4 +1,4 @@
-//! What the scanner makes of faults of its own instrument: none passes as `ok` unnamed.
+//! Tests of faults of the instrument: no fault that changes an answer leaves it `ok` without a reason.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use host_sim::score;
 use serde_json::Value;
 use stairscan::verdict::Status;
 
-/// Faults that may hit rows in which nothing stands, or that nothing names.
+/// Faults that may affect only rows without echoes, or that no reason names.
 const HARMLESS_AT_TIMES: &[(&str, f64)] = &[
     ("microsteps", 2.0),
     ("mirror-sticks", 20.0),
@@ -24,7 +24,7 @@ fn stairs() -> Recording {
     Recording::read(&root).unwrap()
 }
 
-/// Faults that do harm at this strength, whatever the draw.
+/// Faults that affect the answer at this strength with every seed.
 const NAMED: &[(&str, f64)] = &[
     ("bit-high", 12.0),
     ("bit-low", 9.0),
@@ -57,7 +57,7 @@ fn a_clean_scan_is_ok() {
     assert_eq!(answer.scan.status, Status::Ok, "{}", answer.scan.reasons);
 }
 
-/// What becomes of three draws of a fault: how many are `ok`, how many `ok` and wrong, how many named.
+/// Applies three draws of a fault. Returns how many are `ok`, `ok` and wrong, and named.
 fn draws(name: &str, strength: f64) -> (u32, u32, u32) {
     let (clean, fault) = (stairs(), Fault::named(name).unwrap());
     let (mut ok, mut wrong, mut named) = (0, 0, 0);

@@ -1,7 +1,7 @@
-//! The image itself, in the emulator: what is flashed is what is tested.
+//! Tests of the firmware image in the emulator: the same file that is flashed.
 //!
-//! Boots are dear (a scan takes some ten seconds), so each test asks one boot many things. Without
-//! the chip's target or QEMU the tests say so and pass, except in CI.
+//! A boot is expensive (a scan takes some ten seconds), so that each test uses one boot for many checks. Without the
+//! chip's target or QEMU the tests report it and pass, except in CI.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -33,7 +33,7 @@ fn read(name: &str) -> Recording {
     Recording::read(&recordings().join(name)).unwrap()
 }
 
-/// Every third row of a recording: a scan in a third of the time.
+/// Returns every third row of a recording: a scan takes a third of the time.
 fn thinned(full: &Recording) -> Recording {
     let rows: Vec<usize> = (0..full.chirps()).step_by(3).collect();
     let mut thin = full.clone();
@@ -45,7 +45,7 @@ fn thinned(full: &Recording) -> Recording {
     thin
 }
 
-/// Configured and connected.
+/// Boots, configures and connects a session.
 fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a> {
     let mut session = Session::boot(elf, playback).unwrap();
     session.configure(&playback.settings(), waits).unwrap();
@@ -54,8 +54,8 @@ fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a
     session
 }
 
-/// Whether a scan came out as it would without any fault; how far it vouches for itself, and so whether
-/// it is `ok`, is the estimator's business.
+/// Whether a scan has no fault and no lost rows. Horizon and status `ok` are up to the estimator and not checked
+/// here.
 fn is_sound(scan: &ScanLine) -> bool {
     scan.status != Status::Fault && scan.lost_rows == 0 && !scan.reasons.has(Reason::LostRows)
 }
@@ -97,14 +97,13 @@ fn guard_sweeps_give_the_bytes_that_replay_gives() {
     let words = replay::guarded(&recording, &options).unwrap();
     let expected: Vec<String> = words.into_iter().map(|word| word.sentence).collect();
     let with = (Waits::default(), &[][..]);
-    // Both ways, and the third averaged with two before it.
+    // Both directions, and the third sweep averaged with the two before it.
     let sweeps = 3;
     let found = guarding::sentences(elf, &recording, &Config::default(), sweeps, with).unwrap();
     assert_eq!(found, expected[..sweeps]);
 }
 
-/// A recording of two scans, the chair leaning another way in each: the settings of the second come
-/// by command while the first is under way.
+/// A recording of two scans with different pitch. The settings of the second are sent by command during the first.
 #[test]
 fn a_sequence_gives_the_bytes_that_replay_gives() {
     let Some(elf) = elf() else { return };
@@ -135,10 +134,10 @@ fn a_sequence_gives_the_bytes_that_replay_gives() {
     assert_ne!(expected[0][1..], expected[1][1..]);
 }
 
-/// Scans of a chair that drives, with its motion sentences and what earlier scans say: the image says what
-/// `replay` says, lengths to the last digit but one. Sentences come with the triggers in both, since the
-/// emulator's clock hurries and by how much depends on the machine; but odometry keeps the rows' times, too, and
-/// they are others in each run.
+/// Scans of a driving chair, with its motion sentences and the evidence of earlier scans: the image reports the same
+/// as `replay`, lengths to the last digit but one. In both, sentences are sent with the triggers, since the
+/// emulator's clock runs fast by a factor that depends on the machine. However, odometry also uses the times of the
+/// rows, and these differ between runs.
 #[test]
 fn a_drive_gives_what_replay_gives() {
     let Some(elf) = elf() else { return };
@@ -175,7 +174,7 @@ fn a_drive_gives_what_replay_gives() {
     }
     let counts = |scans: &[Vec<String>]| scans.iter().map(Vec::len).collect::<Vec<_>>();
     assert_eq!(counts(&scanned), counts(&fused));
-    // What it is about: motion was taken in, and earlier scans had their say.
+    // The motion input was used, and so was the evidence of earlier scans.
     let last = head(&scanned[SCANS - 1]);
     for reason in [Reason::MotionInput, Reason::Moving, Reason::Unconfirmed] {
         assert!(!last.reasons.has(reason), "{last:?}");
@@ -185,8 +184,8 @@ fn a_drive_gives_what_replay_gives() {
     assert!(good, "{:?}", session.live.last());
 }
 
-/// Whether two sentences of a scan differ by no more than 0.1 mm in any length; a `MAYBE`, a mean over particles, by 1 mm
-/// and 1 %.
+/// Whether two sentences of a scan differ by at most 0.1 mm in any length; a `MAYBE`, which is a mean over particles,
+/// by at most 1 mm and 1 %.
 fn says_the_same(a: &str, b: &str) -> bool {
     let near = |a: Tenths, b: Tenths| a.0.abs_diff(b.0) <= 1;
     let nearly = |a: Option<Tenths>, b: Option<Tenths>| match (a, b) {
@@ -224,7 +223,7 @@ fn says_the_same(a: &str, b: &str) -> bool {
     }
 }
 
-/// Every other row of each scan of a drive: half the time.
+/// Returns every other row of each scan of a drive: half of the time.
 fn every_other(full: &Recording) -> Recording {
     let per_scan = full.chirps_per_scan();
     let rows: Vec<usize> = (0..full.chirps())
@@ -243,8 +242,8 @@ fn every_other(full: &Recording) -> Recording {
     thin
 }
 
-/// Two scans, one each way: every pulse accounted for, commands answered meanwhile, bad input
-/// refused, and the stack within its budget.
+/// Two scans, one in each direction: every pulse is accounted for, commands are answered meanwhile, bad input is
+/// refused, and the stack is within its budget.
 #[test]
 fn two_scans_stand_on_the_schedule_and_answer_commands() {
     let Some(elf) = elf() else { return };
@@ -261,7 +260,7 @@ fn two_scans_stand_on_the_schedule_and_answer_commands() {
     await_first_trigger(&mut session);
     ask_everything(&mut session);
     bad_input(&mut session);
-    // The answers above came between the sentences of the first scan; its own are all there.
+    // The replies above came between the sentences of the first scan, which are complete.
     let expected = replayed(&recording, 2);
     session.rewind();
     assert_eq!(session.scan().unwrap(), expected[0]);
@@ -280,7 +279,7 @@ fn two_scans_stand_on_the_schedule_and_answer_commands() {
     check_live(&session);
 }
 
-/// `LIVE` has come in every state that lasts, its time has never gone back, and what went wrong is counted.
+/// Checks that `LIVE` is sent in every lasting state, that its time never decreases, and that errors are counted.
 fn check_live(session: &Session<'_>) {
     let live = session.live.iter().map(|line| match Sentence::parse(line) {
         Ok(Sentence::Live(live)) => live,
@@ -296,12 +295,12 @@ fn check_live(session: &Session<'_>) {
     }
     assert_eq!(live[0].age_ms, None);
     let last = live.last().unwrap();
-    // The bad input above: lines that were no command, not values that were refused.
+    // The bad input above: lines that are no commands are counted, refused values are not.
     assert_eq!((last.refused, last.age_ms.is_some()), (7, true), "{last:?}");
     assert_eq!((last.motion, last.port_errors), ("absent", 0));
 }
 
-/// From here on the scanner is scanning.
+/// Waits until the scanner scans.
 fn await_first_trigger(session: &mut Session<'_>) {
     for _ in 0..600 {
         if !session.shots.is_empty() {
@@ -375,9 +374,9 @@ fn bad_input(session: &mut Session<'_>) {
     );
 }
 
-/// Each trigger tells exactly its row's microstep; the pulses counted since homing say the same, or that the
-/// mirror has gone on meanwhile: a trigger is read later than it was sent, and the mirror waits for the chirp's
-/// duration only. `sweep_modes.rs` finds the places where it stood.
+/// Checks that each trigger contains exactly its row's microstep. The pulses counted since homing agree with it, or
+/// show that the mirror has moved on meanwhile: a trigger is read later than it was sent, and the mirror waits only
+/// for the chirp's duration. `sweep_modes.rs` finds the places where it stood.
 fn check_shots(session: &Session<'_>, config: &Config) {
     let schedule = Schedule::new(config).unwrap();
     let rows = usize::from(schedule.rows());
@@ -406,7 +405,7 @@ fn check_shots(session: &Session<'_>, config: &Config) {
     assert_eq!(session.shaft.idle_pulses(), 0, "pulses with the driver off");
 }
 
-/// Stopped, nothing moves; one scan when asked; then on and on again.
+/// Checks that nothing moves while stopped, that `scan` makes one scan, and that `start` continues.
 fn stop_start_scan(session: &mut Session<'_>) {
     assert_eq!(body(&session.command("stop").unwrap()), "DONE,stop");
     session.idle(Duration::from_millis(100)).unwrap();
@@ -415,7 +414,7 @@ fn stop_start_scan(session: &mut Session<'_>) {
     assert_eq!(session.shaft.pulses(), pulses, "moved while stopped");
     assert!(!session.shaft.enabled(), "the driver is on while stopped");
     session.set("angle-count", "24").unwrap();
-    // The emulator has no flash controller: what is saved there would be lost.
+    // The emulator has no flash controller: saved settings would be lost.
     let save = framed(&["save"]);
     assert_eq!(
         body(&session.command(save.trim_end()).unwrap()),
@@ -433,7 +432,7 @@ fn stop_start_scan(session: &mut Session<'_>) {
     assert_eq!(head(&session.scan().unwrap()).scan, scan.scan + 1);
 }
 
-/// Every fault of module and motor gives its status, and the scan after it is whole again.
+/// Every fault of module and motor gives its status, and the next scan is complete again.
 #[test]
 fn faults_are_told_and_pass() {
     let Some(elf) = elf() else { return };
@@ -451,10 +450,10 @@ fn faults_are_told_and_pass() {
     session.connect().unwrap();
     let clean = head(&session.scan().unwrap());
     assert!(is_sound(&clean), "{clean:?}");
-    // Not before: with short holds the scanner without a module would search for home all the time.
+    // Not earlier: with a short hold the scanner would home continuously without a module.
     session.set("fault-hold", "100000").unwrap();
     for (faults, status, reason, rows) in [
-        // What a retry or a sequence number mends is no loss.
+        // Errors that a retry or a sequence number corrects are no losses.
         (
             &[
                 "corrupt@5-9x1",
@@ -515,7 +514,7 @@ fn faults_are_told_and_pass() {
     assert_eq!(no_reset, 1, "all of that without a reset");
 }
 
-/// The next numbered scan after number `scan`: not a self-test's.
+/// Returns the next numbered scan after number `scan`, not a self-test.
 fn next_scan(session: &mut Session<'_>, scan: u32) -> ScanLine {
     for _ in 0..4 {
         let next = head(&session.scan().unwrap());
@@ -529,7 +528,7 @@ fn next_scan(session: &mut Session<'_>, scan: u32) -> ScanLine {
 
 fn wrong_settings(session: &mut Session<'_>) {
     session.module.set_faults(&["config".parse().unwrap()]);
-    // The scan under way has its settings already.
+    // The current scan already has its settings.
     session.scan().unwrap();
     let scan = head(&session.scan().unwrap());
     assert_eq!(scan.status, Status::Fault);
@@ -556,7 +555,7 @@ fn stalled(session: &mut Session<'_>) {
     );
 }
 
-/// The emulator's pins read 0, like wires that are held low: every wait for them has an end.
+/// The emulator's pins read 0, like shorted wires: every wait for them has a timeout.
 fn without_encoder(session: &mut Session<'_>) {
     session.set("encoder", "as5600").unwrap();
     let under_way = head(&session.scan().unwrap());
@@ -568,7 +567,7 @@ fn without_encoder(session: &mut Session<'_>) {
     assert!(is_sound(&after), "{after:?}");
 }
 
-/// Homing: without a switch the search ends by itself with the driver off; with it, it is found.
+/// Homing without a switch ends with the driver off; with it, the switch is found.
 #[test]
 fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     let Some(elf) = elf() else { return };
@@ -589,7 +588,7 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
         turn,
         "the search is one turn and no more"
     );
-    // The emulator's inputs have edges but no level: a switch pressed all along is not seen.
+    // The emulator's inputs have edges but no level: a constantly pressed switch is not detected.
     session.switch_works = true;
     session.shaft.turn_by_hand(300);
     session
@@ -600,7 +599,7 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     assert!(is_sound(&after), "{after:?}");
 }
 
-/// Flash, RAM and what must not be in the image; `cargo sim budget REC` measures the stack.
+/// Checks flash, RAM and forbidden symbols; `cargo sim budget REC` measures the stack.
 #[test]
 fn the_image_keeps_its_budgets() {
     if !tools(&[Tool::Target]) {
@@ -610,13 +609,13 @@ fn the_image_keeps_its_budgets() {
     for figure in figures {
         assert!(figure.holds(), "{figure:?}");
     }
-    // A build that can panic is told from one that cannot.
+    // A build that can panic is detected.
     let provoked = image::Image::read(&image::build(&["provoke"]).unwrap()).unwrap();
     assert!(!provoked.may_panic.is_empty());
 }
 
-/// Test builds with faults on command: overflow, panic and hang end in the fault path or at the
-/// watchdog, and `stop` outlives them.
+/// Test builds with injected crashes: overflow, panic and hang end in the fault path or with a watchdog reset, and
+/// `stop` persists over them.
 #[test]
 fn crashes_end_in_the_fault_path() {
     if !tools(&[Tool::Target, Tool::Emulator]) {
@@ -638,7 +637,7 @@ fn crashes_end_in_the_fault_path() {
             "{boot}"
         );
         let status = session.command("status").unwrap();
-        // The reasons, then what is known of the motion and its age.
+        // The reasons, then the state of the motion input and its age.
         assert!(
             body(&status).contains(",crash+internal-clock,absent,0,"),
             "{status}"

@@ -1,4 +1,4 @@
-//! The committed tables are those that `cargo sim fit` counts.
+//! Tests that the committed tables are those that `cargo sim fit` writes.
 
 use host_sim::commands::fit;
 use stairscan::params::fitted;

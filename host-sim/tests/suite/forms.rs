@@ -1,14 +1,14 @@
-//! Forms of stairs that the search alone misses: each scene was answered wrong once.
+//! Tests of staircases for which the search alone gives a wrong answer.
 
 use host_sim::answer::{Answer, metres};
 use host_sim::replay::{self, Options};
 use host_sim::scene::command::random_scan;
 use host_sim::scene::random::Kind;
 
-/// Two steps nearer to each other than this are the same, metres: as scoring has it.
+/// Maximum distance between matching steps, metres, as in scoring.
 const SAME_M: f64 = 0.10;
 
-/// The answer to a random scene, and where its steps are, metres.
+/// Returns the answer to a random scene, and the distances of its true steps, metres.
 fn answer(kind: Kind, seed: u64) -> (Answer, Vec<f64>) {
     let recording = random_scan(kind, kind.variety(), seed).unwrap();
     let mut answers = replay::answers(&recording, &Options::default(), |_| ()).unwrap();
@@ -17,7 +17,7 @@ fn answer(kind: Kind, seed: u64) -> (Answer, Vec<f64>) {
     (answers.remove(0), steps.collect())
 }
 
-/// Asserts that every step is told and no other.
+/// Asserts that every step is reported and no other.
 fn assert_exact(kind: Kind, seeds: &[u64]) {
     for &seed in seeds {
         let (answer, truth) = answer(kind, seed);

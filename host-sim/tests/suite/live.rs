@@ -1,5 +1,5 @@
-//! `live` over real pseudo-terminals: a scanner speaks, is unplugged and comes back; wrong ports are explained;
-//! the image in the emulator is watched.
+//! Tests of `live` over pseudo-terminals: a scanner reports, is unplugged and returns; wrong ports are
+//! explained; the image in the emulator is observed.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -21,7 +21,7 @@ use stairscan::config::Config;
 use crate::common::scanner::{Scanner, stair_a};
 use crate::common::{Scratch, elf, sim};
 
-/// Longer than anything here takes on a busy machine.
+/// Timeout of any action here, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 const BAUD: u32 = 115_200;
 
@@ -46,7 +46,7 @@ impl View {
         self.started.elapsed().as_millis() as u64
     }
 
-    /// Takes what comes until `done`.
+    /// Processes events until `done`.
     fn until(&mut self, what: &str, done: impl Fn(&State, u64) -> bool) {
         while !done(&self.state, self.now()) {
             assert!(
@@ -61,7 +61,7 @@ impl View {
         }
     }
 
-    /// Sends a command and waits for its answer.
+    /// Sends a command and waits for its reply.
     fn ask(&mut self, line: &str) -> String {
         let now = self.now();
         self.state.sent(now, line);
@@ -77,7 +77,7 @@ impl View {
     }
 }
 
-/// What `replay` says of the first scan.
+/// Returns the sentences of `replay` for the first scan.
 fn replayed(recording: &Recording) -> Vec<String> {
     replay::answer(recording, &replay::Options::default())
         .unwrap()
@@ -175,7 +175,7 @@ impl Drop for EndOnDrop<'_> {
     }
 }
 
-/// The image itself, watched over a pseudo-terminal.
+/// The firmware image, observed over a pseudo-terminal.
 #[test]
 fn the_image_in_the_emulator_is_watched() {
     let Some(elf) = elf() else {
@@ -196,7 +196,7 @@ fn the_image_in_the_emulator_is_watched() {
             session.connect().unwrap();
             session.follow(recording.scans(), &ended).unwrap();
         });
-        // The emulator ends whatever becomes of what follows.
+        // The emulator ends also if the following code fails.
         let end = EndOnDrop(&ended);
         let scanned = |state: &State, _| {
             let halted = |entry: &Entry| entry.text.contains(",HALT,");
@@ -218,7 +218,7 @@ fn the_image_in_the_emulator_is_watched() {
     view.until("unplugged", gone);
 }
 
-/// A terminal that hung up is the end of the program, not a loop that reads it again and again.
+/// A terminal that hangs up ends the program instead of causing a busy loop.
 #[test]
 fn a_terminal_that_hung_up_ends_the_program() {
     let (mut master, slave) = {
@@ -255,7 +255,7 @@ fn a_terminal_that_hung_up_ends_the_program() {
             seen.extend(&buffer[..count]);
         }
     }
-    // While it waits for a key.
+    // While the program waits for a key.
     std::thread::sleep(Duration::from_millis(700));
     drop((master, slave));
     let hung_up = Instant::now();

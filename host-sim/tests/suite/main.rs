@@ -1,5 +1,5 @@
-//! The program's tests, in one binary: every further one links the simulator and what it draws and converts with once
-//! more. `cargo test -p host-sim --test suite NAME` runs those of a module.
+//! Tests of the program, in one binary: every further binary would link the simulator and its libraries again. `cargo
+//! test -p host-sim --test suite NAME` runs the tests of one module.
 
 mod accuracy;
 mod bad_recordings;

@@ -1,4 +1,4 @@
-//! One scanner, three radar modules: whichever the setting names is spoken to, in its own protocol.
+//! Tests of one scanner with three radar modules: each setting uses the module's own protocol.
 
 use std::cell::Cell;
 use std::collections::VecDeque;
@@ -18,17 +18,17 @@ use stairscan::signal::radar::module::{ModuleKind, RadarModule, Wish};
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 20;
-/// What the frames' module says of its chirps.
+/// Sample in the chirps of the module with frames.
 const TOLD: Iq = Iq { i: 17, q: -4 };
 
-/// What hangs on the serial port, and the time.
+/// The connected module, and the time.
 #[derive(Clone)]
 struct Bench {
     plugged: Rc<Cell<ModuleKind>>,
     now: Rc<Cell<Micros>>,
 }
 
-/// The serial port: a module that speaks frames, or a SiRad.
+/// The serial port: a module with frames, or a SiRad.
 struct Line<'a> {
     bench: Bench,
     sirad: SiRadPort<'a>,
@@ -116,7 +116,7 @@ impl Bench {
         panic!("neither an answer nor a time-out")
     }
 
-    /// What `module` is set to when it is told that it is a `kind`.
+    /// Configures `module` as a `kind` and returns its settings.
     fn program(
         &self,
         module: &mut dyn RadarModule,
@@ -167,7 +167,7 @@ const KINDS: [ModuleKind; 3] = [ModuleKind::Pstr, ModuleKind::SiRad, ModuleKind:
 fn the_module_that_is_named_is_spoken_to() {
     let bench = bench();
     let mut module = any(&bench);
-    // From each to each.
+    // Changes from each kind to each other.
     for kind in KINDS.into_iter().chain(KINDS.into_iter().rev()) {
         bench.plugged.set(kind);
         let radar = bench.program(&mut module, kind).unwrap();
@@ -184,7 +184,7 @@ fn the_module_that_is_named_is_spoken_to() {
             assert!(chirp.iter().all(|&sample| sample == TOLD));
         }
         let times = module.row_times(radar.samples);
-        // Its answers come when they like.
+        // Its answers have no fixed times.
         assert_eq!(times.is_some(), kind != ModuleKind::SiRad);
         if kind == ModuleKind::Bgt60 {
             let times = times.unwrap();

@@ -1,5 +1,4 @@
-//! A chair that drives while the mirror turns: with its motion sentences, without, and with faulty
-//! ones.
+//! Tests of a chair that drives during the scans: with its motion sentences, without, and with faulty ones.
 
 use std::sync::OnceLock;
 
@@ -12,7 +11,7 @@ use host_sim::scene::driving::Drive;
 use stairscan::motion::Mode;
 use stairscan::verdict::{Reason, Status};
 
-/// Three scans of a flight of three from a chair at 0.2 m/s, which ends 80 cm before it.
+/// Three scans of a flight of three steps from a chair at 0.2 m/s, which ends 80 cm before it.
 fn driven() -> &'static Recording {
     static DRIVEN: OnceLock<Recording> = OnceLock::new();
     DRIVEN.get_or_init(|| {
@@ -52,8 +51,8 @@ fn says(answer: &Answer, reason: Reason) -> bool {
     answer.scan.reasons.has(reason)
 }
 
-/// Largest error in distance and height of the steps that are found within 10 cm, metres, and how many
-/// those are.
+/// Returns the largest errors in distance and height of the steps that are found within 10 cm, metres, and
+/// the number of these steps.
 fn errors(answer: &Answer, truth: &Truth) -> (f64, f64, usize) {
     let metres = |tenths: i32| f64::from(tenths) * 1e-4;
     let (mut far, mut high, mut found) = (0.0f64, 0.0f64, 0);
@@ -77,12 +76,12 @@ fn every_row_is_put_where_it_was_seen() {
     for (answer, truth) in answers.iter().zip(&driven().meta.sequence.truth) {
         let (far, high, found) = errors(answer, truth);
         assert_eq!((found, answer.steps.len()), (3, 3), "{answer:?}");
-        // The first scan, with no other to compare, knows its distances to 2 cm.
+        // The first scan, without an earlier one, has distances accurate to 2 cm.
         let sigmas = answer.steps.iter().map(|s| metres(s.distance_sigma));
         let within = 0.03_f64.max(3.0 * sigmas.fold(0.0, f64::max));
         assert!(far < within && high < 0.03, "{far} {high}: {answer:?}");
     }
-    // A first scan alone confirms nothing.
+    // A first scan is unconfirmed.
     assert!(!ok(&answers[0]) && says(&answers[0], Reason::Unconfirmed));
     for answer in &answers[1..] {
         let doubts = [Reason::Unconfirmed, Reason::Moving, Reason::MotionInput];
@@ -90,8 +89,8 @@ fn every_row_is_put_where_it_was_seen() {
     }
 }
 
-/// One scanner goes through the whole recording, and its motion input with it: the way from scan to scan is
-/// known, and what is shown with an answer is the motion of that scan, not of the one that has begun since.
+/// One scanner runs through the whole recording, together with its motion input. The travel between scans
+/// is known, and the motion shown with an answer is that of its own scan, not of the current one.
 #[test]
 fn the_drive_is_carried_from_scan_to_scan_and_shown_with_its_own_answer() {
     let mut shown = Vec::new();
@@ -116,8 +115,8 @@ fn the_drive_is_carried_from_scan_to_scan_and_shown_with_its_own_answer() {
     }
 }
 
-/// As `emulate` sends them: the answers are those of sentences in time, but for what a few tenths of a
-/// millimetre change.
+/// With the triggers, as `emulate` sends them: the answers are those of sentences in time, except for
+/// differences of a few tenths of a millimetre.
 #[test]
 fn sentences_with_the_triggers_say_where_each_row_was_seen() {
     let timed = answers(driven(), Options::default());
@@ -135,7 +134,7 @@ fn sentences_with_the_triggers_say_where_each_row_was_seen() {
         );
         assert_eq!(told.steps.len(), timed.steps.len());
         for (a, b) in told.steps.iter().zip(&timed.steps) {
-            // Without the chirp's duration its coupling of range and speed is not taken off: 1.9 mm.
+            // Without the chirp's duration the range-Doppler coupling is not compensated: 1.9 mm.
             assert!(a.distance.0.abs_diff(b.distance.0) < 40, "{a:?} {b:?}");
         }
     }
@@ -180,7 +179,7 @@ fn a_chair_that_says_that_it_stands_and_is_seen_to_is_believed_from_the_first_sc
     };
     assert!(ok(&answers(&said, auto)[0]));
     assert!(says(&answers(&bare, auto)[0], Reason::Unconfirmed));
-    // What drives is not seen to stand, whatever its odometer says.
+    // A driving chair does not confirm standstill, whatever its odometer reports.
     let frozen = &with_fault(Fault::Frozen)[0];
     assert!(!ok(frozen) && says(frozen, Reason::Unconfirmed));
 }
@@ -205,7 +204,7 @@ fn motion_sentences_that_are_damaged_stuck_or_impossible_are_told_and_not_used()
         for (answer, blind) in told.iter().zip(&blind) {
             assert!(says(answer, Reason::MotionInput), "{fault:?}: {answer:?}");
             assert!(!ok(answer), "{fault:?}");
-            // As if there were none, but for the recording's times.
+            // As without sentences, except for the recording's times.
             assert_eq!(answer.steps.len(), blind.steps.len(), "{fault:?}");
         }
     }
@@ -252,7 +251,7 @@ fn a_chair_that_stands_is_believed_from_the_second_sweep_on() {
     assert!(says(&told[0], Reason::Unconfirmed) && !ok(&told[0]));
     let doubts = [Reason::Unconfirmed, Reason::Moving, Reason::MotionInput];
     assert!(!doubts.iter().any(|r| says(&told[1], *r)), "{:?}", told[1]);
-    // What a recording of one scan without motion keys is by itself: a bench.
+    // A recording of one scan without motion keys counts as made at standstill.
     let standing = answers(&one, Options::default());
     let places =
         |a: &Answer| -> Vec<_> { a.steps.iter().map(|s| (s.distance, s.height)).collect() };

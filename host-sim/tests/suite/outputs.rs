@@ -1,11 +1,11 @@
-//! Outputs replace no input, and another existing file only with `--force`.
+//! Tests that outputs replace no input, and another existing file only with `--force`.
 
 use std::fs;
 use std::path::Path;
 
 use crate::common::{Scratch, sim};
 
-/// A copy of a recording of the repository, and the names of its two files.
+/// Copies a recording of the repository; returns the names of its two files.
 fn recording(scratch: &Scratch) -> [String; 3] {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings/empty");
     let to = scratch.path().join("hall");
@@ -17,7 +17,7 @@ fn recording(scratch: &Scratch) -> [String; 3] {
     names.try_into().unwrap()
 }
 
-/// The content of every file of the directory, by name.
+/// Returns the content of every file of the directory, by name.
 fn contents(scratch: &Scratch) -> Vec<(String, Vec<u8>)> {
     let entries = fs::read_dir(scratch.path()).unwrap();
     let mut all: Vec<_> = entries
@@ -28,7 +28,8 @@ fn contents(scratch: &Scratch) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// The program refuses to write `file` and says `words`; no file changes.
+/// Asserts that the program refuses to write `file` with `words` in its message, and that no file
+/// changes.
 fn refused(scratch: &Scratch, args: &[&str], file: &str, words: &str) {
     let before = contents(scratch);
     let out = sim(args);
@@ -51,7 +52,7 @@ fn an_input_is_never_replaced() {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/empty.toml");
     fs::copy(from, &scene).unwrap();
     let scene = scene.to_str().unwrap();
-    // A scene whose name is that of a recording's metadata.
+    // A scene with the suffix of a recording's metadata.
     let disguised = scratch.path().join("scene.sigmf-meta");
     fs::copy(scene, &disguised).unwrap();
     let disguised = disguised.to_str().unwrap();
@@ -106,7 +107,7 @@ fn an_existing_file_is_replaced_with_force_only() {
         (&["simulate", scene, "-o", &simulated], &meta),
         (&["simulate", scene, "--count", "1", "-o", &pattern], &many),
         (&["man", dir], &manual),
-        // The tables that the estimator rests on.
+        // The tables that the estimator uses.
         (&["fit", "--keep", "--output", &page], &page),
         (&["fit", "--keep", "--output", "x", "--dump", &page], &page),
         (&["sequences", "--fit", "--output", &page], &page),
@@ -115,7 +116,7 @@ fn an_existing_file_is_replaced_with_force_only() {
     for (args, file) in cases {
         fs::write(file, "a stranger's").unwrap();
         refused(&scratch, args, file, "--force");
-        // These take long, or need a target of the compiler's.
+        // These commands take long, or need a target of the compiler.
         if matches!(args[0], "fit" | "sequences" | "accuracy" | "web") {
             continue;
         }

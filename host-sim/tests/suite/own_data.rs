@@ -1,4 +1,4 @@
-//! Samples of a user's own: what is missing to a scan of them is told, with the next step.
+//! Tests of a user's own samples: what is missing for a scan is reported, with the next step.
 
 use std::fs;
 
@@ -17,10 +17,10 @@ const KEYS: [&str; 10] = [
     "--scan-plane",
     "depth",
 ];
-/// Chirps of these recordings.
+/// Number of chirps of these recordings.
 const CHIRPS: usize = 281;
 
-/// An array of a recording's chirps, and its path.
+/// Writes an array of a recording's chirps; returns its path.
 fn array(scratch: &Scratch) -> String {
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
     let array = scratch.path().join("chirps.npy").display().to_string();
@@ -28,7 +28,7 @@ fn array(scratch: &Scratch) -> String {
     array
 }
 
-/// Output of `convert` on the array with a table of these angles.
+/// Returns the output of `convert` on the array with a table of these angles.
 fn converted(scratch: &Scratch, array: &str, name: &str, angle: impl Fn(usize) -> f64) -> String {
     let path = |suffix: &str| scratch.path().join(format!("{name}{suffix}"));
     let table: String = (0..CHIRPS).map(|k| format!("{:.3}\n", angle(k))).collect();
@@ -67,7 +67,7 @@ fn what_cannot_be_scanned_is_told_when_it_is_converted() {
     let array = array(&scratch);
     let even = converted(&scratch, &array, "even", |k| -20.0 + 0.25 * k as f64);
     assert!(even.contains("next: cargo sim replay"), "{even}");
-    // Of an encoder: every angle is another fraction of a step off.
+    // As from an encoder: every angle deviates by another fraction of a step.
     let uneven = |k: usize| -20.0 + 0.25 * (k as f64 + 0.4 * (k as f64).sin());
     let uneven = converted(&scratch, &array, "uneven", uneven);
     let told = "not to be scanned: uneven.sigmf-meta: captures[";

@@ -1,4 +1,4 @@
-//! What the particles are good for: without them the answers are others, and worse.
+//! Tests the contribution of the particles: without them the answers are different and worse.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use stairscan::observer::{Event, Observer};
 use stairscan::params::hazard::Features;
 use stairscan::verdict::Outcome;
 
-/// Scenes whose flight the search alone takes for a longer or shorter one.
+/// Scenes in which the search alone finds a flight with a wrong number of steps.
 const CONFUSED: [(Kind, u64); 9] = [
     (Kind::Ascending, 5_041),
     (Kind::Ascending, 5_042),
@@ -27,10 +27,10 @@ const CONFUSED: [(Kind, u64); 9] = [
     (Kind::Irregular, 5_041),
     (Kind::Irregular, 5_048),
 ];
-/// In so many of them at least the particles must make the difference between right and wrong.
+/// Minimum number of these scenes that are correct only with the particles.
 const SETTLED: usize = 5;
 
-/// An answer, and what its verdict knows of each cell of the way.
+/// An answer, and the verdict's features of each cell of the path.
 struct Answered {
     outcome: Outcome,
     cells: Vec<Features>,
@@ -42,7 +42,7 @@ struct Pair {
     without: Answered,
 }
 
-/// Keeps what the verdict knows.
+/// Observer that collects the verdict's features.
 #[derive(Default)]
 struct Cells(Vec<Features>);
 
@@ -101,7 +101,7 @@ fn the_particles_settle_how_many_steps_there_are() {
     assert!(right >= right_without + SETTLED, "{right} {right_without}");
 }
 
-/// Ramps and rough ground of which the search makes a flight by scattered weak echoes.
+/// Ramps and rough ground in which the search finds a flight from scattered weak echoes.
 #[test]
 fn the_particles_take_no_ramp_for_stairs() {
     for seed in [6_011, 6_012, 6_092, 6_172, 6_252, 6_291, 6_456, 6_493] {
@@ -116,7 +116,8 @@ fn the_particles_take_no_ramp_for_stairs() {
     }
 }
 
-/// Its corner and flash, merged at that distance, look like those of one more riser.
+/// The wall's corner and specular reflection, merged at that distance, resemble those of one more
+/// riser.
 #[test]
 fn a_wall_behind_a_flight_is_no_step_behind_a_landing() {
     let scene = Scene::parse(
@@ -133,7 +134,7 @@ fn the_particles_tell_the_verdict_what_they_doubt() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     for name in ["stair_a", "stair_b", "stair_c", "empty"] {
         let Pair { with, without } = pair(&Recording::read(&root.join(name)).unwrap());
-        // The steps are plain, and the same; what may be wrong with them is known from the particles.
+        // The steps are clear, and the same; the particles provide their probability of error.
         assert_eq!(
             with.outcome.answer.steps.len(),
             without.outcome.answer.steps.len()
@@ -148,7 +149,7 @@ fn the_particles_tell_the_verdict_what_they_doubt() {
     }
 }
 
-/// Flights going down are searched for only.
+/// Downward flights are only searched for; there are no particles.
 #[test]
 fn going_down_there_are_none() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");

@@ -1,8 +1,8 @@
-//! `plane both`: one scene seen by the scanner's own loop in the depth plane, and in the height plane where the chair
-//! stands before a drop.
+//! Tests of `plane both`: the scanner's own loop scans a scene in the depth plane, and in the height plane when the
+//! chair stands in front of a drop.
 //!
-//! The simulator renders a scene in one plane at a time, so that each scene is two recordings: the same surfaces seen by
-//! one shaft, which turns from row to row of either.
+//! The simulator renders a scene in one plane at a time, so that each scene is two recordings: the same surfaces,
+//! scanned with one shaft, which turns from row to row of either recording.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -24,7 +24,8 @@ use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::{LinkError, RadarModule};
 use stairscan::verdict::{Reason, Status};
 
-/// A scene 0.4 m below the mirror in one plane, seen from 20° above the horizontal, or behind straight down, to 70°.
+/// Renders a scene 0.4 m below the mirror in one plane. The angles go from 20° above the horizontal, or behind
+/// straight down, to 70°.
 fn recording(plane: &str, ground: &str) -> Recording {
     let scene = Scene::parse(&format!(
         "[mount]\nheight_m = 0.40\nplane = \"{plane}\"\n[sweep]\nfirst_deg = -20.0\nlast_deg = 70.0\n{ground}"
@@ -35,18 +36,18 @@ fn recording(plane: &str, ground: &str) -> Recording {
 /// Four steps down, 60 cm ahead.
 const DOWN: &str = "[[floor]]\nmaterial = \"concrete\"\nto_m = 0.6\n[[stairs]]\ndirection = \"down\"\ndistance_m = 0.6\n\
                     count = 4\nrise_m = 0.16\ngoing_m = 0.30\nnosing_radius_m = 0.004\nlanding_m = 2.5\nmaterial = \"concrete\"\n";
-/// Nothing but ground, up to a wall.
+/// Level ground up to a wall.
 const LEVEL: &str =
     "[[floor]]\nmaterial = \"concrete\"\n[[wall]]\nat_m = 1.6\nmaterial = \"concrete\"\n";
 
-/// Both recordings of a scene, each answering in the scans that begin with one of its own ends.
+/// Both recordings of a scene. Each answers the scans that begin at one of its own ends.
 struct TwoPlanes<'a> {
     planes: [&'a Playback<'a>; 2],
     recordings: [&'a Recording; 2],
-    /// Of the scan under way; none before its first row.
+    /// Plane of the current scan; `None` before its first row.
     plane: Option<usize>,
     shaft_angle: i32,
-    /// Planes of the scans that have begun.
+    /// Planes of the scans so far.
     begun: Rc<RefCell<Vec<usize>>>,
 }
 
@@ -82,7 +83,7 @@ impl RadarModule for TwoPlanes<'_> {
     }
 }
 
-/// The report port: bytes typed into it, and bytes that the scanner sent.
+/// The report port: received and sent bytes.
 #[derive(Default)]
 struct Lines {
     typed: Vec<u8>,
@@ -103,18 +104,18 @@ impl BytePort for Lines {
 /// An answer: its head and its steps.
 type Told = (ScanLine, Vec<StepLine>);
 
-/// The chair that the scanner is on.
+/// Motion of the chair.
 #[derive(Clone, Copy, PartialEq)]
 enum Chair {
-    /// Known to stand.
+    /// At standstill, by the setting.
     Standing,
-    /// Its controller says that it does.
+    /// At standstill, by its controller's sentences.
     SaidToStand,
-    /// Its controller says that it drives.
+    /// Driving, by its controller's sentences.
     Driving,
 }
 
-/// The answers to the first `scans` scans of `ground`.
+/// Returns the answers to the first `scans` scans of `ground`.
 fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<Told> {
     let (depth, height) = (recording("depth", ground), recording("height", ground));
     let planes = [&depth, &height].map(|r| Playback::new(r, &Config::default()).unwrap());
@@ -141,7 +142,7 @@ fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<Told> {
     told
 }
 
-/// Scans until `scans` answers have been told.
+/// Scans until `scans` answers have been reported.
 fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> Vec<Told> {
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
     let mut pipeline = Box::new(Pipeline::new());
@@ -203,7 +204,7 @@ fn before_a_flight_going_down_a_standing_chair_looks_down_it() {
                 continue;
             }
             assert_eq!((head.direction, head.drops), (Direction::Down, 0));
-            // Its distances are not to be relied on: docs/hardware.md.
+            // Its distances are unreliable: docs/hardware.md.
             assert_eq!(head.status, Status::Degraded);
             assert!(head.reasons.has(Reason::Unconfirmed));
             let heights: Vec<i32> = steps.iter().map(|step| step.height.0).collect();
@@ -215,7 +216,7 @@ fn before_a_flight_going_down_a_standing_chair_looks_down_it() {
     }
 }
 
-/// The depth plane's history goes on over the scan in between: what a second sweep confirms stays confirmed.
+/// The depth plane's history continues over a scan of the other plane: a confirmed answer stays confirmed.
 #[test]
 fn a_scan_in_between_leaves_the_depth_plane_as_it_was() {
     let both = answers(DOWN, Chair::SaidToStand, 5);

@@ -1,4 +1,4 @@
-//! The image's watch over processor, supply and itself, in the emulator.
+//! Tests of the image's monitoring of processor, supply and its own integrity, in the emulator.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,11 +15,11 @@ use stairscan::verdict::{Reason, Status};
 
 use crate::common::{Scratch, elf};
 
-/// A copy of the image with something changed; it goes when it is dropped.
+/// A changed copy of the image; the file is removed when it is dropped.
 struct Copy(PathBuf);
 
 impl Copy {
-    /// `change` gets the file's bytes and where a section lies in it.
+    /// Calls `change` with the bytes of a section in the file.
     fn of(elf: &Path, name: &str, section: &str, change: impl Fn(&mut [u8])) -> Self {
         let mut bytes = fs::read(elf).unwrap();
         let file = object::File::parse(&*bytes).unwrap();
@@ -54,7 +54,7 @@ fn head(sentences: &[String]) -> ScanLine {
     }
 }
 
-/// The bytes of one variable change and no others; without just one such variable nothing is written.
+/// Exactly the bytes of one variable change. Without exactly one such variable nothing is written.
 #[test]
 fn a_patched_image_has_one_variable_changed() {
     let Some(elf) = elf() else { return };
@@ -92,8 +92,8 @@ fn a_patched_image_has_one_variable_changed() {
     assert_eq!(changed, expected);
 }
 
-/// One bit of a constant or of the code, and the image says at boot that it is not what was built, again and
-/// again, and never moves; without a seal it scans, but is never `ok`.
+/// With one bit of a constant or of the code changed, the image reports the damage repeatedly and never
+/// moves. Without a seal it scans, but is never `ok`.
 #[test]
 fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
     let Some(elf) = elf() else {
@@ -101,7 +101,7 @@ fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
     };
     let recording = recording();
     let playback = Playback::new(&recording, &Config::default()).unwrap();
-    // Neither is used before the image has been checked.
+    // These sections are not used before the image has been checked.
     for (section, back) in [(".rodata", 1), (".data", 1), (".vector_table", 1)] {
         let damaged = Copy::of(elf, &format!("damaged{section}"), section, |bytes| {
             let at = bytes.len() - back;
@@ -139,14 +139,14 @@ fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
     let scan = head(&session.scan().unwrap());
     assert_eq!((scan.scan, scan.status), (1, Status::Degraded));
     assert!(scan.reasons.has(Reason::ImageUnsealed), "{scan:?}");
-    // The seal puts right what was blank, and nothing else.
+    // Sealing changes only the blank seal.
     seal::seal(&blank.0).unwrap();
     assert!(fs::read(&blank.0).unwrap() == fs::read(elf).unwrap());
     assert!(seal::same(elf, &blank.0).unwrap() > 100_000);
 }
 
-/// Without its crystal the scanner does not move before somebody says that the internal oscillator will do;
-/// a supply that falls and a crystal that stops end in the fault path.
+/// Without its crystal the scanner does not move unless the internal oscillator is allowed. A falling supply
+/// and a failing crystal end in the fault path.
 #[test]
 fn clock_and_supply_are_watched() {
     let Some(elf) = elf() else {
@@ -159,7 +159,7 @@ fn clock_and_supply_are_watched() {
     assert_eq!((scan.scan, scan.status), (0, Status::Fault));
     assert!(scan.reasons.has(Reason::InternalClock), "{scan:?}");
     assert_eq!(session.shaft.pulses(), 0, "moved");
-    /// The supply's detector (RM0090, vector table).
+    /// Interrupt of the supply's voltage detector (RM0090, vector table).
     const PVD: u32 = 1;
     for (line, reset) in [(Some(PVD), ",supply,hsi-16,2,"), (None, ",clock,hsi-16,3,")] {
         session.interrupt(line).unwrap();

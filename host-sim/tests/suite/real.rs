@@ -1,4 +1,5 @@
-//! Recordings of real samples: from the simulated receiver without Q to the answer.
+//! Tests of recordings with real-valued samples: from the simulated receiver without Q to the
+//! answer.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::common::{Scratch, refused, sim};
 
-/// A scene of the repository, with the radar as it is or without Q.
+/// Simulates a scene of the repository, with the radar unchanged or without Q.
 fn simulated(scene: &str, real: bool) -> Recording {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{scene}.toml"));
     let text = fs::read_to_string(file).unwrap();
@@ -30,7 +31,7 @@ fn real_and_complex_samples_of_a_scene_give_the_same_steps() {
     for (scene, apart_m) in [
         ("stair_a", 0.01),
         ("stair_b", 0.01),
-        // Its last edge is told to 2 cm, with I and Q as without.
+        // Its last edge is accurate to 2 cm, with I and Q and without Q.
         ("descending", 0.02),
     ] {
         let [complex, real] = [false, true].map(|real| answer(&simulated(scene, real)));
@@ -99,7 +100,7 @@ fn what_needs_i_and_q_refuses_real_samples() {
         !out.status.success() && told.contains("real samples"),
         "{told}"
     );
-    // Keys from elsewhere would make I and Q of them.
+    // Keys of another source would make I and Q of them.
     let other = scratch.path().join("other");
     let out = sim(&[
         "convert",

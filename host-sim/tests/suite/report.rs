@@ -1,4 +1,4 @@
-//! Pages, and what counts as a recording on a command line.
+//! Tests of report pages, and of recordings on the command line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::common::{Scratch, sim};
 
-/// Those of the repository.
+/// Returns the directory of the repository's recordings.
 fn recordings() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings")
 }
@@ -39,7 +39,7 @@ fn a_directory_becomes_a_page_with_an_index() {
     }
 }
 
-/// One bad recording does not cost the others, and what the page says of it is what the terminal says.
+/// A bad recording does not affect the others, and the page has the same message as the terminal.
 #[test]
 fn a_bad_recording_stands_in_the_page() {
     let scratch = Scratch::new("report-bad");
@@ -66,7 +66,7 @@ fn a_shells_star_means_its_recordings_each_once() {
         .collect();
     paths.sort();
     let output = run(&["replay", "--format", "json"], &paths);
-    // Five scans, and six sweeps of the guard.
+    // Five scans, and six guard sweeps.
     assert_eq!(text(&output.stdout).lines().count(), 5 + 6);
     let skipped = text(&output.stderr);
     assert!(skipped.contains("README.md: no recording"), "{skipped}");
@@ -82,7 +82,7 @@ fn nothing_but_what_is_none_is_an_error() {
     assert!(told.contains("README.md: no recording"), "{told}");
 }
 
-/// Compares, and returns what is printed and the page's data.
+/// Compares; returns the output and the page's data.
 fn compared(scratch: &Scratch, command: &[&str]) -> (String, Value) {
     let page = scratch.path().join("compare.html");
     let page = page.to_str().unwrap();
@@ -95,7 +95,7 @@ fn compared(scratch: &Scratch, command: &[&str]) -> (String, Value) {
     (told, serde_json::from_str(data).unwrap())
 }
 
-/// A row of the differences.
+/// Returns a row of the differences.
 fn row<'a>(data: &'a Value, what: &str) -> &'a Value {
     let rows = data["compare"]["rows"].as_array().unwrap();
     let row = rows.iter().find(|row| row["what"] == what);
@@ -146,7 +146,7 @@ fn one_recording_stands_beside_itself_under_other_settings() {
         ["beamwidth", "5 deg", "4 deg"]
     ]);
     assert_eq!(settings(&data), expected);
-    // A setting that is what holds anyway changes nothing, and the page says so.
+    // A setting that equals the recording's own changes nothing, and the page states it.
     let (told, data) = compared(&scratch, &[&a, "--with", "mount-height=40cm"]);
     assert!(told.contains("nothing differs"), "{told}");
     assert_eq!(data["compare"]["rows"], json!([]));

@@ -1,4 +1,5 @@
-//! When the build script of the firmware runs again, and which revision it and the simulator's tell.
+//! Tests of the firmware's build script: when it runs again, and the revisions that it and the
+//! simulator's script report.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -25,7 +26,7 @@ fn git(dir: &Path, args: &[&str]) {
     run(dir, "git", &[&who[..], args].concat());
 }
 
-/// What the files that the script watches hold now, and the revision.
+/// Returns the contents of the files that the script watches, and the revision.
 fn watched(dir: &Path, script: &Path) -> (BTreeMap<PathBuf, Vec<u8>>, String) {
     let output = run(dir, script.to_str().unwrap(), &[]);
     let values = |key: &str| -> Vec<String> {
@@ -58,7 +59,7 @@ fn a_commit_reruns_the_build_script_and_staging_does_not() {
     fs::write(tree.join("src/main.rs"), "1").unwrap();
     git(&tree, &["add", "src"]);
     git(&tree, &["commit", "--quiet", "-m", "one"]);
-    // A worktree, whose `.git` is a file, as well.
+    // Also for a worktree, whose `.git` is a file.
     let other = scratch.path().join("other");
     git(
         &tree,
@@ -81,7 +82,7 @@ fn a_commit_reruns_the_build_script_and_staging_does_not() {
     }
 }
 
-/// The revision of the simulator, or the error, by its build script beside this lock file.
+/// Returns the revision of the simulator, or the error, from its build script beside this lock file.
 fn simulator_revision(dir: &Path, script: &Path, lock: &str) -> String {
     fs::write(dir.join("../Cargo.lock"), lock).unwrap();
     let output = run(dir, script.to_str().unwrap(), &[]);
@@ -92,7 +93,7 @@ fn simulator_revision(dir: &Path, script: &Path, lock: &str) -> String {
     told.next().unwrap().to_owned()
 }
 
-/// A change of any dependency threw all kept recordings away.
+/// A change of another dependency must not invalidate the cached recordings.
 #[test]
 fn the_simulator_s_revision_counts_only_the_packages_it_computes_with() {
     let scratch = Scratch::new("simulator-revision");
@@ -128,7 +129,7 @@ fn the_simulator_s_revision_counts_only_the_packages_it_computes_with() {
     );
 }
 
-/// A first build takes minutes: whoever types the commands of the README sees that it goes on.
+/// A first build takes minutes: the README's commands show its progress.
 #[test]
 fn a_first_build_shows_its_progress() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -1,5 +1,5 @@
-//! Recordings of several scans: one answer a scan, each against its own truth, and clear messages
-//! for what is wrong with them.
+//! Tests of recordings of several scans: one answer for each scan, each scored against its own ground
+//! truth, and clear messages for errors.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,13 +8,13 @@ use crate::common::{Scratch, refused, sim};
 use host_sim::recording::{Recording, Truth};
 use serde_json::{Value, json};
 
-/// A recording of the repository.
+/// Reads a recording of the repository.
 fn committed(name: &str) -> Recording {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     Recording::read(&root.join(name)).unwrap()
 }
 
-/// The scans of `parts` one after the other, as a mirror that goes back and forth makes them.
+/// Joins the scans of `parts`, alternately forward and backward.
 fn sequence(parts: &[&Recording], falling_first: bool) -> Recording {
     let mut whole = parts[0].clone();
     (whole.samples, whole.meta.angles_deg) = (Vec::new(), Vec::new());
@@ -35,7 +35,7 @@ fn sequence(parts: &[&Recording], falling_first: bool) -> Recording {
     whole
 }
 
-/// Two staircases and nothing, as three scans, written into `scratch`.
+/// Writes two staircases and an empty scene, as three scans, into `scratch`.
 fn written(scratch: &Scratch, falling_first: bool) -> PathBuf {
     let parts = ["stair_a", "empty", "stair_b"].map(committed);
     let path = scratch.path().join("three");
@@ -44,7 +44,7 @@ fn written(scratch: &Scratch, falling_first: bool) -> PathBuf {
     path
 }
 
-/// The JSON lines of `replay`.
+/// Returns the JSON lines of `replay`.
 fn replay(path: &Path, args: &[&str]) -> Vec<Value> {
     let path = path.to_str().unwrap();
     let out = sim(&[&["replay", path, "--format", "json"], args].concat());
@@ -82,8 +82,8 @@ fn one_answer_a_scan_in_order() {
     }
 }
 
-/// A scan that is treated as if it were the first gives what a recording of it alone gives, if the chair
-/// is known to stand as it is for that.
+/// A scan with `--single` gives the answer of a recording of it alone, if the chair is known to stand as
+/// in that recording.
 #[test]
 fn single_is_each_scan_alone() {
     let scratch = Scratch::new("sequence-alone");
@@ -98,8 +98,8 @@ fn single_is_each_scan_alone() {
     }
 }
 
-/// A chair whose nose is up looks higher: with the pitch in the recording, the answers are those of
-/// the level chair. Each scan has a pitch of its own.
+/// A higher nose lifts the beam. With the pitch in the recording the answers are those of the level
+/// chair. Each scan has its own pitch.
 #[test]
 fn the_pitch_is_taken_off_the_angles() {
     let level = committed("stair_a");
@@ -133,7 +133,7 @@ fn the_pitch_is_taken_off_the_angles() {
             }
         }
     }
-    // Once for the whole recording.
+    // One pitch for the whole recording.
     let mut one = up;
     one.meta.motion.pitch_deg = vec![1.5; one.chirps()];
     let (_scratch, path) = write_into("sequence-global-pitch", &one);
@@ -145,7 +145,7 @@ fn the_pitch_is_taken_off_the_angles() {
     assert_eq!(replay(&path, &[])[0]["steps"], expected[0]["steps"]);
 }
 
-/// From straight down to the front the angles count the other way: nose up adds.
+/// From straight down to the front the angles have the opposite sign: a higher nose adds.
 #[test]
 fn the_pitch_adds_to_angles_from_straight_down() {
     let level = committed("descending");
@@ -159,7 +159,7 @@ fn the_pitch_adds_to_angles_from_straight_down() {
     assert_eq!(replay(&path, &[])[0]["steps"], expected[0]["steps"]);
 }
 
-/// The directory is removed when the first of the two goes.
+/// Writes a recording into a new directory, which is removed when the returned `Scratch` is dropped.
 fn write_into(test: &str, recording: &Recording) -> (Scratch, PathBuf) {
     let scratch = Scratch::new(test);
     let path = scratch.path().join("one");
@@ -194,7 +194,7 @@ fn all_keys_survive_reading_and_writing() {
     );
 }
 
-/// Each scan's answer is held against its own truth.
+/// Each scan's answer is scored against its own ground truth.
 #[test]
 fn score_holds_each_scan_against_its_own_truth() {
     let scratch = Scratch::new("sequence-score");
@@ -213,14 +213,15 @@ fn score_holds_each_scan_against_its_own_truth() {
     let good = score();
     assert_eq!(good["sets"][0]["scenes"], 3);
     assert_eq!(good["sets"][0]["exact"], 3, "{good}");
-    // The truths in another order are not those of the scans.
+    // Ground truths in another order do not belong to the scans.
     let mut mixed = Recording::read(&path).unwrap();
     mixed.meta.sequence.truth.rotate_left(1);
     mixed.write(&path).unwrap();
     let bad = score();
     assert!(bad["sets"][0]["exact"].as_u64().unwrap() < 3, "{bad}");
     assert_eq!(bad["not_exact_or_wrong"][0]["recording"], "three scan 1");
-    // Without a truth of its own no scan is scored: the one at the first chirp is not theirs.
+    // A scan without its own ground truth is not scored: the one of the first chirp does not belong to
+    // it.
     mixed.meta.sequence.truth.clear();
     mixed.meta.truth = Some(Truth::default());
     mixed.meta.truth.as_mut().unwrap().direction = "none".into();
@@ -262,7 +263,7 @@ fn inspect_profile_and_pictures_take_sequences() {
     }
 }
 
-/// A recording of 2 scans of 3 chirps after `change` has spoilt its metadata.
+/// Writes a recording of 2 scans of 3 chirps with the metadata changed by `change`.
 fn spoilt(scratch: &Scratch, change: impl FnOnce(&mut Value)) -> PathBuf {
     let captures: Vec<Value> = [-0.5, 0.0, 0.5, 0.5, 0.0, -0.5]
         .iter()
@@ -287,7 +288,7 @@ fn spoilt(scratch: &Scratch, change: impl FnOnce(&mut Value)) -> PathBuf {
     scratch.spoilt(&captures, further, change)
 }
 
-/// A way to spoil a recording, and what the refusal says.
+/// A change of the metadata, and the expected parts of the message.
 type Case = (fn(&mut Value), &'static [&'static str]);
 
 const GLOBAL: &[Case] = &[
@@ -405,12 +406,12 @@ fn wrong_sequences_name_file_and_key() {
         let recording = spoilt(&scratch, change);
         refused(&recording, &[&["bad.sigmf-meta"], *words].concat());
     }
-    // Unspoilt it is read, and says what it says.
+    // The unchanged recording is read with all values.
     let good = Recording::read(&spoilt(&scratch, |_| ())).unwrap();
     assert_eq!((good.scans(), good.chirps_per_scan()), (2, 3));
     let disturbance = good.meta.disturbance.unwrap();
     assert!(disturbance.harmful && disturbance.extra["row"] == 3);
-    // A capture without a pitch takes the recording's.
+    // A capture without a pitch uses the recording's.
     let mixed = spoilt(&scratch, |m| {
         m["global"]["stairscan:pitch_deg"] = json!(-1);
         m["captures"][1]
@@ -441,7 +442,7 @@ fn a_sequence_is_not_turned_round_or_made_longer() {
     assert_eq!(replay(Path::new(path), &["--scans", "2"]).len(), 2);
 }
 
-/// Every fault of the motion sentences has its row, over the same scans as without any.
+/// Every fault of the motion sentences has its row, over the same scans as without faults.
 #[test]
 fn sequences_with_faults_count_every_fault() {
     let out = sim(&["sequences", "--faults", "--count", "1"]);
@@ -463,7 +464,7 @@ fn sequences_with_faults_count_every_fault() {
     ] {
         assert_eq!(scans(name), scans("none"), "{name}: {text}");
     }
-    // Sentences that a checked input refuses leave no `ok` to a chair that moves.
+    // With sentences that the input check refuses, no answer of a moving chair is `ok`.
     for name in ["swapped", "garbled"] {
         assert_eq!(row(name)[2], "0", "{name}: {text}");
     }

@@ -1,4 +1,5 @@
-//! `settings` over pseudo-terminals: got, set, compared; what is wrong is told before anything is sent.
+//! Tests of `settings` over pseudo-terminals: read, write, compare; errors are reported before anything
+//! is sent.
 
 use std::fs;
 use std::process::Output;
@@ -69,7 +70,7 @@ fn a_scanner_s_settings_are_got_compared_and_set() {
     }
     assert_eq!(run("--diff", &[]).status.code(), Some(0));
 
-    // This scanner has no flash: it is set, not saved, and scans on.
+    // This scanner has no flash: the settings are set but not saved, and scanning continues.
     let saved = run("--set", &["--save"]);
     assert_eq!(saved.status.code(), Some(1));
     assert!(
@@ -116,7 +117,7 @@ fn a_wrong_file_sends_nothing() {
     scanner.unplug();
 }
 
-/// A scanner of another firmware, which refuses one key and keeps another value than it was told.
+/// A scanner with another firmware, which refuses one key and stores another value than requested.
 #[test]
 fn what_the_scanner_refuses_or_keeps_otherwise_is_named() {
     let mut settings = Settings::default();

@@ -1,15 +1,16 @@
-//! Why one echo at its foot does not tell a kerb from a wall: in the simulator its level is the same.
+//! Shows that the echo at the foot does not distinguish a kerb from a wall: in the simulator its level is the same.
 
 use std::f64::consts::TAU;
 
 use host_sim::scene::Scene;
 
-/// Height of the mirror over the ground and its distance from the radar, metres: defaults of scenes.
+/// Height of the mirror above the ground and its distance from the radar, metres: defaults of scenes.
 const MIRROR_M: [f64; 2] = [0.40, 0.22];
 /// Range of one cycle a chirp, metres: c/2B with 10 GHz.
 const CYCLE_M: f64 = 0.014_99;
 
-/// Strongest power at the range of the foot of a lone rise on level concrete, over all rows, dB: median of five surfaces.
+/// Returns the maximum power over all rows at the range of the foot of a single rise on level concrete, dB: median of
+/// five surfaces.
 fn level_db(rise_m: f64, distance_m: f64) -> f64 {
     let scene = Scene::parse(&format!(
         "[[floor]]\nmaterial = \"concrete\"\n[[stairs]]\ncount = 1\ndistance_m = {distance_m}\nrise_m = {rise_m}\n\
@@ -40,7 +41,8 @@ fn level_db(rise_m: f64, distance_m: f64) -> f64 {
     levels[2]
 }
 
-/// From 4 cm on, the first Fresnel zone of 3 mm waves a metre away, a dihedral's echo no longer grows with its height.
+/// From a height of 4 cm on, the first Fresnel zone of 3 mm waves at 1 m, a dihedral's echo no longer grows with its
+/// height.
 #[test]
 fn a_foots_echo_is_as_strong_before_a_kerb_as_before_a_high_riser() {
     for distance_m in [0.9, 1.4] {

@@ -1,4 +1,5 @@
-//! A staircase scanned with a SiRad: each chirp from its model, through its protocol, to the scanner's answer.
+//! Tests of a staircase scanned with a SiRad: each chirp from its model, through its protocol, to the
+//! scanner's answer.
 
 use std::cell::RefCell;
 use std::task::Poll;
@@ -19,7 +20,7 @@ use stairscan::verdict::Status;
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 1_000;
 
-/// Waits for an answer that must come.
+/// Waits for an answer that must be delivered.
 fn wait<T, E: std::fmt::Debug>(
     now: &mut u32,
     mut poll: impl FnMut(Micros) -> Poll<Result<T, E>>,
@@ -33,7 +34,7 @@ fn wait<T, E: std::fmt::Debug>(
     panic!("no answer")
 }
 
-/// The radar as the module sets it by default.
+/// Returns the radar with the module's default settings.
 fn programmed() -> RadarConfig {
     let mut port = SiRadPort::new(Box::new(|samples| Some(vec![[0; 2]; samples])));
     let (mut module, mut now) = (SiRad::new(), 0);
@@ -45,7 +46,7 @@ fn programmed() -> RadarConfig {
     wait(&mut now, |at| module.settings(&mut port, at))
 }
 
-/// The staircase as that radar sees it.
+/// Simulates the staircase with that radar.
 fn simulated(radar: &RadarConfig) -> Recording {
     let mut spec: SceneSpec = toml::from_str(include_str!("../../../scenes/stair_a.toml")).unwrap();
     spec.radar.carrier_hz = 1e3 * f64::from(radar.carrier_khz);
@@ -55,7 +56,7 @@ fn simulated(radar: &RadarConfig) -> Recording {
     Scene::new(spec).unwrap().simulate("stair_a", 0)
 }
 
-/// The same recording, each of its chirps asked for and sent as the module does.
+/// Returns the recording with each chirp requested and sent by the module's protocol.
 fn sent(recording: &Recording, radar: &RadarConfig) -> Recording {
     let angle = RefCell::new(0);
     let source = |samples: usize| {

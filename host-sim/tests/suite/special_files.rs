@@ -1,5 +1,5 @@
-//! Names of no file and files of no bytes: one clear message, exit status 1, nothing left behind and
-//! nothing replaced.
+//! Tests of missing files, empty files and special files: one clear message, exit status 1, nothing
+//! left behind and nothing replaced.
 #![cfg(unix)]
 
 use std::ffi::OsStr;
@@ -15,7 +15,7 @@ fn repository(path: &str) -> String {
     format!("{}/../{path}", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A pipe without an end.
+/// Creates a pipe without a reader or writer.
 fn pipe(scratch: &Scratch, name: &str) -> PathBuf {
     let path = scratch.path().join(name);
     let made = Command::new("mkfifo").arg(&path).status().unwrap();
@@ -23,7 +23,7 @@ fn pipe(scratch: &Scratch, name: &str) -> PathBuf {
     path
 }
 
-/// The program refuses, with `words` in its one message.
+/// Asserts that the program refuses, with `words` in its one message.
 fn refused(args: &[&OsStr], words: &str) {
     let out = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(args)

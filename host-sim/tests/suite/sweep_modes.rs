@@ -1,12 +1,12 @@
-//! Both ways of sweeping by the image itself, in the emulator: from the edges of STEP, from what the image has
-//! its timer wait between them, and from the triggers.
+//! Tests of both sweep modes of the image in the emulator: from the edges of STEP, the timer waits between them,
+//! and the triggers.
 //!
-//! What this cannot see: the emulator's clocks run at other rates than the chip's and than each other, so that
-//! waits for TIM5 (settling, the chirp's duration, time-outs) are not timed here, and bytes come when the host
-//! sends them. The time of moves is told in clocks of the core, as the image programs them, which an
-//! interrupt's own latency adds to on the chip. The rest of a scan's time is that of
-//! `src/scanner/sweep/tests`, which run the same state machine over simulated time.
-//! Without the chip's target or QEMU the tests say so and pass, except in CI.
+//! Limits: the emulator's clocks run at other rates than the chip's and than each other, so that waits for TIM5
+//! (settling, the chirp's duration, timeouts) are not timed here, and bytes arrive when the host sends them. The
+//! duration of moves is given in clocks of the core, as the image programs them; on the chip the interrupt
+//! latency adds to it. The rest of a scan's duration is tested in `src/scanner/sweep/tests`, which run the same
+//! state machine over simulated time. Without the chip's target or QEMU the tests report it and pass, except in
+//! CI.
 
 use host_sim::commands::timing::ScanTime;
 use host_sim::emulate::Session;
@@ -23,12 +23,11 @@ use stairscan::signal::radar::wire::Wire;
 
 use crate::common::{elf, replayed};
 
-/// Clocks of the core in a second, without a crystal.
+/// Clock frequency of the core without a crystal, Hz.
 const CORE_HZ: u32 = 16_000_000;
-/// Where the switch is put, 0.001 degree: near the first row.
+/// Angle of the home switch, 0.001 degree: near the first row.
 const HOME: i32 = 15_000;
-/// Slow enough that a chirp comes through the emulator's port before the mirror is two rows on,
-/// microsteps/s.
+/// Speed at which a chirp passes the emulator's port before the mirror is two rows further, microsteps/s.
 const SLOW: u32 = 100;
 const WIRE: Wire = Wire {
     baud: 1_000_000,
@@ -36,7 +35,7 @@ const WIRE: Wire = Wire {
     pin: false,
 };
 
-/// 41 rows of short chirps.
+/// Returns a recording of 41 rows of short chirps.
 fn recording() -> Recording {
     let scene = Scene::parse(
         "[radar]\nsamples_per_chirp = 64\nbandwidth_hz = 3.2e9\nsample_rate_hz = 64e3\n\
@@ -46,7 +45,7 @@ fn recording() -> Recording {
     scene.unwrap().simulate("sector", 5)
 }
 
-/// Configured and connected, `settings` as far as they are no default.
+/// Boots, configures and connects a session with `settings`.
 fn start<'a>(
     elf: &std::path::Path,
     playback: &'a Playback<'a>,
@@ -59,7 +58,7 @@ fn start<'a>(
     session
 }
 
-/// A scan's sentences with 0 for the hash of the settings.
+/// Returns a scan's sentences with 0 for the hash of the settings.
 fn said(sentences: &[String]) -> Vec<String> {
     let body = |line: &String| match Sentence::parse(line).unwrap() {
         Sentence::Scan(head) => {
@@ -74,8 +73,8 @@ fn said(sentences: &[String]) -> Vec<String> {
     sentences.iter().map(body).collect()
 }
 
-/// The mirror goes on before the chirp is there, stands on every row's microstep and nowhere else, and its
-/// moves take as long as `timing` says.
+/// The mirror moves on before the chirp is received, stops at every row's microstep and nowhere else, and its
+/// moves take as long as `timing` calculates.
 #[test]
 fn in_stop_mode_the_mirror_overtakes_the_chirp() {
     let Some(elf) = elf() else { return };
@@ -94,8 +93,8 @@ fn in_stop_mode_the_mirror_overtakes_the_chirp() {
     let rows = schedule.rows();
     assert_eq!(session.overtaken, usize::from(rows) - 1, "of {rows} rows");
 
-    // Moves of one row begin and end with the ramp's longest waits; the places between two of them are those
-    // where the mirror stood.
+    // Moves of one row begin and end with the ramp's longest waits. The places between two of them are those
+    // where the mirror stopped.
     let ramp = settings.motor.ramp();
     let place = |row: u16| i64::from(schedule.position(row));
     let within: Vec<(i64, u64)> = (session.shaft.steps().iter())
@@ -104,7 +103,7 @@ fn in_stop_mode_the_mirror_overtakes_the_chirp() {
         .skip(1)
         .take((place(rows - 1) - place(0)) as usize)
         .collect();
-    // While a pulse is held, the interval to the next one runs already.
+    // The interval to the next pulse already runs while a pulse is held.
     let held = settings.motor.driver.held_clocks(CORE_HZ);
     let mut at = 0;
     for row in 1..rows {
@@ -128,8 +127,8 @@ fn in_stop_mode_the_mirror_overtakes_the_chirp() {
     );
 }
 
-/// The mirror turns through the sector without a pause, there and back, triggers come at their rows' places, and
-/// what comes of the chirps is what `replay` makes of them.
+/// The mirror turns through the sector without a pause, forward and backward, the triggers are at their rows'
+/// places, and the answers equal those of `replay`.
 #[test]
 fn a_continuous_sweep_turns_at_constant_speed() {
     let Some(elf) = elf() else { return };
@@ -157,7 +156,7 @@ fn a_continuous_sweep_turns_at_constant_speed() {
     .unwrap();
     assert_eq!(cruise.speed, SLOW);
 
-    // Every step between the first and the last row's triggers, there and back, is as long as the others.
+    // All steps between the first and the last row's triggers have the same duration, in both directions.
     let (low, high) = (schedule.position(0), schedule.position(rows - 1));
     let lead = cruise.lead;
     let inside = i64::from(low - lead)..=i64::from(high + lead);
@@ -172,7 +171,7 @@ fn a_continuous_sweep_turns_at_constant_speed() {
     let programmed = wait - u64::from(settings.motor.driver.held_clocks(CORE_HZ));
     let other = sector.iter().find(|&&clocks| clocks != programmed);
     assert_eq!(other, None, "of {programmed} clocks each");
-    // From row to row: steps by waits, on the chip's clocks.
+    // Time from row to row: steps times waits, with the chip's clock.
     let row_us =
         f64::from(high - low) / f64::from(rows - 1) * wait as f64 * 1e6 / f64::from(CORE_HZ);
     let planned = f64::from(cruise.period_us);
@@ -181,7 +180,7 @@ fn a_continuous_sweep_turns_at_constant_speed() {
         "{row_us}, not {planned}"
     );
 
-    // Triggers, in their order; the host sees them a little late.
+    // Triggers in their order; the host receives them slightly late.
     let shots = &session.shots[..2 * usize::from(rows)];
     for (k, shot) in shots.iter().enumerate() {
         let k = k as u16;

@@ -1,4 +1,4 @@
-//! `table1` prints what it promises, for people and for programs.
+//! Tests that `table1` prints its figures as text and as JSON.
 
 use crate::common::sim;
 use serde_json::Value;

@@ -26,16 +26,16 @@ from ._types import (
     Step,
 )
 
-#: Farthest angle that the mirror's shaft turns to, degrees.
+#: Maximum angle of the mirror's shaft, degrees.
 _FARTHEST_DEG = 170.0
-#: Fewest chirps of a scan.
+#: Minimum number of chirps of a scan.
 _FEWEST = 3
 
 
 def read(path: str | os.PathLike[str]) -> Recording:
     """Read a SigMF recording, named with or without suffix.
 
-    Raises OSError where a file cannot be read, ValueError where its content is refused; both name file and key.
+    Raises OSError if a file cannot be read, ValueError if its content is refused; both name file and key.
     """
     raw = _stairscan.read(_recording(path))
     config = raw["config"]
@@ -62,12 +62,12 @@ def replay(
 ) -> Result:
     """Scan a SigMF recording as ``cargo sim replay`` does, and return scan ``scan``, from 0.
 
-    The scanner works off all scans up to that one, for it carries on what it has seen. The keywords are the options
-    of the command: ``scans`` to make (a recording of one scan is then scanned back and forth), ``backwards``: the
-    mirror turns the other way, ``single``: each scan as if it were the first, ``motion``: what holds without motion
-    input, ``auto``, ``required`` or ``standing``.
+    The scanner processes all scans up to that one, since it uses the evidence of earlier scans. The keywords are the
+    options of the command: ``scans``: number of scans (a recording of one scan is repeated with alternating
+    direction), ``backwards``: the mirror turns in the opposite direction, ``single``: each scan as if it were the
+    first, ``motion``: mode without motion input, ``auto``, ``required`` or ``standing``.
 
-    Raises OSError where a file cannot be read, ValueError where its content or an argument is refused.
+    Raises OSError if a file cannot be read, ValueError if its content or an argument is refused.
     """
     options = _options(estimator, seed, scans, backwards, single, motion)
     if not 0 <= scan < 2**32:
@@ -95,16 +95,16 @@ def scan(
     angles: npt.ArrayLike | None = None,
     config: Config | None = None,
 ) -> Result:
-    """Scan an array of samples: one scan of a chair that stands.
+    """Scan an array of samples: one scan at standstill.
 
-    ``iq``: complex (chirps, samples) with full scale 1, or I and Q (chirps, samples, 2), int16 as the converter gave
-    them or floating point with full scale 1; with ``config.real`` real samples (chirps, samples). 16 to 256 complex
-    samples a chirp. An echo beats at a positive frequency. int16 is read where it lies, in one pass.
+    ``iq``: complex (chirps, samples) with full scale 1, or I and Q (chirps, samples, 2), int16 as from the converter
+    or floating point with full scale 1; with ``config.real`` real samples (chirps, samples). 16 to 256 complex
+    samples a chirp. An echo beats at a positive frequency. int16 is read without a copy, in one pass.
 
-    ``angles``: of each chirp, degrees, strictly rising or falling in equal steps; a missing one is a lost chirp.
-    Without them the rows stand at ``config.first_angle_deg``, ``config.angle_step_deg`` apart.
+    ``angles``: angle of each chirp, degrees, strictly rising or falling in equal steps; a gap is a lost chirp.
+    Without them the rows begin at ``config.first_angle_deg`` in steps of ``config.angle_step_deg``.
 
-    Raises ValueError that names argument, index or field, what was found and what was expected.
+    Raises ValueError that names argument, index or field, the value and the expected value.
     """
     config = Config() if config is None else config
     if not isinstance(config, Config):
@@ -118,7 +118,7 @@ def scan(
 
 
 def _recording(path: str | os.PathLike[str]) -> str:
-    """The path of a recording; an array has another way in."""
+    """Return the path of a recording; arrays are refused."""
     name = os.fspath(path)
     if name.endswith((".npy", ".npz")):
         raise ValueError(f"{name}: an array, expected a SigMF recording: numpy.load it and call stairscan.scan")
@@ -144,7 +144,7 @@ def _options(
 
 
 def _pairs(iq: npt.ArrayLike, real: bool) -> npt.NDArray[Any]:
-    """The samples as (chirps, samples, 2) of int16, float32 or float64, without a copy where they are that."""
+    """Return the samples as (chirps, samples, 2) of int16, float32 or float64, without a copy if possible."""
     array = np.asarray(iq)
     if real:
         shape = "real samples (chirps, samples), int16 or floating point"
@@ -171,7 +171,7 @@ def _pairs(iq: npt.ArrayLike, real: bool) -> npt.NDArray[Any]:
 
 
 def _angles(angles: npt.ArrayLike | None, chirps: int, config: Config) -> npt.NDArray[np.float64]:
-    """Degrees of each chirp."""
+    """Return the angle of each chirp, degrees."""
     if angles is None:
         degrees = config.first_angle_deg + config.angle_step_deg * np.arange(chirps, dtype=np.float64)
     else:

@@ -1,4 +1,4 @@
-"""What goes in and what comes out."""
+"""Types of inputs and results."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ Float32 = npt.NDArray[np.float32]
 Float64 = npt.NDArray[np.float64]
 
 #: An echo: a point scatterer below the size of a cell. ``x_m`` forward from the mirror's centre, ``y_m`` up from the
-#: ground, ``width`` of its lobe over the angle in units of a point's, ``role``: what the answer takes it for,
-#: ``against``: whether that contradicts the answer.
+#: ground, ``width`` of its lobe over the angle in units of a point's, ``role`` under the answer,
+#: ``against``: whether it contradicts the answer.
 ECHO = np.dtype(
     [
         ("x_m", "<f4"),
@@ -32,8 +32,8 @@ ECHO = np.dtype(
 )
 
 #: A particle of the posterior. ``kind``: ``stairs``, ``descent``, ``nothing``, ``ramp``, ``drop``, ``box`` or ``threshold``;
-#: ``at_m``: where a ramp begins or the ground ends; ``wall_m``: infinite without a wall; ``x_m`` and ``top_m``: place
-#: of each riser and level at its top, NaN behind the last.
+#: ``at_m``: start of a ramp or place of a drop; ``wall_m``: infinite without a wall; ``x_m`` and ``top_m``: place
+#: of each riser and level at its top, NaN after the last.
 PARTICLE = np.dtype(
     [
         ("probability", "<f4"),
@@ -49,7 +49,7 @@ PARTICLE = np.dtype(
     ]
 )
 
-#: A hypothesis: particles that show the same steps. ``edges``: distance and height of each edge in sight, NaN behind
+#: A hypothesis: particles with the same visible steps. ``edges``: distance and height of each visible edge, NaN after
 #: the last.
 HYPOTHESIS = np.dtype(
     [
@@ -59,23 +59,23 @@ HYPOTHESIS = np.dtype(
     ]
 )
 
-#: A cell of the way ahead. ``right``: probability that the answer is right from the mirror to the cell's end, by this
-#: scan alone; ``asked``: probability from which on the horizon includes the cell, above 1 where none suffices.
+#: A cell of the path ahead. ``right``: probability that the answer is correct from the mirror to the cell's end, from
+#: this scan alone; ``asked``: minimum probability for the horizon to include the cell, above 1 if none suffices.
 WAY = np.dtype([("end_m", "<f4"), ("right", "<f4"), ("asked", "<f4")])
 
 
 @dataclass(frozen=True)
 class Config:
-    """How a scan is made and worked off. Defaults are the firmware's; limits are those of docs/hardware.md."""
+    """Configuration of a scan. Defaults are the firmware's; limits are those of docs/hardware.md."""
 
     bandwidth_hz: float = 10e9
     """Swept bandwidth of the chirp."""
     carrier_hz: float = 94e9
     """Centre frequency of the chirp."""
     sample_rate_hz: float | None = None
-    """Rate of the samples: complex ones, or real ones where ``real`` is set."""
+    """Rate of the samples: complex ones, or real ones if ``real`` is set."""
     real: bool = False
-    """Whether the radar samples one channel: real samples in the place of I and Q."""
+    """Whether the radar samples one channel: real samples instead of I and Q."""
     plane: str = "depth"
     """``depth``: angles from the horizontal, positive downwards; ``height``: angles from straight down, positive
     towards the front."""
@@ -86,31 +86,31 @@ class Config:
     beamwidth_deg: float = 5.0
     """Two-sided 3 dB width of the beam that leaves the mirror."""
     first_angle_deg: float = -20.0
-    """Angle of the first row, where ``scan`` is given no angles."""
+    """Angle of the first row, if ``scan`` is given no angles."""
     angle_step_deg: float = 0.25
-    """From row to row, where ``scan`` is given no angles."""
+    """Angle between rows, if ``scan`` is given no angles."""
     mirror_echo_m: float = 0.0
-    """Range of the mirror's own echo when the scanner was calibrated; 0: never."""
+    """Range of the mirror's own echo at the calibration; 0: not calibrated."""
     mirror_level_db: float = 0.0
-    """Level of that echo, dBFS; 0: never."""
+    """Level of that echo, dBFS; 0: not calibrated."""
     range_scale_ppm: int = 0
-    """Excess of ranges over what ``bandwidth_hz`` says, parts of a million."""
+    """Excess of ranges over those from ``bandwidth_hz``, parts per million."""
     cfar_guard_cells: int = 3
     """Guard cells on each side of the cell under test."""
     cfar_training_cells: int = 8
     """Training cells on each side, beyond the guard cells."""
     cfar_false_alarm: float = 1.7e-4
-    """Probability that CA-CFAR takes a cell of noise for a target."""
+    """False-alarm probability of CA-CFAR in a cell of noise."""
     cfar_near_margin_m: float = 0.15
-    """Ranges up to this much beyond the mirror are left out."""
+    """Ranges up to this distance beyond the mirror are left out."""
     particles: int = 1000
-    """Particles of the paper's estimator."""
+    """Number of particles of the paper's estimator."""
     modes: int = 10
-    """Gaussian modes that they start from."""
+    """Number of Gaussian modes of their initial distribution."""
     spread: str = "gmm-cfar"
-    """How they start: ``uniform``, ``gmm-raw`` or ``gmm-cfar``."""
+    """Their initial distribution: ``uniform``, ``gmm-raw`` or ``gmm-cfar``."""
     rounds: int = 2
-    """Rounds of resampling."""
+    """Number of rounds of resampling."""
     mode_sigma_m: float = 0.08
     """Standard deviation of a mode."""
     vigilance: float = 0.5
@@ -118,7 +118,7 @@ class Config:
     estimator: str = "likelihood"
     """``likelihood``, or ``paper``: the estimator of the paper."""
     seed: int = 0
-    """Seed of the paper's particles. ``cargo sim replay`` and :func:`stairscan.replay` set 1."""
+    """Seed of the paper's particles. ``cargo sim replay`` and :func:`stairscan.replay` use 1."""
 
 
 @dataclass(frozen=True)
@@ -130,39 +130,39 @@ class Step:
     height_m: float
     """Height of the tread above the ground that the chair stands on."""
     tread_m: float | None
-    """Depth of the tread up to the next edge; None of the last."""
+    """Depth of the tread up to the next edge; None for the last."""
     riser_m: float | None
-    """Height of the riser; None where the level before is not known."""
+    """Height of the riser; None if the previous level is unknown."""
     distance_sigma_m: float
     height_sigma_m: float
     quality: int
-    """How much of the step was detected, 0 to 100."""
+    """Detection quality of the step, 0 to 100."""
 
 
 @dataclass(frozen=True)
 class Drop:
-    """Place where the ground ends and no stairs going down are reported."""
+    """Edge at which the ground ends, without reported downward stairs."""
 
     distance_m: float
     distance_sigma_m: float
     depth_m: float | None
-    """Depth of the next surface; None where it is not known."""
+    """Depth of the next surface; None if unknown."""
     probability: float
 
 
 @dataclass(frozen=True)
 class Maybe:
-    """Something that may stand there though the answer does not hold it."""
+    """A possible step or drop that is not part of the answer."""
 
     distance_m: float
     height_m: float
-    """Height above the ground; negative where the ground may end."""
+    """Height above the ground; negative for a possible end of the ground."""
     probability: float
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What the scanner reports of a scan."""
+    """The scanner's report of a scan."""
 
     recording: str
     scan: int
@@ -170,23 +170,23 @@ class Answer:
     status: Literal["ok", "degraded", "fault"]
     direction: Literal["up", "down", "none"]
     reasons: tuple[str, ...]
-    """Why the status is not ``ok``, and what is weak where it is: words of docs/reasons.md."""
+    """Reasons that prevent ``ok``, and weaknesses of an ``ok`` answer: words of docs/reasons.md."""
     horizon_m: float | None
     """The answer is valid from the mirror up to here."""
     free_m: float | None
-    """Free level ground ahead; None where none is promised."""
+    """Free distance ahead; None if there is none."""
     confidence: float | None
-    """Probability that nothing is wrong up to the horizon, or over the first metre where that is farther."""
+    """Probability that nothing is wrong up to the horizon, or over the first metre if that is farther."""
     steps: tuple[Step, ...]
     drop: Drop | None
     maybes: tuple[Maybe, ...]
     lost_rows: int
     sentences: tuple[str, ...] = field(repr=False)
-    """What the UART says, without line ends."""
+    """The sentences of the UART, without line ends."""
     summary: str = field(repr=False)
-    """One line in words."""
+    """Summary in one line."""
     text: str = field(repr=False)
-    """Sentences and a table for people, as ``cargo sim replay`` prints them."""
+    """Sentences and a text table, as ``cargo sim replay`` prints them."""
 
     def __str__(self) -> str:
         return self.text
@@ -194,45 +194,45 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Probabilities of what may stand there, by one scan alone."""
+    """Posterior of one scan alone."""
 
     counts: Float32
-    """Probability by number of steps, from none."""
+    """Probability by number of steps, from 0."""
     particles: npt.NDArray[np.void]
     """Weighted staircases, dtype :data:`PARTICLE`."""
     hypotheses: npt.NDArray[np.void]
-    """Particles summed up by what can be seen of them, the likeliest first, dtype :data:`HYPOTHESIS`."""
+    """Particles grouped by their visible steps, likeliest first, dtype :data:`HYPOTHESIS`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """A scan: the answer, and what it rests on."""
+    """Result of a scan: the answer, and the data that it is based on."""
 
     answer: Answer
     config: Config = field(repr=False)
-    """What the scanner was set to."""
+    """Configuration of the scanner."""
     map: npt.NDArray[np.uint8] = field(repr=False)
-    """Polar map, rows (angles) × range bins: logarithmic power as the chip keeps it, 1/8 octave a unit."""
+    """Polar map, rows (angles) × range bins: logarithmic power as in the chip, 1/8 octave a unit."""
     detected: npt.NDArray[np.bool_] = field(repr=False)
-    """Whether CA-CFAR let the cell through."""
+    """Whether the cell passes the CA-CFAR."""
     present: npt.NDArray[np.bool_] = field(repr=False)
-    """Whether the row's chirp arrived."""
+    """Whether the row's chirp was received."""
     angles_deg: Float32 = field(repr=False)
-    """Beam angle of each row, as ``config.plane`` counts it."""
+    """Beam angle of each row, as defined by ``config.plane``."""
     ranges_m: Float32 = field(repr=False)
     """Range of each bin from the mirror's centre."""
     echoes: npt.NDArray[np.void] = field(repr=False)
     """Echoes, strongest first, dtype :data:`ECHO`; none with the paper's estimator."""
     posterior: Posterior | None = field(repr=False)
-    """None with the paper's estimator, and where the scan has no echoes."""
+    """None with the paper's estimator, and without echoes."""
     way: npt.NDArray[np.void] = field(repr=False)
-    """The way ahead cell by cell, nearest first, dtype :data:`WAY`."""
+    """The path ahead by cells, nearest first, dtype :data:`WAY`."""
     noise_dbfs: float | None
     """Median of the filtered map."""
     angle_bias_deg: float | None
-    """Error of the angles by this scan's floor, which the answer allows for; 0 where no floor shows it."""
+    """Error of the angles from this scan's ground, which the answer corrects; 0 without visible ground."""
     mount_height_error_m: float | None
-    """Error of the mount height by this scan's floor, which the answer allows for; 0 where no floor shows it."""
+    """Error of the mount height from this scan's ground, which the answer corrects; 0 without visible ground."""
 
     @property
     def map_dbfs(self) -> Float32:
@@ -259,29 +259,29 @@ class Recording:
 
     name: str
     iq: npt.NDArray[np.int16] = field(repr=False)
-    """I and Q, shape (chirps, samples, 2), full scale 32768; of real samples one after the other."""
+    """I and Q, shape (chirps, samples, 2), full scale 32768; real samples consecutively."""
     angles_deg: Float64 = field(repr=False)
-    """Beam angle of each chirp, the chair's pitch taken out; empty without a mirror."""
+    """Beam angle of each chirp, corrected for the chair's pitch; empty without a mirror."""
     scans: int
-    """Scans that it holds, one after the other, with as many chirps each."""
+    """Number of consecutive scans, with equal numbers of chirps."""
     config: Config | None = field(repr=False)
-    """What it says of its samples, for :func:`stairscan.scan`; None where no scan can be made of it."""
+    """Configuration of its samples, for :func:`stairscan.scan`; None if it cannot be scanned."""
     metadata: dict[str, Any] = field(repr=False)
-    """The document of its SigMF file."""
+    """The contents of its SigMF metadata file."""
 
     @property
     def samples(self) -> npt.NDArray[np.complex64]:
-        """The samples as complex numbers (chirps, samples), full scale 1."""
+        """Return the samples as complex numbers (chirps, samples), full scale 1."""
         scaled = self.iq.astype(np.float32) / np.float32(32768)
         return scaled.view(np.complex64)[..., 0]
 
     def chirps_of(self, scan: int) -> slice:
-        """The chirps of scan ``scan``, from 0."""
+        """Return the chirps of scan ``scan``, from 0."""
         each = len(self.iq) // self.scans
         return slice(scan * each, (scan + 1) * each)
 
     def truth(self, scan: int = 0) -> dict[str, Any] | None:
-        """What is really there, as the recording says it of scan ``scan``, from 0; None where it does not."""
+        """Return the ground truth of scan ``scan``, from 0; None if the recording does not contain it."""
         told = self.metadata["global"]
         of_scans = told.get("stairscan:truth_scans")
         if of_scans is not None:

@@ -1,4 +1,4 @@
-//! The scanner on a bench: stepped, typed at, and read.
+//! Test bench of the scanner: runs its loop, types, and reads its output.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -15,23 +15,23 @@ use stairscan::verdict::{Reasons, Status};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 
-/// Angles of a scan.
+/// Number of angles of a scan.
 const ANGLES: u16 = 5;
-/// Steps within which a healthy scanner has homed, asked its module and scanned, or gone through a
-/// fault's hold before that.
+/// Maximum number of steps for a healthy scanner to home, configure its module and scan, including
+/// the hold of a previous fault.
 const PATIENCE: u32 = 4_000;
-/// The first time, what was set for an odd module may keep the settings from coming back in one go.
+/// Number of attempts: settings made for another module may prevent some defaults in the first one.
 const ROUNDS: u32 = 3;
 
 type Mirror = EncodedMirror<Stepper<Shared>, Shared>;
 type Parts<'a> = Scanner<'a, Mirror, FrameLink<Module>, Shared, Shared, Rows>;
 
-/// Scanner and world, and what the scanner has said so far.
+/// Scanner and environment, and the scanner's output.
 pub struct Bench<'a> {
     world: Shared,
     scanner: Parts<'a>,
     now: Micros,
-    /// Number of the last scan that was told, and how many sentences of it are still to come.
+    /// Number of the last reported scan.
     scan: u32,
     to_come: u8,
     last: Option<(Status, Reasons)>,
@@ -41,7 +41,7 @@ fn settings() -> Settings {
     let mut settings = Settings::default();
     settings.config.radar = RADAR;
     settings.config.sweep.angle_count = ANGLES;
-    // This shaft is through the whole sector in a step.
+    // The simulated shaft passes the whole sector in one step.
     settings.sweep_mode = SweepMode::Stop;
     assert_eq!(settings.validate(), Ok(()));
     settings
@@ -76,23 +76,23 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Changes the world.
+    /// Changes the environment.
     pub fn world(&mut self, mut change: impl FnMut(&mut World)) {
         change(&mut self.world.0.borrow_mut());
     }
 
-    /// Something is typed.
+    /// Types bytes.
     pub fn type_in(&mut self, bytes: &[u8]) {
         self.world(|w| w.typed.extend(bytes));
     }
 
-    /// So many ms pass at once.
+    /// Advances the time by `ms` in one step.
     pub fn jump(&mut self, ms: u16) {
         self.now = self.now.plus(1000 * u32::from(ms));
         self.step();
     }
 
-    /// So many ms pass.
+    /// Runs `count` steps of one ms.
     pub fn steps(&mut self, count: u32) {
         (0..count).for_each(|_| self.step());
     }
@@ -110,7 +110,7 @@ impl<'a> Bench<'a> {
         self.read();
     }
 
-    /// Reads what has been said.
+    /// Parses the output.
     fn read(&mut self) {
         let mut printed = std::mem::take(&mut self.world.0.borrow_mut().printed);
         while let Some(end) = printed.iter().position(|&b| b == b'\n') {
@@ -142,11 +142,11 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Once all is well, the default settings bring scans that are `ok`.
+    /// Checks that without faults the default settings lead to scans that are `ok`.
     pub fn recovers(&mut self) {
         self.world(World::heal);
         for _ in 0..ROUNDS {
-            // The first line end finishes whatever was being typed.
+            // The first line end completes a partially typed line.
             self.tell("\n");
             self.tell("stop");
             let wanted = settings();
@@ -176,7 +176,7 @@ impl<'a> Bench<'a> {
         );
     }
 
-    /// Types a command, and lets it be answered.
+    /// Sends a command and waits for the reply.
     fn tell(&mut self, command: &str) {
         let framed = super::super::commands::framed(format!("!{command}").as_bytes());
         self.type_in(&framed.unwrap_or_default());

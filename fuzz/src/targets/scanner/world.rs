@@ -1,4 +1,4 @@
-//! Everything outside the scanner, shared by its traits.
+//! Everything outside the scanner, shared by the implementations of its traits.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -22,41 +22,41 @@ use stairscan::verdict::{
     Conditions, Ending, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
 };
 
-/// What the module is set to: few samples, so that a scan is short.
+/// Settings of the module: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
     carrier_khz: 94_000_000,
     bandwidth_khz: 3_200_000,
     samples: 64,
     real: false,
 };
-/// The way that the shaft turns in a step, microsteps.
+/// Motion of the shaft in a step, microsteps.
 const WAY: i32 = 4_000;
-/// The shaft's own ends, microsteps from the switch: there pulses are lost.
+/// Mechanical limits of the shaft, microsteps from the switch; pulses beyond them are lost.
 const ENDS: (i32, i32) = (-600, 49_000);
 
-/// What the module does with a request.
+/// Behaviour of the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mood {
-    /// It answers.
+    /// Normal answers.
     #[default]
     Well,
-    /// It says nothing.
+    /// No answer.
     Silent,
-    /// It says that it cannot.
+    /// Error answer.
     Error,
-    /// Its answer is damaged.
+    /// Damaged answer.
     Damaged,
-    /// It answers an older request.
+    /// Answer to an older request.
     Stale,
-    /// Its answer is too short.
+    /// Answer that is too short.
     Short,
-    /// It answers with another kind of frame.
+    /// Another kind of frame.
     Other,
-    /// It is set to something else that can be scanned with.
+    /// Other settings with which scanning is possible.
     Changed,
-    /// It is set to something that cannot.
+    /// Settings with which scanning is impossible.
     Absurd,
-    /// It sends nonsense before its answer.
+    /// Random bytes before the answer.
     Babbling,
 }
 
@@ -74,7 +74,7 @@ impl Mood {
         Mood::Babbling,
     ];
 
-    /// The mood that a byte stands for.
+    /// Returns the behaviour for a byte.
     pub fn of(byte: u8) -> Self {
         Self::ALL[usize::from(byte) % Self::ALL.len()]
     }
@@ -95,7 +95,7 @@ pub struct World {
     target: i32,
     until_home: bool,
     edge: bool,
-    /// The present move may be that of a continuous sweep: it is slower than others are.
+    /// Whether the current move may be a continuous sweep, which is slower than others.
     sweeping: bool,
     pub enabled: bool,
     pub stalled: bool,
@@ -131,7 +131,7 @@ impl World {
         }
     }
 
-    /// All is well again.
+    /// Removes all faults.
     pub fn heal(&mut self) {
         self.mood = Mood::Well;
         (self.stalled, self.broken) = (false, false);
@@ -147,14 +147,14 @@ impl World {
         }
     }
 
-    /// A step's time of turning.
+    /// Turns the shaft for the time of one step.
     pub fn turn(&mut self) {
         let way = (self.target - self.position).clamp(-WAY, WAY);
         if !self.enabled || self.stalled || way == 0 {
             return;
         }
         let before = self.pressed();
-        // The edge ends the move at once, at the switch's own place.
+        // The switch's edge ends the move at once, at the switch's own place.
         let way = match self.until_home && !before && self.switch.is_multiple_of(3) {
             true => way.max(-self.place),
             false => way,
@@ -167,7 +167,7 @@ impl World {
         }
     }
 
-    /// What the module makes of a byte from the scanner.
+    /// Processes a byte from the scanner.
     fn request(&mut self, byte: u8) {
         if self.requests.push(byte) != Ok(Progress::Complete) {
             return;
@@ -228,7 +228,7 @@ impl World {
     }
 }
 
-/// One of the scanner's traits over the world.
+/// Shared environment that implements one of the scanner's traits.
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<World>>);
 
@@ -337,12 +337,12 @@ impl Board for Shared {
     }
 }
 
-/// A data path that only watches which rows it gets.
+/// A data path that only records its rows.
 pub struct Rows {
     world: Shared,
     samples: [Iq; MAX_SAMPLES],
     count: usize,
-    /// Which rows have come or will not.
+    /// Rows that are final: received or lost.
     seen: Vec<bool>,
 }
 

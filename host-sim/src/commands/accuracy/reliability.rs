@@ -1,4 +1,4 @@
-//! The tables of what is promised: how far told probabilities are kept.
+//! Tables of the reliability of reported probabilities.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use super::weighted;
 use crate::scene::random::Kind;
 use crate::score::{AnswerType, Bin, Reliability, SetScore, Share, drops, upper_bound};
 
-/// `1.42 m`: the median horizon of the answers that are `ok`; a dash without any.
+/// Formats the median horizon of the `ok` answers as `1.42 m`; a dash without any.
 pub fn horizon(set: &SetScore) -> String {
     match set.ok_horizon_m {
         None => "–".into(),
@@ -15,7 +15,8 @@ pub fn horizon(set: &SetScore) -> String {
     }
 }
 
-/// What `ok` promises of all scenes together, and confidence and `MAYBE`s against what came true.
+/// Returns the tables of wrong `ok` answers for all scenes together, and of confidence and `MAYBE`s
+/// against the outcomes.
 pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     let mut out = format!(
         "All scenes together: `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
@@ -28,7 +29,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         "| type of answer | `ok` | of them wrong | upper 95 % bound of the share that is wrong (Clopper-Pearson) |\n\
          |---|---|---|---|\n",
     );
-    // Where no answer tells a drop, neither row nor line does.
+    // Without a reported drop there is no row and no line.
     let told = |kind: AnswerType| kind != AnswerType::Drop || all.drops > 0;
     let types = all.ok_and_wrong_by_type.into_iter();
     for (kind, Share { hits, of }) in types.filter(|(kind, _)| told(*kind)) {
@@ -86,7 +87,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     out
 }
 
-/// One line for each bin.
+/// Adds one line for each bin.
 fn bins(out: &mut String, reliability: &Reliability) {
     for bin in &reliability.bins {
         let percent = |v: f64| format!("{:.0}", 100.0 * v);
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn lines_tell_what_was_predicted_and_what_came_true() {
-        // Of 40 answers of 96 % all but 8 are right, of 10 of 99.5 % all.
+        // Of 40 answers with 96 % 8 are wrong, of 10 with 99.5 % none.
         let mut scenes = vec![scene(1.25, 0.96, true); 32];
         scenes.extend(vec![scene(1.25, 0.96, false); 8]);
         scenes.extend(vec![scene(1.5, 0.995, true); 10]);
@@ -163,7 +164,7 @@ mod tests {
         has("| 0–50 % | 0 | – | – | – | – |\n");
         has("| none | 50 | 96.7 % | 84.0 % (71.5–91.7) | 2.5 % | **no** | 0 of 1 |\n");
         has("median horizon of an `ok` 1.25 m");
-        // 42 of 50 MAYBEs of 15 % are right.
+        // 42 of 50 MAYBEs with 15 % are correct.
         has("| 10–20 % | 50 | 15.0 % | 84.0 % (71.5–91.7) | 5.0 % | **no** |\n");
     }
 

@@ -1,14 +1,16 @@
-//! The share of `ok` answers that is wrong where kinds of scenes are met as often as said, whatever a draw holds of each.
+//! Share of wrong `ok` answers with weights for how often a chair meets each kind of scene, independent of the
+//! numbers in a draw.
 
 use std::fmt::Write as _;
 
 use crate::scene::random::Kind;
 use crate::score::{AnswerType, SetScore, Share, upper_bound};
 
-/// How often a chair meets a kind, per 1,000 places that it is driven up to. By assumption: studies of what wheelchair
-/// users meet count complaints or rate how hard barriers are (Meyers et al. 2002; Harris, Yang and Sanford 2015), not how
-/// often each is met. Assumed are a chair that mostly drives on level ground, past things that stand about; kerbs ten
-/// times as often as a platform; entrances half as often as kerbs; and stairs, most of them regular, as often down as up.
+/// Frequency of each kind, per 1,000 places that a chair approaches. These are assumptions: studies of what
+/// wheelchair users meet count complaints or rate the difficulty of barriers (Meyers et al. 2002; Harris, Yang and
+/// Sanford 2015), not their frequency. Assumed is a chair that mostly drives on level ground, past objects; kerbs are
+/// ten times as frequent as a platform; entrances half as frequent as kerbs; stairs, most of them regular, as
+/// frequent downward as upward.
 fn met(kind: Kind) -> f64 {
     match kind {
         Kind::None => 400.0,
@@ -24,7 +26,7 @@ fn met(kind: Kind) -> f64 {
     }
 }
 
-/// `ok` answers of a type, weighted: which share of them is wrong, and its upper 95 % bound.
+/// Weighted `ok` answers of a type: share of wrong ones, and its upper 95 % bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Weighted {
     wrong: f64,
@@ -33,9 +35,9 @@ struct Weighted {
 }
 
 impl Weighted {
-    /// From the weight of each scene of a kind and its `ok` answers. The bound is Clopper and Pearson's of as many
-    /// answers of one weight as know a mean as well (Kish 1965: the weights' squared sum over the sum of their squares),
-    /// rounded up.
+    /// From the weight of each scene of a kind and its `ok` answers. The bound is that of Clopper and Pearson for the
+    /// effective number of answers (Kish 1965: the square of the weights' sum over the sum of their squares), rounded
+    /// up.
     fn of(kinds: &[(f64, Share)]) -> Option<Self> {
         let sum = |f: &dyn Fn(f64, Share) -> f64| kinds.iter().map(|(w, s)| f(*w, *s)).sum::<f64>();
         let weights = sum(&|w, s| w * s.of as f64);
@@ -52,7 +54,7 @@ impl Weighted {
     }
 }
 
-/// Each type of answer that is `told`, its kinds weighted alike and as they are met.
+/// Returns the table by type of answer that is `told`, with equal weights of the kinds and with their frequencies.
 pub fn table(kinds: &[(Kind, SetScore, Share)], told: &dyn Fn(AnswerType) -> bool) -> String {
     let mut out = String::from(
         "The same by type, but that each kind of scene counts as if it were met as often as every other (alike), or as \
@@ -93,7 +95,7 @@ mod tests {
         let alike = Weighted::of(&[(0.5, Share::new(1, 100)), (0.5, Share::new(3, 300))]).unwrap();
         assert_eq!((alike.wrong, alike.effective), (0.01, 400));
         assert_eq!(alike.bound, upper_bound(4, 400));
-        // Nine tenths of the weight lie on ten answers.
+        // Nine tenths of the weight are on ten answers.
         let heavy = Weighted::of(&[(9.0, Share::new(0, 10)), (0.1, Share::new(5, 100))]).unwrap();
         assert!((heavy.wrong - 0.005).abs() < 1e-12, "{heavy:?}");
         assert_eq!(heavy.effective, 12);

@@ -1,43 +1,43 @@
-//! One recording with one fault, and how its run ends.
+//! Outcome of one recording with one fault.
 
 use crate::recording::Recording;
 
-/// Seeds of fault draws, apart from those of scenes: one per recording.
+/// First seed of faults, separate from those of scenes; one seed for each recording.
 pub const SEEDS: u64 = 1 << 32;
 
-/// End of one run.
+/// Outcome of one run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// No answer.
+    /// Status `fault`.
     Fault,
     /// Degraded, and the reason names the fault.
     Named,
     /// Degraded for another reason.
     Unnamed,
-    /// `ok`, and so it is.
+    /// `ok` and correct.
     Right,
-    /// `ok`, and it is not.
+    /// `ok` and wrong.
     Wrong,
 }
 
 /// One recording with one fault.
 pub struct Run {
-    /// How it ended.
+    /// The outcome.
     pub fate: Fate,
     /// Whether its reasons name the fault.
     pub named: bool,
-    /// Line that is printed for it if it is `ok` and wrong.
+    /// Text that is printed if the answer is `ok` and wrong.
     pub words: String,
 }
 
-/// The recordings that are `ok` and right without a fault, and how many there were in all.
+/// The recordings that are `ok` and correct without a fault, with counts.
 pub struct Clean {
-    /// They.
+    /// The recordings.
     pub recordings: Vec<Recording>,
-    /// Where each shows the mirror's own echo, 0.01 mm from the radar.
+    /// Range of the mirror's own echo in each, 0.01 mm from the radar.
     pub mirror_echoes: Vec<i32>,
-    /// How many were `ok`.
+    /// Number of recordings that were `ok`.
     pub ok: usize,
-    /// How many there were.
+    /// Number of recordings.
     pub all: usize,
 }

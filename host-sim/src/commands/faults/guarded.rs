@@ -1,6 +1,6 @@
-//! Every fault of the instrument on guard sweeps that are right without it.
+//! Applies every fault of the instrument to guard sweeps that are correct without it.
 //!
-//! A fault is drawn once for a recording and put on each of its sweeps alike.
+//! A fault is drawn once for a recording and applied to each of its sweeps in the same way.
 
 use std::path::Path;
 
@@ -19,7 +19,8 @@ use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::score::{self, Scored, Word};
 use crate::sweeps::{ground, truth};
 
-/// The recordings to spoil: simulated ones of each kind, or those of a directory that hold guard sweeps with truth.
+/// Returns the recordings to which faults are applied: simulated ones of each kind, or those of a directory that
+/// contain guard sweeps with ground truth.
 fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording>> {
     if let Some(dir) = on {
         let read = |path| Recording::read(path);
@@ -38,7 +39,7 @@ fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording
     harness::each(&jobs, |(kind, seed)| scenes::recording(*kind, *seed))
 }
 
-/// The words on a recording's sweeps, scored; nothing of one without truth.
+/// Scores the answers to a recording's sweeps.
 fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
     let truth = truth::read(recording)?.unwrap_or_default();
     let words: Vec<Word> = words.iter().map(Word::of).collect();
@@ -46,7 +47,7 @@ fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
     Ok(score::recording(&recording.name, &words, &truth, &shows_m))
 }
 
-/// The recordings whose sweeps are `ok` at least once and never wrong.
+/// Returns the recordings whose sweeps are `ok` at least once and never wrong.
 pub fn clean(on: Option<&Path>, scenes: (Draw, u64), options: &Options) -> Result<Clean> {
     let whole = whole(on, scenes)?;
     let judged = harness::each(&whole, |recording| {
@@ -68,7 +69,7 @@ pub fn clean(on: Option<&Path>, scenes: (Draw, u64), options: &Options) -> Resul
     })
 }
 
-/// Puts one fault on each sweep of a recording, and judges the words from the third sweep on.
+/// Applies one fault to each sweep of a recording, and scores the answers from the third sweep on.
 pub fn one(
     (fault, strength): (&Fault, f64),
     recording: &Recording,
@@ -97,8 +98,8 @@ pub fn one(
     Ok(found.sweeps.iter().map(run).collect())
 }
 
-/// The recording with the fault on each of its sweeps, drawn alike; none where the fault leaves rows out or moves them
-/// against each other: the scanner would guard on with its own.
+/// Returns the recording with the same fault applied to each of its sweeps; `None` if the fault removes rows or
+/// shifts them: the scanner would then guard with its own angles.
 fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
     let mut spoilt = recording.clone();
     spoilt.samples.clear();
@@ -114,7 +115,7 @@ fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<
         }
         spoilt.meta.angles_deg.extend(angles);
         spoilt.samples.extend_from_slice(&one.samples);
-        // A fault of the mounting is in what the recording says, for all sweeps alike.
+        // A fault of the mounting is in the metadata, for all sweeps.
         spoilt.meta.mirror.clone_from(&one.meta.mirror);
         spoilt.meta.bandwidth_hz = one.meta.bandwidth_hz;
     }

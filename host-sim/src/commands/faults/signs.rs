@@ -1,4 +1,4 @@
-//! `faults --signs`: what health sees where there is no fault. The source of its limits.
+//! `faults --signs`: values of the health checks without faults. Their limits are chosen from these.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -17,20 +17,19 @@ use crate::inspect;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
 
-/// Shares of the scenes whose sign is at most what stands in the table.
+/// Quantiles in the table.
 const QUANTILES: [f64; 4] = [0.5, 0.95, 0.99, 1.0];
 
-/// One sign in one scene, its unit the limit where that is more than 0.
+/// One health check's value in one scene, relative to the limit if that is positive.
 #[derive(Clone, Copy)]
 struct Seen {
     value: f64,
     alarm: bool,
-    /// Whether the answer is `ok`, or would be but for doubts about the instrument.
+    /// Whether the answer is `ok`, or would be without the reasons of the instrument.
     trusted: bool,
 }
 
-/// The estimator's numbers, but that it takes any floor for the one it stands on, any mounting for the one it
-/// was told of, and any lobes for the beam's.
+/// The estimator's parameters with the checks of ground, mounting and beam turned off.
 const BELIEVING: Params = Params {
     floor_elsewhere: f32::MAX,
     floor_alone: f32::MAX,
@@ -41,7 +40,7 @@ const BELIEVING: Params = Params {
     ..Params::DEFAULT
 };
 
-/// Hears what echoes say of the floor, the mounting and the beam.
+/// Observer of the checks of ground, mounting and beam.
 #[derive(Default)]
 struct Witness {
     floor: Option<Floor>,
@@ -60,7 +59,7 @@ impl Observer for Witness {
     }
 }
 
-/// All signs of one scene.
+/// Returns all values of one scene.
 fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
     let first = Options {
         scans: Some(1),
@@ -121,7 +120,7 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
     Ok(found)
 }
 
-/// The table for people.
+/// Returns the text table.
 pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
     let scenes: Vec<_> = recordings
         .par_iter()

@@ -1,4 +1,4 @@
-//! A port or a recording, offered to others while it is watched or played.
+//! Publishes a port or a recording as a service while it is observed or played.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -17,19 +17,19 @@ use crate::recording::Recording;
 use crate::serve::player::{self, Clock};
 use crate::serve::streams::{Service, Stream, publish_scan};
 
-/// A session is looked at so often for its end.
+/// Polling interval for the end of a session.
 const GRAIN: Duration = Duration::from_millis(50);
 
-/// The source, as a service has to know it.
+/// Properties of the source for a service.
 pub struct Offer {
     /// Its topics.
     pub streams: &'static [Stream],
-    /// Height of the mirror's centre above the ground, metres; the default where the source does not tell it.
+    /// Height of the mirror's centre above the ground, metres; the default if the source does not report it.
     #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
     pub mount_height_m: f64,
 }
 
-/// Starts a service.
+/// Function that starts a service.
 type Open<'a> = &'a dyn Fn(&Offer) -> Result<Box<dyn Service>>;
 
 /// Serves until the session is ended.
@@ -40,7 +40,7 @@ pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     }
 }
 
-/// A service, with its place told on stderr.
+/// Starts a service and prints its address to stderr.
 fn opened(open: Open<'_>, offer: &Offer) -> Result<Box<dyn Service>> {
     let service = open(offer)?;
     if let Some(warning) = service.warning() {
@@ -50,11 +50,11 @@ fn opened(open: Open<'_>, offer: &Offer) -> Result<Box<dyn Service>> {
     Ok(service)
 }
 
-/// A recording at its true speed, until it is interrupted.
+/// Plays a recording at its true speed, until it is interrupted.
 fn play(args: &Args, path: &Path, open: Open<'_>) -> Result<ExitCode> {
     let recording = Recording::read(path)?;
     let options = args.settings.options(args.settings.config()?);
-    // A recording that no scan can be made of is told before anything is served.
+    // A recording that cannot be scanned is reported before the service starts.
     Playback::new(&recording, &options.config)?;
     let offer = Offer {
         streams: &Stream::OF_RECORDINGS,
@@ -74,7 +74,7 @@ fn play(args: &Args, path: &Path, open: Open<'_>) -> Result<ExitCode> {
     played.map(|()| ExitCode::SUCCESS)
 }
 
-/// The answers of a report port, or of the demonstration.
+/// Publishes the answers of a report port, or of the demonstration.
 fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     let demonstrated = args.demo.as_deref().map(Recording::read).transpose()?;
     let (source, mut state) = source(args, started)?.context("no port")?;
@@ -95,7 +95,7 @@ fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     watched
 }
 
-/// Mount height of a recording, else that of the settings, metres.
+/// Returns the mount height of a recording, else that of the settings, metres.
 fn mount_height_m(args: &Args, recording: Option<&Recording>) -> Result<f64> {
     let recorded = recording.and_then(|recording| recording.meta.mirror.as_ref());
     Ok(match recorded {
@@ -104,13 +104,13 @@ fn mount_height_m(args: &Args, recording: Option<&Recording>) -> Result<f64> {
     })
 }
 
-/// Now, nanoseconds since 1970.
+/// Returns the current time, nanoseconds since 1970.
 fn unix_ns() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.unwrap_or_default().as_nanos() as u64
 }
 
-/// The time of day when playing began, carried on by the steady clock.
+/// Clock: the time of day at the start, advanced by the monotonic clock.
 struct Wall {
     stop: Arc<AtomicBool>,
     begun: Instant,

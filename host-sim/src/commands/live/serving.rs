@@ -1,4 +1,5 @@
-//! `live --foxglove` and `live --ros2`: the service that is asked for, or the program that has it.
+//! `live --foxglove` and `live --ros2`: starts the requested service, or the program that contains
+//! it.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::process::ExitCode;
@@ -13,7 +14,7 @@ use crate::serve::address;
 #[cfg(not(all(feature = "foxglove", feature = "ros2")))]
 use crate::serve::other_build;
 
-/// Serves until the session is ended; `None` where no service is asked for.
+/// Serves until the session ends; `None` if no service is requested.
 pub fn run(args: &Args, started: Instant) -> Result<Option<ExitCode>> {
     Ok(match (args.foxglove, args.ros2) {
         (Some(address), _) => Some(foxglove(args, started, address)?),

@@ -1,4 +1,4 @@
-//! A scanner watched, on a screen or without: arguments, source and session of `live`.
+//! Observes a scanner, on a screen or without: arguments, source and session of `live`.
 
 use std::io::{IsTerminal as _, stdout};
 use std::net::{Ipv4Addr, SocketAddr};
@@ -69,7 +69,7 @@ pub struct Args {
     pub settings: Settings,
 }
 
-/// The port or the demonstration, with what is known of it beforehand; `None` where neither is given.
+/// Returns the port or the demonstration, with its initial state; `None` if neither is given.
 pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> {
     Ok(Some(match (&args.port, &args.demo) {
         (Some(port), _) => (
@@ -79,7 +79,7 @@ pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> 
         (None, Some(path)) => {
             let recording = Recording::read(path)?;
             let config = args.settings.config()?;
-            // What no scan can be made of is told before the screen is.
+            // A recording that cannot be scanned is reported before the screen is drawn.
             Playback::new(&recording, &config)?;
             let about = format!("a scanner on this machine scans {}", recording.name);
             let source = Source::run(started, move |inside| {
@@ -91,8 +91,8 @@ pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> 
     }))
 }
 
-/// Watches a source on a screen, or, where `screen` does not insist and there is no terminal, by a line an answer.
-/// `look` gets each answer.
+/// Shows a source on a screen or, without a terminal and unless `screen` requires one, as one line for each answer.
+/// `look` is called with each answer.
 pub fn watch(
     args: &Args,
     (started, source, state): (Instant, &Source, State),
@@ -114,7 +114,7 @@ pub fn watch(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program at once.
+/// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set; the second signal ends the program at once.
 pub fn interrupted() -> Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM, SIGHUP] {
@@ -124,7 +124,7 @@ pub fn interrupted() -> Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// The file of a session, if one is wanted.
+/// Creates the file of a session, if requested.
 pub fn begin(dir: Option<&Path>, port: &str) -> Result<Option<Keep>> {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     let about = format!(

@@ -1,4 +1,4 @@
-//! The two sides of `report --compare`: recordings, and the settings that each is scanned with.
+//! The two sides of `report --compare`: recordings, and the settings for scanning each of them.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -12,7 +12,8 @@ use crate::recording::{MirrorSetup, Recording};
 use crate::replay::Options;
 use crate::setting_file::table::{self, Row};
 
-/// Settings that a scan of a recording can be made with; all others are the recording's, or do not matter to it.
+/// Settings that can be changed for the scan of a recording; all others are given by the recording, or have no
+/// effect.
 const KEYS: [&str; 20] = [
     "estimator",
     "seed",
@@ -36,7 +37,7 @@ const KEYS: [&str; 20] = [
     "vigilance",
 ];
 
-/// Settings of one side, as they are typed: `mount-height=43cm,seed=7`.
+/// Settings of one side in command-line syntax: `mount-height=43cm,seed=7`.
 #[derive(Clone, Debug)]
 pub struct Set {
     text: String,
@@ -77,7 +78,7 @@ impl FromStr for Set {
 pub struct Wanted<'a> {
     /// Recordings.
     pub paths: &'a [PathBuf],
-    /// Options of the command line, with words for what of them is not the default.
+    /// Options of the command line, and a text with those that differ from the defaults.
     pub given: (Options, String),
     /// The scanner's defaults.
     pub defaults: Options,
@@ -85,10 +86,10 @@ pub struct Wanted<'a> {
     pub sets: &'a [Set],
 }
 
-/// Both sides.
+/// Returns both sides.
 ///
 /// # Errors
-/// Not two things to compare; a recording that cannot be read; a setting that its scans cannot be made with.
+/// There are not two sides to compare, a recording cannot be read, or a setting cannot be used for its scans.
 pub fn sides(wanted: &Wanted<'_>) -> Result<[Side; 2]> {
     let Wanted {
         paths,
@@ -109,7 +110,7 @@ pub fn sides(wanted: &Wanted<'_>) -> Result<[Side; 2]> {
             many.len()
         ),
     };
-    // Of one recording the options are the second side's, where no sets say what differs.
+    // For a single recording without `--with` sets, the options belong to the second side.
     let options_differ = first == second && sets.is_empty();
     ensure!(
         !options_differ || !words.is_empty(),
@@ -131,7 +132,7 @@ pub fn sides(wanted: &Wanted<'_>) -> Result<[Side; 2]> {
     Ok([side(first, first_name, base, sets[0])?, second])
 }
 
-/// Names of two recordings, with their directories where the names are the same.
+/// Returns the names of two recordings, with their directories if the names are equal.
 fn names([first, second]: [&PathBuf; 2]) -> [String; 2] {
     let stems = [first, second].map(|path| crate::recording::name_of(path));
     if stems[0] != stems[1] || first == second {
@@ -153,7 +154,7 @@ fn side(path: &Path, name: String, options: &Options, set: Option<&Set>) -> Resu
     Ok(side)
 }
 
-/// Puts settings in the place of the recording's and the scanner's own.
+/// Replaces settings of the recording and of the scanner.
 fn apply(side: &mut Side, set: &Set) -> Result<()> {
     let Side {
         recording, options, ..
@@ -186,7 +187,7 @@ fn apply(side: &mut Side, set: &Set) -> Result<()> {
     Ok(())
 }
 
-/// The recording's mount, with what is `told` from the settings.
+/// Returns the recording's mounting, with the values that are `told` in the settings.
 fn mount(set: &MountConfig, own: &MirrorSetup, told: impl Fn(&str) -> bool) -> Result<MirrorSetup> {
     let metres = |key, value: i32, own| match told(key) {
         true => f64::from(value) * 1e-5,

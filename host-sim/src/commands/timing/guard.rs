@@ -1,4 +1,4 @@
-//! Guard sweeps a second for each radar module and rate, with the parts of a sweep's time.
+//! Rate of guard sweeps for each radar module and link rate, with the parts of a sweep's duration.
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
@@ -9,22 +9,22 @@ use stairscan::signal::radar::any::row_times;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 use stairscan::signal::radar::wire::{RowTimes, Wire};
 
-/// Milliseconds.
+/// Converts microseconds to milliseconds.
 pub fn ms(us: u64) -> f64 {
     us as f64 / 1000.0
 }
 
-/// A module whose mirror stops at every row.
+/// A module that requires a stop of the mirror at every row.
 struct Stopping {
     name: &'static str,
     link: &'static str,
-    /// From the trigger until the mirror may move on, microseconds.
+    /// Time from the trigger until the mirror may move on, microseconds.
     chirp_us: u64,
-    /// From then until the samples are read, microseconds: it hides behind the move.
+    /// Time from then until the samples are read, microseconds; it overlaps with the move.
     read_us: u64,
 }
 
-/// docs/modules.md, limits: SiRad measures every 15.8 ms at best, and its answer takes 10.4 ms.
+/// Limits of docs/modules.md: SiRad measures every 15.8 ms at best, and its answer takes 10.4 ms.
 const SIRAD: Stopping = Stopping {
     name: "sirad",
     link: "1.0 Mbaud",
@@ -32,19 +32,20 @@ const SIRAD: Stopping = Stopping {
     read_us: 10_400,
 };
 
-/// How the time of one of many guard sweeps comes together; the parts add up to it.
+/// Duration of one of many guard sweeps by parts, whose sum it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardTime {
     /// The setting `module`.
     pub module: &'static str,
-    /// The link to it and its rate, in words.
+    /// Link to the module and its rate, as text.
     pub link: String,
     /// Name and microseconds.
     pub parts: Vec<(&'static str, u64)>,
 }
 
 impl GuardTime {
-    /// Every row in passing; none where the shaft has no room for the ramps. `settings` have the guard's angles.
+    /// Duration with a turning mirror; `None` if the shaft has no room for the ramps. `settings` contain the
+    /// guard's angles.
     fn passing(
         settings: &Settings,
         schedule: &Schedule,
@@ -54,7 +55,7 @@ impl GuardTime {
         let cruise = Cruise::new(settings, schedule, times)?;
         let sweep = u64::from(cruise.sweep_us(&settings.motor, schedule));
         let rows = u64::from(schedule.rows().saturating_sub(1)) * u64::from(cruise.period_us);
-        // To reach the speed and to lose it again, at either end.
+        // Acceleration and deceleration, at either end.
         let ramp =
             2_000_000 * u64::from(cruise.speed) / u64::from(settings.motor.acceleration.max(1));
         let ramps = if settings.motor.acceleration == 0 {
@@ -76,7 +77,7 @@ impl GuardTime {
         })
     }
 
-    /// Stops at every row: the next sweep begins at the row with which the last one ended.
+    /// Duration with stops at every row. The next sweep begins at the row at which the last one ended.
     fn stopping(settings: &Settings, schedule: &Schedule, module: &Stopping) -> Self {
         let (ramp, rows) = (settings.motor.ramp(), u64::from(schedule.rows()));
         let moves = (1..schedule.rows()).map(|row| {
@@ -101,17 +102,17 @@ impl GuardTime {
         }
     }
 
-    /// From sweep to sweep, microseconds.
+    /// Returns the period of the sweeps, microseconds.
     pub fn total(&self) -> u64 {
         self.parts.iter().map(|(_, us)| us).sum()
     }
 
-    /// Sweeps a second.
+    /// Returns the rate of the sweeps, 1/s.
     pub fn rate(&self) -> f64 {
         1e6 / self.total().max(1) as f64
     }
 
-    /// As one JSON object.
+    /// Returns the durations as one JSON object.
     pub fn json(&self) -> Value {
         let part = |(name, us): &(&str, u64)| ((*name).to_owned(), json!(ms(*us)));
         json!({
@@ -139,10 +140,10 @@ impl GuardTime {
     }
 }
 
-/// Every module at every rate of its link.
+/// Returns the durations for every module at every rate of its link.
 ///
 /// # Errors
-/// Names what no guard sweep can be made of.
+/// No guard sweep is possible with the settings; the message names the cause.
 pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
     let mut settings = *settings;
     settings.config.sweep = settings.guard.sweep();
@@ -166,7 +167,7 @@ pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
     Ok(times)
 }
 
-/// The table for people.
+/// Returns the text table.
 pub fn text(settings: &Settings, times: &[GuardTime]) -> String {
     let mut out = String::from("guard with  link                   sweep, ms  sweeps a second\n");
     out.extend(times.iter().map(GuardTime::text));
@@ -181,7 +182,7 @@ pub fn text(settings: &Settings, times: &[GuardTime]) -> String {
 mod tests {
     use super::*;
 
-    /// At 3 Mbaud, or over SPI.
+    /// Returns the rate at 3 Mbaud, or over SPI.
     fn rate(settings: &Settings, module: &str) -> f64 {
         let wire = Wire {
             baud: 3_000_000,

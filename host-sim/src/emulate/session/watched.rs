@@ -1,4 +1,4 @@
-//! A session whose report port somebody watches over a pseudo-terminal.
+//! A session with an observer at the report port, over a pseudo-terminal.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,7 +11,7 @@ use crate::emulate::qemu::write_all;
 use crate::live::pty::Pty;
 
 impl Session<'_> {
-    /// From now on everything that the image reports goes to `pty` as well, and what is typed there to the image.
+    /// Connects `pty`: all reports of the image also go there, and what is typed there goes to the image.
     pub fn watch(&mut self, mut pty: Pty) {
         for line in &self.lines {
             pty.write(format!("{line}\r\n").as_bytes());
@@ -19,7 +19,8 @@ impl Session<'_> {
         self.watcher = Some(pty);
     }
 
-    /// Hands the watcher what the image said and the image what the watcher typed; whether that was anything.
+    /// Passes the image's output to the observer and the observer's input to the image. Returns whether there was
+    /// any.
     pub(super) fn pass_on(&mut self, said: &[u8]) -> Result<bool> {
         let Some(pty) = &mut self.watcher else {
             return Ok(false);
@@ -30,11 +31,11 @@ impl Session<'_> {
         Ok(!typed.is_empty())
     }
 
-    /// Lets the image scan until `ended`, with the settings that the recording brings for each scan. A recording
-    /// of several scans is scanned once, and then the scanner told to stop.
+    /// Lets the image scan until `ended`, with the settings of the recording for each scan. A recording of
+    /// several scans is scanned once; the scanner is then stopped.
     ///
     /// # Errors
-    /// The emulator has ended by itself.
+    /// The emulator process has ended.
     pub fn follow(&mut self, scans: usize, ended: &AtomicBool) -> Result<()> {
         let (mut commanded, mut answered) = (0, 0);
         while !ended.load(Ordering::Relaxed) {
@@ -53,7 +54,7 @@ impl Session<'_> {
             if scans > 1 && before < scans && answered >= scans {
                 self.type_bytes(b"stop\r\n")?;
             }
-            // Nobody asks for them: the watcher has them.
+            // Not needed here: the observer has them.
             self.lines.clear();
             self.live.clear();
             self.shots.clear();

@@ -1,4 +1,4 @@
-//! A session whose module keeps its chirps back, to see whether the mirror waits for them.
+//! A session whose module withholds its chirps, to test whether the mirror waits for them.
 
 use std::time::Duration;
 
@@ -8,21 +8,23 @@ use stairscan::schedule::microsteps;
 use super::Session;
 use crate::emulate::qemu::write_all;
 
-/// A mirror that has gone so far, microsteps, has gone on to another row of 0.25 degrees: 35 are one less the
-/// fraction.
+/// Distance from which on the mirror has moved to another row, microsteps. Rows of 0.25 degrees are 35
+/// microsteps apart, less the fraction.
 const ROW_APART: u64 = 20;
-/// A chirp that is kept back is the last row's when the mirror has not gone on by then.
+/// Time without a move after which a withheld chirp belongs to the last row.
 const LAST_ROW: Duration = Duration::from_secs(3);
 
-/// Whether a mirror at `position`, microsteps from the horizontal, has left the row of a trigger. The trigger
-/// tells where it stood then: a busy host serves triggers so late that the mirror may have gone on already.
+/// Whether a mirror at `position`, microsteps from the horizontal, has left the row of a trigger. The row is
+/// taken from the trigger's angle: a busy host serves triggers so late that the mirror may already have moved
+/// on.
 fn has_left(position: Option<i64>, shaft_angle: i32) -> bool {
     let row = i64::from(microsteps(shaft_angle));
     position.is_some_and(|position| position.abs_diff(row) >= ROW_APART)
 }
 
 impl Session<'_> {
-    /// Sends a chirp that was kept back once the mirror has gone on by a row; behind the last row it does not.
+    /// Sends a withheld chirp once the mirror has moved by a row, or after a timeout: behind the last row it
+    /// does not move.
     pub(super) fn release(&mut self) -> Result<bool> {
         let Some(chirp) = &self.withheld else {
             return Ok(false);
@@ -42,7 +44,7 @@ impl Session<'_> {
 mod tests {
     use super::*;
 
-    /// One that had gone on before its trigger was served was taken for the last row's.
+    /// The row is that of the trigger, not the position at which the mirror was first observed.
     #[test]
     fn a_mirror_leaves_the_row_and_not_the_place_where_it_was_seen_first() {
         let row = |k: i32| i64::from(microsteps(10_000 + 250 * k));

@@ -1,8 +1,9 @@
-//! The maximum of a smooth log-likelihood of a few parameters under Gaussian priors.
+//! Maximises a smooth log-likelihood of a few parameters with Gaussian priors (damped Newton
+//! method).
 
 use super::super::logistic::Matrix;
 
-/// A parameter before anything is counted.
+/// Gaussian prior of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
     /// Its mean.
@@ -11,30 +12,31 @@ pub struct Prior {
     pub sigma: f64,
 }
 
-/// Where the posterior has its peak.
+/// Peak of the posterior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peak {
-    /// The parameters …
+    /// The parameters.
     pub at: Vec<f64>,
-    /// … and their standard errors, from the curvature.
+    /// Standard errors, from the curvature.
     pub errors: Vec<f64>,
 }
 
-/// Newton steps at most.
+/// Maximum number of Newton steps.
 const STEPS: usize = 60;
-/// Step of the differences, in units of the prior's standard deviation.
+/// Step of the finite differences, in units of the prior's standard deviation.
 const APART: f64 = 1e-3;
-/// The steps have come to their end when the posterior gains less, nats.
+/// Convergence threshold: gain of the log-posterior in a step, nats.
 const SETTLED: f64 = 1e-6;
-/// Damping to begin with, in units of the prior's precision, …
+/// Initial damping, in units of the prior's precision.
 const DAMPING: f64 = 1e-3;
-/// … by how much it grows where a step does not climb and shrinks where it does, …
+/// Factor by which the damping grows after a step that does not increase the posterior, and shrinks
+/// after one that does.
 const DAMPING_FACTOR: f64 = 10.0;
-/// … and where the climb is given up.
+/// Damping at which the search ends.
 const MOST_DAMPING: f64 = 1e12;
 
-/// Climbs from `start` to the peak of `likelihood` (nats) times the priors. The likelihood must be
-/// smooth over a thousandth of a prior's standard deviation.
+/// Maximises `likelihood` (nats) plus the log-priors from `start`. The likelihood must be smooth
+/// over a thousandth of a prior's standard deviation.
 pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     let count = start.len();
     // In units of the priors' standard deviations.
@@ -77,7 +79,7 @@ pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64
         let mut unit = vec![0.0; count];
         unit[k] = 1.0;
         let variance = curvature.solve(&unit)[k];
-        // Where the peak lies on a floor there is no curvature, and the prior's is the error.
+        // Without curvature (the peak lies on a floor) the error is the prior's.
         if variance > 0.0 { variance.sqrt() } else { 1.0 }
     };
     Peak {
@@ -86,7 +88,7 @@ pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64
     }
 }
 
-/// Slope and negative curvature by central differences.
+/// Returns gradient and negative Hessian by central differences.
 fn differences(u: &[f64], here: f64, value: &impl Fn(&[f64]) -> f64) -> (Vec<f64>, Matrix) {
     let count = u.len();
     let moved = |steps: &[(usize, f64)]| {

@@ -1,47 +1,48 @@
-//! What labelled scans give to count.
+//! Sufficient statistics of labelled scans for the measurement model.
 
 use super::labels::{Hit, Level, Sample};
 use stairscan::params::generative::{EXTENDED, POINTS};
 
-/// A point feature that could have been seen.
+/// A point feature that was expected to be visible.
 #[derive(Clone, Copy, Debug)]
 pub struct Chance {
     /// Its class.
     pub class: usize,
-    /// What its being seen depends on: one, predicted level (tens of dB over 30 dB), room less one cell.
+    /// Covariates of its detection: 1, predicted level (tens of dB over 30 dB), distance to its
+    /// neighbour in resolution cells less one.
     pub on: [f64; 3],
-    /// Whether it was.
+    /// Whether it was detected.
     pub seen: bool,
 }
 
-/// How many echoes of extended features a scan showed.
+/// Numbers of echoes of extended features in a scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Scan {
     /// Its strongest echo, tens of dB over 30 dB.
     pub q: f64,
-    /// Echoes by class …
+    /// Echoes by class.
     pub echoes: [f64; EXTENDED],
-    /// … and what they are counted by: metres of tread, and so on.
+    /// Exposure by class, for example metres of tread.
     pub exposure: [f64; EXTENDED],
 }
 
-/// All that was labelled.
+/// Statistics of all labelled scans.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
     /// Echoes of each class of point features.
     pub hits: [Vec<(Hit, Level)>; POINTS],
-    /// The features of each riser.
+    /// Point features of each riser.
     pub chances: Vec<Vec<Chance>>,
-    /// What a riser's showing nothing depends on, and whether it did.
+    /// For each riser: covariates of showing no echo, and whether it shows none.
     pub risers: Vec<(Vec<f64>, bool)>,
-    /// Level, place off the surface and its own error, by class of extended features.
+    /// By class of extended features: level, distance from the surface and its standard deviation.
     pub extended: [Vec<(Level, f64, f64)>; EXTENDED],
     /// The scans.
     pub scans: Vec<Scan>,
 }
 
 impl Counts {
-    /// Adds one scan: its strongest echo, how much of face, tread and floor it shows, its samples.
+    /// Adds one scan: its strongest echo, its exposures of face, tread and floor, its samples.
     pub fn add(&mut self, q: f32, exposure: [f32; 3], samples: &[Sample]) {
         let mut scan = Scan {
             q: q.into(),

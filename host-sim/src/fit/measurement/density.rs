@@ -1,39 +1,40 @@
-//! The measurement model's densities in double precision, as `stairscan::model` has them.
+//! Densities of the measurement model in double precision, as in `stairscan::model`.
 
 use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
 use stairscan::model::LEAST_DB;
 
-/// Share and width of the tails are the model's: see `stairscan::model::tailed`.
+/// Weight of the Gaussian core of the density with tails: see `stairscan::model::tailed`.
 const CORE: f64 = 0.92;
-/// See [`CORE`].
+/// Weight of the tails: see `stairscan::model::tailed`.
 const TAIL: f64 = 0.005;
-/// See [`CORE`]: the squared deviation at which the tails have fallen to a sixteenth.
+/// Width of the tails: the squared deviation at which they have fallen to a sixteenth.
 const TAIL_WIDTH: f64 = 128.0;
-/// Slope of the logistic function that stands for the normal distribution.
+/// Slope of the logistic approximation of the normal distribution.
 const PROBIT: f64 = 1.702;
-/// Least share of a level's distribution above the detection threshold.
+/// Minimum share of a level's distribution above the detection threshold.
 const LEAST_TAIL: f64 = 0.02;
-/// Range of levels that a flat share is spread over, dB.
+/// Width of the uniform component of a level, dB.
 const FLAT_DB: f64 = 50.0;
 
-/// Logarithm of the wide-tailed density at `z2` squared standard deviations.
+/// Logarithm of the density with tails at the squared deviation `z2`, in variances.
 pub fn log_tailed(z2: f64) -> f64 {
     (CORE * (-0.5 * z2).exp_portable() + TAIL * (1.0 + z2 / TAIL_WIDTH).powi(-4)).ln_portable()
 }
 
-/// Wide-tailed density in two dimensions, by squared deviation and variances.
+/// Density with tails in two dimensions, from the squared deviation and the product of the
+/// variances.
 pub fn tailed(z2: f64, variances: f64) -> f64 {
     (log_tailed(z2)).exp_portable() / (TAU * variances.sqrt())
 }
 
-/// Upper tail of the normal distribution.
+/// Upper tail of the normal distribution, logistic approximation.
 pub fn above(z: f64) -> f64 {
     1.0 / (1.0 + (PROBIT * z).exp_portable())
 }
 
-/// Density of a level that is cut off at the detection threshold.
+/// Density of a level, truncated at the detection threshold.
 pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
     let z = (snr_db - mean) / sigma;
     let tail = above((f64::from(LEAST_DB) - mean) / sigma).max(LEAST_TAIL);

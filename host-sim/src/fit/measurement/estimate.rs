@@ -1,4 +1,4 @@
-//! The most likely numbers of the measurement model for what was counted.
+//! Fits the numbers of the measurement model to the labelled statistics (maximum posterior).
 
 use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
@@ -25,20 +25,20 @@ pub const POINT_NAMES: [&str; POINTS] = [
 ];
 /// Names of the classes of extended features.
 pub const EXTENDED_NAMES: [&str; EXTENDED] = ["face", "tread", "floor", "air", "inside", "noise"];
-/// Class of noise.
+/// Index of the class of noise.
 const NOISE: usize = EXTENDED - 1;
-/// Classes that lie on a surface: face, tread, floor.
+/// Number of the classes that lie on a surface: face, tread, floor.
 const SURFACES: usize = 3;
-/// Flat share of a point feature's level, and of each extended class's: the model's.
+/// Weight of the uniform component of a point feature's level, as in the model.
 const POINT_FLAT: f64 = 0.05;
-/// See [`POINT_FLAT`].
+/// Weight of the uniform component of each extended class's level, as in the model.
 const EXTENDED_FLAT: [f64; EXTENDED] = [0.05, 0.002, 0.005, 0.05, 0.01, 0.0];
-/// Error of a hidden riser's visible ends by the beam, metres squared: the model's.
+/// Variance of the visible ends of a hidden riser due to the beam, m², as in the model.
 const SOFT_M2: f64 = 0.000_144;
-/// Least height of a hidden riser that is spread over, metres: the model's.
+/// Minimum visible height of a hidden riser, metres, as in the model.
 const LEAST_SPAN_M: f64 = 0.01;
 
-/// A number as it was counted.
+/// A fitted number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     /// Class and field.
@@ -47,11 +47,11 @@ pub struct Number {
     pub value: f64,
     /// Its standard error.
     pub error: f64,
-    /// Samples that it was counted from.
+    /// Number of samples.
     pub count: usize,
 }
 
-/// Collects numbers.
+/// Collects the fitted numbers of a class.
 struct Told<'n> {
     class: &'static str,
     count: usize,
@@ -69,7 +69,7 @@ impl Told<'_> {
         value as f32
     }
 
-    /// Of a spread with a floor, by what it exceeds that.
+    /// Adds a standard deviation with a lower bound, `floor`, from the fitted excess over it.
     fn spread(&mut self, field: &str, floor: f64, (over, error): (f64, f64)) -> f32 {
         let value = floor.hypot(over);
         self.number(field, value, error * over.abs() / value)
@@ -89,7 +89,7 @@ fn around(mean: f32, sigma: f64) -> Prior {
     }
 }
 
-/// A spread's prior, by what it exceeds its floor.
+/// Prior of a standard deviation's excess over its lower bound.
 fn over(value: f32, floor: f64, sigma: f64) -> Prior {
     let value = f64::from(value);
     Prior {
@@ -103,7 +103,7 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     climb(&start, priors, likelihood)
 }
 
-/// The table that the counts make most likely; `old` is the one that labelled them.
+/// Fits the table to the statistics of echoes that were labelled with the table `old`.
 pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) {
     let mut new = START;
     let mut numbers = Vec::new();
@@ -155,7 +155,7 @@ pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) 
     (new, numbers)
 }
 
-/// Where a class's echoes lie against their feature.
+/// Fits the offsets of a class's echoes from their feature.
 fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_>) {
     let priors = [
         around(start.range_m, sigma::RANGE_M),
@@ -187,7 +187,8 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_
     p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(5));
 }
 
-/// Where the echoes of hidden risers lie: at the lower end of what can be seen, at the top, anywhere.
+/// Fits the places of the echoes of hidden risers, a mixture of three: the lower end of the visible
+/// part, the top, uniform between them.
 fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     let class = Class::Hidden as usize;
     let (start, ends) = (&START.points[class], [START.hidden.low, START.hidden.top]);
@@ -263,7 +264,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     }
 }
 
-/// Level at a strongest echo of 30 dB, per dB of that, and spread.
+/// Fits the level at a strongest echo of 30 dB, its slope per dB of that, and its standard deviation.
 fn levels_of<'l>(
     levels: impl Iterator<Item = &'l Level>,
     start: [f32; 3],
@@ -292,14 +293,15 @@ fn levels_of<'l>(
     ]
 }
 
-/// dB in the unit of what is counted in tens of dB.
+/// Scale of covariates in tens of dB, dB.
 const TEN_DB: f64 = 10.0;
 
-/// Log-odds of being seen, by class.
+/// Fits the log-odds of detection, by class.
 ///
-/// The model takes it for granted that a riser which shows anything shows at least one feature, so
-/// that of those, each stands for the risers that are left out: those whose features, as likely to
-/// be seen, all stay unseen. Where a riser has one feature only, its being seen says nothing.
+/// The model requires that a riser which shows anything shows at least one feature. Risers without a
+/// detected feature are therefore left out, and each of the others is weighted for those that are
+/// left out: risers with the same probabilities of detection of which all features stay undetected. A
+/// riser with a single feature carries no information here.
 fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFit>> {
     let mut rows = vec![Vec::new(); POINTS];
     for riser in counts.chances.iter().filter(|r| r.len() > 1) {
@@ -323,12 +325,12 @@ fn probability(f: &Chance, g: &Generative) -> f64 {
     (1.0 / (1.0 + (-odds).exp_portable())).clamp(LEAST_SEEN, MOST_SEEN)
 }
 
-/// The model's bounds of being seen.
+/// Bounds of the probability of detection, as in the model.
 const LEAST_SEEN: f64 = 0.02;
 /// See [`LEAST_SEEN`].
 const MOST_SEEN: f64 = 0.985;
 
-/// A class of extended features.
+/// Fits a class of extended features.
 fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<Number>) {
     let (start, samples) = (&START.extended[class], &counts.extended[class]);
     let mut told = Told {

@@ -1,4 +1,4 @@
-//! What stands in a scene whose truth is known, as the measurement model sees it.
+//! Builds the model's staircase from a scene with ground truth.
 
 use stairscan::infer::weight;
 use stairscan::model::{GroundKind, Model, Staircase, View};
@@ -8,17 +8,17 @@ use stairscan::signal::grid::Geometry;
 use crate::recording::Truth;
 use crate::scene::spec::{SceneSpec, Way};
 
-/// What the truth does not say of a flight and its scene does.
+/// Properties of a flight that are in its scene but not in the ground truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Build {
-    /// Whether there is nothing below the treads.
+    /// Whether the risers are open.
     pub open: bool,
-    /// How far the nosings stand before their risers, metres.
+    /// Overhang of the nosings in front of their risers, metres.
     pub overhang_m: f32,
 }
 
 impl Build {
-    /// Of a scene; nothing if its flights differ.
+    /// From a scene; `None` if its flights differ.
     pub fn of(scene: &SceneSpec) -> Option<Self> {
         let up = scene.stairs.iter().filter(|s| s.direction == Way::Up);
         let mut builds = up.map(|s| Self {
@@ -29,7 +29,7 @@ impl Build {
         builds.all(|build| build == first).then_some(first)
     }
 
-    /// All that there may be.
+    /// All combinations that are tried.
     fn all() -> Vec<Self> {
         let closed = (0..=OVERHANGS).map(|k| Self {
             open: false,
@@ -43,29 +43,29 @@ impl Build {
     }
 }
 
-/// Overhangs that are tried beside none: up to 6 cm.
+/// Number of overhangs that are tried besides none: up to 6 cm.
 const OVERHANGS: u8 = 12;
-/// From one to the next, metres.
+/// Step between them, metres.
 const OVERHANG_STEP_M: f32 = 0.005;
-/// Walls that are tried: at the strongest echoes.
+/// Number of walls that are tried, at the strongest echoes.
 const WALLS: usize = 3;
-/// Echoes of one wall, metres.
+/// Maximum distance between echoes of one wall, metres.
 const SAME_WALL_M: f32 = 0.05;
-/// A wall stands at least this far behind the last riser, metres: the shortest landing.
+/// Minimum distance of a wall behind the last riser, metres: the shortest landing.
 const LANDING_M: f32 = 0.28;
-/// A weaker echo shows no wall, dB.
+/// Minimum level of a wall's echo, dB.
 const WALL_DB: f32 = 8.0;
-/// Where ramps begin, metres, …
+/// Distances at which ramps begin, metres.
 const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// … and how steep they are: from 1:16 to what no chair climbs.
+/// Slopes of ramps: from 1:16 to more than a chair can climb.
 const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-/// Heights of what is no step, metres: thresholds and boxes.
+/// Heights of objects that are no steps, metres: thresholds and boxes.
 const THINGS_M: [f32; 5] = [0.015, 0.03, 0.3, 0.5, 0.8];
-/// Up to here a thing is a threshold, metres.
+/// Maximum height of a threshold, metres.
 const THRESHOLD_M: f32 = 0.1;
 
-/// The most likely of what may stand there under the truth; nothing if the model cannot hold it: it
-/// goes down, or leaves the ground.
+/// Returns the most likely staircase with the true steps. Open risers, overhang, wall and objects
+/// are tried. `None` if the model cannot represent it: a step goes down or below the ground.
 pub fn standing(model: &Model<'_>, truth: &Truth, build: Option<Build>) -> Option<Staircase> {
     let mut steps: Vec<(f32, f32)> = truth
         .steps
@@ -111,7 +111,7 @@ fn flight(steps: &[(f32, f32)], build: Build) -> Staircase {
     s
 }
 
-/// Places of the strongest echoes.
+/// Distances of the strongest echoes.
 fn walls(model: &Model<'_>) -> Vec<f32> {
     let mut echoes: Vec<_> = model.echoes.iter().filter(|e| e.snr_db > WALL_DB).collect();
     echoes.sort_by(|a, b| b.snr_db.total_cmp(&a.snr_db));
@@ -124,7 +124,7 @@ fn walls(model: &Model<'_>) -> Vec<f32> {
     walls
 }
 
-/// What may stand where no step does.
+/// Candidates for a scene without steps.
 fn things(model: &Model<'_>) -> Vec<Staircase> {
     let mut all = vec![Staircase::nothing()];
     for from_m in RAMPS_FROM_M {
@@ -143,25 +143,25 @@ fn things(model: &Model<'_>) -> Vec<Staircase> {
     all
 }
 
-/// One scan to count from.
+/// One scan as a sample for the measurement model.
 #[derive(Clone, Debug)]
 pub struct Sighting {
     /// Its recording's name.
     pub name: String,
-    /// Its echoes after calibration on the floor.
+    /// Its echoes after calibration on the ground.
     pub echoes: Vec<Echo>,
-    /// The instrument …
+    /// Geometry of the instrument.
     pub geometry: Geometry,
-    /// … and what it sees.
+    /// Its field of view.
     pub view: View,
-    /// What stands there …
+    /// Ground truth.
     pub truth: Truth,
-    /// … and how it is built, if that is known.
+    /// Properties of the flight, if known.
     pub build: Option<Build>,
 }
 
 impl Sighting {
-    /// The echoes under a model.
+    /// Returns the likelihood model of the echoes with the parameters `g`.
     pub fn model<'g>(&self, g: &'g stairscan::params::generative::Generative) -> Model<'g> {
         Model::new(&self.echoes, self.view, &self.geometry, g)
     }

@@ -1,8 +1,9 @@
-//! What the measurement model takes each echo for under a staircase: what its numbers are counted
-//! from.
+//! Labels each echo with a class of the measurement model, given a staircase: the data that the model's numbers are
+//! fitted to.
 //!
-//! An echo belongs to the point feature that claims most of it, if that is more than the part of any
-//! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
+//! An echo belongs to the point feature with the largest share of it, if that share exceeds the share of every class
+//! of extended features. Otherwise it belongs to the extended class with the largest density. The shares are those of
+//! [`Model::riser`].
 
 use std::ops::Deref;
 
@@ -15,49 +16,49 @@ use stairscan::model::{
 use stairscan::params::generative::EXTENDED;
 use stairscan::params::posterior as number;
 
-/// A level against what it is expected to depend on.
+/// Level of an echo with its covariates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
-    /// Of the echo, dB.
+    /// Level of the echo, dB.
     pub snr_db: f32,
-    /// What its distance adds to it, dB.
+    /// Contribution of its distance to the level, dB.
     pub fade_db: f32,
     /// The scan's strongest echo over 30 dB, tens of dB.
     pub q: f32,
 }
 
-/// An echo that a point feature has claimed.
+/// An echo that is assigned to a point feature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Offset in range, metres.
     pub range_m: f32,
     /// Offset across the line of sight, upwards, metres.
     pub across_m: f32,
-    /// Standard deviation of the latter by the echo's own account, metres.
+    /// Standard deviation of `across_m` from the echo's estimated angle error, metres.
     pub noise_m: f32,
-    /// Width of the lobe above a point's.
+    /// Excess of the lobe's width over a point's.
     pub wide: f32,
     /// Cosine of the angle below the horizontal.
     pub cos: f32,
-    /// Height above the lower and above the upper end of what can be seen of the riser, metres: for
-    /// hidden ones.
+    /// Height above the lower and above the upper end of the visible part of the riser, metres. Used for hidden
+    /// risers.
     pub above_m: [f32; 2],
     /// The overhang in range, metres.
     pub over_m: f32,
 }
 
-/// What there is to count.
+/// A labelled sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sample {
-    /// A point feature that could have been seen, and what it showed.
+    /// A point feature that was expected to be visible, with its echo if there is one.
     Feature {
         /// Its class.
         class: Class,
-        /// Of which riser.
+        /// Index of its riser.
         riser: usize,
         /// Predicted level, tens of dB over 30 dB.
         q: f32,
-        /// Resolution cells to its neighbour.
+        /// Distance to its neighbour, resolution cells.
         room: f32,
         /// Its echo.
         hit: Option<(Hit, Level)>,
@@ -73,29 +74,29 @@ pub enum Sample {
         /// Whether none of its features showed an echo.
         nothing: bool,
     },
-    /// An echo that no point feature has claimed.
+    /// An echo that is assigned to no point feature.
     Extended {
         /// Its class: face, tread, floor, air, inside, noise.
         class: usize,
         /// Its level.
         level: Level,
-        /// How far off the surface it lies, metres, …
+        /// Distance from the surface, metres.
         off_m: f32,
-        /// … and the standard deviation of that by the echo's own account.
+        /// Standard deviation of `off_m` from the echo's estimated angle error, metres.
         noise_m: f32,
     },
 }
 
-/// A point feature's claim to an echo.
+/// Assignment of an echo to a point feature.
 #[derive(Clone, Copy)]
 struct Claim {
     riser: usize,
     place: FeaturePlace,
-    /// Number of the echo and the share that it claims.
+    /// Index of the echo and the feature's share of it.
     echo: Option<(usize, f32)>,
 }
 
-/// The model as what labels echoes.
+/// A model that labels echoes.
 struct Labeller<'m, 'p>(&'m Model<'p>);
 
 impl<'p> Deref for Labeller<'_, 'p> {
@@ -106,8 +107,8 @@ impl<'p> Deref for Labeller<'_, 'p> {
     }
 }
 
-/// Tells what the echoes and features of `s` are taken for; returns the expected number of
-/// echoes on faces, treads and floor over their rates.
+/// Passes the labels of the echoes and features under `s` to `tell`. Returns the exposures of face, tread and floor:
+/// expected numbers of echoes over their rates.
 pub fn label(model: &Model<'_>, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
     Labeller(model).label(s, tell)
 }
@@ -144,7 +145,7 @@ impl Labeller<'_, '_> {
         exposure
     }
 
-    /// Whether a share of an echo is larger than that of every class of extended features.
+    /// Whether a share of an echo exceeds that of every class of extended features.
     fn most(&self, s: &Staircase, echo: usize, share: f32) -> bool {
         let Some(e) = self.echoes.get(echo) else {
             return false;
@@ -154,14 +155,14 @@ impl Labeller<'_, '_> {
         share > (1.0 - share) * largest / parts.iter().sum::<f32>()
     }
 
-    /// Number of the riser behind the tread that an echo lies over.
+    /// Returns the index of the riser behind the tread below an echo.
     fn tread_of(&self, s: &Staircase, e: &Seen) -> usize {
         let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
         (0..s.len()).take_while(behind).count()
     }
 
-    /// Riser `k`'s features, one after the other as in the likelihood, each with the echo that it
-    /// claims most of.
+    /// Assigns echoes to the features of riser `k`, in the order of the likelihood; each feature gets the echo of
+    /// which it has the largest share.
     fn claim(
         &self,
         s: &Staircase,
@@ -284,7 +285,7 @@ impl Labeller<'_, '_> {
                 let Some(off) = offs.min_by(|a, b| a.abs().total_cmp(&b.abs())) else {
                     return;
                 };
-                // What is nearer to the wall behind is no face of a riser.
+                // An echo closer to the wall behind belongs to no riser's face.
                 if (e.x_m - s.wall_m).abs() < off.abs() {
                     return;
                 }

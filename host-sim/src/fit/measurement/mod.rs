@@ -1,11 +1,11 @@
-//! Counts the measurement model from scans with known truth: going up by hard EM, going down (`treads`) where the truth
-//! itself says which tread an echo lies on.
+//! Fits the measurement model to scans with ground truth: upward flights by hard EM; downward ones (`treads`)
+//! directly, where the ground truth determines the tread of each echo.
 //!
-//! Under the true flight and the table so far, every echo is labelled as the feature or the class of
-//! extended features that it most likely is (`labels`); the labels give a new
-//! table, each number the most likely one under its prior. What the truth does not say (overhang,
-//! open or closed, a wall behind, what stands where no step does) is what the table so far finds most
-//! likely. A fixed number of rounds from a fixed table: the same scans give the same bytes.
+//! Given the true flight and the current table, every echo is labelled with its most likely feature or class of
+//! extended features (`labels`). From the labels each number of a new table is estimated under its prior (maximum
+//! posterior). What the ground truth does not contain (overhang, open or closed risers, a wall behind, objects in
+//! scenes without steps) is set to its most likely value under the current table. The number of rounds and the
+//! initial table are fixed, so that the same scans give the same bytes.
 
 use crate::fit::portable::Portable as _;
 
@@ -32,23 +32,23 @@ pub use estimate::Number;
 pub use flights::{Build, Sighting, standing};
 pub use table::{print, write};
 
-/// Rounds of labelling and counting: the labels have settled after six.
+/// Number of EM rounds. The labels converge after six.
 const ROUNDS: usize = 8;
 
-/// A table and where it comes from.
+/// Result of the fit.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// The table.
     pub table: Generative,
-    /// Its numbers, with errors.
+    /// Its numbers with standard errors.
     pub numbers: Vec<Number>,
-    /// Scans that it was counted from.
+    /// Number of scans.
     pub scans: usize,
     /// Mean log-likelihood of the true flights, nats a scan, in each round.
     pub rounds: Vec<f64>,
 }
 
-/// The table that the sightings make most likely.
+/// Fits the table to the sightings.
 pub fn measure(sightings: &[Sighting]) -> Measured {
     let mut out = Measured {
         table: prior::START,
@@ -103,24 +103,24 @@ fn label(sighting: &Sighting, g: &Generative) -> Option<Labelled> {
     })
 }
 
-/// How well a table tells true flights from others: means over scans, nats.
+/// Discrimination of true flights from alternatives with a table: means over scans, nats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contrast {
-    /// Scans with steps.
+    /// Number of scans with steps.
     pub scans: usize,
     /// Log-likelihood of the truth.
     pub truth: f64,
-    /// -ln of the truth's share against nothing, the flight less its last step, one step more, and a
-    /// rise 3 cm higher or lower with all that follows.
+    /// -ln of the truth's posterior probability against: no staircase, the flight less its last step, one step more,
+    /// and a rise that is 3 cm higher or lower with all that follow.
     pub cost: [f64; 4],
 }
 
-/// An odd rise, metres.
+/// Change of a rise height, metres.
 const ODD_M: f32 = 0.03;
-/// The going that a further step is taken to have where there is one only, metres.
+/// Going of an added step where the flight has only one, metres.
 const GOING_M: f32 = 0.28;
 
-/// The contrast of a table on scans that it was not counted from.
+/// Returns the contrast of a table on scans that it was not fitted to.
 pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
     let each: Vec<_> = sightings
         .par_iter()
@@ -147,7 +147,7 @@ pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
     mean
 }
 
-/// The truth's cost against each of its rivals; of its steps, the first `seen` are in sight.
+/// Returns the cost of the truth against each of its alternatives. The first `seen` of its steps are visible.
 fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
     let mut truth = *truth;
     while truth.len() > seen {

@@ -1,17 +1,16 @@
-//! The measurement model before anything is counted: where the fit starts and what its priors stand
-//! around.
+//! Initial values and priors of the measurement model.
 //!
-//! Set by hand, once, from what the instrument and building practice suggest: ranges within a
-//! centimetre, heights within a few, levels that follow the scene's strongest echo, half of the
-//! features seen. The priors are wide: a few dozen samples outweigh them.
+//! Set by hand from the instrument and building practice: ranges within a centimetre, heights within
+//! a few centimetres, levels that follow the scene's strongest echo, half of the features detected.
+//! The priors are wide: a few dozen samples outweigh them.
 
 use stairscan::params::generative::{Extended, Generative, Hidden, Point, TreadNumbers};
 
-/// Features whose echo is a corner's or a mirror's: as strong as the scene's strongest.
+/// Level of corners and specular reflections: that of the scene's strongest echo, dB.
 const BRIGHT_DB: f32 = 25.0;
-/// Edges.
+/// Level of edges, dB.
 const DIM_DB: f32 = 12.0;
-/// Edges of floating treads, which have nothing brighter beside them.
+/// Level of edges of open treads, which have no brighter neighbour, dB.
 const OPEN_DB: f32 = 15.0;
 
 const fn point(range_mm: f32, across: [f32; 2], snr_db: f32, seen: f32, room: f32) -> Point {
@@ -42,7 +41,7 @@ const fn extended(rate: f32, snr_db: f32, snr_per_db: f32, off_sigma_m: f32) -> 
     }
 }
 
-/// The table to start from.
+/// Initial table.
 pub const START: Generative = Generative {
     points: [
         point(4.0, [0.0, 0.005], BRIGHT_DB, 1.5, 1.0),
@@ -76,44 +75,45 @@ pub const START: Generative = Generative {
     treads: TreadNumbers::NOTHING,
 };
 
-/// Standard deviations of the priors around [`START`]; those of spreads are of their departure.
+/// Standard deviations of the priors around [`START`]. Those of standard deviations apply to the
+/// excess over their lower bounds.
 pub mod sigma {
     /// Offsets in range, metres.
     pub const RANGE_M: f64 = 0.005;
     /// Offsets across the line of sight and in height, metres.
     pub const ACROSS_M: f64 = 0.03;
-    /// What the lobe's width adds, metres per unit.
+    /// Contribution of the lobe's width, metres per unit.
     pub const WIDTH_M: f64 = 0.2;
     /// Levels, dB.
     pub const SNR_DB: f64 = 15.0;
-    /// Levels per dB of the strongest echo.
+    /// Slopes of levels, per dB of the strongest echo.
     pub const SNR_PER_DB: f64 = 0.3;
     /// Logarithm of a rate.
     pub const RATE: f64 = 3.0;
-    /// The same per 10 dB.
+    /// Logarithm of a rate per 10 dB.
     pub const RATE_PER_TEN_DB: f64 = 1.0;
     /// Log-odds, around 0.
     pub const ODDS: f64 = 3.0;
 }
 
-/// Least spreads: what the labels cannot tell, for the truth is known to a millimetre and the
-/// simulator's surfaces are smoother than those that a chair meets.
+/// Lower bounds of standard deviations. The labels underestimate the spread: the truth is known to a
+/// millimetre, and simulated surfaces are smoother than real ones.
 pub mod floor {
-    /// In range, metres.
+    /// Range, metres.
     pub const RANGE_M: f64 = 0.002;
     /// Across the line of sight, metres.
     pub const ACROSS_M: f64 = 0.0015;
-    /// What a wide lobe adds across the line of sight, metres per unit: labels cut off the tails, and
-    /// an echo that lies farther out than its spread allows speaks for a wrong height all the louder.
+    /// Contribution of a wide lobe across the line of sight, metres per unit. Labelling truncates the
+    /// tails, and with too small a value an echo in them supports a wrong height too strongly.
     pub const WIDTH_M: f64 = 0.05;
-    /// Of what a hidden riser shows, metres.
+    /// Echoes of hidden risers, metres.
     pub const HIDDEN_M: f64 = 0.004;
-    /// Off a surface, metres.
+    /// Distance from a surface, metres.
     pub const OFF_M: f64 = 0.003;
-    /// Of a point feature's level, dB.
+    /// Level of a point feature, dB.
     pub const POINT_DB: f64 = 3.0;
-    /// Of an extended feature's level, dB.
+    /// Level of an extended feature, dB.
     pub const EXTENDED_DB: f64 = 2.0;
-    /// Of noise above its threshold, dB.
+    /// Level of noise above its threshold, dB.
     pub const NOISE_DB: f64 = 0.3;
 }

@@ -1,4 +1,4 @@
-//! The measurement model's table as the firmware compiles it, and as it is printed.
+//! Writes the measurement model's table as Rust source for the firmware and as text.
 
 use std::fmt::Write as _;
 
@@ -6,10 +6,11 @@ use stairscan::params::generative::{Extended, Generative, Point, TreadEnd, Tread
 
 use super::estimate::{EXTENDED_NAMES, Number, POINT_NAMES};
 
-/// Decimals that are kept: a hundredth of a millimetre, of a decibel or of a log-odd matters nowhere.
+/// Decimals that are kept, as a factor: a hundredth of a millimetre, of a decibel or of a log-odds
+/// unit has no effect.
 const UNIT: f64 = 1e5;
 
-/// The table as it will be read: with the decimals that are kept.
+/// Rounds the table to the decimals that the source file has.
 pub fn rounded(g: &Generative) -> Generative {
     let near = |x: &mut f32| *x = ((f64::from(*x) * UNIT).round() / UNIT) as f32 + 0.0;
     let mut g = *g;
@@ -65,7 +66,7 @@ fn extended(p: &mut Extended) -> [(&'static str, &mut f32); 6] {
     ]
 }
 
-/// The source file of the measurement model.
+/// Returns the source file of the measurement model.
 pub fn write(g: &Generative) -> String {
     let mut g = rounded(g);
     let mut out = String::from(
@@ -138,7 +139,7 @@ fn entry(out: &mut String, kind: &str, name: &str, fields: &[(&str, &mut f32)]) 
     out.push_str("        },\n");
 }
 
-/// Every number with its standard error and what it was counted from.
+/// Returns a text with every number, its standard error and its number of samples.
 pub fn print(numbers: &[Number]) -> String {
     let mut out = String::new();
     for n in numbers {

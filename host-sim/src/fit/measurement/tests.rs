@@ -13,7 +13,7 @@ use stairscan::signal::grid::{Geometry, PolarMap};
 
 const SCANS: usize = 1500;
 
-/// A scan of one riser with corner and nosing, and a metre of tread, drawn from a table.
+/// Draws from a table a scan of one riser with corner and nosing, and a metre of tread.
 fn drawn(g: &Generative, rng: &mut Random) -> (f32, Vec<Sample>) {
     let mut samples = Vec::new();
     let mut normal = |sigma: f32| sigma * rng.normal() as f32;
@@ -73,7 +73,7 @@ fn drawn(g: &Generative, rng: &mut Random) -> (f32, Vec<Sample>) {
     });
     let p = &g.extended[1];
     let mut left = f64::from(p.rate + p.rate_per_ten_db * q).exp();
-    // As many as exponential gaps fit in.
+    // Poisson number: counts exponential gaps.
     loop {
         left += (1.0 - rng.between(0.0, 1.0)).ln();
         if left < 0.0 {
@@ -141,8 +141,8 @@ fn a_known_table_is_recovered() {
     ] {
         let n = number(name);
         let off = (n.value - f64::from(truth)).abs();
-        // Twenty numbers at three and a half standard errors; the flat and wide tails that the model
-        // has and the draw has not shift slopes a little.
+        // Twenty numbers at three and a half standard errors. `slack` is for the uniform component
+        // and the tails, which the model has and the draw has not: they shift slopes a little.
         assert!(off < 3.5 * n.error + slack, "{name}: {truth}, {n:?}");
     }
     assert!(number("corner across m").error < 0.001);

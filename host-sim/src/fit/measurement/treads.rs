@@ -1,4 +1,4 @@
-//! Counts what treads show that are seen from above: rates, levels, heights, and what their ends show.
+//! Fits the model of treads seen from above: rates of echoes, levels, heights, and echoes at their ends.
 
 use crate::fit::portable::Portable as _;
 use std::f64::consts::PI;
@@ -13,22 +13,22 @@ use super::climb::{Peak, Prior, climb};
 use super::estimate::Number;
 use super::flights::Sighting;
 
-/// Rates are counted in stretches of so many degrees.
+/// Width of a stretch in which echoes are counted, degrees.
 const STRETCH_DEG: f64 = 2.0;
-/// Echoes within so much of an end tell what it shows, metres.
+/// Maximum distance from a tread's end of the echoes that are counted for it, metres.
 const WINDOW_M: f64 = 0.06;
-/// Echoes farther than this from every tread's level are others, metres.
+/// Distance from every tread's level beyond which an echo is background, metres.
 const OTHER_M: f64 = 0.03;
-/// So many other echoes of each level are in a square metre besides those counted: what no scene of the draw holds.
+/// Additional background echoes of each level per square metre, for objects that no scene of the draw contains.
 const UNKNOWN_PER_M2: f64 = 0.007;
-/// Range from which on echoes are told, metres.
+/// Minimum range of echoes, metres.
 const NEAREST_M: f64 = 0.25;
-/// Standard deviations within which 95 % of normal deviates lie.
+/// Half-width of the interval with 95 % of a normal distribution, standard deviations.
 const NORMAL_95: f64 = 1.96;
-/// Degrees of a radian.
+/// Degrees per radian.
 const DEG_PER_RAD: f64 = 180.0 / PI;
 
-/// A tread of a true staircase: its level, where it begins and ends, metres.
+/// A tread of a true staircase: its level, near end and far end, metres.
 #[derive(Clone, Copy, Debug)]
 struct TrueTread {
     y_m: f64,
@@ -36,11 +36,11 @@ struct TrueTread {
     to_m: f64,
 }
 
-/// A scan with the treads that stand there.
+/// A scan with its true treads.
 struct SeenScan<'s> {
     sighting: &'s Sighting,
     treads: Vec<TrueTread>,
-    /// Tens of dB of the strongest echo over 30 dB.
+    /// Level of the strongest echo, tens of dB over 30 dB.
     q: f64,
 }
 
@@ -76,7 +76,7 @@ impl<'s> SeenScan<'s> {
         f64::from(self.sighting.view.height_m) - tread.y_m
     }
 
-    /// The tread that an echo lies on.
+    /// Returns the tread that an echo lies on.
     fn tread_of(&self, e: &Echo) -> Option<&TrueTread> {
         let on = |t: &&TrueTread| {
             let (x_m, y_m) = (f64::from(e.x_m), f64::from(e.y_m));
@@ -86,13 +86,13 @@ impl<'s> SeenScan<'s> {
         self.treads.iter().find(on)
     }
 
-    /// Whether an echo is none of any tread.
+    /// Whether an echo is background: on no tread.
     fn is_other(&self, e: &Echo) -> bool {
         let far = |t: &TrueTread| (f64::from(e.y_m) - t.y_m).abs() > OTHER_M;
         self.treads.iter().all(far)
     }
 
-    /// The part of the plane that is seen, square metres.
+    /// Returns the area of the visible part of the plane, m².
     fn area_m2(&self) -> f64 {
         let view = &self.sighting.view;
         let angle = f64::from(view.highest).atan() - f64::from(view.lowest).atan();
@@ -101,24 +101,24 @@ impl<'s> SeenScan<'s> {
     }
 }
 
-/// A stretch of tread of one scan: what its rate depends on, its length, and its echoes.
+/// A stretch of tread in one scan: covariates of its rate, its length, its number of echoes.
 struct Stretch {
     on: [f64; 4],
     length_m: f64,
     echoes: f64,
 }
 
-/// What the numbers are counted from.
+/// Statistics that the numbers are fitted to.
 #[derive(Default)]
 struct TreadCounts {
     stretches: Vec<Stretch>,
-    /// Echoes of treads and other ones, by level.
+    /// Echoes of treads and of the background, by level.
     levels: [[f64; 2]; LEVELS],
     area_m2: f64,
-    /// Heights off the level, and what the angle's noise makes of them, metres.
+    /// Height error of each echo, and its standard deviation from the angle's noise, metres.
     heights: Vec<(f64, f64)>,
-    /// By end: of how many treads, and how far on the tread each echo near it lies, with its angle's noise along it, metres,
-    /// and the rate there.
+    /// By end: number of treads, and for each echo near the end its distance from it along the tread, the standard
+    /// deviation of that from the angle's noise, both in metres, and the rate of echoes there.
     ends: [(f64, Vec<[f64; 3]>); 4],
 }
 
@@ -142,7 +142,7 @@ fn level(e: &Echo) -> usize {
 }
 
 impl TreadCounts {
-    /// Everything but what the ends show.
+    /// Collects everything but the echoes at the ends.
     fn of(scans: &[SeenScan<'_>]) -> Self {
         let mut counts = Self::default();
         for scan in scans {
@@ -165,7 +165,7 @@ impl TreadCounts {
         counts
     }
 
-    /// The stretches of a tread that are seen.
+    /// Adds the visible stretches of a tread.
     fn exposed(&mut self, scan: &SeenScan<'_>, tread: &TrueTread, (lowest, highest): (f64, f64)) {
         let depth_m = scan.depth_m(tread);
         let from = (tread.from_m / depth_m).max(lowest).atan() * DEG_PER_RAD;
@@ -188,7 +188,7 @@ impl TreadCounts {
         }
     }
 
-    /// Echoes near the ends of treads.
+    /// Collects the echoes near the ends of treads.
     fn look_at_ends(&mut self, scan: &SeenScan<'_>, rates: &[f64]) {
         for pair in scan.treads.windows(2) {
             let [upper, lower] = pair else { continue };
@@ -216,7 +216,7 @@ impl TreadCounts {
     }
 }
 
-/// Numbers as they are counted, each with its name and error.
+/// Fitted numbers with names and standard errors.
 struct Listed {
     numbers: Vec<Number>,
 }
@@ -234,17 +234,17 @@ impl Listed {
     }
 }
 
-/// Wide priors around what lobes and building practice suggest.
+/// Wide priors of the rates' weights, from the antenna's lobes and building practice.
 const RATES: [Prior; 4] = [
     prior(2.0, 1.0),
     prior(0.0, 1.0),
     prior(-0.3, 1.0),
     prior(0.0, 1.0),
 ];
-/// See [`RATES`]: the logarithm of a height's standard deviation in millimetres.
+/// Prior of the logarithm of a height's standard deviation in millimetres; as wide as [`RATES`].
 const HEIGHT: Prior = prior(1.0, 1.0);
-/// See [`RATES`]: the logarithm of the number of echoes at an end, their place in centimetres, the logarithm of their
-/// standard deviation in centimetres.
+/// Priors of an end: logarithm of the number of echoes, their place in centimetres, logarithm of the place's standard
+/// deviation in centimetres. As wide as [`RATES`].
 const END: [Prior; 3] = [prior(-1.0, 1.0), prior(0.0, 1.0), prior(-0.5, 0.5)];
 
 const fn prior(mean: f64, sigma: f64) -> Prior {
@@ -256,7 +256,7 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     climb(&start, priors, likelihood)
 }
 
-/// What the treads of these scans show, and the numbers with their errors.
+/// Fits the tread model to these scans. Returns the numbers, also as a list with standard errors.
 pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
     let below = sightings.iter();
     let below = below.filter(|sighting| sighting.geometry.plane == Plane::Height);
@@ -335,10 +335,10 @@ pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
     (numbers, told.numbers)
 }
 
-/// What 95 % of edges' errors are within, in their standard deviations by the numbers so far and the true levels, over what
-/// it is of a normal deviate.
+/// Returns the ratio of the 95 % quantile of the edges' normalised errors to that of a normal distribution. The
+/// errors are those of the current numbers against the true levels.
 fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
-    // The model keeps it.
+    // `Descending` keeps the reference.
     let numbers: &'static TreadNumbers = Box::leak(Box::new(numbers));
     let of = |scan: &SeenScan<'_>| {
         let mut model = Descending::new(numbers);
@@ -359,7 +359,7 @@ fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     within.map_or(1.0, |z| z / NORMAL_95)
 }
 
-/// Log-likelihood of the echoes near an end: those of the tread up to it, and those that it shows itself.
+/// Log-likelihood of the echoes near an end: the rate of the tread up to it plus the echoes of the end itself.
 fn shines(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
     let (number, off_m) = (p[0].exp_portable(), 0.01 * p[1]);
     let sigma_m = 0.01 * p[2].exp_portable();
@@ -373,7 +373,7 @@ fn shines(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
 }
 
 impl TreadCounts {
-    /// By level: its density on treads over that of others in a square metre.
+    /// Returns by level the density on treads over that of the background per square metre.
     fn ratios(&self) -> [f32; LEVELS] {
         let on: f64 = self.levels.iter().map(|[on, _]| on).sum();
         self.levels.map(|[tread, other]| {

@@ -1,4 +1,4 @@
-//! What is known of the scanner and how it is shown.
+//! Tests of the scanner's state and its display.
 
 mod screen;
 mod state;
@@ -61,7 +61,8 @@ fn tell(state: &mut State, at: Ms, lines: &[&str]) {
     }
 }
 
-/// Open since 100 ms, with the answer to stair_a at 3,000 ms and a sign of life at 3,100.
+/// Returns a state that is open since 100 ms, with the answer to stair_a at 3,000 ms and a `LIVE`
+/// at 3,100 ms.
 fn scanned() -> State {
     let mut state = State::new("/dev/ttyUSB0", 115_200);
     state.take(100, &Event::Opened);

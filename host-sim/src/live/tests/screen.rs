@@ -1,5 +1,5 @@
-//! Snapshots of the screen. `LIVE_SNAPSHOTS=write cargo test -p host-sim --lib live` writes them anew, to be
-//! looked at before they are committed.
+//! Snapshots of the screen. `LIVE_SNAPSHOTS=write cargo test -p host-sim --lib live` writes them again, for
+//! inspection before they are committed.
 
 use std::path::Path;
 
@@ -31,7 +31,7 @@ fn text(buffer: &Buffer) -> String {
     rows.map(row).collect()
 }
 
-/// Compares the screen with what is kept under `name`.
+/// Compares the screen with the snapshot `name`.
 fn snapshot(name: &str, state: &State, prompt: &Prompt, now: Ms) -> Buffer {
     let buffer = drawn(state, prompt, now);
     let text = text(&buffer);
@@ -44,7 +44,7 @@ fn snapshot(name: &str, state: &State, prompt: &Prompt, now: Ms) -> Buffer {
     buffer
 }
 
-/// Whether the word `what` stands on the screen in grey.
+/// Whether the text `what` is on the screen in grey.
 fn is_grey(buffer: &Buffer, what: &str) -> bool {
     let width = usize::from(buffer.area.width);
     let row = buffer.content.chunks(width).find_map(|cells| {
@@ -84,7 +84,7 @@ fn degraded() {
     snapshot("degraded", &state, &Prompt::default(), 2_200);
 }
 
-/// An `ok` that ends at a drop.
+/// An `ok` answer with a drop.
 #[test]
 fn drop() {
     let mut state = State::new("/dev/ttyUSB0", 115_200);
@@ -192,7 +192,7 @@ fn any_size_and_any_answer_can_be_drawn() {
     }
 }
 
-/// The labels of the x axis stand below their values: 100 where the horizon of 100 cm is drawn.
+/// The labels of the x axis are below their values: 100 at the horizon of 100 cm.
 #[test]
 fn the_axis_says_where_the_horizon_is() {
     for width in [80, 100, 150] {
@@ -218,7 +218,7 @@ fn the_axis_says_where_the_horizon_is() {
     }
 }
 
-/// Lines that come meanwhile do not move the ones that one has scrolled back to.
+/// New lines do not move the displayed ones after scrolling back.
 #[test]
 fn the_log_scrolls_and_stays_where_it_is() {
     let mut state = scanned();

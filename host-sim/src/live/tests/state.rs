@@ -15,11 +15,11 @@ fn an_answer_counts_once_all_of_it_has_come() {
     state.take(0, &Event::Opened);
     tell(&mut state, 10, &STAIR_A[..3]);
     assert!(state.answer.is_none());
-    // LIVE may stand between any two sentences.
+    // LIVE may come between any two sentences.
     tell(&mut state, 20, &[&live(300, None), STAIR_A[3]]);
     let (at, answer) = state.answer.as_ref().unwrap();
     assert_eq!((*at, answer.steps.len()), (20, 3));
-    // One of which a sentence is missing does not replace it.
+    // An incomplete answer does not replace it.
     let second = scan(2, Status::Degraded, &[Reason::Moving]);
     tell(&mut state, 30, &[STAIR_A[0], STAIR_A[1], STAIR_A[2]]);
     assert_eq!(state.answer.as_ref().unwrap().0, 20);
@@ -32,7 +32,7 @@ fn age_counts_from_the_last_row_as_live_tells_it() {
     let mut state = scanned();
     assert_eq!(state.age(3_100), Some(124));
     assert_eq!(state.age(3_400), Some(424));
-    // A fault has no age of its own there: it counts from when it came.
+    // A fault has no age in LIVE: it is measured from its arrival.
     tell(
         &mut state,
         4_000,
@@ -69,7 +69,7 @@ fn an_answer_goes_stale_in_each_way_that_there_is() {
     assert_eq!(state.standing(30_200), Standing::Restarted);
     tell(&mut state, 33_000, &STAIR_A);
     assert_eq!(state.standing(33_000), Standing::Fresh);
-    // A boot whose sentence was lost shows in LIVE's time since boot.
+    // A lost BOOT is detected by the uptime in LIVE.
     tell(
         &mut state,
         33_100,
@@ -84,13 +84,13 @@ fn a_pulled_plug_keeps_the_answer_and_says_so_until_it_comes_back() {
     state.take(5_000, &unplugged());
     assert_eq!(state.standing(5_000), Standing::Unplugged);
     assert!(state.answer.is_some() && !state.is_open());
-    // That it cannot be opened meanwhile is no news, and does not change since when.
+    // Further failures to open it are not new, and do not change the time.
     state.take(5_300, &Event::Failed(Trouble::Missing(Vec::new())));
     assert!(matches!(
         &state.link,
         Link::Away(5_000, Trouble::Unplugged(_))
     ));
-    // That it may not be opened is.
+    // A missing permission is new.
     let denied = Trouble::Forbidden(None);
     state.take(5_600, &Event::Failed(denied.clone()));
     assert_eq!(state.link, Link::Away(5_000, denied));
@@ -166,7 +166,7 @@ fn a_command_has_its_answer_and_no_other() {
         (text.as_str(), good),
         ("refused: seed: expected a whole number", false)
     );
-    // `get` goes on to its DONE; the self-test takes its time.
+    // `get` ends with its DONE; the self-test takes longer.
     state.sent(9_000, "get");
     let value = |key| line(&Sentence::Config { key, value: "1" });
     tell(&mut state, 9_010, &[&value("seed"), &value("modes")]);
@@ -209,7 +209,8 @@ fn lines_are_kept_with_their_time_and_way_but_for_live() {
     assert_eq!(state.log.len(), 2_000);
 }
 
-/// An image in an emulator takes longer for a scan than an answer may be old, and is connected after its self-test.
+/// In an emulator a scan takes longer than the maximum age of an answer, and the module is connected after the
+/// self-test.
 #[test]
 fn an_emulated_scanner_is_slow_and_begins_without_its_module() {
     let boot = scan(0, Status::Fault, &[Reason::LinkSilent]);

@@ -1,4 +1,4 @@
-//! What several tests do with the program.
+//! Functions that several tests share.
 
 pub mod scanner;
 
@@ -22,8 +22,8 @@ pub fn sim(args: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Whether everything that a test needs is installed. If not, it says aloud what is skipped and how
-/// to get it; in CI that is a failure.
+/// Whether everything that a test needs is installed. If not, it reports the skipped test and how to install
+/// the tools; in CI that is a failure.
 pub fn tools(needed: &[Tool]) -> bool {
     let missing: Vec<&str> = (needed.iter())
         .filter(|tool| !tool.available())
@@ -34,20 +34,20 @@ pub fn tools(needed: &[Tool]) -> bool {
     if !missing.is_empty() {
         let thread = std::thread::current();
         let test = thread.name().unwrap_or("a test");
-        // Not with `eprintln`, which the test harness keeps to itself when a test passes.
+        // Not with `eprintln`, whose output the test harness hides for passing tests.
         let _ = writeln!(std::io::stderr(), "SKIPPED {test}: {}", missing.join("; "));
     }
     missing.is_empty()
 }
 
-/// The image, built once; `None` after a message where it cannot be run.
+/// Returns the image, built once; `None` after a message if it cannot be run.
 pub fn elf() -> Option<&'static Path> {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
     let ready = tools(&[Tool::Target, Tool::Emulator]);
     ready.then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
 }
 
-/// The sentences of the first `scans` scans by `replay`.
+/// Returns the sentences of `replay` for the first `scans` scans.
 pub fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
     let options = replay::Options {
         scans: Some(scans),
@@ -57,11 +57,11 @@ pub fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
     answers.into_iter().map(|answer| answer.sentences).collect()
 }
 
-/// A directory of one test, removed when it ends.
+/// Directory of one test, removed at its end.
 pub struct Scratch(PathBuf);
 
 impl Scratch {
-    /// An empty directory; `test` names it, and no other test may have that name.
+    /// Creates an empty directory, named `test`; no other test may use this name.
     pub fn new(test: &str) -> Self {
         let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
         let _ = fs::remove_dir_all(&dir);
@@ -69,8 +69,8 @@ impl Scratch {
         Self(dir)
     }
 
-    /// Writes the recording `bad`, chirps of 16 samples with these captures and further keys of `global`, after
-    /// `change` has spoilt its metadata.
+    /// Writes the recording `bad`: chirps of 16 samples with these captures and further keys of `global`, with
+    /// the metadata changed by `change`.
     pub fn spoilt(
         &self,
         captures: &[Value],
@@ -98,7 +98,7 @@ impl Scratch {
         self.path().join("bad")
     }
 
-    /// Where it is.
+    /// Returns its path.
     pub fn path(&self) -> &Path {
         &self.0
     }
@@ -110,7 +110,7 @@ impl Drop for Scratch {
     }
 }
 
-/// `replay` refuses the recording with a message that holds all of `words`.
+/// Asserts that `replay` refuses the recording with a message that contains all of `words`.
 pub fn refused(recording: &Path, words: &[&str]) {
     let out = sim(&["replay", recording.to_str().unwrap()]);
     let message = String::from_utf8(out.stderr).unwrap();

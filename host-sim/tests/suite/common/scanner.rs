@@ -42,7 +42,7 @@ impl Cable for PtyCable {
 }
 
 impl Scanner {
-    /// The scanner's own loop over `recording`.
+    /// Runs the scanner's own loop over `recording`.
     pub fn plug_in(recording: Recording) -> Self {
         Self::run(move |pty, pulled| {
             let mut cable = PtyCable { pty, pulled };
@@ -50,8 +50,8 @@ impl Scanner {
         })
     }
 
-    /// What says by itself `says`, five times a second, and answers each line with `answer`. Lines are given without
-    /// their ends.
+    /// Runs a scripted device that sends `says` five times a second, and answers each line with `answer`. Lines are
+    /// without their ends.
     pub fn scripted(
         says: impl Fn() -> String + Send + 'static,
         mut answer: impl FnMut(&str) -> Vec<String> + Send + 'static,

@@ -1,4 +1,4 @@
-//! A scanner on the host over the real link's frames, and a tap on them.
+//! A scanner on the host with the real link's frames, and a tap on them.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -22,14 +22,14 @@ use stairscan::signal::radar::FrameLink;
 
 use crate::common::Scratch;
 
-/// What went over the link, in order, and when (ms).
+/// Traffic of the link in order, with times, ms.
 pub type Traffic = Vec<(u64, Wire, Vec<u8>)>;
 
 pub fn read(name: &str) -> Recording {
     Recording::read(&image::workspace().join("recordings").join(name)).unwrap()
 }
 
-/// The link: a radar module at its end, and everything overheard.
+/// The link: a radar module at its end, and a record of all bytes.
 pub struct Line<'a> {
     module: Module<'a>,
     answers: VecDeque<u8>,
@@ -37,7 +37,7 @@ pub struct Line<'a> {
     now: u64,
 }
 
-/// The scanner's end of it.
+/// The scanner's end of the link.
 pub struct LinkPort<'a>(Rc<RefCell<Line<'a>>>);
 
 impl BytePort for LinkPort<'_> {
@@ -58,7 +58,7 @@ impl BytePort for LinkPort<'_> {
     }
 }
 
-/// The scanner's report port; it may be asked for its settings.
+/// The scanner's report port, which also takes commands.
 #[derive(Default)]
 pub struct Console {
     typed: VecDeque<u8>,
@@ -76,7 +76,7 @@ impl BytePort for Console {
     }
 }
 
-/// What a scanner on the host said in some scans over the real link's frames, and what went over the link.
+/// Reports of a scanner in some scans over the real link's frames, and the traffic of the link.
 pub struct Scanned {
     pub beside: Beside,
     pub answers: Vec<Vec<String>>,
@@ -84,7 +84,7 @@ pub struct Scanned {
 }
 
 pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str]) -> Scanned {
-    // A scanner that nobody has told anything of the chair's motion.
+    // A scanner without a setting for the chair's motion.
     let playback = Playback::new(recording, base)
         .unwrap()
         .with_mode(Mode::Auto);
@@ -154,7 +154,7 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
     }
 }
 
-/// The recordings that a tap on `traffic` makes, with its notes.
+/// Returns the recordings that a tap makes from `traffic`, with its notes.
 pub fn tapped(scanned: &Scanned, traffic: &Traffic) -> (Vec<Part>, Vec<String>, Tap) {
     let mut tap = Tap::default();
     for (at, wire, bytes) in traffic {
@@ -171,7 +171,7 @@ pub fn tapped(scanned: &Scanned, traffic: &Traffic) -> (Vec<Part>, Vec<String>, 
     (gather.parts(), notes, tap)
 }
 
-/// What replay says of a recording that was written and read again.
+/// Returns the sentences of replay for a recording that was written and read again.
 pub fn replayed(test: &str, part: &Part, scanned: &Scanned) -> (Recording, Vec<Vec<String>>) {
     let dir = Scratch::new(test);
     let path = dir.path().join("tap");

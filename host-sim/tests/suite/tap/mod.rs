@@ -1,5 +1,5 @@
-//! A tap on the radar link: the bytes between a scanner and its module become a recording, and replaying it gives the
-//! sentences that the scanner gave.
+//! Tests of the tap on the radar link: the bytes between a scanner and its module become a recording, and its replay
+//! gives the scanner's sentences.
 
 mod bench;
 mod ports;
@@ -22,14 +22,14 @@ fn replaying_the_tap_gives_the_scanners_sentences() {
         let (recording, answers) = replayed(&test, &parts[0], &scanned);
         assert_eq!(answers, scanned.answers, "{name}");
         assert_eq!(recording.scans(), scans);
-        // The scheduled angles come back from the microsteps, and the samples to the last bit.
+        // The scheduled angles are recovered from the microsteps, and the samples to the last bit.
         let rows = original.chirps();
         assert_eq!(recording.meta.angles_deg[..rows], original.meta.angles_deg);
         assert_eq!(
             recording.samples[..original.samples.len()],
             original.samples
         );
-        // Each answer is found beside its scan.
+        // Each answer is found for its scan.
         for (k, said) in scanned.answers.iter().enumerate() {
             let next = parts[0].times.get(k + 1).map(|times| times.1);
             let found = scanned.beside.answer(parts[0].times[k].1, next);
@@ -54,7 +54,7 @@ fn other_settings_are_learned_from_the_report() {
     assert_eq!(answers, scanned.answers);
 }
 
-/// Rows that the scanner lost are missing in the recording as well, and retries are taken as the scanner took them.
+/// Rows that the scanner lost are missing in the recording, too, and retries are recorded as the scanner used them.
 #[test]
 fn the_modules_misdeeds_are_heard_as_the_scanner_heard_them() {
     let faults = [
@@ -77,7 +77,7 @@ fn the_modules_misdeeds_are_heard_as_the_scanner_heard_them() {
     assert!(notes[0].contains("4 of 281 rows are missing"), "{notes:?}");
 }
 
-/// What the tap did not hear whole is told and never made up.
+/// Incomplete data are reported and never replaced.
 #[test]
 fn what_the_tap_loses_is_missing_and_told() {
     let scanned = scan(&read("stair_a"), &Config::default(), 3, &[]);
@@ -87,7 +87,7 @@ fn what_the_tap_loses_is_missing_and_told() {
     };
     let mut traffic = scanned.traffic.clone();
     let places = chirps(&traffic);
-    // In the second scan one chirp is damaged, one cut short, and one request not heard.
+    // In the second scan one chirp is damaged, one truncated, and one request missing.
     traffic[places[300]].2[400] ^= 1;
     traffic[places[310]].2.truncate(300);
     traffic[places[320] - 1].2.clear();
@@ -114,7 +114,7 @@ fn what_the_tap_loses_is_missing_and_told() {
 #[test]
 fn scans_that_were_not_heard_from_end_to_end_are_left_out() {
     let scanned = scan(&read("stair_a"), &Config::default(), 2, &[]);
-    // The tap begins within the first scan and ends within the second.
+    // The tap begins during the first scan and ends during the second.
     let some = scanned.traffic[200..900].to_vec();
     let (parts, notes, _) = tapped(&scanned, &some);
     assert!(parts.is_empty());

@@ -1,4 +1,4 @@
-//! The command over pseudo-terminals.
+//! Tests of the command over pseudo-terminals.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStderr, Command, Stdio};
@@ -14,11 +14,11 @@ use stairscan::config::Config;
 use super::bench::{read, scan};
 use crate::common::{Scratch, sim};
 
-/// One end of a pseudo-terminal that waits for its reader, and the path of the other.
+/// Opens a pseudo-terminal: one end that waits for its reader, and the path of the other.
 fn terminal() -> (TTYPort, TTYPort, String) {
     let (master, slave) = TTYPort::pair().unwrap();
     let path = slave.name().unwrap();
-    // Unlike the pair, its copies are closed in programs that this one starts.
+    // The copies, unlike the original pair, are closed in child processes.
     let (mut master, slave) = (
         master.try_clone_native().unwrap(),
         slave.try_clone_native().unwrap(),
@@ -27,7 +27,7 @@ fn terminal() -> (TTYPort, TTYPort, String) {
     (master, slave, path)
 }
 
-/// The program, once it has said that it listens.
+/// Starts the program and waits until it listens.
 fn listening(args: &[&str]) -> (Child, BufReader<ChildStderr>) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(args)
@@ -42,7 +42,7 @@ fn listening(args: &[&str]) -> (Child, BufReader<ChildStderr>) {
     (child, stderr)
 }
 
-/// Writes the link's traffic to the ports to and from the module; `before` is called with the time of each piece.
+/// Writes the link's traffic to the ports to and from the module. `before` is called with the time of each piece.
 fn feed<T: Copy>(
     traffic: &[(T, Wire, Vec<u8>)],
     [to, from]: [&mut TTYPort; 2],
@@ -59,7 +59,7 @@ fn feed<T: Copy>(
     }
 }
 
-/// The command over pseudo-terminals: a receiver on each direction of the link, and the report port.
+/// Three ports: a receiver on each direction of the link, and the report port.
 #[test]
 fn three_ports_are_recorded() {
     let scanned = scan(&read("stair_a"), &Config::default(), 2, &[]);
@@ -191,7 +191,7 @@ fn what_cannot_be_recorded_is_explained() {
     let output = dir.path().join("x");
     let (mut master, slave, path) = terminal();
     let (mut child, mut stderr) = listening(&["record", &path, "-o", output.to_str().unwrap()]);
-    // Frames of another link's speed, and then the plug is pulled.
+    // Frames at another baud rate, and then the plug is pulled.
     master
         .write_all(&[b"SR\x01\x82".as_slice(), &[0x55; 2000]].concat())
         .unwrap();
@@ -207,7 +207,7 @@ fn what_cannot_be_recorded_is_explained() {
     assert!(!output.with_extension("sigmf-meta").exists());
 }
 
-/// A program that is killed leaves every scan that had ended.
+/// A program that is killed leaves every completed scan.
 #[test]
 fn a_killed_session_leaves_its_scans() {
     let original = read("stair_a");
@@ -220,7 +220,7 @@ fn a_killed_session_leaves_its_scans() {
     let args = ["record", &to_path, &from_path, "-o", output];
     let (mut child, mut stderr) = listening(&args);
     feed(&scanned.traffic, [&mut to, &mut from], |_| ());
-    // The second scan is under way, for all that the program knows.
+    // The first line is printed when the first scan is complete.
     let mut line = String::new();
     stderr.read_line(&mut line).unwrap();
     assert!(line.starts_with("scan: 281 rows, 0 of them lost"), "{line}");
