@@ -1,11 +1,11 @@
-//! The guard: a coarse sweep of the ground ahead, many times a second, and how far the ground is free.
+//! The guard: a coarse sweep of the ground ahead, several times a second, and the free distance.
 //!
-//! In: the map of one sweep ([`PolarMap`]), and the chair's travel since the one before. Method: recursive Bayes over
-//! sweeps. The powers along the ground and above it are averaged with those of earlier sweeps, moved with the
-//! chair ([`MeanLines`]); the same recursions that weigh the ground of a full scan
-//! ([`crate::model::surfaces`]) say how likely the first hazard is at each place (`reach`). Out: [`FreeGround`]. It stands apart
-//! from [`crate::infer`] because a sweep of some thirty rows shows no steps: it has no search and no particles, and its
-//! memory lasts from sweep to sweep.
+//! In: the polar map of one sweep ([`PolarMap`]) and the chair's travel since the sweep before. Method: a recursive
+//! Bayes filter over sweeps. The powers along the ground, above and below it are averaged with those of earlier
+//! sweeps, shifted by the chair's travel ([`MeanLines`]). The recursions that evaluate the ground of a full scan
+//! ([`crate::model::surfaces`]) then give the likelihood of the first hazard by place (`reach`). Out: [`FreeGround`].
+//! The module is apart from [`crate::infer`] because a sweep of some thirty rows resolves no steps: it has no search
+//! and no particles, and it keeps state from sweep to sweep.
 
 mod noise;
 mod reach;
@@ -24,14 +24,14 @@ use crate::signal::grid::PolarMap;
 use crate::verdict::FreeGround;
 use reach::Hazards;
 
-/// What is kept from sweep to sweep, and the memory that a sweep is worked off in.
+/// State kept from sweep to sweep, and the working memory of a sweep.
 #[derive(Debug)]
 pub struct Guard {
     ground: Recursions,
     above: Above,
     surfaces: Surfaces,
     mean: MeanLines,
-    /// Where the free ground ended by the sweep before, metres from where the mirror was then.
+    /// End of the free ground by the sweep before, metres from the mirror's position then.
     last_m: Option<f32>,
 }
 
@@ -42,7 +42,7 @@ impl Default for Guard {
 }
 
 impl Guard {
-    /// Before the first sweep.
+    /// Returns the state before the first sweep.
     pub const fn new() -> Self {
         Self {
             ground: Recursions::new(),
@@ -53,7 +53,7 @@ impl Guard {
         }
     }
 
-    /// The next sweep is a first one.
+    /// Clears the state: the next sweep is a first one.
     // Out of line: what it puts in place comes over the stack.
     #[inline(never)]
     pub fn forget(&mut self) {
@@ -61,7 +61,7 @@ impl Guard {
         self.last_m = None;
     }
 
-    /// Returns how far the ground is free after a sweep, by it and by those before it.
+    /// Returns the free distance after a sweep, from it and the sweeps before it.
     #[inline(never)]
     pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> FreeGround {
         let moved_m = match drive.mode {
@@ -82,7 +82,7 @@ impl Guard {
         self.conclude(moved_m)
     }
 
-    /// Two sweeps must agree before the free distance grows: the nearer of both counts.
+    /// Returns the free distance; it grows only where two sweeps agree: the nearer of both ends is used.
     #[inline(never)]
     fn conclude(&mut self, moved_m: Option<f32>) -> FreeGround {
         let hazards = Hazards::new(&self.surfaces, &self.above, &self.ground.lines);

@@ -1,20 +1,22 @@
-//! The noise of a sweep: of few rows, nearly all of which see ground.
+//! Noise level of a guard sweep: few rows, nearly all of which see ground.
 
 use crate::math;
 use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 
-/// Cells so near to the line of the ground may show it, radians: 7°, three standard deviations of the paper's beam and more.
+/// Maximum angle off the ground's line at which a cell may show ground, radians: 7°, more than three standard
+/// deviations of the paper's beam.
 const OFF_RAD: f32 = 0.122;
-/// Ranges that are looked at, metres: nearer the mirror shines, farther the receiver's filter falls.
+/// Ranges of the cells that are counted, metres: nearer the mirror's own echo dominates, farther the receiver's
+/// filter falls.
 const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
-/// Every second cell is counted: neighbouring bins share the window's main lobe.
+/// Step between the counted bins: neighbouring ones share the window's main lobe.
 const STRIDE: usize = 2;
-/// Noise is told by this quantile of the cells off the ground, which echoes of other things do not reach …
+/// Quantile of the cells off the ground that is compared: echoes of objects do not reach it.
 const QUANTILE: f32 = 0.35;
-/// … and which is this share of its mean: exponential, -ln(1 - 0.35).
+/// That quantile over the mean of exponential noise, -ln(1 - 0.35).
 const OF_MEAN: f32 = 0.4308;
 
-/// Returns the mean noise of a sweep, map units; that of no power where all cells see ground.
+/// Returns the mean noise of a sweep, map units; that of zero power if all cells see ground.
 #[inline(never)]
 pub fn level(map: &PolarMap) -> f32 {
     let mut counts = [0_u16; 256];
@@ -40,7 +42,7 @@ pub fn level(map: &PolarMap) -> f32 {
     quantile(&counts, QUANTILE * all as f32) - f32::from(UNITS_PER_OCTAVE) * math::log2(OF_MEAN)
 }
 
-/// The bin of a range, metres: the first one that is not nearer.
+/// Returns the first bin at or beyond a range, metres.
 #[inline(never)]
 fn bin(map: &PolarMap, range_m: f32) -> usize {
     let geometry = map.geometry();
@@ -48,7 +50,7 @@ fn bin(map: &PolarMap, range_m: f32) -> usize {
     math::ceil((range_m - geometry.first_range_m) / geometry.bin_m) as usize
 }
 
-/// The bin at which a line of sight meets the ground; beyond all where it never does.
+/// Returns the bin in which a line of sight meets the ground; a bin beyond the map if it never does.
 #[inline(never)]
 fn meets(map: &PolarMap, angle_rad: f32) -> usize {
     let (sin, _) = math::sin_cos(angle_rad);
@@ -56,7 +58,7 @@ fn meets(map: &PolarMap, angle_rad: f32) -> usize {
     bin(map, range_m)
 }
 
-/// The level below which so many of the cells are.
+/// Returns the level below which `cells` cells are, interpolated within a level.
 fn quantile(counts: &[u16; 256], cells: f32) -> f32 {
     let mut below = 0.0;
     for (level, count) in counts.iter().enumerate() {

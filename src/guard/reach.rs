@@ -1,9 +1,9 @@
-//! From the likelihoods of hazards by place to the free distance.
+//! Free distance from the likelihoods of hazards by place.
 //!
-//! The first hazard across the way is in one slot at most: with w_k = ρ exp(L_k) for each slot and kind, L its
-//! log-likelihood against ground that goes on, P(first hazard in k) = w_k / (1 + Σ w). Things that stand beside ground
-//! which still shows are independent of it: P_k = w_k / (1 + w_k). The free distance ends in the slot in which the sum of
-//! both passes the risk.
+//! At most one slot holds the first hazard across the way: with w_k = ρ exp(L_k) for each slot and kind, L its log-
+//! likelihood ratio to ground that goes on, P(first hazard in k) = w_k / (1 + Σ w). Objects beside ground that is
+//! still visible are independent of it: P_k = w_k / (1 + w_k). The free distance ends in the slot in which the sum of
+//! both exceeds the risk.
 
 use crate::math;
 use crate::model::Surfaces;
@@ -12,45 +12,46 @@ use crate::model::lines::Lines;
 use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::verdict::{Ending, FreeGround};
 
-/// Density of rises, and of drops, ahead of a chair, per metre: what corridors, kerbs and stairs are to a day's way is
-/// not counted anywhere; four times as many or as few change the free distance of 3 % of tuning sweeps (docs/guard.md).
+/// Density of rises, and of drops, ahead of a chair, per metre. No survey counts them; a factor of four either way
+/// changes the free distance of 3 % of the tuning sweeps (docs/guard.md).
 const ACROSS_PER_M: f32 = 0.3;
-/// The same of things beside which the ground still shows.
+/// Density of objects beside which the ground is still visible, per metre.
 const BESIDE_PER_M: f32 = 0.0003;
-/// The free distance ends where a hazard before it has this probability: a fifth of the 1 % that the contract allows; the
-/// rest is for what the model does not know.
+/// Probability of a hazard before the free distance at which it ends: a fifth of the 1 % that the contract allows;
+/// the rest is for what the model leaves out.
 const RISK: f32 = 0.002;
-/// So far before it, metres: a slot's half, and how far a beam's foot shows ground beyond an edge.
+/// Distance between that place and the free distance, metres: half a slot, and how far a beam's foot shows ground
+/// beyond an edge.
 const MARGIN_M: f32 = 0.08;
-/// A kind of hazard is named from this probability on …
+/// Minimum probability at which a kind of hazard is named.
 const NAMED: f32 = 0.5;
-/// … if it is within this of the free distance's end, metres.
+/// Maximum distance of a named hazard beyond the free distance's end, metres.
 const NAMED_WITHIN_M: f32 = 0.35;
-/// Free ground that ends here or farther is ended by nothing that a sweep sees, metres: its cells end there.
+/// Distance from which on the end of free ground is the end of the evaluated cells, metres.
 const FARTHEST_M: f32 = 1.6;
-/// No log-likelihood counts more, nats: e to this and a slot's weight stay finite.
+/// Maximum log-likelihood, nats: e to this and a slot's weight stay finite.
 const MOST_NATS: f32 = 40.0;
 
-/// Where the sum of the hazards' probabilities passes the risk.
+/// Place at which the sum of the hazards' probabilities exceeds the risk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeEnd {
-    /// Metres from the mirror.
+    /// Distance from the mirror, metres.
     pub end_m: f32,
     /// Probability of a hazard before it.
     pub before: f32,
 }
 
-/// Kinds of hazards by place.
+/// Kinds of hazards.
 const KINDS: [Ending; 3] = [Ending::Rise, Ending::Drop, Ending::Obstacle];
 
-/// Probabilities of hazards by kind, in the order of [`KINDS`], and place.
+/// Probabilities of hazards by kind, in the order of [`KINDS`], and slot.
 #[derive(Debug)]
 pub struct Hazards {
     probabilities: [[f32; SLOTS]; KINDS.len()],
 }
 
 impl Hazards {
-    /// Of a sweep.
+    /// Returns the probabilities of a sweep.
     pub fn new(surfaces: &Surfaces, above: &Above, lines: &Lines) -> Self {
         let mut probabilities = [[0.0; SLOTS]; KINDS.len()];
         let [rise, drop, beside] = &mut probabilities;
@@ -75,7 +76,7 @@ impl Hazards {
         Self { probabilities }
     }
 
-    /// Where the risk is reached.
+    /// Returns the place at which the risk is exceeded.
     pub fn reach(&self) -> FreeEnd {
         let [rise, drop, beside] = &self.probabilities;
         let across = rise.iter().zip(drop).map(|(rise, drop)| rise + drop);
@@ -93,7 +94,8 @@ impl Hazards {
         }
     }
 
-    /// The free distance of this sweep, where the one before it ended at `last_m`, metres from where the mirror is now.
+    /// Returns the free distance of this sweep. `last_m` is the end of the sweep before, metres from the mirror's
+    /// present position.
     pub fn free(&self, reach: FreeEnd, last_m: Option<f32>) -> FreeGround {
         let end_m = last_m.map_or(reach.end_m, |last_m| math::min(last_m, reach.end_m));
         let free_m = math::max(end_m - MARGIN_M, 0.0);
@@ -119,7 +121,7 @@ impl Hazards {
     }
 }
 
-/// Weight of a hazard in a slot.
+/// Returns the weight of a hazard in a slot from its density and its log-likelihood ratio.
 #[inline(never)]
 fn weight(per_m: f32, nats: f32) -> f32 {
     per_m * SLOT_M * math::exp(math::min(nats, MOST_NATS))

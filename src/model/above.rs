@@ -1,30 +1,30 @@
-//! Power above the ground: what stands there though the ground may go on beside it.
+//! Power above the ground, of objects beside which the ground may still be visible.
 
 use super::chart::Chart;
 use super::lines::{CELLS, DEPTHS_M, FLANK, Gaze, Lines, LookedCell, Power, RangeCell, Shown};
 use crate::math;
 
-/// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
-/// sweep's sector at 1 m.
+/// Heights of the lines above the ground, metres: from the lowest rise that matters to a wheelchair to the upper end
+/// of a sweep's sector at 1 m.
 const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
-/// Number of lines below the ground, the smallest depths first: ground that goes on 5 to 7 cm lower passes for ground of less
-/// reflectivity along the ground's own line, deeper ground does not.
+/// Number of lines below the ground, of the smallest depths in [`DEPTHS_M`]. Ground 5 to 7 cm lower passes on the
+/// ground's own line for ground of less reflectivity; deeper ground does not.
 pub const DEPTHS: usize = 1;
-/// Range up to which they are, metres: what is farther than 1.65 m a chair does not reach within three seconds.
+/// Maximum range of the lines, metres: a chair does not reach anything farther than 1.65 m within three seconds.
 const FARTHEST_M: f32 = 1.7;
-/// Share of a cell's strongest row that shows in rows far from it: side lobes of an unknown antenna, and of a mirror
-/// that turns meanwhile. Counted on tuning sweeps (docs/guard.md): with 0.02 things are seen where nothing stands.
+/// Power of a cell's strongest row in rows far from it, as a ratio: side lobes of an unknown antenna, and of a mirror
+/// that turns meanwhile. From tuning sweeps (docs/guard.md): with 0.02 objects are detected where none are.
 const SIDE_LOBES: f32 = 0.05;
-/// Powers of what stands there, dB over the noise: the first, their distance, and their number.
+/// Lowest power of an object, dB over the noise.
 const FIRST_DB: f32 = 18.0;
-/// See [`FIRST_DB`].
+/// Step between the powers of objects, dB.
 const STEP_DB: f32 = 6.0;
-/// See [`FIRST_DB`].
+/// Number of powers of objects.
 const POWERS: usize = 4;
-/// Something is seen above the ground of a cell so often though nothing stands there: ghosts, tiles on edge.
+/// Probability of power above a cell's ground without an object: ghosts, tiles on edge.
 const ODD: f32 = 0.001;
 
-/// The strongest line above the ground, by range cell; none where the ground is not seen.
+/// Strongest line above the ground, by range cell; dark where the ground is not seen.
 #[derive(Clone, Debug)]
 pub struct Above {
     powers: [Power; CELLS],
@@ -37,14 +37,15 @@ impl Default for Above {
 }
 
 impl Above {
-    /// Of no map.
+    /// Returns an empty set of cells.
     pub const fn new() -> Self {
         Self {
             powers: [Power::DARK; CELLS],
         }
     }
 
-    /// Evaluates the lines along the ground, above it and at the smallest depth below it: in place of [`Lines::look`].
+    /// Evaluates the lines along the ground, above it and, at the smallest depths, below it: in place of
+    /// [`Lines::look`].
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>, lines: &mut Lines) {
         self.powers = [Power::DARK; CELLS];
@@ -65,12 +66,12 @@ impl Above {
         });
     }
 
-    /// That of cell `b`.
+    /// Returns the line above the ground of cell `b`.
     pub(super) fn get_mut(&mut self, b: usize) -> Option<&mut Power> {
         self.powers.get_mut(b)
     }
 
-    /// How much likelier cell `b` is with something that stands there than without, nats; `None` where it is not seen.
+    /// Returns the log-likelihood ratio of an object in cell `b`, nats; `None` where the cell is not seen.
     fn nats(&self, b: usize, lines: &Lines) -> Option<f32> {
         let shown: Shown = self.powers.get(b)?.shown();
         if !shown.is_seen() {
@@ -81,8 +82,8 @@ impl Above {
         Some(math::ln(ratio / (1.0 - ODD + ODD * ratio)))
     }
 
-    /// The same of something that shows in a cell and in one beside it: a single cell is a ghost as a rule. Calls `tell`
-    /// for each cell that is seen.
+    /// Calls `tell` for each cell that is seen, with the log-likelihood ratio of an object that shows in it and in
+    /// one neighbour, nats: a single cell is usually a ghost.
     pub fn things(&self, lines: &Lines, mut tell: impl FnMut(usize, f32)) {
         let (mut before, mut here) = (None, self.nats(0, lines));
         for b in 0..lines.cells.len() {
@@ -97,7 +98,7 @@ impl Above {
 }
 
 impl LookedCell<'_> {
-    /// The strongest of the lines above the ground, over what the ground's own line shows there; dark where that is not
+    /// Returns the strongest line above the ground, over the leakage of the ground's own line; dark where that is not
     /// seen.
     fn above(&self) -> Power {
         let Some((ground, base)) = self.level else {

@@ -1,73 +1,74 @@
 //! Power along lines: what a range cell shows of a surface that lies at a level.
 //!
-//! All rows that look at one place of a surface share its speckle, so that the power of a range cell, summed over the rows
-//! with the two-way beam's weight, says whether a surface lies at a level there even where no single cell stands out. With
-//! t that mean over the noise, n the independent rows that it is worth, and S the surface's mean power over the noise, which
-//! speckle makes exponential,
+//! All rows that look at one place of a surface share its speckle. The power of a range cell, summed over the rows
+//! with the two-way beam's weight, therefore shows a surface at a level even where no single cell stands out. With t
+//! that mean over the noise, n the number of independent rows, and S the surface's mean power over the noise, which
+//! speckle makes exponentially distributed,
 //!
 //! ```text
 //! E t = 1 + a S,   var t = (1 + 2 b S) / n + (a S)²,   p(t | S) = Gamma(t; both),   p(t | nothing) = Gamma(t; 1, 1/n)
 //! ln p(t | S) - ln p(t | nothing) = c(S) + d(S) t + e(S) ln t
 //! ```
 //!
-//! What a cell's strongest row leaks into its other rows counts as noise: side lobes everywhere, and the beam's flank near it.
+//! Leakage of a cell's strongest row into its other rows counts as noise: side lobes everywhere, and the beam's flank
+//! near it.
 
 use super::chart::Chart;
 use crate::math;
 use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 
-/// Depths below the ground at which lower ground is looked for, metres: from what is a drop to a wheelchair to a step.
+/// Depths below the ground of the lines of lower ground, metres: from the smallest drop that matters to a wheelchair
+/// to a step.
 pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
-/// The ground may lie so far off, metres: joints, slopes, what is left of the mounting's error.
+/// Tolerance of the ground's level, metres: joints, slopes, the remaining error of the mounting.
 const OFF_M: f32 = 0.01;
-/// From cell to cell, metres, or a bin if that is longer: nearer ones share a window's main lobe.
+/// Distance of the range cells, metres, or a bin if that is longer: nearer ones share the window's main lobe.
 const CELL_M: f32 = 0.0235;
-/// Most range cells that are looked at.
+/// Maximum number of range cells.
 pub const CELLS: usize = 64;
-/// Nothing of the ground nearer than this is seen, metres from the mirror.
+/// Minimum distance of evaluated ground, metres from the mirror.
 const NEAREST_M: f32 = 0.36;
-/// Range up to which the ground is looked at, metres.
+/// Maximum range of evaluated ground, metres.
 const FARTHEST_M: f32 = 2.0;
-/// Rows up to so many standard deviations of the two-way beam off the line see the surface …
+/// Half-width of the rows that see a line, standard deviations of the two-way beam.
 const REACH: f32 = 2.5;
-/// … with weights (1 - t²)² that add up to so many rows for each of the reach …
+/// Sum of the weights (1 - t²)² of these rows per row of the half-width.
 const WEIGHTS: f32 = 16.0 / 15.0;
-/// … are worth so many independent ones of it, (Σw)² / Σw² …
+/// Number of independent rows per row of the half-width, (Σw)² / Σw².
 const WORTH: f32 = 1.4;
-/// … and show so much of S in the mean, Σwg / Σw for the two-way beam g …
+/// Factor of S in the weighted mean, Σwg / Σw for the two-way beam g.
 const SHOWN: f32 = 0.709;
-/// … and in the variance of each row, Σw²g / Σw².
+/// Factor of S in the variance of each row, Σw²g / Σw².
 const SHOWN_IN_VARIANCE: f32 = 0.792;
-/// So much of the weights must have arrived.
+/// Minimum share of the weights that must have been received.
 const LEAST_SHARE: f32 = 0.5;
-/// Share of a cell's strongest row that side lobes spread over all others.
+/// Power in all other rows of a cell over that of its strongest row: side lobes.
 const SIDE_LOBES: f32 = 0.02;
-/// The strongest row is looked for among every fourth where a beam is many rows wide, or in steps of at most this
-/// share of the beam's standard deviation.
+/// Step of the search for the strongest row, in rows: one standard deviation of the beam, and this at most.
 const STRIDE: usize = 4;
-/// A strongest row below this is noise: ln 70, and as much again.
+/// Minimum power of a strongest row that is not noise, over the noise: ln 70, doubled.
 const FAINT: f32 = 8.0;
-/// The strongest row is the surface itself up to so many standard deviations of the beam off its line.
+/// Maximum distance of the strongest row from its surface's line, standard deviations of the beam.
 const ITSELF: f32 = 1.0;
-/// A Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
+/// Exponent of a Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
 pub(super) const FLANK: f32 = 0.25;
-/// Steeper than this no scan looks: the square of the angle's cosine.
+/// Minimum squared cosine of a line's angle: no scan looks steeper.
 const STEEPEST: f32 = 0.1;
-/// Powers S that have terms: the first one, dB, their distance, and their number.
+/// Lowest tabulated power S, dB over the noise.
 const FIRST_DB: f32 = -20.0;
-/// See [`FIRST_DB`].
+/// Step between the tabulated powers, dB.
 const STEP_DB: f32 = 2.0;
-/// See [`FIRST_DB`].
+/// Number of tabulated powers.
 const POWERS: usize = 20;
-/// One cell says at most so many nats: neighbouring cells share a window's main lobe, and the beam's shape is not known
-/// better.
+/// Maximum log-likelihood ratio of one cell, nats: neighbouring cells share the window's main lobe, and the beam's
+/// shape is not known better.
 const MOST_NATS: f32 = 12.0;
 
-/// Number of independent rows.
+/// Number of independent rows, with the part of the terms that all powers share.
 #[derive(Clone, Copy, Debug)]
 struct Rows {
     n: f32,
-    /// ln Γ(n) - n ln n, which all terms share.
+    /// ln Γ(n) - n ln n.
     constant: f32,
 }
 
@@ -78,13 +79,13 @@ impl Rows {
     }
 }
 
-/// ln p(t | S) - ln p(t | nothing) of one S.
+/// Coefficients of ln p(t | S) - ln p(t | nothing) for one S.
 #[derive(Clone, Copy, Debug)]
 struct Term {
     constant: f32,
     per_t: f32,
     per_ln_t: f32,
-    /// A lower t says no more against the surface, nor its logarithm.
+    /// Lower limits of t and ln t, below which the ratio is constant.
     least: (f32, f32),
 }
 
@@ -113,24 +114,24 @@ impl Term {
     }
 }
 
-/// What a cell shows along one line.
+/// Power of a cell along one line, quantised.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Power {
-    /// Quarters of a decibel of t over [`Power::LEAST_DB`]; 0 where it is not seen.
+    /// t over [`Power::LEAST_DB`], quarters of a decibel; 0 where it is not seen.
     pub(super) t: u8,
-    /// Quarters of a decibel by which leaks raise the noise.
+    /// Increase of the noise by leakage, quarters of a decibel.
     pub(super) leaks: u8,
 }
 
 impl Power {
-    /// Quarters of a decibel.
+    /// Steps of a decibel.
     const PER_DB: f32 = 4.0;
-    /// Weaker than this is dark, dB.
+    /// Lower limit of t, dB.
     const LEAST_DB: f32 = -12.0;
     /// ln 10 / 10.
     const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
 
-    /// Of power t over the noise that leaks have raised by a ratio.
+    /// Returns power t over a noise that leakage has raised by the ratio `leaks`.
     pub(super) fn new(t: f32, leaks: f32) -> Self {
         let db = |ratio: f32| math::DB_PER_OCTAVE * math::log2(math::max(ratio, f32::MIN_POSITIVE));
         // `as` saturates.
@@ -140,15 +141,15 @@ impl Power {
         }
     }
 
-    /// Of what is not seen.
+    /// Power of a line that is not seen.
     pub(super) const DARK: Self = Self { t: 0, leaks: 0 };
 
-    /// The stronger of two.
+    /// Returns the stronger of two.
     pub(super) fn brighter(self, other: Self) -> Self {
         if other.t > self.t { other } else { self }
     }
 
-    /// What it shows.
+    /// Returns the values in floating point.
     pub fn shown(self) -> Shown {
         let t_db = Self::LEAST_DB + f32::from(self.t) * (1.0 / Self::PER_DB);
         let ln_t = t_db * Self::NATS_PER_DB;
@@ -160,7 +161,7 @@ impl Power {
     }
 }
 
-/// The same in floating point.
+/// Power of a cell along one line in floating point.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
     /// Power over the noise; 0 where it is not seen.
@@ -170,33 +171,33 @@ pub struct Shown {
 }
 
 impl Shown {
-    /// Whether the line is seen.
+    /// Returns whether the line is seen.
     pub fn is_seen(self) -> bool {
         self.t > 0.0
     }
 }
 
-/// A range cell.
+/// Line powers of a range cell.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
-    /// Along the ground, a little below it and above it: the strongest of the three.
+    /// The strongest of the lines at the ground's level, slightly below and slightly above it.
     pub ground: Power,
-    /// Along lower ground.
+    /// Along lower ground, by [`DEPTHS_M`].
     pub lower: [Power; DEPTHS_M.len()],
 }
 
-/// What the cells along the way ahead show, the nearest first.
+/// Line powers by range cell, the nearest first.
 #[derive(Clone, Debug)]
 pub struct Lines {
     pub(super) cells: heapless::Vec<RangeCell, CELLS>,
     terms: [Term; POWERS],
     /// Range of the first cell, metres.
     pub(super) first_m: f32,
-    /// From cell to cell, metres.
+    /// Distance of the cells, metres.
     pub(super) step_m: f32,
-    /// Mirror above the ground, metres.
+    /// Height of the mirror above the ground, metres.
     pub height_m: f32,
-    /// Independent rows that the rows of one sweep are worth.
+    /// Number of independent rows in one sweep.
     pub(super) rows: f32,
 }
 
@@ -207,7 +208,7 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// Of no map. All bits are zero, so that it is no constant in flash.
+    /// Returns no cells. All bits are zero, so that it is no constant in flash.
     pub const fn new() -> Self {
         Self {
             cells: heapless::Vec::new(),
@@ -219,7 +220,7 @@ impl Lines {
         }
     }
 
-    /// Looks along the ground in front of the chair, and below it.
+    /// Evaluates the lines along the ground and below it.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
         self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
@@ -228,7 +229,7 @@ impl Lines {
         self.settle(1.0, 1.0);
     }
 
-    /// Fills the cells with what `cell` makes of each bin and its range, metres; [`Lines::settle`] follows.
+    /// Fills the cells by `cell`, called with each bin and its range, metres. [`Lines::settle`] must follow.
     pub(super) fn fill(
         &mut self,
         gaze: &Gaze<'_>,
@@ -258,7 +259,7 @@ impl Lines {
         }
     }
 
-    /// Terms of cells that are means over `sweeps` sweeps whose speckle was `speckles` times another.
+    /// Computes the terms for cells that are means over `sweeps` sweeps with `speckles` independent speckle patterns.
     pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
         let rows = Rows::new(self.rows * sweeps);
         for (k, term) in self.terms.iter_mut().enumerate() {
@@ -267,41 +268,41 @@ impl Lines {
         }
     }
 
-    /// The cells.
+    /// Returns the cells.
     pub fn cells(&self) -> &[RangeCell] {
         &self.cells
     }
 
-    /// Along the ground in cell `b`; not seen where there is none.
+    /// Returns the power along the ground in cell `b`; not seen beyond the last cell.
     pub fn ground(&self, b: usize) -> Power {
         self.cells.get(b).map_or(Power::default(), |c| c.ground)
     }
 
-    /// The same along lower ground, at depth number `k`.
+    /// Returns the power along lower ground in cell `b`, at index `k` of [`DEPTHS_M`].
     pub fn lower(&self, b: usize, k: usize) -> Power {
         let power = self.cells.get(b).and_then(|c| c.lower.get(k));
         power.copied().unwrap_or_default()
     }
 
-    /// Range of cell `b`, metres.
+    /// Returns the range of cell `b`, metres.
     pub fn range_m(&self, b: usize) -> f32 {
         self.first_m + self.step_m * b as f32
     }
 
-    /// Where a range lies on the ground, metres.
+    /// Returns the distance at which a range meets the ground, metres.
     pub fn x_m(&self, range_m: f32) -> f32 {
         let squared = range_m * range_m - self.height_m * self.height_m;
         math::sqrt(math::max(squared, 0.0))
     }
 
-    /// The cell at a range, metres; the end of all if it is farther.
+    /// Returns the cell at a range, metres; the number of cells if it is farther.
     pub fn at(&self, range_m: f32) -> usize {
         // `as` saturates.
         let b = math::round((range_m - self.first_m) / self.step_m) as usize;
         b.min(self.cells.len())
     }
 
-    /// How much likelier what a line shows is with a surface of power `s_db` there than without: a ratio.
+    /// Returns the likelihood ratio of a line's power with a surface of power `s_db` there to that without.
     #[inline]
     pub fn ratio(&self, shown: Shown, s_db: f32) -> f32 {
         let place = (s_db - shown.leaks_db - FIRST_DB) * (1.0 / STEP_DB) + 0.5;
@@ -321,14 +322,14 @@ impl Lines {
     }
 }
 
-/// A map as it is looked at along lines.
+/// A map with the quantities that evaluating its lines needs.
 pub(super) struct Gaze<'c> {
     chart: &'c Chart<'c>,
     height_m: f32,
     first_rad: f32,
     step_rad: f32,
     pub(super) sigma_rows: f32,
-    /// Reciprocal of the noise's mean power, that of a cell of level 0 being 1.
+    /// Reciprocal of the noise's mean power; the power of a cell of level 0 is 1.
     per_noise: f32,
 }
 
@@ -346,7 +347,7 @@ impl<'c> Gaze<'c> {
         }
     }
 
-    /// What a range cell shows.
+    /// Evaluates the lines of a range cell.
     #[inline(never)]
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
         let cell = LookedCell::new(self, bin, range_m);
@@ -356,7 +357,8 @@ impl<'c> Gaze<'c> {
         }
     }
 
-    /// Bin and row in which the line at a level is seen at a range from where the chair stands now.
+    /// Returns bin and row of the line at level `y_m` at a range from the chair's present position; `None` if it is
+    /// too steep.
     fn place(&self, range_m: f32, y_m: f32) -> Option<(usize, f32)> {
         let geometry = self.chart.map.geometry();
         let down_m = self.height_m - y_m;
@@ -377,7 +379,7 @@ impl<'c> Gaze<'c> {
         Some((math::round(bin) as usize, row))
     }
 
-    /// The strongest row of a bin, and its power over the noise.
+    /// Returns the strongest row of a bin, and its power over the noise.
     fn strongest(&self, bin: usize) -> (f32, f32) {
         let map = self.chart.map;
         let bins = map.bins();
@@ -393,7 +395,8 @@ impl<'c> Gaze<'c> {
         (row as f32, linear(level) * self.per_noise)
     }
 
-    /// Power over the noise of a bin around row `middle`, weighted like the two-way beam.
+    /// Returns the power over the noise of a bin around row `middle`, weighted like the two-way beam; `None` if too
+    /// few rows were received.
     #[inline(never)]
     fn along(&self, bin: usize, middle: f32) -> Option<f32> {
         let reach = REACH * self.sigma_rows;
@@ -422,22 +425,22 @@ impl<'c> Gaze<'c> {
     }
 }
 
-/// A range cell that is looked at.
+/// A range cell under evaluation.
 pub(super) struct LookedCell<'g> {
     pub(super) gaze: &'g Gaze<'g>,
     range_m: f32,
     /// The ground's own line.
     pub(super) level: LineSeen,
-    /// Its strongest row, and that one's power over the noise.
+    /// Strongest row.
     row: f32,
     pub(super) strongest: f32,
     /// Noise and side lobes of the strongest row, over the noise.
     leaks: f32,
-    /// Power along the line of the strongest row; 0 where that is noise.
+    /// Power along the strongest row's line; 0 if that row is noise.
     rival: f32,
 }
 
-/// Power over the noise along a line, and the row in which it is seen.
+/// Power over the noise along a line, and the line's row.
 pub(super) type LineSeen = Option<(f32, f32)>;
 
 impl<'g> LookedCell<'g> {
@@ -462,13 +465,13 @@ impl<'g> LookedCell<'g> {
         }
     }
 
-    /// The line at a level.
+    /// Evaluates the line at level `y_m`, metres.
     pub(super) fn seen(&self, y_m: f32) -> LineSeen {
         let (bin, row) = self.gaze.place(self.range_m, y_m)?;
         Some((self.gaze.along(bin, row)?, row))
     }
 
-    /// What a line shows over the noise and all that leaks into it.
+    /// Returns the power of a line over the noise and its leakage.
     pub(super) fn line(&self, seen: LineSeen) -> Power {
         let Some((t, row)) = seen else {
             return Power::DARK;
@@ -483,7 +486,7 @@ impl<'g> LookedCell<'g> {
         Power::new(t / leaks, leaks)
     }
 
-    /// Along the ground, a little below it and above it, of which `level` is the middle one: the strongest of the three.
+    /// Returns the strongest of the ground's own line and those slightly below and above it.
     pub(super) fn ground(&self) -> Power {
         let below = self.line(self.seen(-OFF_M));
         let above = self.line(self.seen(OFF_M));
@@ -491,7 +494,7 @@ impl<'g> LookedCell<'g> {
     }
 }
 
-/// Power of a cell, that of level 0 being 1.
+/// Returns the power of a cell; that of level 0 is 1.
 fn linear(level: u8) -> f32 {
     POWERS_OF_LEVELS
         .get(usize::from(level))
@@ -499,7 +502,7 @@ fn linear(level: u8) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// See [`linear`].
+/// Powers by level, see [`linear`].
 static POWERS_OF_LEVELS: [f32; 256] = {
     const OCTAVE: usize = UNITS_PER_OCTAVE as usize;
     let mut powers = [0.0; 256];
@@ -530,7 +533,7 @@ mod tests {
         }
     }
 
-    /// Rows of the paper's instrument that are worth independent ones.
+    /// Number of independent rows of the paper's instrument.
     const ROWS: f32 = WORTH * REACH * 6.0;
 
     fn nats(term: Term, t: f32) -> f32 {

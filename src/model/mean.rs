@@ -1,39 +1,40 @@
-//! Lines of several sweeps as one: each power is a mean over sweeps that fades.
+//! Exponentially weighted mean of the line powers over sweeps.
 //!
-//! A sweep has few rows, so that noise and speckle of a single one leave much open. The mean of t over sweeps is known
-//! to more rows, and to as many speckles as the chair has seen from places more than half a wavelength apart.
+//! A sweep has few rows, so that noise and speckle leave much open. The mean of t over sweeps corresponds to more
+//! rows, and to as many independent speckle patterns as the chair has seen from places more than half a wavelength
+//! apart.
 
 use super::above::{Above, DEPTHS};
 use super::lines::{CELLS, Lines, Power};
 use crate::math;
 
-/// Share of what earlier sweeps are worth that is left after another one, where the chair's way in between is known.
-/// Counted on tuning sweeps (docs/guard.md): with 0.5 and 0.8 more answers are wrong.
+/// Weight of earlier sweeps after another one, if the chair's travel in between is known. From tuning sweeps
+/// (docs/guard.md): with 0.5 and 0.8 more answers are wrong.
 const KEPT: f32 = 0.7;
-/// The same where it is not: what has moved blurs.
+/// Weight of earlier sweeps if the travel is unknown: objects that have moved blur.
 const KEPT_UNPLACED: f32 = 0.3;
-/// A longer way shows other speckle, metres: more than half a wavelength.
+/// Travel beyond which the speckle is independent, metres: more than half a wavelength.
 const OTHER_SPECKLE_M: f32 = 0.002;
-/// Lines of a cell: along the ground, above it, and below it.
+/// Number of lines of a cell: along the ground, above it, and below it.
 const LINES: usize = 2 + DEPTHS;
 
-/// How the mean of a sweep with those before is made up.
+/// Weights of the mean over sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanWeights {
     /// Weight of all earlier sweeps, that of the last one being 1.
     earlier: f32,
-    /// Sweeps that the mean is worth.
+    /// Equivalent number of equally weighted sweeps.
     sweeps: f32,
-    /// Independent speckles that it is worth.
+    /// Equivalent number of independent speckle patterns.
     speckles: f32,
 }
 
-/// Mean powers along the lines over sweeps, by range cell.
+/// Mean powers of the lines over sweeps, by range cell.
 #[derive(Clone, Debug)]
 pub struct MeanLines {
-    /// As [`Power`] counts it; 0 where nothing was seen.
+    /// Levels as in [`Power`]; 0 where nothing was seen.
     powers: [[u8; LINES]; CELLS],
-    /// Weight of the sweeps so far, that of the last one being 1.
+    /// Sum of the weights of all sweeps so far, that of the last one being 1.
     weight: f32,
 }
 
@@ -44,7 +45,7 @@ impl Default for MeanLines {
 }
 
 impl MeanLines {
-    /// Before the first sweep.
+    /// Returns the state before the first sweep.
     pub const fn new() -> Self {
         Self {
             powers: [[0; LINES]; CELLS],
@@ -52,7 +53,7 @@ impl MeanLines {
         }
     }
 
-    /// Counts another sweep, `moved_m` metres behind the last one if that is known.
+    /// Counts another sweep, `moved_m` metres after the last one if known, and returns the weights of the mean.
     fn count(&mut self, moved_m: Option<f32>) -> MeanWeights {
         let kept = if moved_m.is_some() {
             KEPT
@@ -71,7 +72,7 @@ impl MeanLines {
         }
     }
 
-    /// Mean t of a line at a place between cells, unless it was seen in neither.
+    /// Returns the mean t of a line between cells; `None` if neither neighbour was seen.
     fn at(&self, line: usize, place: f32) -> Option<f32> {
         let below = math::floor(place);
         let share = place - below;
@@ -91,8 +92,8 @@ impl MeanLines {
         }
     }
 
-    /// Averages the lines of a sweep with those before it, the chair having moved on by `moved_m` metres, if that is
-    /// known, and keeps the means for the next one.
+    /// Averages the lines of a sweep with those of earlier sweeps and keeps the means. `moved_m` is the chair's
+    /// forward travel since the last sweep, metres, if known.
     #[inline(never)]
     pub fn average(&mut self, lines: &mut Lines, above: &mut Above, moved_m: Option<f32>) {
         let weights = self.count(moved_m);
@@ -115,7 +116,7 @@ impl MeanLines {
         lines.settle(weights.sweeps, weights.speckles);
     }
 
-    /// Averages the lines of cell `b` with what `place` showed.
+    /// Averages the lines of cell `b` with the means at `place`, cells.
     fn take(&mut self, b: usize, place: f32, earlier: f32, lines: [&mut Power; LINES]) {
         for (line, power) in lines.into_iter().enumerate() {
             if power.t > 0
@@ -136,7 +137,7 @@ mod tests {
     use super::super::lines::{DEPTHS_M, RangeCell};
     use super::*;
 
-    /// Ten cells from 0.6 m on, all of this power along the ground.
+    /// Returns ten cells from 0.6 m on, all with this power along the ground.
     fn lines(power: Power) -> (Lines, Above) {
         let mut lines = Lines::new();
         (lines.first_m, lines.step_m, lines.height_m) = (0.6, 0.02, 0.4);

@@ -1,74 +1,75 @@
-//! The ground as a surface: how likely what its line shows is if it goes on, ends, or something stands on it.
+//! The ground as a surface: log-likelihoods of its line if it goes on, ends, or carries an obstacle.
 //!
-//! S, the ground's power over the noise, falls with the range as (h - y)²/r⁵ times its reflectivity: a hidden state that
-//! walks along the ground and now and then jumps. With E the likelihood ratio of each cell by state, the forward recursion
-//! gives F(b), the ground up to cell b; backward recursions give what a surface from there on is worth. Against ground that
-//! goes on up to the end of the range, each in nats:
+//! S, the ground's power over the noise, falls with the range as (h - y)²/r⁵ times its reflectivity: the hidden state
+//! of a Markov chain along the ground, which walks to neighbouring states and sometimes jumps. With E the likelihood
+//! ratio of each cell by state, the forward recursion gives F(b), the log-likelihood of ground up to cell b; backward
+//! recursions give that of a surface from a cell on. Relative to ground that goes on to the end of the range, in
+//! nats:
 //!
-//! | what | log-likelihood |
+//! | hypothesis | log-likelihood |
 //! |---|---|
-//! | drop at b | F(b) + behind the edge: lower ground, from the end of the edge's shadow on; or nothing, what lies low, ground again |
-//! | riser at b | F(b) + whatever the ground's line shows around it; what stands above it is for the echoes to say |
-//! | threshold at b | the same + ground again |
+//! | drop at b | F(b) + behind the edge: lower ground from the end of the edge's shadow on, or darkness, low objects, ground again |
+//! | riser at b | F(b) + the ground's line around it; what is above it is left to the echoes |
+//! | threshold at b | as a riser + ground again |
 
 use super::lines::{CELLS, DEPTHS_M, Lines, Power};
 use super::staircase::{GroundKind, Staircase};
 use crate::math;
 
-/// Places of the way ahead that are told apart …
+/// Number of slots of the way ahead.
 pub const SLOTS: usize = 48;
-/// … each so long, metres, the first one from the mirror on.
+/// Length of a slot, metres; the first one begins at the mirror.
 pub const SLOT_M: f32 = 0.05;
-/// Fewer cells say nothing.
+/// Minimum number of cells; with fewer all hypotheses are equally likely.
 const LEAST_CELLS: usize = 10;
-/// Reflectivities that are told apart.
+/// Number of reflectivity states.
 const STATES: usize = 12;
-/// S of the first one at 0.7 m, dB …
+/// S of the first state at [`REFERENCE_M`], dB over the noise.
 const FIRST_DB: f32 = -16.0;
-/// … and from one to the next, dB.
+/// Step from state to state, dB.
 const STATE_DB: f32 = 4.0;
-/// See [`FIRST_DB`], metres.
+/// Reference range, metres.
 const REFERENCE_M: f32 = 0.7;
-/// From cell to cell the reflectivity goes to a neighbouring state so often …
+/// Probability per cell that the reflectivity goes to a neighbouring state.
 const WALKS: f32 = 0.05;
-/// … and to any other: the ground is of another material.
+/// Probability per cell that it goes to any state: the ground is of another material.
 const JUMPS: f32 = 0.006;
-/// A cell has so often nothing to do with the state: joints, patches.
+/// Probability that a cell does not depend on the state: joints, patches.
 const ODD: f32 = 0.03;
-/// Powers over which what lies low is spread evenly, dB: the first is 0, and their distance.
+/// Step between the powers of a surface of unknown power, dB; the first is 0 dB.
 const ANY_DB: f32 = 6.0;
-/// See [`ANY_DB`].
+/// Number of these powers, equally probable.
 const ANY_POWERS: usize = 5;
-/// Of the cells around a riser so many show nothing; the others any power.
+/// Share of dark cells around a riser; the others have any power.
 const DARK_AT_RISER: f32 = 0.4;
-/// The ground's line shows a riser so many cells before its place …
+/// Number of cells before a riser in which the ground's line shows it.
 const BEFORE: usize = 3;
-/// … and behind it: double bounces.
+/// Number of cells behind a riser in which the ground's line shows it: double bounces.
 const BEHIND: usize = 1;
-/// A riser may show up to so many half slots behind its place.
+/// Maximum displacement of a riser's evidence behind its place, half slots.
 const SHOWS_BEHIND: usize = 3;
-/// So many slots behind its beginning a ramp has left the line of the ground.
+/// Number of slots after which a ramp has left the ground's line.
 const LEAVES: usize = 8;
-/// Behind an edge what lies low begins so often in each cell …
+/// Probability per cell behind an edge that a low object begins.
 const LIES_LOW: f32 = 0.006;
-/// … ends so often …
+/// Probability per cell that a low object ends.
 const LOW_ENDS: f32 = 0.2;
-/// … and the ground comes again.
+/// Probability per cell that the ground begins again.
 const AGAIN: f32 = 0.004;
-/// A hole is no shorter than this, metres: a wheel crosses it.
+/// Minimum length of a hole, metres: a wheel crosses shorter ones.
 const HOLE_M: f32 = 0.2;
-/// Behind an edge lower ground shows so often, at any depth.
+/// Probability of visible lower ground behind an edge, over all depths.
 const LOWER: f32 = 0.5;
-/// A cell shows ground that ends so far before it, metres of range: half the main lobe of the window.
+/// Range by which a cell shows ground beyond its end, metres: half the window's main lobe.
 const SPREAD_M: f32 = 0.02;
-/// S falls as (h - y)²/r⁵.
+/// Exponent of S's decline with the range: S falls as (h - y)²/r⁵.
 const RANGE_POWER: f32 = 5.0;
-/// No less of a height or a range counts, metres.
+/// Lower limit of a height, metres.
 const MIN_HEIGHT_M: f32 = 0.03;
-/// See [`MIN_HEIGHT_M`].
+/// Lower limit of a range, metres.
 const MIN_RANGE_M: f32 = 0.3;
 
-/// Log-likelihoods against ground that goes on, nats.
+/// Log-likelihood ratios to ground that goes on by slot, nats.
 #[derive(Clone, Debug)]
 pub struct Surfaces {
     drop: [f32; SLOTS],
@@ -77,14 +78,14 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// Of no map: whatever stands there is as likely as ground that goes on.
+    /// Ratios without a map: every hypothesis is as likely as ground that goes on.
     pub const NOTHING: Self = Self {
         drop: [0.0; SLOTS],
         rise: [0.0; SLOTS],
         bump: [0.0; SLOTS],
     };
 
-    /// Of a hypothesis: what its nearest riser, wall or end leaves of the ground.
+    /// Returns the log-likelihood ratio of a hypothesis by its nearest riser, wall or end, nats.
     #[inline(never)]
     pub fn of(&self, s: &Staircase) -> f32 {
         match s.kind {
@@ -101,23 +102,23 @@ impl Surfaces {
         }
     }
 
-    /// That the ground ends at a distance, metres.
+    /// Returns the log-likelihood ratio of ground that ends at a distance, metres; nats.
     pub fn drop_at(&self, x_m: f32) -> f32 {
         between(&self.drop, x_m)
     }
 
-    /// That something stands on it from a distance on, metres.
+    /// Returns the log-likelihood ratio of a riser at a distance, metres; nats.
     pub fn rise_at(&self, x_m: f32) -> f32 {
         most(&self.rise, x_m)
     }
 
-    /// That something lies on it at a distance, metres, and it goes on behind.
+    /// Returns the log-likelihood ratio of a threshold at a distance, metres, with ground behind it; nats.
     pub fn bump_at(&self, x_m: f32) -> f32 {
         most(&self.bump, x_m)
     }
 }
 
-/// The value at a place, metres, between the middles of slots.
+/// Returns the value at a place, metres, interpolated between the middles of slots.
 fn between(slots: &[f32; SLOTS], x_m: f32) -> f32 {
     let place = math::min(math::max(x_m / SLOT_M - 0.5, 0.0), (SLOTS - 1) as f32);
     let k = place as usize;
@@ -126,18 +127,18 @@ fn between(slots: &[f32; SLOTS], x_m: f32) -> f32 {
     here + share * (slots.get(k + 1).copied().unwrap_or(here) - here)
 }
 
-/// The most of a place, metres, and what is just behind it.
+/// Returns the maximum at a place, metres, and just behind it.
 fn most(slots: &[f32; SLOTS], x_m: f32) -> f32 {
     let places = (0..=SHOWS_BEHIND).map(|k| between(slots, x_m + 0.5 * SLOT_M * k as f32));
     places.fold(f32::NEG_INFINITY, math::max)
 }
 
-/// A number of an array.
+/// Returns an element, or 0 beyond the end.
 fn value(of: &[f32], k: usize) -> f32 {
     of.get(k).copied().unwrap_or(0.0)
 }
 
-/// Sets a number of an array.
+/// Sets an element; beyond the end nothing.
 fn set(of: &mut [f32], k: usize, value: f32) {
     if let Some(place) = of.get_mut(k) {
         *place = value;
@@ -150,13 +151,13 @@ fn either(a: f32, b: f32) -> f32 {
     math::max(a, b) + math::ln(1.0 + math::exp(-(a - b).abs()))
 }
 
-/// By reflectivity.
+/// Values by reflectivity state.
 type State = [f32; STATES];
 
-/// Before anything is known.
+/// Uniform prior of the states.
 const EVEN: State = [1.0 / STATES as f32; STATES];
 
-/// The state one cell on.
+/// Advances the state distribution by one cell.
 fn walk(state: &mut State) {
     let jumps = JUMPS / STATES as f32 * state.iter().sum::<f32>();
     // Beyond the first and the last state lies the same once more.
@@ -171,7 +172,8 @@ fn walk(state: &mut State) {
     }
 }
 
-/// Takes a cell in: returns the logarithm of its likelihood, and leaves a state of sum 1.
+/// Multiplies the state distribution by a cell's likelihood ratios and normalises it; returns the logarithm of the
+/// sum.
 fn weigh(state: &mut State, e: &State) -> f32 {
     state.iter_mut().zip(e).for_each(|(v, e)| *v *= e);
     let sum = math::max(state.iter().sum(), f32::MIN_POSITIVE);
@@ -189,7 +191,8 @@ struct Decline {
 }
 
 impl Decline {
-    /// Of a surface `y_m` metres above the ground, seen from `mirror_m` above it.
+    /// Returns the decline for a surface `y_m` metres above the ground, seen from a mirror `mirror_m` above the
+    /// ground.
     fn new(mirror_m: f32, y_m: f32) -> Self {
         let height = |h_m: f32| 2.0 * math::log2(math::max(h_m, MIN_HEIGHT_M));
         Self {
@@ -198,32 +201,32 @@ impl Decline {
         }
     }
 
-    /// S of the first state at a range, dB over the noise.
+    /// Returns S of the first state at a range, dB over the noise.
     fn first_state_db(&self, range_m: f32) -> f32 {
         let here = self.height - RANGE_POWER * math::log2(math::max(range_m, MIN_RANGE_M));
         FIRST_DB + math::DB_PER_OCTAVE * (here - self.reference)
     }
 }
 
-/// By cell.
+/// Values by cell.
 type ByCell = [f32; CELLS + 1];
 
-/// Working memory.
+/// Working memory of the recursions.
 #[derive(Debug)]
 pub struct Recursions {
-    /// What the map shows.
+    /// Line powers of the map.
     pub lines: Lines,
-    /// Likelihood ratio of the ground in each cell by state: the way out and the way back need it.
+    /// Likelihood ratios of the ground by cell and state, for the forward and the backward recursion.
     ratios: [State; CELLS],
-    /// The ground up to each cell.
+    /// Log-likelihood of ground up to each cell.
     ground: ByCell,
-    /// What shows around a riser, summed up to each cell.
+    /// Log-likelihood of the cells around a riser, summed up to each cell.
     around: ByCell,
-    /// A surface from each cell on.
+    /// Log-likelihood of a surface from each cell on.
     surface: ByCell,
-    /// Nothing, what lies low, or the ground again, from each cell on.
+    /// Log-likelihood of darkness, low objects or ground again from each cell on.
     behind: ByCell,
-    /// All that may be behind an edge in each cell.
+    /// Log-likelihood of everything behind an edge in each cell.
     drop: ByCell,
 }
 
@@ -234,7 +237,7 @@ impl Default for Recursions {
 }
 
 impl Recursions {
-    /// Without a map.
+    /// Returns empty memory.
     pub const fn new() -> Self {
         Self {
             lines: Lines::new(),
@@ -247,7 +250,7 @@ impl Recursions {
         }
     }
 
-    /// Weighs what may be with the ground.
+    /// Evaluates all hypotheses into `out`, with lower ground at the first `depths` of [`DEPTHS_M`].
     #[inline(never)]
     pub fn weigh(&mut self, out: &mut Surfaces, depths: usize) {
         *out = Surfaces::NOTHING;
@@ -262,7 +265,8 @@ impl Recursions {
         self.drops(level, out);
     }
 
-    /// The ground up to each cell, and what shows around a riser. Returns the whole ground.
+    /// Forward recursion: the ground up to each cell, and the cells around a riser. Returns the log-likelihood of the
+    /// whole ground.
     #[inline(never)]
     fn forward(&mut self) -> f32 {
         let (mut state, mut sum, mut around) = (EVEN, 0.0, 0.0);
@@ -282,7 +286,7 @@ impl Recursions {
         sum
     }
 
-    /// A surface from each cell on, of which `ratio` is the likelihood ratio by state in a cell.
+    /// Backward recursion of a surface with likelihood ratios `ratio` by state and cell.
     #[inline(never)]
     fn backward(&mut self, ratio: impl Fn(&Self, usize) -> State) {
         let n = self.lines.cells().len();
@@ -295,7 +299,7 @@ impl Recursions {
         }
     }
 
-    /// Behind an edge and its shadow: nothing, what lies low, or the ground again.
+    /// Backward recursion behind an edge and its shadow: darkness, low objects, or ground again.
     #[inline(never)]
     fn behind(&mut self) {
         const STAYS: f32 = math::ln(1.0 - LIES_LOW - AGAIN);
@@ -316,7 +320,7 @@ impl Recursions {
         }
     }
 
-    /// Whatever stands on the ground, and what lies on it.
+    /// Fills in the ratios of risers and thresholds.
     #[inline(never)]
     fn risers(&self, level: f32, out: &mut Surfaces) {
         let n = self.lines.cells().len();
@@ -334,7 +338,7 @@ impl Recursions {
         bump.finish();
     }
 
-    /// What is behind an edge in each cell.
+    /// Sums what may be behind an edge in each cell.
     #[inline(never)]
     fn lower(&mut self, depths: usize) {
         const HIDDEN: f32 = math::ln(1.0 - LOWER);
@@ -359,7 +363,7 @@ impl Recursions {
         }
     }
 
-    /// Ground that ends.
+    /// Fills in the ratios of drops.
     #[inline(never)]
     fn drops(&self, level: f32, out: &mut Surfaces) {
         let mut drop = Slots::new(&mut out.drop);
@@ -385,7 +389,7 @@ impl Recursions {
         e
     }
 
-    /// Likelihood ratio of a surface of any power along any of some lines.
+    /// Returns the likelihood ratio of a surface of any power along any of the lines.
     #[inline(never)]
     fn any(&self, powers: &[Power]) -> f32 {
         let mut sum = 0.0;
@@ -404,7 +408,7 @@ impl Recursions {
     }
 }
 
-/// Slots of the way being filled, the nearest cell first.
+/// Writer of values by slot, the nearest cell first.
 struct Slots<'a> {
     values: &'a mut [f32; SLOTS],
     first: Option<(usize, f32)>,
@@ -420,7 +424,7 @@ impl<'a> Slots<'a> {
         }
     }
 
-    /// A slot is as likely as the likeliest of its cells.
+    /// Adds a cell's value: a slot has the maximum of its cells.
     fn add(&mut self, x_m: f32, value: f32) {
         // `as` saturates.
         let slot = (x_m / SLOT_M) as usize;
@@ -443,7 +447,8 @@ impl<'a> Slots<'a> {
         self.last = Some(slot);
     }
 
-    /// Nearer than all cells everything is as likely as in the first one; beyond them, as ground that goes on.
+    /// Completes the slots: those nearer than all cells take the first cell's value, those beyond them 0, as ground
+    /// that goes on.
     fn finish(self) {
         let (first, value) = self.first.unwrap_or_default();
         self.values.iter_mut().take(first).for_each(|v| *v = value);
@@ -466,8 +471,8 @@ mod tests {
 
     const NOISE: f32 = 80.0;
 
-    /// Ground of places 1 cm apart from 0.25 m to `end_m`, but for those in `hole`, that is `db` over the noise at 0.5 m
-    /// and fades by 2 dB every 10 cm; then the same at `depth_m` from `again_m` on.
+    /// Returns a map of ground, points 1 cm apart from 0.25 m to `end_m` without `hole`, `db` over the noise at 0.5 m
+    /// and 2 dB weaker every 10 cm; then of `lower` ground, given as (beginning, depth), metres.
     fn ground(
         end_m: f32,
         hole: core::ops::Range<f32>,
@@ -506,7 +511,7 @@ mod tests {
         surfaces
     }
 
-    /// The likeliest place of a drop, metres, and by how much it is likelier than ground that goes on, nats.
+    /// Returns the likeliest place of a drop, metres, and its log-likelihood ratio to ground that goes on, nats.
     fn end(surfaces: &Surfaces) -> (f32, f32) {
         let places = (0..SLOTS).map(|k| (k as f32 + 0.5) * SLOT_M);
         let nats = places.map(|x| (x, surfaces.drop_at(x)));
