@@ -6,6 +6,8 @@ use std::process::Command;
 use stairscan::crc::CRC32;
 use walkdir::WalkDir;
 
+use crate::common::Scratch;
+
 /// Returns the directory of the repository.
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
