@@ -52,13 +52,13 @@ const LAYERS: &[Layer] = &[
             ("guard", &["guard"]),
         ],
     ),
-    ("what may stand there", &[("model", &["model"])]),
+    ("scene model", &[("model", &["model"])]),
     (
         "instrument and mounting",
         &[("mount", &["mount"]), ("health", &["health"])],
     ),
     (
-        "what is told",
+        "status and sentences",
         &[("report", &["report"]), ("verdict", &["verdict"])],
     ),
     (
