@@ -141,11 +141,15 @@ fn what_cannot_keep_up_is_refused_by_its_field() {
         settings
     };
     type Change = fn(&mut Settings);
-    let changes: [(Change, &str); 9] = [
+    let changes: [(Change, &str); 10] = [
         (|s| s.sweep_mode = SweepMode::Stop, "sweep-mode"),
         (|s| s.module.baud = 1_000_000, "link-rate"),
-        (|_| (), "acceleration"),
-        (|s| s.motor.acceleration = 4_000_000, ""),
+        (|_| (), ""),
+        (|s| s.guard.rate = 8, "acceleration"),
+        (
+            |s| (s.guard.rate, s.motor.acceleration) = (8, 4_000_000),
+            "",
+        ),
         (|s| s.motor.speed = 12_800, "speed"),
         (|s| (s.guard.rate, s.motor.acceleration) = (1, 200_000), ""),
         (
