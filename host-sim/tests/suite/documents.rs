@@ -179,3 +179,74 @@ fn pictures_are_what_their_commands_draw() {
         assert!(committed == drawn, "docs/{picture}: sh docs/make pictures");
     }
 }
+
+/// The words of a document of the repository, without line breaks.
+fn flowing(path: &str) -> String {
+    let text = std::fs::read_to_string(root().join(path)).unwrap();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The number behind `row` at the beginning of a line of docs/benchmarks.md.
+fn measured(row: &str) -> f64 {
+    let text = std::fs::read_to_string(root().join("docs/benchmarks.md")).unwrap();
+    let mut rows = text.lines().filter_map(|line| line.strip_prefix(row));
+    let number = rows.find_map(|rest| rest.split_whitespace().next()?.parse().ok());
+    number.unwrap_or_else(|| panic!("docs/benchmarks.md has no row {row}"))
+}
+
+#[test]
+fn figures_of_the_image_are_those_of_the_benchmarks() {
+    let (chirp, post) = (measured("chirp "), measured("post "));
+    let [flash, ram] = ["flash ", "static RAM "].map(|row| measured(row) / 1024.0);
+    let said = format!(
+        "Chirp to map row in {:.0},{:03} instructions, last row to report in {:.1} million ({:.0} ms), in \
+         {flash:.0} KB of flash and {ram:.0} KB of RAM",
+        (chirp / 1e3).floor(),
+        chirp % 1e3,
+        post / 1e6,
+        post / 168e3,
+    );
+    assert!(
+        flowing("README.md").contains(&said),
+        "README does not say: {said}"
+    );
+}
+
+#[test]
+fn scan_times_are_those_that_timing_prints() {
+    let timing = printed("timing");
+    let seconds = |row: &str| {
+        let line = timing.lines().find_map(|line| line.strip_prefix(row));
+        let scan_ms = line.and_then(|rest| rest.split_whitespace().next()?.parse::<f64>().ok());
+        let scan_ms = scan_ms.unwrap_or_else(|| panic!("timing prints no {row}:\n{timing}"));
+        format!("{:.1}", scan_ms / 1e3)
+    };
+    let chirps = seconds("bound       chirps alone");
+    let stop = seconds("stop        1.0 Mbaud");
+    let [one, two, three, spi] = ["1.0 Mbaud", "2.0 Mbaud", "3.0 Mbaud", "bgt60, SPI"]
+        .map(|link| seconds(&format!("continuous  {link}")));
+    for (path, said) in [
+        (
+            "README.md",
+            format!(
+                "takes {one} s with the mirror turning, {two} or {three} s where the module's wire takes 2 or 3 \
+                 Mbaud, {spi} s with a BGT60TR13C on SPI, {stop} s with stops at every angle, where chirps \
+                 alone take {chirps} s"
+            ),
+        ),
+        (
+            "docs/README.md",
+            format!("{spi} to {stop} s, {one} s unless set otherwise"),
+        ),
+        (
+            "docs/guard.md",
+            format!("A full scan takes {spi} to {stop} s"),
+        ),
+        (
+            "docs/motion.md",
+            format!("A scan takes {spi} to {stop} s, {one} s with the default settings"),
+        ),
+    ] {
+        assert!(flowing(path).contains(&said), "{path} does not say: {said}");
+    }
+}
