@@ -30,7 +30,7 @@ const NAMED_WITHIN_M: f32 = 0.35;
 /// Distance from which on the end of free ground is the end of the evaluated cells, metres.
 const FARTHEST_M: f32 = 1.6;
 /// Maximum log-likelihood, nats: e to this and a slot's weight stay finite.
-const MOST_NATS: f32 = 40.0;
+const MAX_NATS: f32 = 40.0;
 
 /// Place at which the sum of the hazards' probabilities exceeds the risk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,5 +124,5 @@ impl Hazards {
 /// Returns the weight of a hazard in a slot from its density and its log-likelihood ratio.
 #[inline(never)]
 fn weight(per_m: f32, nats: f32) -> f32 {
-    per_m * SLOT_M * math::exp(math::min(nats, MOST_NATS))
+    per_m * SLOT_M * math::exp(math::min(nats, MAX_NATS))
 }

@@ -41,7 +41,7 @@ const SHOWN: f32 = 0.709;
 /// Factor of S in the variance of each row, Σw²g / Σw².
 const SHOWN_IN_VARIANCE: f32 = 0.792;
 /// Minimum share of the weights that must have been received.
-const LEAST_SHARE: f32 = 0.5;
+const MIN_SHARE: f32 = 0.5;
 /// Power in all other rows of a cell over that of its strongest row: side lobes.
 const SIDE_LOBES: f32 = 0.02;
 /// Step of the search for the strongest row, in rows: one standard deviation of the beam, and this at most.
@@ -62,17 +62,17 @@ const STEP_DB: f32 = 2.0;
 const POWERS: usize = 20;
 /// Maximum log-likelihood ratio of one cell, nats: neighbouring cells share the window's main lobe, and the beam's
 /// shape is not known better.
-const MOST_NATS: f32 = 12.0;
+const MAX_NATS: f32 = 12.0;
 
 /// Number of independent rows, with the part of the terms that all powers share.
 #[derive(Clone, Copy, Debug)]
-struct Rows {
+struct RowCount {
     n: f32,
     /// ln Γ(n) - n ln n.
     constant: f32,
 }
 
-impl Rows {
+impl RowCount {
     fn new(n: f32) -> Self {
         let constant = math::ln_gamma(n) - n * math::ln(n);
         Self { n, constant }
@@ -99,8 +99,8 @@ impl Term {
 
     /// Returns the term of a surface of power `s` over the noise, seen in `rows` independent rows and `speckles`
     /// independent speckle patterns.
-    fn new(s: f32, rows: Rows, speckles: f32) -> Self {
-        let Rows { n, constant } = rows;
+    fn new(s: f32, rows: RowCount, speckles: f32) -> Self {
+        let RowCount { n, constant } = rows;
         let mean = 1.0 + SHOWN * s;
         let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s / speckles;
         let (shape, scale) = (mean * mean / var, var / mean);
@@ -117,7 +117,7 @@ impl Term {
 /// Power of a cell along one line, quantised.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Power {
-    /// t over [`Power::LEAST_DB`], quarters of a decibel; 0 where it is not seen.
+    /// t over [`Power::MIN_DB`], quarters of a decibel; 0 where it is not seen.
     pub(super) t: u8,
     /// Increase of the noise by leakage, quarters of a decibel.
     pub(super) leaks: u8,
@@ -127,7 +127,7 @@ impl Power {
     /// Steps of a decibel.
     const PER_DB: f32 = 4.0;
     /// Lower limit of t, dB.
-    const LEAST_DB: f32 = -12.0;
+    const MIN_DB: f32 = -12.0;
     /// ln 10 / 10.
     const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
 
@@ -136,7 +136,7 @@ impl Power {
         let db = |ratio: f32| math::DB_PER_OCTAVE * math::log2(math::max(ratio, f32::MIN_POSITIVE));
         // `as` saturates.
         Self {
-            t: math::max(math::round((db(t) - Self::LEAST_DB) * Self::PER_DB), 1.0) as u8,
+            t: math::max(math::round((db(t) - Self::MIN_DB) * Self::PER_DB), 1.0) as u8,
             leaks: math::round(db(leaks) * Self::PER_DB) as u8,
         }
     }
@@ -151,7 +151,7 @@ impl Power {
 
     /// Returns the values in floating point.
     pub fn shown(self) -> Shown {
-        let t_db = Self::LEAST_DB + f32::from(self.t) * (1.0 / Self::PER_DB);
+        let t_db = Self::MIN_DB + f32::from(self.t) * (1.0 / Self::PER_DB);
         let ln_t = t_db * Self::NATS_PER_DB;
         Shown {
             t: if self.t == 0 { 0.0 } else { math::exp(ln_t) },
@@ -261,7 +261,7 @@ impl Lines {
 
     /// Computes the terms for cells that are means over `sweeps` sweeps with `speckles` independent speckle patterns.
     pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
-        let rows = Rows::new(self.rows * sweeps);
+        let rows = RowCount::new(self.rows * sweeps);
         for (k, term) in self.terms.iter_mut().enumerate() {
             let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
             *term = Term::new(s, rows, speckles);
@@ -318,7 +318,7 @@ impl Lines {
         let nats = term.constant
             + term.per_t * math::max(shown.t, least_t)
             + term.per_ln_t * math::max(shown.ln_t, least_ln_t);
-        math::exp(math::min(nats, MOST_NATS))
+        math::exp(math::min(nats, MAX_NATS))
     }
 }
 
@@ -421,7 +421,7 @@ impl<'c> Gaze<'c> {
                 weight += w;
             }
         }
-        (weight > LEAST_SHARE * WEIGHTS * reach).then(|| power / weight * self.per_noise)
+        (weight > MIN_SHARE * WEIGHTS * reach).then(|| power / weight * self.per_noise)
     }
 }
 
@@ -545,7 +545,7 @@ mod tests {
     fn what_is_stronger_speaks_for_a_surface_and_noise_against_it() {
         for s_db in [-3.0, 3.0, 9.0] {
             let s = math::power_ratio(s_db);
-            let term = Term::new(s, Rows::new(ROWS), 1.0);
+            let term = Term::new(s, RowCount::new(ROWS), 1.0);
             let told = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
             assert!(told.is_sorted(), "{s_db}: {told:?}");
             assert!(nats(term, 1.0) < 0.0, "{s_db}");
@@ -557,7 +557,7 @@ mod tests {
     fn a_term_is_the_ratio_of_two_densities() {
         // Over all t, p(t | nothing) times the ratio is a density again, but for the part below `least`.
         for s_db in [-6.0, 0.0, 6.0] {
-            let term = Term::new(math::power_ratio(s_db), Rows::new(ROWS), 1.0);
+            let term = Term::new(math::power_ratio(s_db), RowCount::new(ROWS), 1.0);
             let n = f64::from(ROWS);
             let ln_gamma = f64::from(math::ln_gamma(ROWS));
             let step = 0.005;

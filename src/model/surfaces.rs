@@ -21,7 +21,7 @@ pub const SLOTS: usize = 48;
 /// Length of a slot, metres; the first one begins at the mirror.
 pub const SLOT_M: f32 = 0.05;
 /// Minimum number of cells; with fewer all hypotheses are equally likely.
-const LEAST_CELLS: usize = 10;
+const MIN_CELLS: usize = 10;
 /// Number of reflectivity states.
 const STATES: usize = 12;
 /// S of the first state at [`REFERENCE_M`], dB over the noise.
@@ -254,7 +254,7 @@ impl Recursions {
     #[inline(never)]
     pub fn weigh(&mut self, out: &mut Surfaces, depths: usize) {
         *out = Surfaces::NOTHING;
-        if self.lines.cells().len() < LEAST_CELLS {
+        if self.lines.cells().len() < MIN_CELLS {
             return;
         }
         let level = self.forward();

@@ -12,7 +12,7 @@ use super::maths::Random;
 use super::passing::{FINE_STEP_M, Passing, Shot};
 use super::receiver::Receiver;
 use super::scatter::EVERYWHERE;
-use super::sequence::{READING_SD, ROW_S, MAX_SCALE_ERROR, SCALE_SD, SCAN_STREAMS, digits};
+use super::sequence::{MAX_SCALE_ERROR, READING_SD, ROW_S, SCALE_SD, SCAN_STREAMS, digits};
 use super::way::Way;
 use super::{CHIRPS, Scene};
 use crate::recording::{Motion, Recording, Sequence};

@@ -78,8 +78,8 @@ impl Beam<'_> {
             let entries = pieces.iter().filter_map(|piece| within(*piece, low, high));
             entries.reduce(f64::min)
         };
-        let up =
-            nearest(MIN_HEIGHT_M, self.spec.mount.height_m).map(|at_m| (at_m, HazardKind::Obstacle));
+        let up = nearest(MIN_HEIGHT_M, self.spec.mount.height_m)
+            .map(|at_m| (at_m, HazardKind::Obstacle));
         let down = nearest(f64::NEG_INFINITY, -MIN_HEIGHT_M).map(|at_m| (at_m, HazardKind::Drop));
         let found = up.into_iter().chain(down);
         found

@@ -361,7 +361,10 @@ mod tests {
 
     #[test]
     fn without_a_hazard_95_cm_are_useful_and_a_rise_is_made_up() {
-        let answers = [answer(0.96, HazardKind::None), answer(0.94, HazardKind::Rise)];
+        let answers = [
+            answer(0.96, HazardKind::None),
+            answer(0.94, HazardKind::Rise),
+        ];
         let answers = [answers[0], answers[0], answers[0], answers[1]];
         let sweeps = scored(&answers, &[None; 4]).sweeps;
         assert!(sweeps[0].useful() && !sweeps[0].false_detection());

@@ -132,7 +132,10 @@ pub fn contrast(measurement_samples: &[MeasurementSample], g: &Generative) -> Co
                 most_likely_staircase(&model, &measurement_sample.truth, measurement_sample.build)?;
             (!measurement_sample.truth.steps.is_empty()).then(|| {
                 let seen = measurement_sample.truth.steps.len();
-                (f64::from(model.log_likelihood(&truth)), costs(&model, &truth, seen))
+                (
+                    f64::from(model.log_likelihood(&truth)),
+                    costs(&model, &truth, seen),
+                )
             })
         })
         .collect();
