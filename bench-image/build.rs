@@ -1,9 +1,11 @@
-//! Hands the linker cortex-m-rt's script; nothing on a host. The memory map is the firmware's own,
-//! found where the library's build script put it.
+//! Hands the linker cortex-m-rt's script and the memory map; nothing on a host.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=memory.x");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        let here = std::env::var("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR");
+        println!("cargo:rustc-link-arg-bins=-L{here}");
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
     }
 }

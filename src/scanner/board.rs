@@ -21,6 +21,10 @@ pub trait Board {
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
     /// The firmware has run long enough to forget crashes before this boot.
     fn survived(&mut self);
+    /// Resets the chip into its boot loader, which takes a new image; returns where there is none.
+    fn enter_loader(&mut self) {}
+    /// The self-test has passed: an image on trial resets the chip here, and the boot loader confirms it.
+    fn self_test_passed(&mut self) {}
     /// A diagnostic value.
     fn measure(&self, measure: Measure) -> u32;
 }
@@ -48,6 +52,14 @@ impl<B: Board + ?Sized> Board for &mut B {
 
     fn survived(&mut self) {
         (**self).survived();
+    }
+
+    fn enter_loader(&mut self) {
+        (**self).enter_loader();
+    }
+
+    fn self_test_passed(&mut self) {
+        (**self).self_test_passed();
     }
 
     fn measure(&self, measure: Measure) -> u32 {

@@ -42,6 +42,7 @@
 //! | [`settings`] | configuration, time-outs and motor data, by key |
 //! | [`record`] | settings as text: their hash, and what a record of them holds |
 //! | [`seal`] | a checksum over the whole image |
+//! | [`handover`] | what boot loader and image tell each other over a reset |
 //! | [`store`] | settings that outlive the power: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
 //! | [`driver`] | the motor's driver as the mirror sees it |
@@ -66,6 +67,7 @@ pub mod encoder;
 mod fitness;
 mod guard;
 mod guarding;
+pub mod handover;
 mod keeper;
 pub mod mirror;
 pub mod outbox;

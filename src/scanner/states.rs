@@ -487,6 +487,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     fn passed(&mut self, now: Micros, errand: Errand) {
+        self.hardware.board.self_test_passed();
         match errand {
             Errand::Once => self.begin(now, errand),
             Errand::Guard | Errand::Resume => self.resume(now),
