@@ -291,3 +291,20 @@ impl<F: NorFlash> Slots<F> {
         Ok(Some(last * sector - PAYLOAD))
     }
 }
+
+/// The beginning of a slot whose image somebody wrote with a debug probe: its header, complete and confirmed, with a number
+/// that orders confirmations.
+pub fn factory(header: &[u8; HEADER], order: u32) -> [u8; PAYLOAD as usize] {
+    let mut bytes = [0xff; PAYLOAD as usize];
+    let confirmed = (u64::from(order) | u64::from(!order) << 32).to_le_bytes();
+    let parts: [(usize, &[u8]); 3] = [
+        (0, header),
+        (COMPLETE as usize, &MARK),
+        (CONFIRMED as usize, &confirmed),
+    ];
+    for (at, part) in parts {
+        let places = bytes.iter_mut().skip(at);
+        places.zip(part).for_each(|(to, from)| *to = *from);
+    }
+    bytes
+}
