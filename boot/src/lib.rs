@@ -12,6 +12,7 @@
 //! | [`slot`] | the two slots: header, payload, marks |
 //! | [`floor`] | the anti-rollback counter |
 //! | [`start`] | which slot is executed |
+//! | [`tell`] | the sentence that says so |
 //! | [`frame`] | frames between host and loader |
 //! | [`receive`] | a new image in, answers out |
 //!
@@ -29,3 +30,4 @@ pub mod receive;
 pub mod refusal;
 pub mod slot;
 pub mod start;
+pub mod tell;

@@ -28,6 +28,10 @@ enum Command {
     Budget(commands::budget::Args),
     /// Put the checksum into an image by which it knows at boot that it is whole
     Seal(commands::seal::Args),
+    /// Make keys, sign images with them, and show both
+    Keys(commands::keys::Args),
+    /// Send a signed image to a scanner, and see it confirmed
+    Update(commands::update::Args),
     /// Show how long a scan takes and with what
     Timing(commands::timing::Args),
     /// Compare the answers by a mirror that stops at every angle with those by one that turns
@@ -116,6 +120,8 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Budget(args) => commands::budget::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
+        Command::Keys(args) => commands::keys::run(&args),
+        Command::Update(args) => commands::update::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
         Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),

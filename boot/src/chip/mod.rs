@@ -7,7 +7,6 @@
 mod clock;
 mod flash;
 mod port;
-mod tell;
 
 use core::panic::PanicInfo;
 use core::ptr;
@@ -24,6 +23,7 @@ use stairscan_boot::layout::{
 use stairscan_boot::receive::{Effect, FIRST_BAUD, Receiver};
 use stairscan_boot::slot::Slots;
 use stairscan_boot::start::{Asked, Loader, Start};
+use stairscan_boot::tell;
 use stm32f4xx_hal::pac;
 
 use clock::Clocks;
@@ -76,8 +76,8 @@ fn main() -> ! {
         Some(Handover::Confirm) => loader.start(Asked::Confirm),
         _ => loader.start(Asked::Nothing),
     };
-    if tell::is_worth_telling(&mut loader, start, handed) {
-        tell::tell(&mut loader, start, &mut port);
+    if let Some(line) = tell::sentence(&mut loader, start, handed) {
+        port.write(line.bytes());
     }
     match start {
         Some(start) => {

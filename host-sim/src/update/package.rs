@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use ed25519_dalek::SigningKey;
 use sha2::{Digest, Sha256};
 use stairscan_boot::header::{HEADER, Header, NAME};
-use stairscan_boot::key::PublicKey;
+use stairscan_boot::key::{KEY_ID, PublicKey};
 use stairscan_boot::layout::CHIP;
 use stairscan_boot::slot::{Slot, factory};
 
@@ -29,26 +29,6 @@ pub struct Signed {
 pub struct Package(pub [Signed; 2]);
 
 impl Signed {
-    fn new(payload: Payload, slot: Slot, number: u32, key: &SigningKey) -> Result<Self> {
-        let Payload(payload) = payload;
-        let mut name = [0; NAME];
-        let words = format!("{} {}", env!("CARGO_PKG_VERSION"), stairscan::REVISION);
-        name.iter_mut()
-            .zip(words.bytes())
-            .for_each(|(to, from)| *to = from);
-        let header = Header {
-            chip: CHIP,
-            base: slots::address(slot),
-            length: u32::try_from(payload.len())?,
-            number,
-            name,
-            key_id: PublicKey(key.verifying_key().to_bytes()).id(),
-            hash: Sha256::digest(&payload).into(),
-        };
-        let header = keys::sign(key, &header);
-        Ok(Self { header, payload })
-    }
-
     /// What a debug probe, or the emulator, puts into a slot: confirmed, with a number that orders confirmations.
     pub fn slot(&self, order: u32) -> Vec<u8> {
         [&factory(&self.header, order)[..], &self.payload].concat()
@@ -61,11 +41,40 @@ impl Package {
     /// # Errors
     /// Names the file that is no image.
     pub fn sign(elf: &Path, number: u32, key: &SigningKey) -> Result<Self> {
-        let [a, b] = slots::read(elf)?;
-        Ok(Self([
-            Signed::new(a, Slot::A, number, key)?,
-            Signed::new(b, Slot::B, number, key)?,
-        ]))
+        let both = slots::read(elf)?;
+        Ok(Self::of(key, |slot| {
+            let [Payload(a), Payload(b)] = &both;
+            let payload = if slot == Slot::A { a } else { b };
+            (Self::header(payload, slot, number, key), payload.clone())
+        }))
+    }
+
+    /// Signs what `image` gives for each slot.
+    pub fn of(key: &SigningKey, image: impl Fn(Slot) -> (Header, Vec<u8>)) -> Self {
+        Self(Slot::BOTH.map(|slot| {
+            let (header, payload) = image(slot);
+            let header = keys::sign(key, &header);
+            Signed { header, payload }
+        }))
+    }
+
+    /// What is signed of a payload in a slot.
+    pub fn header(payload: &[u8], slot: Slot, number: u32, key: &SigningKey) -> Header {
+        let mut name = [0; NAME];
+        let words = format!("{} {}", env!("CARGO_PKG_VERSION"), stairscan::REVISION);
+        let letters = words.bytes();
+        name.iter_mut()
+            .zip(letters)
+            .for_each(|(to, from)| *to = from);
+        Header {
+            chip: CHIP,
+            base: slots::address(slot),
+            length: payload.len() as u32,
+            number,
+            name,
+            key_id: PublicKey(key.verifying_key().to_bytes()).id(),
+            hash: Sha256::digest(payload).into(),
+        }
     }
 
     /// Its bytes.
@@ -123,6 +132,12 @@ impl Package {
         let both = [next(Slot::A)?, next(Slot::B)?];
         ensure!(rest.is_empty(), "{} bytes too many", rest.len());
         Ok(Self(both))
+    }
+
+    /// First bytes of the key that it says it is signed with.
+    pub fn key_id(&self) -> [u8; KEY_ID] {
+        let header = Header::parse(&self.image(Slot::A).header);
+        header.map_or([0; KEY_ID], |header| header.key_id)
     }
 
     /// The image for a slot.
