@@ -3,8 +3,10 @@
 
 /// Most bytes of flash, of the chip's 1 MB.
 pub const FLASH: u64 = 384 * 1024;
-/// Most bytes of static RAM: what the stack leaves of the chip's 128 KB.
-pub const RAM: u64 = 110 * 1024 - 32;
+/// Bytes of flash that the boot loader may take beside its vector table: one sector.
+pub const LOADER: u64 = 64 * 1024;
+/// Most bytes of static RAM: what the stack and the handover to the boot loader leave of the chip's 128 KB.
+pub const RAM: u64 = 110 * 1024 - 64;
 /// Bytes of the stack, less the guard of 32 below it.
 pub const STACK_SIZE: u64 = 18 * 1024;
 /// Most bytes of the stack in use: 2 KB stay unused in the worst measured case.

@@ -1,11 +1,12 @@
 //! Signed images: keys in files, the same image for either slot, and its way into a scanner, on the host and in the emulator.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
@@ -13,14 +14,16 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use host_sim::emulate::image::workspace;
 use host_sim::emulate::qemu::Qemu;
+use host_sim::emulate::tools::TARGET;
 use host_sim::update::client::{Client, Told};
 use host_sim::update::keys;
 use host_sim::update::package::Package;
 use host_sim::update::wire::Wire;
 use serialport::{SerialPort, TTYPort};
 use stairscan::report::Sentence;
-use stairscan::scanner::command::{Command, framed, parse};
+use stairscan::scanner::command::{Command as Line, framed, parse};
 use stairscan_boot::floor::Floor;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
 use stairscan_boot::header::Header;
@@ -184,16 +187,16 @@ impl Inside {
     fn execute(&mut self) {
         let line = String::from_utf8_lossy(&std::mem::take(&mut self.line)).into_owned();
         match parse(&line) {
-            Ok(Command::Stop) => {
+            Ok(Line::Stop) => {
                 let done = Sentence::Done { command: "stop" }.write();
                 self.say(done.as_bytes());
             }
-            Ok(Command::Update) => {
+            Ok(Line::Update) => {
                 self.receiver = Receiver::new(30, true);
                 self.in_loader = true;
             }
-            Ok(Command::SelfTest) if self.on_trial && self.good => self.reset(Asked::Confirm),
-            Ok(Command::SelfTest) => {
+            Ok(Line::SelfTest) if self.on_trial && self.good => self.reset(Asked::Confirm),
+            Ok(Line::SelfTest) => {
                 let fail = Sentence::Fail {
                     command: "selftest",
                     field: "home-not-found",
@@ -530,4 +533,37 @@ fn the_emulated_image_boots_through_the_loader_and_a_flipped_byte_is_refused() {
     client.boot().unwrap();
     let mut port = Socket::of(&emulator);
     port.wait(boots);
+}
+
+/// The loader holds no crate that its list does not name, nor the other way round.
+#[test]
+fn the_crates_of_the_loader_are_those_of_the_list() {
+    let crates = |package: &str| -> BTreeSet<String> {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let output = Command::new(cargo)
+            .current_dir(workspace())
+            .args(["tree", "--package", package, "--target", TARGET])
+            .args(["--locked", "--edges", "normal", "--prefix", "none"])
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let lines = text.lines().filter(|line| !line.contains('('));
+        let whole = lines.filter_map(|line| line.split_once(" v"));
+        whole
+            .map(|(name, version)| format!("`{name}` {version}"))
+            .collect()
+    };
+    let document = fs::read_to_string(workspace().join("docs/supply-chain.md")).unwrap();
+    let (_, list) = document.split_once("## Crates of the boot loader").unwrap();
+    let (list, _) = list.split_once("\n## ").unwrap();
+    let rows = list.lines().filter_map(|line| line.strip_prefix("| `"));
+    let rows = rows.filter_map(|row| row.split_once(" |"));
+    let named: BTreeSet<String> = rows.map(|(name, _)| format!("`{name}")).collect();
+    let image = crates("stairscan");
+    assert!(image.len() > 20, "{image:?}");
+    let loader: BTreeSet<String> = crates("stairscan-boot")
+        .difference(&image)
+        .cloned()
+        .collect();
+    assert_eq!(loader, named);
 }
