@@ -313,7 +313,12 @@ pub fn start(
     protection::start(mpu);
     let before = retained::load();
     let (reset, cause) = reset_cause(&p.RCC, before.crash);
-    let record = this_boot(before, cause.is_some());
+    let on_trial = handover::take() == Some(Handover::Trial);
+    let mut record = this_boot(before, cause.is_some());
+    if on_trial {
+        // The boot loader counts these, and the image that it goes back to is not to stand still for them.
+        record.crashes = 0;
+    }
     retained::store(record);
     let clocks = clock::start(&p.RCC, &p.FLASH);
     let mut store = Store::new(ChipFlash::new(p.FLASH));
@@ -388,7 +393,7 @@ pub fn start(
         board: ChipBoard {
             record,
             store,
-            on_trial: handover::take() == Some(Handover::Trial),
+            on_trial,
         },
         identity: Identity {
             version: env!("CARGO_PKG_VERSION"),

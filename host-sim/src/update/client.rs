@@ -20,8 +20,12 @@ use super::wire::{Link, Reply, Wire};
 
 /// For a greeting: the loader checks both slots for its answer, 2 s on the internal oscillator.
 const HELLO: (Duration, u32) = (Duration::from_millis(2_500), 6);
-/// Whether the loader is there already, without the image before it.
-const ALREADY: (Duration, u32) = (Duration::from_millis(600), 1);
+/// Where no image speaks, the loader may be there already.
+const ALREADY: (Duration, u32) = (Duration::from_millis(2_500), 1);
+/// For the first sentence of an image that runs.
+const LISTEN: Duration = Duration::from_millis(700);
+/// For an image's refusal to leave for its loader.
+const REFUSED: Duration = Duration::from_millis(300);
 /// For the first word at another rate.
 const RATE: (Duration, u32) = (Duration::from_millis(700), 2);
 /// A loader that heard nothing at another rate is back at the first one within this time.
@@ -110,6 +114,8 @@ pub struct Client<W> {
     /// What it says of itself.
     pub info: Info,
     baud: u32,
+    /// The scanner was at work before, and is to be again.
+    at_work: bool,
 }
 
 impl<W: Wire> Client<W> {
@@ -119,8 +125,14 @@ impl<W: Wire> Client<W> {
     /// The scanner does not answer, or has no loader.
     pub fn enter(wire: W) -> Result<Self> {
         let mut link = Link::new(wire);
-        let mut reply = link.ask(Kind::Hello, &[], ALREADY)?;
-        if reply.is_none() {
+        let at_work = is_at_work(&mut link)?;
+        if at_work.is_some() {
+            leave_image(&mut link)?;
+        }
+        let patience = if at_work.is_some() { HELLO } else { ALREADY };
+        let mut reply = link.ask(Kind::Hello, &[], patience)?;
+        if reply.is_none() && at_work.is_none() {
+            // A scanner that says nothing by itself may still hear.
             leave_image(&mut link)?;
             reply = link.ask(Kind::Hello, &[], HELLO)?;
         }
@@ -138,6 +150,7 @@ impl<W: Wire> Client<W> {
             link,
             info,
             baud: FIRST_BAUD,
+            at_work: at_work == Some(true),
         })
     }
 
@@ -262,6 +275,13 @@ impl<W: Wire> Client<W> {
                     Told {
                         slot, trial: "0", ..
                     } if slot == wanted => {
+                        if self.at_work {
+                            self.link.until(BOOT, |line| match Sentence::parse(line) {
+                                Ok(Sentence::Boot { .. }) => Some(()),
+                                _ => None,
+                            })?;
+                            self.link.wire.send(framed(&["start"]).as_bytes())?;
+                        }
                         return Ok(Outcome::Confirmed);
                     }
                     Told { slot, .. } if slot == wanted => trial = true,
@@ -315,22 +335,28 @@ impl<'a> Told<'a> {
     }
 }
 
+/// Whether an image speaks at the port, and is at work: it says five times a second how it fares.
+fn is_at_work<W: Wire>(link: &mut Link<W>) -> Result<Option<bool>> {
+    link.until(LISTEN, |line| match Sentence::parse(line) {
+        Ok(Sentence::Live(live)) => Some(!matches!(live.state, "idle" | "fault")),
+        _ => None,
+    })
+}
+
 /// Stops the scanner and sends it into its loader.
 fn leave_image<W: Wire>(link: &mut Link<W>) -> Result<()> {
-    link.forget();
     // Behind whatever stands in the scanner's line buffer.
-    link.wire
-        .send(format!("\r\n{}", framed(&["stop"])).as_bytes())?;
+    let stop = framed(&["stop"]);
+    link.wire.send(format!("\r\n{stop}").as_bytes())?;
     link.until(ANSWER, |line| match Sentence::parse(line) {
         Ok(Sentence::Done { command }) => (command == "stop").then_some(()),
         _ => None,
     })?;
+    link.forget();
     link.wire.send(framed(&["update"]).as_bytes())?;
-    let refused = link.until(Duration::from_millis(300), |line| {
-        match Sentence::parse(line) {
-            Ok(Sentence::Fail { field, .. }) => Some(field.to_owned()),
-            _ => None,
-        }
+    let refused = link.until(REFUSED, |line| match Sentence::parse(line) {
+        Ok(Sentence::Fail { field, .. }) => Some(field.to_owned()),
+        _ => None,
     })?;
     match refused.as_deref() {
         Some("loader" | "command") => bail!(

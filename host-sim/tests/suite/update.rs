@@ -22,7 +22,7 @@ use host_sim::update::keys;
 use host_sim::update::package::Package;
 use host_sim::update::wire::Wire;
 use serialport::{SerialPort, TTYPort};
-use stairscan::report::Sentence;
+use stairscan::report::{LiveLine, Sentence};
 use stairscan::scanner::command::{Command as Line, framed, parse};
 use stairscan_boot::floor::Floor;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
@@ -131,6 +131,19 @@ impl<const SECTOR: usize> NorFlash for Nor<SECTOR> {
         Ok(())
     }
 }
+
+/// What a scanner at work says five times a second.
+const LIVE: LiveLine<'_> = LiveLine {
+    state: "scanning",
+    scan: 1,
+    uptime_ms: 1,
+    age_ms: None,
+    motion: "absent",
+    motion_faults: 0,
+    refused: 0,
+    port_errors: 0,
+    link_errors: 0,
+};
 
 /// A scanner on a pseudo-terminal: the loader's own code over flash in memory, and as much of an image as an update meets.
 struct Device {
@@ -273,7 +286,12 @@ impl Device {
             };
             inside.reset(Asked::Nothing);
             let mut buffer = [0; 512];
+            let mut last = Instant::now();
             while !ended.load(Ordering::Relaxed) {
+                if !inside.in_loader && last.elapsed() > Duration::from_millis(100) {
+                    last = Instant::now();
+                    inside.say(Sentence::Live(LIVE).write().as_bytes());
+                }
                 let count = inside.port.read(&mut buffer).unwrap_or(0);
                 for &byte in &buffer[..count] {
                     inside.take(byte, &left);
