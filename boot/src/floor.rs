@@ -19,7 +19,7 @@ impl<F: NorFlash> Floor<F> {
     /// The counter in `flash`.
     pub fn new(flash: F) -> Self {
         const {
-            assert!(RECORD as usize % F::WRITE_SIZE == 0 && F::READ_SIZE == 1);
+            assert!((RECORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1);
         }
         Self { flash }
     }

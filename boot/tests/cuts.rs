@@ -69,7 +69,7 @@ impl Life {
 
     /// One in `n`.
     fn chance(&mut self, n: u32) -> bool {
-        self.random.next_u32() % n == 0
+        self.random.next_u32().is_multiple_of(n)
     }
 
     fn is_off(&self) -> bool {
@@ -125,7 +125,7 @@ impl Life {
                 *count += 1;
                 // A write of the mark that is cut may leave it blank.
                 assert!(*count <= TRIES + 3, "a trial that does not end");
-                if nature == Nature::Good && self.random.next_u32() % 8 > 0 {
+                if nature == Nature::Good && !self.random.next_u32().is_multiple_of(8) {
                     self.asked = Asked::Confirm;
                 }
             }

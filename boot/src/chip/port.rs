@@ -88,9 +88,7 @@ impl Port {
         // SAFETY: a divider of 8 ticks and more, which the port can work with.
         usart().brr().write(|w| unsafe { w.bits(divider as u16) });
         // SAFETY: bits of the reference manual; no interrupt is enabled.
-        usart()
-            .cr1()
-            .write(|w| unsafe { w.bits((ENABLE | over8).into()) });
+        usart().cr1().write(|w| unsafe { w.bits(ENABLE | over8) });
     }
 
     /// A byte that has come.

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
+use stairscan_boot::header::PAYLOAD;
 use stairscan_boot::slot::Slot;
 
 use super::image::build_loader;
@@ -49,6 +50,9 @@ pub struct Qemu {
     log: File,
     rest: Vec<u8>,
 }
+
+/// The beginning of an erased slot.
+const BLANK: &[u8] = &[0xff; PAYLOAD as usize];
 
 /// The boot loader, built once.
 fn loader() -> Result<&'static Path> {
@@ -106,10 +110,13 @@ impl Qemu {
         File::create(&log)?;
         let errors = File::create(dir.join("stderr"))?;
         let mut devices = Vec::new();
-        for (slot, bytes) in slots {
+        for slot in Slot::BOTH {
+            let given = slots.iter().find(|(of, _)| *of == slot);
+            // Flash that nothing was written to reads as zeros in the emulator.
+            let bytes = given.map_or(BLANK, |(_, bytes)| bytes.as_slice());
             let file = dir.join(format!("slot-{}", slot.as_str()));
             fs::write(&file, bytes)?;
-            let (file, at) = (file.display(), address(*slot));
+            let (file, at) = (file.display(), address(slot));
             devices.push("-device".to_owned());
             devices.push(format!("loader,file={file},addr=0x{at:08x},force-raw=on"));
         }
