@@ -7,14 +7,15 @@ use std::process::Command;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=memory.x");
+    println!("cargo::rerun-if-changed=src/board/memory.x");
     revision();
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    fs::copy("memory.x", out.join("memory.x")).expect("memory.x can be copied");
-    println!("cargo::rustc-link-search={}", out.display());
+    fs::copy("src/board/memory.x", out.join("memory.x")).expect("memory.x can be copied");
+    // The image's alone: the loader, which rests on the library, has a memory map of its own.
+    println!("cargo::rustc-link-arg-bin=stairscan=-L{}", out.display());
     // The relocations stay in the file (not in flash) for `cargo sim budget`, which reads from them
     // who may panic.
     for arg in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "--emit-relocs"] {

@@ -27,7 +27,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     target("radar_link", targets::radar_link::run, 2000),
     target("sirad", targets::sirad::run, 1000),
     target("bgt60", targets::bgt60::run, 1000),
@@ -38,6 +38,7 @@ pub const TARGETS: [Target; 10] = [
     target("scenes", targets::scenes::run, 2000),
     target("scanner", targets::scanner::run, 300),
     target("pipeline", targets::pipeline::run, 100),
+    target("update", targets::update::run, 300),
 ];
 
 const fn target(name: &'static str, run: fn(&[u8]), quick: u32) -> Target {

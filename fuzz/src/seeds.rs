@@ -3,6 +3,7 @@
 //! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them. This is necessary when a
 //! target changes its input format.
 
+use crate::targets;
 use stairscan::answer::{Direction, DropEdge, PossibleStep, Step};
 use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
@@ -33,6 +34,7 @@ pub fn all() -> Vec<Seed> {
     put("scenes", scenes());
     put("scanner", scanner());
     put("pipeline", pipeline());
+    put("update", update());
     seeds
 }
 
@@ -40,6 +42,40 @@ pub fn all() -> Vec<Seed> {
 fn counted(bytes: &[u8]) -> Vec<u8> {
     let count = bytes.len().min(255);
     [&[count as u8], &bytes[..count]].concat()
+}
+
+fn update() -> Vec<(&'static str, Vec<u8>)> {
+    let request = |kind: u8, payload: &[u8]| [vec![1, kind], counted(payload)].concat();
+    let begin = request(3, &targets::update::offered());
+    let data = |offset: u16, bytes: &[u8]| {
+        let [low, high] = offset.to_le_bytes();
+        [vec![2, low, high], counted(bytes)].concat()
+    };
+    let pieces = [
+        begin.clone(),
+        data(0, &[7; 200]),
+        data(0, &[7; 200]),
+        data(200, &[9; 200]),
+        request(5, &[]),
+        data(400, &[3; 200]),
+        request(5, &[]),
+        begin.clone(),
+    ];
+    let cut = [begin.clone(), data(0, &[1; 128]), vec![3, 1], begin];
+    let noise = [
+        vec![0],
+        counted(b"$PSTC,stop*00000000\r\nSUSU\x04\x01\xff\xffSU\x01\x00\x00\x00"),
+        request(1, &[]),
+        request(2, &3_000_000_u32.to_le_bytes()),
+        request(7, &[]),
+        request(0x83, &[0; 5]),
+        request(6, &[]),
+    ];
+    vec![
+        ("pieces", pieces.concat()),
+        ("cut", cut.concat()),
+        ("noise", noise.concat()),
+    ]
 }
 
 fn radar_link() -> Vec<(&'static str, Vec<u8>)> {

@@ -3,8 +3,10 @@
 
 /// Maximum flash use, bytes; the chip has 1 MB.
 pub const FLASH: u64 = 384 * 1024;
-/// Maximum static RAM, bytes: the chip's 128 KB less the stack.
-pub const RAM: u64 = 110 * 1024 - 32;
+/// Maximum flash of the boot loader beside its vector table, bytes: one sector.
+pub const LOADER: u64 = 64 * 1024;
+/// Maximum static RAM, bytes: the chip's 128 KB less the stack and the handover to the boot loader.
+pub const RAM: u64 = 110 * 1024 - 64;
 /// Size of the stack, bytes, without the guard of 32 bytes below it.
 pub const STACK_SIZE: u64 = 18 * 1024;
 /// Maximum stack use, bytes: 2 KB stay unused in the worst measured case.

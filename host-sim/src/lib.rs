@@ -60,5 +60,7 @@ pub mod soak;
 pub mod sweeps;
 #[cfg(feature = "program")]
 pub mod tap;
+#[cfg(feature = "program")]
+pub mod update;
 pub mod views;
 pub mod volatile;

@@ -28,6 +28,10 @@ enum Command {
     Budget(commands::budget::Args),
     /// Add the checksum with which an image verifies itself at boot
     Seal(commands::seal::Args),
+    /// Make keys, sign images with them, and show both
+    Keys(commands::keys::Args),
+    /// Send a signed image to a scanner, and see it confirmed
+    Update(commands::update::Args),
     /// Show the duration of a scan by parts
     Timing(commands::timing::Args),
     /// Compare the sweep modes: stop at every angle, continuous
@@ -115,6 +119,8 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Budget(args) => commands::budget::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
+        Command::Keys(args) => commands::keys::run(&args),
+        Command::Update(args) => commands::update::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
         Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),

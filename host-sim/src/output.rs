@@ -17,6 +17,11 @@ pub struct Overwrite {
 }
 
 impl Overwrite {
+    /// Returns whether existing files are replaced.
+    pub fn is_forced(self) -> bool {
+        self.force
+    }
+
     /// Outputs of a command that reads `inputs`: files, or recordings with or without suffix.
     pub fn reading<P: AsRef<Path>>(self, inputs: impl IntoIterator<Item = P>) -> Outputs {
         let named = inputs.into_iter().flat_map(|path| {

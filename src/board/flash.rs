@@ -1,6 +1,6 @@
 //! The two sectors of the chip's flash that hold settings.
 //!
-//! Sectors 1 and 2, of 16 KB, behind the vector table and before the code (`memory.x`): the chip does
+//! Sectors 1 and 2, of 16 KB, among those of the boot loader (`boot/src/layout.rs`): the chip does
 //! nothing else while it erases one, since its code lies in the same bank, and the 0.5 s that a small
 //! sector takes at most are within the watchdog's patience, where the 2 s of a large one are not.
 //!

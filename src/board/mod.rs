@@ -14,6 +14,8 @@ pub mod fault;
 #[cfg(target_os = "none")]
 pub mod flash;
 #[cfg(target_os = "none")]
+pub mod handover;
+#[cfg(target_os = "none")]
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "provoke"))]
 pub mod provoke;

@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn memory_x_leaves_the_guard_out_of_the_stack() {
-        let memory = include_str!("../../memory.x");
+        let memory = include_str!("memory.x");
         assert!(memory.contains("_stack_bottom = ORIGIN(STACK);"));
         assert!(memory.contains("_stack_end = ORIGIN(STACK) + 32;"));
         assert!(memory.contains("STACK : ORIGIN = 0x20000000"));

@@ -5,6 +5,7 @@ use core::sync::atomic::AtomicU16;
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
+use stairscan::scanner::handover::Handover;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
@@ -25,6 +26,7 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use super::clock::{self, brr};
 use super::encoder::{self, EncoderBus};
 use super::flash::ChipFlash;
+use super::handover;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
@@ -118,6 +120,8 @@ impl Watchdog {
 pub struct ChipBoard {
     record: BootRecord,
     store: Store<ChipFlash>,
+    /// The boot loader waits for the image to be confirmed.
+    on_trial: bool,
 }
 
 impl ChipBoard {
@@ -163,6 +167,16 @@ impl Board for ChipBoard {
 
     fn clear_crashes(&mut self) {
         self.retain(|record| record.crashes = 0);
+    }
+
+    fn enter_loader(&mut self) {
+        handover::reset_with(Handover::Update);
+    }
+
+    fn self_test_passed(&mut self) {
+        if self.on_trial {
+            handover::reset_with(Handover::Confirm);
+        }
     }
 
     fn measure(&self, measure: Measure) -> u32 {
@@ -298,7 +312,12 @@ pub fn start(
     protection::start(mpu);
     let before = retained::load();
     let (reset, cause) = reset_cause(&p.RCC, before.crash);
-    let record = this_boot(before, cause.is_some());
+    let on_trial = handover::take() == Some(Handover::Trial);
+    let mut record = this_boot(before, cause.is_some());
+    if on_trial {
+        // The boot loader counts these, and the image that it goes back to is not to stand still for them.
+        record.crashes = 0;
+    }
     retained::store(record);
     let clocks = clock::start(&p.RCC, &p.FLASH);
     let mut store = Store::new(ChipFlash::new(p.FLASH));
@@ -370,7 +389,11 @@ pub fn start(
         report,
         driver: Tmc2209::new(driver),
         encoder: As5600::new(encoder),
-        board: ChipBoard { record, store },
+        board: ChipBoard {
+            record,
+            store,
+            on_trial,
+        },
         identity: BootInfo {
             version: env!("CARGO_PKG_VERSION"),
             revision: stairscan::REVISION,

@@ -21,6 +21,10 @@ pub trait Board {
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
     /// Clears the count of crashes before this boot: the firmware has run long enough.
     fn clear_crashes(&mut self);
+    /// Resets the chip into its boot loader, which takes a new image; returns where there is none.
+    fn enter_loader(&mut self) {}
+    /// Called when the self-test has passed: an image on trial resets the chip here, and the boot loader confirms it.
+    fn self_test_passed(&mut self) {}
     /// Returns a diagnostic value.
     fn measure(&self, measure: Measure) -> u32;
 }
@@ -48,6 +52,14 @@ impl<B: Board + ?Sized> Board for &mut B {
 
     fn clear_crashes(&mut self) {
         (**self).clear_crashes();
+    }
+
+    fn enter_loader(&mut self) {
+        (**self).enter_loader();
+    }
+
+    fn self_test_passed(&mut self) {
+        (**self).self_test_passed();
     }
 
     fn measure(&self, measure: Measure) -> u32 {

@@ -20,6 +20,7 @@
 //! | `get,KEY` | | `CONF` |
 //! | `set,KEY,VALUE` | framed; effective from the next scan ([`super::settings`] lists the keys) | `CONF` |
 //! | `save` | framed, when stopped: writes the settings to flash ([`super::store`]) | `DONE` |
+//! | `update` | framed, when stopped: resets the chip into the boot loader, which then takes a new image | none from the image |
 //! | `calibrate,WALL_MM,DATE` | framed, when stopped: scans a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::mount::command`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
 //! | `reset` | discards the evidence of earlier scans: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`crate::report::motion`]) | none |
@@ -69,6 +70,8 @@ pub enum Command<'a> {
     Set(&'static str, &'a str),
     /// Saves the settings in flash.
     Save,
+    /// Resets into the boot loader.
+    Update,
     /// Calibrates the mounting.
     Calibrate(CalibrationRequest),
     /// Motion input of the chair.
@@ -125,6 +128,7 @@ impl Command<'_> {
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
             Command::Set(..) => "set",
             Command::Save => "save",
+            Command::Update => "update",
             Command::Calibrate(_) => "calibrate",
             Command::Motion(_) => "MOTION",
         }
@@ -182,6 +186,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("version") => Command::Version,
         Some("selftest") => Command::SelfTest,
         Some("save") => Command::Save,
+        Some("update") => Command::Update,
         Some("reset") => Command::Reset,
         Some("calibrate") => Command::Calibrate(calibration(&mut words)?),
         Some("get") => match next(&mut words) {
@@ -198,7 +203,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected = "start stop scan guard watch status version selftest reset get set save or calibrate";
+            let expected = "start stop scan guard watch status version selftest reset get set save update or calibrate";
             return Err(bad("-", "command", expected));
         }
     };

@@ -195,6 +195,8 @@ impl Console {
             }
             Command::Save if command::is_framed(self.reader.line()) => save(machine),
             Command::Save => machine.reports.offer("save", &["save"]),
+            Command::Update if command::is_framed(self.reader.line()) => update(machine),
+            Command::Update => machine.reports.offer("update", &["update"]),
             Command::Calibrate(task) if command::is_framed(self.reader.line()) => {
                 machine.calibrate(now, task);
             }
@@ -250,6 +252,18 @@ fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
         Some((field, expected)) => machine.reports.refuse("save", field, expected),
         None => machine.reports.done("save"),
     }
+}
+
+/// `update`: only from a standstill. Where there is a boot loader, the chip is reset.
+#[inline(never)]
+fn update<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
+    let (field, expected) = if machine.stands() {
+        machine.hardware.board.enter_loader();
+        ("loader", "a chip with a boot loader")
+    } else {
+        ("state", "idle: stop first")
+    };
+    machine.reports.refuse("update", field, expected);
 }
 
 fn tell_setting<M, L, P, B, D>(machine: &mut Machine<'_, M, L, P, B, D>, key: &str) {

@@ -42,6 +42,7 @@
 //! | [`settings`] | configuration, timeouts and motor data, by key |
 //! | [`record`] | settings as 32-bit words: hash, checksum and layout of a record |
 //! | [`seal`] | a checksum over the whole image |
+//! | [`handover`] | words that boot loader and image exchange over a reset |
 //! | [`store`] | non-volatile settings: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
 //! | [`driver`] | the motor driver as the mirror sees it |
@@ -66,6 +67,7 @@ pub mod encoder;
 mod fitness;
 mod guard;
 mod guarding;
+pub mod handover;
 mod keeper;
 pub mod mirror;
 pub mod outbox;

@@ -6,9 +6,11 @@
 //! | word | what (32 bits, little-endian) |
 //! |---|---|
 //! | 0 | `STCI` |
-//! | 1 | end of the vector table, which begins with the flash |
-//! | 2 | end of code and constants, which begin behind the settings' sectors |
+//! | 1 | end of the vector table, which begins behind the slot's header |
+//! | 2 | end of code and constants, which begin behind the seal |
 //! | 3 | CRC-32 (ISO-HDLC) of words 0 to 2, the vector table, code and constants |
+//!
+//! The addresses are those of slot A also where the image is linked for slot B.
 
 use crate::crc;
 
@@ -18,14 +20,16 @@ pub const WORDS: usize = 4;
 pub const BLANK: [u32; WORDS] = [u32::MAX; WORDS];
 /// Name of its section in the image.
 pub const SECTION: &str = ".seal";
+/// Start of the header of a slot's image, in the slot that the image is linked for (`memory.x`).
+pub const SLOT: u32 = 0x0802_0000;
 /// Where the vector table begins.
-pub const VECTORS: u32 = 0x0800_0000;
+pub const VECTORS: u32 = SLOT + 0x200;
 /// Where it ends at the latest: before the seal itself (`memory.x`).
 pub const VECTORS_END: u32 = VECTORS + 0x200;
 /// Where code begins.
-pub const CODE: u32 = 0x0800_c000;
+pub const CODE: u32 = VECTORS + 0x210;
 /// Where it ends at the latest.
-pub const CODE_END: u32 = CODE + 384 * 1024;
+pub const CODE_END: u32 = SLOT + 384 * 1024;
 /// Word that a seal begins with.
 const MAGIC: u32 = u32::from_le_bytes(*b"STCI");
 

@@ -490,6 +490,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     fn passed(&mut self, now: Micros, errand: Activity) {
+        self.hardware.board.self_test_passed();
         match errand {
             Activity::Once => self.begin(now, errand),
             Activity::Guard | Activity::Resume => self.resume(now),

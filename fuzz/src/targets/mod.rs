@@ -10,3 +10,4 @@ pub mod scanner;
 pub mod scenes;
 pub mod sentences;
 pub mod sirad;
+pub mod update;

@@ -76,6 +76,16 @@ pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     ])
 }
 
+/// Returns the flash of the boot loader without its vector table, which has a sector of its own.
+pub fn of_loader(elf: &Path) -> Result<Figure> {
+    let image = Image::read(elf)?;
+    let sections = image.sections.iter();
+    let vectors = sections.filter(|(name, _)| name == ".vector_table");
+    let vectors: u64 = vectors.map(|(_, size)| size).sum();
+    let used = image.flash.saturating_sub(vectors);
+    Ok(Figure::new("boot loader, bytes", used, budgets::LOADER))
+}
+
 /// Returns the maximum stack use over two scans of a recording, one in each direction, bytes.
 pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> Result<u64> {
     let playback = Playback::new(recording, &settings.config)?;
@@ -103,6 +113,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         None => image::build(&[])?,
     };
     let mut figures = of_image(&elf)?;
+    figures.push(of_loader(&image::build_loader()?)?);
     if !args.recordings.is_empty() {
         Tool::Emulator.need()?;
     }

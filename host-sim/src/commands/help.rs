@@ -21,7 +21,10 @@ const PROGRAM: &str = "host-sim";
 /// The commands by purpose, in the order of the list.
 pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
-    ("Watch a scanner", &["live", "doctor", "settings", "record"]),
+    (
+        "Watch a scanner",
+        &["live", "doctor", "settings", "record", "update"],
+    ),
     (
         "Inspect scans",
         &["report", "web", "inspect", "profile", "convert", "sirad"],
@@ -48,7 +51,9 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ),
     (
         "The image",
-        &["budget", "timing", "bench", "snr", "twins", "seal", "sbom"],
+        &[
+            "budget", "timing", "bench", "snr", "twins", "seal", "keys", "sbom",
+        ],
     ),
     (
         "This program",
@@ -118,6 +123,22 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask",
             "record /dev/ttyUSB0 --module -o bench",
             "record --demo recordings/stair_a -o hall",
+        ],
+    ),
+    (
+        "update",
+        &[
+            "update /dev/ttyUSB0 new.signed",
+            "update /dev/ttyUSB0 --show",
+            "update /dev/ttyUSB0 --back",
+        ],
+    ),
+    (
+        "keys",
+        &[
+            "keys new maker.key",
+            "keys sign target/thumbv7em-none-eabihf/firmware/stairscan --key maker.key --number 3 -o new.signed",
+            "keys show new.signed",
         ],
     ),
     ("calibrate", &["calibrate wall --wall 1.5"]),

@@ -20,6 +20,7 @@ pub mod harness;
 pub mod help;
 pub mod inspect;
 pub mod instrument;
+pub mod keys;
 pub mod live;
 pub mod modes;
 pub mod params;
@@ -40,6 +41,7 @@ pub mod soak;
 pub mod table1;
 pub mod timing;
 pub mod twins;
+pub mod update;
 pub mod web;
 
 use std::collections::HashSet;

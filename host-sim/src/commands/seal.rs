@@ -1,12 +1,14 @@
-//! `seal ELF`: adds the checksum to an image, or compares two images.
+//! `seal ELF`: adds the checksum and the development signature to an image, or compares two images.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 
 use super::emit;
-use crate::emulate::seal::{same, seal};
+use crate::emulate::image::build_loader;
+use crate::emulate::seal::{same, seal, sign};
 
 /// Arguments of `seal`.
 #[derive(clap::Args, Debug)]
@@ -16,13 +18,17 @@ pub struct Args {
     /// Compare the flash contents of two images byte for byte, without a change; exit status 1 if they differ
     #[arg(long, value_name = "ELF", conflicts_with = "flash")]
     compare: Option<PathBuf>,
-    /// Write the sealed image to the board and show its log, as `cargo flash` does
+    /// Then write boot loader and image to the board and show its log, as `cargo flash` does
     #[arg(long)]
     flash: bool,
 }
 
-/// Program that flashes the board, with its arguments before the image's name.
-const PROBE: [&str; 4] = ["probe-rs", "run", "--chip", "STM32F405RGTx"];
+/// Program that flashes the board.
+const PROBE: &str = "probe-rs";
+/// The board's chip, as that program names it.
+const CHIP: [&str; 2] = ["--chip", "STM32F405RGTx"];
+/// Orders confirmations of an image that is not flashed at once.
+const FIRST: u32 = 1;
 
 /// Seals the image, and flashes it if requested.
 pub fn run(args: &Args) -> Result<ExitCode> {
@@ -32,18 +38,27 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let [.., crc] = seal(&args.elf)?;
+    // Of two confirmed images the one with the higher number runs: that which is flashed now.
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    let order = match args.flash {
+        true => now.map_or(FIRST, |now| now.as_secs() as u32),
+        false => FIRST,
+    };
+    sign(&args.elf, order)?;
     emit(&format!(
-        "{}: sealed, CRC-32 {crc:08X}\n",
+        "{}: sealed, CRC-32 {crc:08X}; signed with the development key\n",
         args.elf.display()
     ));
     if !args.flash {
         return Ok(ExitCode::SUCCESS);
     }
-    let [program, rest @ ..] = PROBE;
-    let status = Command::new(program).args(rest).arg(&args.elf).status();
-    let status = status.with_context(|| format!("{program} (https://probe.rs installs it)"))?;
-    Ok(match status.success() {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::FAILURE,
-    })
+    // The loader's sectors and the image's: settings and counter between them stay.
+    for (what, elf) in [("download", &build_loader()?), ("run", &args.elf)] {
+        let status = Command::new(PROBE).arg(what).args(CHIP).arg(elf).status();
+        let status = status.with_context(|| format!("{PROBE} (https://probe.rs installs it)"))?;
+        if !status.success() {
+            return Ok(ExitCode::FAILURE);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
 }

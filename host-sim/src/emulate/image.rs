@@ -27,6 +27,11 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
     Ok(elf)
 }
 
+/// Builds the boot loader with the key that the environment names, else the development key; returns its ELF file.
+pub fn build_loader() -> Result<PathBuf> {
+    build_bin("stairscan-boot", "stairscan-boot", &[])
+}
+
 /// Builds any program for the chip with the firmware's profile; returns its ELF file.
 pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf> {
     Tool::Target.need()?;

@@ -5,12 +5,20 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
+use stairscan_boot::header::PAYLOAD;
+use stairscan_boot::slot::Slot;
+
+use super::image::build_loader;
 use super::tools::{EMULATOR, Tool};
+use crate::update::keys;
+use crate::update::package::Package;
+use crate::update::slots::address;
 
 /// QOM path of the edge inputs (EXTI).
 const EXTI: &str = "/machine/unattached/device[0]/exti";
@@ -43,6 +51,25 @@ pub struct Qemu {
     rest: Vec<u8>,
 }
 
+/// The beginning of an erased slot.
+const BLANK: &[u8] = &[0xff; PAYLOAD as usize];
+
+/// Returns the boot loader's ELF file, built once.
+fn loader() -> Result<&'static Path> {
+    static LOADER: OnceLock<PathBuf> = OnceLock::new();
+    if let Some(known) = LOADER.get() {
+        return Ok(known);
+    }
+    let built = build_loader()?;
+    Ok(LOADER.get_or_init(|| built))
+}
+
+/// Returns the bytes of slot A as a debug probe leaves them: the ELF file signed with the development key.
+fn development_slot(elf: &Path) -> Result<Vec<u8>> {
+    let package = Package::sign(elf, 0, &keys::development()?)?;
+    Ok(package.image(Slot::A).slot(1))
+}
+
 /// Creates a directory for sockets and log. Its path is short, since a socket's path is limited to 108
 /// bytes.
 fn scratch() -> Result<PathBuf> {
@@ -66,12 +93,35 @@ impl Qemu {
             );
         }
         let dir = scratch()?;
+        let slots = [(Slot::A, development_slot(elf)?)];
+        Self::start_slots(&slots, timed, dir)
+    }
+
+    /// Starts the emulator with these bytes in slots, each with its header, through the boot loader.
+    pub fn start_with(slots: &[(Slot, Vec<u8>)]) -> Result<Self> {
+        Tool::Emulator.need()?;
+        Self::start_slots(slots, false, scratch()?)
+    }
+
+    fn start_slots(slots: &[(Slot, Vec<u8>)], timed: bool, dir: PathBuf) -> Result<Self> {
+        let loader = loader()?;
         let listen = |name: &str| UnixListener::bind(dir.join(name));
         let listeners = [listen("link")?, listen("report")?, listen("qtest")?];
         let socket = |name: &str| format!("unix:{}", dir.join(name).display());
         let log = dir.join("log");
         File::create(&log)?;
         let errors = File::create(dir.join("stderr"))?;
+        let mut devices = Vec::new();
+        for slot in Slot::BOTH {
+            let given = slots.iter().find(|(of, _)| *of == slot);
+            // Flash that nothing was written to reads as zeros in the emulator.
+            let bytes = given.map_or(BLANK, |(_, bytes)| bytes.as_slice());
+            let file = dir.join(format!("slot-{}", slot.as_str()));
+            fs::write(&file, bytes)?;
+            let (file, at) = (file.display(), address(slot));
+            devices.push("-device".to_owned());
+            devices.push(format!("loader,file={file},addr=0x{at:08x},force-raw=on"));
+        }
         let mut child = Command::new(EMULATOR)
             .args([
                 "-M",
@@ -94,7 +144,8 @@ impl Qemu {
                 &[]
             })
             .arg("-kernel")
-            .arg(elf)
+            .arg(loader)
+            .args(devices)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(errors)

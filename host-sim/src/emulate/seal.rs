@@ -9,8 +9,11 @@ use object::Endianness;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::read::{Object, ObjectSection};
 use stairscan::scanner::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
+use stairscan_boot::slot::Slot;
 
 use crate::recording::regular;
+use crate::update::keys;
+use crate::update::package::Package;
 
 /// Size of a seal in the file, bytes.
 const BYTES: usize = WORDS * size_of::<u32>();
@@ -35,6 +38,37 @@ pub fn seal(elf: &Path) -> Result<[u32; WORDS]> {
         file.write_all(words.as_flattened()).with_context(name)?;
     }
     Ok(seal)
+}
+
+/// Section of the signed header.
+const HEADER: &str = ".header";
+
+/// Signs the image in an ELF file with the development key for slot A. `order` ranks it above an image that was
+/// confirmed before.
+///
+/// # Errors
+/// Names the reason for which the image cannot be signed.
+pub fn sign(elf: &Path, order: u32) -> Result<()> {
+    let name = || elf.display().to_string();
+    let package = Package::sign(elf, 0, &keys::development()?)?;
+    let slot = package.image(Slot::A).slot(order);
+    let bytes = fs::read(elf).with_context(name)?;
+    let file = ElfFile32::<Endianness>::parse(&*bytes).with_context(name)?;
+    let section = file.section_by_name(HEADER).context("no section .header")?;
+    let (place, size) = section.file_range().context("an empty header")?;
+    let head = slot
+        .get(..usize::try_from(size)?)
+        .context("a long header")?;
+    let place = usize::try_from(place)?;
+    if bytes.get(place..place + head.len()) != Some(head) {
+        let mut file = OpenOptions::new()
+            .write(true)
+            .open(elf)
+            .with_context(name)?;
+        file.seek(SeekFrom::Start(place as u64))?;
+        file.write_all(head).with_context(name)?;
+    }
+    Ok(())
 }
 
 /// Returns the offset of the seal in the file and its correct value.

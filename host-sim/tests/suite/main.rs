@@ -36,3 +36,4 @@ mod special_files;
 mod sweep_modes;
 mod table1;
 mod tap;
+mod update;

@@ -1,0 +1,183 @@
+//! The loader on the chip: from reset to the image, or to the host that has a new one.
+//!
+//! It runs without interrupts and waits by polling. The independent watchdog runs from the beginning at its longest period,
+//! which the slowest erasure fits in many times, and on into the image, which sets its own: an image that hangs before that
+//! is reset, too.
+
+mod clock;
+mod flash;
+mod port;
+
+use core::panic::PanicInfo;
+use core::ptr;
+
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
+use stairscan::scanner::handover::{Handover, WORDS};
+use stairscan_boot::floor::Floor;
+use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
+use stairscan_boot::key::PublicKey;
+use stairscan_boot::layout::{
+    FLOOR, FLOOR_NUMBER, FLOOR_SECTOR, SECTORS_PER_SLOT, SLOT_NUMBER, SLOT_SECTOR, SLOTS,
+};
+use stairscan_boot::receive::{Effect, FIRST_BAUD, Receiver};
+use stairscan_boot::slot::Slots;
+use stairscan_boot::start::{Asked, Loader, Start};
+use stairscan_boot::tell;
+use stm32f4xx_hal::pac;
+
+use clock::Clocks;
+use flash::Region;
+use port::Port;
+
+include!(concat!(env!("OUT_DIR"), "/trusted.rs"));
+
+/// The loader over this chip's flash.
+type ChipLoader = Loader<
+    Region<SLOT_SECTOR, { 2 * SECTORS_PER_SLOT as usize }>,
+    Region<FLOOR_SECTOR, 1>,
+    PublicKey,
+>;
+
+/// Rate of the SysTick polls, Hz.
+const TICKS: u32 = 1_000;
+/// Ticks without a request until the loader gives up waiting and boots: a minute.
+const SILENCE: u32 = 60 * TICKS;
+/// Ticks without a request at another rate until the first one holds again: 2 s.
+const RATE_SILENCE: u32 = 2 * TICKS;
+
+unsafe extern "C" {
+    /// Top of SRAM, where no image places anything (`memory.x`).
+    static mut _handover: [u32; WORDS];
+}
+
+/// A panic, which no request leads to: what is in flash decides anew.
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    SCB::sys_reset()
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    // SAFETY: the only place that takes them, once, with interrupts that nothing has unmasked.
+    let (mut core, chip) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
+    start_watchdog(&chip.IWDG);
+    let handed = take();
+    let clocks = clock::start(&chip.RCC, &chip.FLASH);
+    let mut loader = ChipLoader {
+        slots: Slots::new(Region::new(SLOTS, SLOT_NUMBER), SLOTS),
+        floor: Floor::new(Region::new(FLOOR, FLOOR_NUMBER)),
+        keys: PublicKey(TRUSTED),
+    };
+    let mut port = Port::start(&chip, clocks.apb1_hz);
+    let start = match handed {
+        // No try is spent on an image that somebody is about to replace.
+        Some(Handover::Update) => None,
+        Some(Handover::Confirm) => loader.start(Asked::Confirm),
+        _ => loader.start(Asked::Nothing),
+    };
+    if let Some(line) = tell::sentence(&mut loader, start, handed) {
+        port.write(line.bytes());
+    }
+    match start {
+        Some(start) => {
+            port.stop(&chip);
+            clock::stop(&chip.RCC, &chip.FLASH);
+            execute(start, &mut core.SCB)
+        }
+        None => serve(&mut loader, &mut port, &mut core.SYST, &clocks, &chip.IWDG),
+    }
+}
+
+/// The image's message, which then is gone.
+fn take() -> Option<Handover> {
+    let place = &raw mut _handover;
+    // SAFETY: words of SRAM that nothing else uses; any bits are words.
+    let words = unsafe { ptr::read_volatile(place) };
+    leave([0; WORDS]);
+    Handover::from_words(words)
+}
+
+fn leave(words: [u32; WORDS]) {
+    // SAFETY: as in `take`.
+    unsafe { ptr::write_volatile(&raw mut _handover, words) };
+}
+
+/// Hands the core over to an image whose signature and hash have just been checked.
+fn execute(start: Start, scb: &mut SCB) -> ! {
+    if start.trial.is_some() {
+        leave(Handover::Trial.words());
+    }
+    // SAFETY: the address of a vector table on a multiple of 512, within flash.
+    unsafe { scb.vtor.write(start.vectors) };
+    // SAFETY: a signed image's vector table stands there; nothing of the loader runs again before the next reset.
+    unsafe { cortex_m::asm::bootload(start.vectors as *const u32) }
+}
+
+/// Starts the independent watchdog at its longest period (RM0090 21.3): 32 kHz / 256 / 4096 are 32 s, at 47 kHz, the fastest that
+/// its oscillator may be (DS8626, table 37), 22 s. The slowest erasure takes 4 s.
+fn start_watchdog(iwdg: &pac::IWDG) {
+    const DIVIDE_BY_256: u8 = 6;
+    const LONGEST: u16 = 0xfff;
+    iwdg.kr().write(|w| w.key().start());
+    iwdg.kr().write(|w| w.key().unlock());
+    iwdg.pr().write(|w| w.pr().set(DIVIDE_BY_256));
+    iwdg.rlr().write(|w| w.rl().set(LONGEST));
+}
+
+fn feed(iwdg: &pac::IWDG) {
+    iwdg.kr().write(|w| w.key().feed());
+}
+
+/// Carries out the host's requests until one of them, or silence, resets the chip.
+fn serve(
+    loader: &mut ChipLoader,
+    port: &mut Port,
+    systick: &mut SYST,
+    clocks: &Clocks,
+    iwdg: &pac::IWDG,
+) -> ! {
+    let fastest = clock::fastest(clocks);
+    let mut receiver = Receiver::new(fastest, DEVELOPMENT);
+    let mut decoder = Decoder::new();
+    systick.set_clock_source(SystClkSource::Core);
+    systick.set_reload(clocks.core_hz / TICKS - 1);
+    systick.clear_current();
+    systick.enable_counter();
+    let mut silent = 0;
+    loop {
+        if systick.has_wrapped() {
+            feed(iwdg);
+            silent += 1;
+        }
+        if silent > RATE_SILENCE && port.rate() != FIRST_BAUD {
+            port.set_rate(FIRST_BAUD);
+            decoder.reset();
+        }
+        if silent > SILENCE {
+            SCB::sys_reset()
+        }
+        let Some(byte) = port.read() else { continue };
+        let Some(frame) = decoder.push(byte) else {
+            continue;
+        };
+        let (kind, sequence) = (frame.kind, frame.sequence);
+        let Some((answer, effect)) = receiver.handle(frame, loader) else {
+            continue;
+        };
+        silent = 0;
+        let mut out = [0; MAX_FRAME];
+        let answer = Frame {
+            kind: kind | ANSWER,
+            sequence,
+            payload: answer.bytes(),
+        };
+        let count = encode(answer, &mut out);
+        port.write(out.get(..count).unwrap_or_default());
+        match effect {
+            Effect::None => {}
+            Effect::Rate(baud) => port.set_rate(baud),
+            Effect::Reset => SCB::sys_reset(),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Pairs of keys in files: one line of text each, the secret half readable by its owner only.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{Read, Write};
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use ed25519_dalek::{Signer, SigningKey};
+use stairscan_boot::header::{HEADER, Header, SIGNED, sealed};
+use stairscan_boot::key::{KEY, PublicKey};
+
+use crate::recording::regular;
+
+/// The secret half of the development key, which is in the repository.
+const DEVELOPMENT: &str = include_str!("../../../boot/keys/development.key");
+/// What the line of a secret key begins with.
+const SECRET: &str = "stairscan secret key ";
+/// What the line of a public key begins with.
+const PUBLIC: &str = "stairscan public key ";
+/// A secret half that its owner alone may read and write.
+const OWNER_ONLY: u32 = 0o600;
+
+/// A key as a file holds it.
+#[derive(Debug)]
+pub enum Key {
+    /// Both halves.
+    Pair(SigningKey),
+    /// What a loader trusts.
+    Public(PublicKey),
+}
+
+impl Key {
+    /// Its public half.
+    pub fn public(&self) -> PublicKey {
+        match self {
+            Key::Pair(pair) => PublicKey(pair.verifying_key().to_bytes()),
+            Key::Public(key) => *key,
+        }
+    }
+
+    /// Whether everybody has its secret half.
+    pub fn is_development(&self) -> bool {
+        development().is_ok_and(|known| known.verifying_key().to_bytes() == self.public().0)
+    }
+}
+
+/// The development key.
+///
+/// # Errors
+/// The repository's file is no key.
+pub fn development() -> Result<SigningKey> {
+    match parse(DEVELOPMENT) {
+        Ok(Key::Pair(pair)) => Ok(pair),
+        _ => bail!("boot/keys/development.key: no secret key"),
+    }
+}
+
+/// Bytes as hex digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Reads a key of either kind.
+///
+/// # Errors
+/// Names the file; says what it is instead.
+pub fn read(path: &Path) -> Result<Key> {
+    regular(path)?;
+    let name = || path.display().to_string();
+    let text = fs::read_to_string(path).with_context(name)?;
+    parse(&text).with_context(name)
+}
+
+/// Reads the secret half that signs.
+///
+/// # Errors
+/// Names the file, also where others may read it.
+pub fn read_secret(path: &Path) -> Result<SigningKey> {
+    let Key::Pair(pair) = read(path)? else {
+        bail!("{}: a public key: expected the secret half", path.display());
+    };
+    let mode = fs::metadata(path)?.permissions().mode();
+    let known = Key::Pair(pair);
+    ensure!(
+        mode & 0o077 == 0 || known.is_development(),
+        "{}: others may read this secret key: `chmod 600` it, or make another one if they have",
+        path.display()
+    );
+    match known {
+        Key::Pair(pair) => Ok(pair),
+        Key::Public(_) => bail!("{}: a public key", path.display()),
+    }
+}
+
+fn parse(text: &str) -> Result<Key> {
+    let line = text.lines().next().unwrap_or_default().trim_end();
+    if let Some(digits) = line.strip_prefix(SECRET) {
+        return Ok(Key::Pair(SigningKey::from_bytes(&bytes(digits)?)));
+    }
+    if let Some(digits) = line.strip_prefix(PUBLIC) {
+        let key = bytes(digits)?;
+        let point = ed25519_dalek::VerifyingKey::from_bytes(&key);
+        ensure!(point.is_ok(), "no key: no point of the curve");
+        return Ok(Key::Public(PublicKey(key)));
+    }
+    bail!("no key: expected a line that begins with `{SECRET}` or `{PUBLIC}`")
+}
+
+fn bytes(digits: &str) -> Result<[u8; KEY]> {
+    ensure!(
+        digits.len() == 2 * KEY && digits.bytes().all(|b| b.is_ascii_hexdigit()),
+        "no key: expected {} hex digits",
+        2 * KEY
+    );
+    let mut key = [0; KEY];
+    for (k, byte) in key.iter_mut().enumerate() {
+        *byte = u8::from_str_radix(&digits[2 * k..2 * k + 2], 16)?;
+    }
+    Ok(key)
+}
+
+/// The file of the public half beside that of the secret one.
+pub fn public_path(path: &Path) -> PathBuf {
+    path.with_extension("pub")
+}
+
+/// Makes a new pair from the system's random numbers: the secret half in `path`, the public one beside it. Neither replaces
+/// anything unless `force` says so.
+///
+/// # Errors
+/// Names the file that exists, or cannot be written.
+pub fn create(path: &Path, force: bool) -> Result<PublicKey> {
+    let public = public_path(path);
+    ensure!(
+        public != path,
+        "{}: the public half gets that name: expected another one",
+        path.display()
+    );
+    for file in [path, &public] {
+        ensure!(
+            force || fs::symlink_metadata(file).is_err(),
+            "{}: exists: expected another name, or --force to replace it. Images signed with a key that is lost cannot be \
+             followed by others",
+            file.display()
+        );
+    }
+    let mut seed = [0; KEY];
+    let random = File::open("/dev/urandom").and_then(|mut source| source.read_exact(&mut seed));
+    random.context("/dev/urandom")?;
+    let pair = SigningKey::from_bytes(&seed);
+    let key = PublicKey(pair.verifying_key().to_bytes());
+    write(path, &format!("{SECRET}{}\n", hex(&seed)), OWNER_ONLY)?;
+    write(&public, &format!("{PUBLIC}{}\n", hex(&key.0)), 0o644)?;
+    Ok(key)
+}
+
+/// Writes a file under a name of its own, with its mode from the beginning on, and then renames it.
+fn write(path: &Path, text: &str, mode: u32) -> Result<()> {
+    let name = || path.display().to_string();
+    let mut part = path.as_os_str().to_owned();
+    part.push(".part");
+    let part = PathBuf::from(part);
+    let _ = fs::remove_file(&part);
+    let mut options = OpenOptions::new();
+    let options = options.write(true).create_new(true).mode(mode);
+    let written = options.open(&part).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        file.sync_all()
+    });
+    written.with_context(name)?;
+    fs::rename(&part, path).with_context(name)
+}
+
+/// Signs a header.
+pub fn sign(key: &SigningKey, header: &Header) -> [u8; HEADER] {
+    let message: [u8; SIGNED] = header.message();
+    sealed(&message, &key.sign(&message).to_bytes())
+}

@@ -1,0 +1,199 @@
+//! Frames to the boot loader and its answers, and the sentences in between.
+
+use std::io::{ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+use serialport::SerialPort;
+use stairscan_boot::frame::{ANSWER, Decoder, Frame, Kind, MAX_FRAME, encode};
+use stairscan_boot::refusal::Refusal;
+
+use crate::live::port::passes;
+
+/// What frames and sentences go over.
+pub trait Wire {
+    /// Takes what has come; 0 where nothing came for a moment.
+    ///
+    /// # Errors
+    /// The port has gone.
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize>;
+    /// Sends all bytes.
+    ///
+    /// # Errors
+    /// The port has gone.
+    fn send(&mut self, bytes: &[u8]) -> Result<()>;
+    /// Goes on at another rate.
+    ///
+    /// # Errors
+    /// The port has no such rate.
+    fn set_rate(&mut self, baud: u32) -> Result<()>;
+}
+
+impl Wire for Box<dyn SerialPort> {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize> {
+        match self.read(buffer) {
+            Ok(0) => bail!("the port's end was reached"),
+            Ok(count) => Ok(count),
+            Err(error) if passes(error.kind()) => Ok(0),
+            Err(error) => Err(error).context("the port has gone"),
+        }
+    }
+
+    fn send(&mut self, mut bytes: &[u8]) -> Result<()> {
+        while !bytes.is_empty() {
+            match self.write(bytes) {
+                Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error).context("the port takes nothing"),
+            }
+        }
+        self.flush().context("the port takes nothing")
+    }
+
+    fn set_rate(&mut self, baud: u32) -> Result<()> {
+        self.set_baud_rate(baud)
+            .with_context(|| format!("{baud} baud"))
+    }
+}
+
+/// An answer of the loader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// Its payload.
+    Good(Vec<u8>),
+    /// Why it does not do it.
+    Refused(Refusal),
+}
+
+/// The host's end of the wire.
+#[derive(Debug)]
+pub struct Link<W> {
+    /// The wire.
+    pub wire: W,
+    decoder: Decoder,
+    sequence: u8,
+    partial: Vec<u8>,
+    /// Sentences that came between the answers, oldest first.
+    pub sentences: Vec<String>,
+}
+
+impl<W: Wire> Link<W> {
+    /// Over a wire at the first rate.
+    pub fn new(wire: W) -> Self {
+        Self {
+            wire,
+            decoder: Decoder::new(),
+            sequence: 0,
+            partial: Vec::new(),
+            sentences: Vec::new(),
+        }
+    }
+
+    /// Sends a request, again after each `patience` without an answer, `tries` times in all. `None` where none came.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn ask(
+        &mut self,
+        kind: Kind,
+        payload: &[u8],
+        (patience, tries): (Duration, u32),
+    ) -> Result<Option<Reply>> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let request = Frame {
+            kind: kind as u8,
+            sequence: self.sequence,
+            payload,
+        };
+        let mut out = [0; MAX_FRAME];
+        let count = encode(request, &mut out);
+        for _ in 0..tries {
+            self.wire.send(out.get(..count).unwrap_or_default())?;
+            let until = Instant::now() + patience;
+            while Instant::now() < until {
+                if let Some(answer) = self.listen(kind)? {
+                    return Ok(Some(reply(kind, answer)));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// One look at the wire; the payload of the answer to the last request, where it has come.
+    fn listen(&mut self, kind: Kind) -> Result<Option<Vec<u8>>> {
+        let mut buffer = [0; 256];
+        let count = self.wire.receive(&mut buffer)?;
+        let mut found = None;
+        for &byte in buffer.iter().take(count) {
+            self.hear(byte);
+            if let Some(frame) = self.decoder.push(byte)
+                && (frame.kind, frame.sequence) == (kind as u8 | ANSWER, self.sequence)
+            {
+                found = Some(frame.payload.to_vec());
+            }
+        }
+        Ok(found)
+    }
+
+    /// Sentences, among whatever else comes.
+    fn hear(&mut self, byte: u8) {
+        const LONGEST: usize = 512;
+        match byte {
+            b'$' => self.partial = vec![byte],
+            b'\r' | b'\n' => {
+                if self.partial.first() == Some(&b'$') {
+                    let line = String::from_utf8_lossy(&self.partial).into_owned();
+                    self.sentences.push(line);
+                }
+                self.partial.clear();
+            }
+            _ if self.partial.len() < LONGEST => self.partial.push(byte),
+            _ => self.partial.clear(),
+        }
+    }
+
+    /// Listens for sentences until `done` takes one, at most so long.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn until<T>(
+        &mut self,
+        patience: Duration,
+        mut done: impl FnMut(&str) -> Option<T>,
+    ) -> Result<Option<T>> {
+        let until = Instant::now() + patience;
+        let mut buffer = [0; 256];
+        loop {
+            while !self.sentences.is_empty() {
+                let line = self.sentences.remove(0);
+                if let Some(found) = done(&line) {
+                    return Ok(Some(found));
+                }
+            }
+            if Instant::now() > until {
+                return Ok(None);
+            }
+            let count = self.wire.receive(&mut buffer)?;
+            buffer.iter().take(count).for_each(|&byte| self.hear(byte));
+        }
+    }
+
+    /// Forgets what has been heard.
+    pub fn forget(&mut self) {
+        self.sentences.clear();
+        self.partial.clear();
+        self.decoder.reset();
+    }
+}
+
+/// What an answer's payload says: `hello` has no code.
+fn reply(kind: Kind, payload: Vec<u8>) -> Reply {
+    if kind == Kind::Hello {
+        return Reply::Good(payload);
+    }
+    match payload.split_first() {
+        Some((0, rest)) => Reply::Good(rest.to_vec()),
+        Some((&code, _)) => Reply::Refused(Refusal::from_code(code).unwrap_or(Refusal::Request)),
+        None => Reply::Refused(Refusal::Request),
+    }
+}

@@ -1,0 +1,586 @@
+//! Signed images: keys in files, the same image for either slot, and its way into a scanner, on the host and in the emulator.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use host_sim::emulate::image::workspace;
+use host_sim::emulate::qemu::Qemu;
+use host_sim::emulate::tools::TARGET;
+use host_sim::update::client::{Client, Told};
+use host_sim::update::keys;
+use host_sim::update::package::Package;
+use host_sim::update::wire::Wire;
+use serialport::{SerialPort, TTYPort};
+use stairscan::report::{LiveLine, Sentence};
+use stairscan::scanner::command::{Command as Line, framed, parse};
+use stairscan_boot::floor::Floor;
+use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
+use stairscan_boot::header::Header;
+use stairscan_boot::key::PublicKey;
+use stairscan_boot::layout;
+use stairscan_boot::receive::{Effect, Receiver};
+use stairscan_boot::slot::{Slot, Slots};
+use stairscan_boot::start::{Asked, Loader};
+use stairscan_boot::tell;
+
+use crate::common::{Scratch, elf, sim};
+
+fn told(output: &Output) -> String {
+    String::from_utf8([&output.stdout[..], &output.stderr].concat()).unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn a_secret_key_is_its_owner_s_alone_and_never_replaced_unasked() {
+    let dir = Scratch::new("update-keys");
+    let file = dir.path().join("maker.key");
+    let public = dir.path().join("maker.pub");
+    let new = |more: &[&str]| sim(&[&["keys", "new", text(&file)], more].concat());
+    let made = new(&[]);
+    assert_eq!(made.status.code(), Some(0), "{}", told(&made));
+    assert_eq!(
+        fs::metadata(&file).unwrap().permissions().mode() & 0o777,
+        0o600
+    );
+    let first = fs::read_to_string(&file).unwrap();
+    for gone in [None, Some(&file)] {
+        if let Some(gone) = gone {
+            fs::remove_file(gone).unwrap();
+        }
+        // One of both is enough to refuse.
+        let again = new(&[]);
+        assert_eq!(again.status.code(), Some(1));
+        assert!(told(&again).contains("--force"), "{}", told(&again));
+    }
+    fs::write(&file, &first).unwrap();
+    let forced = new(&["--force"]);
+    assert_eq!(forced.status.code(), Some(0), "{}", told(&forced));
+    assert_ne!(fs::read_to_string(&file).unwrap(), first);
+    assert_eq!(
+        fs::metadata(&file).unwrap().permissions().mode() & 0o777,
+        0o600
+    );
+    assert_eq!(
+        fs::read_dir(dir.path()).unwrap().count(),
+        2,
+        "nothing is left over"
+    );
+    let shown = sim(&["keys", "show", text(&public)]);
+    assert!(told(&shown).contains("public key"), "{}", told(&shown));
+    assert!(!told(&shown).contains("development"), "{}", told(&shown));
+    // A secret key that others may read signs nothing.
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
+    let open = keys::read_secret(&file).unwrap_err().to_string();
+    assert!(open.contains("chmod 600"), "{open}");
+    let wrong = keys::read_secret(&public).unwrap_err().to_string();
+    assert!(wrong.contains("public key"), "{wrong}");
+    fs::write(&public, "stairscan public key 00\n").unwrap();
+    assert!(keys::read(&public).is_err());
+}
+
+/// NOR flash in memory.
+struct Nor<const SECTOR: usize>(Vec<u8>);
+
+impl<const SECTOR: usize> ErrorType for Nor<SECTOR> {
+    type Error = NorFlashErrorKind;
+}
+
+impl<const SECTOR: usize> ReadNorFlash for Nor<SECTOR> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        bytes.fill(0xff);
+        let from = offset as usize;
+        let count = bytes.len().min(self.0.len() - from);
+        bytes[..count].copy_from_slice(&self.0[from..from + count]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl<const SECTOR: usize> NorFlash for Nor<SECTOR> {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.0[from as usize..to as usize].fill(0xff);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let places = &mut self.0[offset as usize..offset as usize + bytes.len()];
+        assert!(places.iter().all(|&b| b == 0xff), "written twice");
+        places.copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+/// What a scanner at work says five times a second.
+const LIVE: LiveLine<'_> = LiveLine {
+    state: "scanning",
+    scan: 1,
+    uptime_ms: 1,
+    age_ms: None,
+    motion: "absent",
+    motion_faults: 0,
+    refused: 0,
+    port_errors: 0,
+    link_errors: 0,
+};
+
+/// A scanner on a pseudo-terminal: the loader's own code over flash in memory, and as much of an image as an update meets.
+struct Device {
+    path: String,
+    pulled: Arc<AtomicBool>,
+    /// Frames that are still answered before the supply goes; and comes again.
+    supply: Arc<AtomicU32>,
+    thread: JoinHandle<()>,
+}
+
+struct Inside {
+    port: TTYPort,
+    loader: Loader<Nor<{ layout::SLOT_SECTOR }>, Nor<{ layout::FLOOR_SECTOR }>, PublicKey>,
+    in_loader: bool,
+    on_trial: bool,
+    /// Whether self-tests pass.
+    good: bool,
+    line: Vec<u8>,
+    decoder: Decoder,
+    receiver: Receiver,
+}
+
+impl Inside {
+    fn say(&mut self, bytes: &[u8]) {
+        let _ = self.port.write_all(bytes);
+    }
+
+    fn reset(&mut self, asked: Asked) {
+        self.decoder.reset();
+        self.receiver = Receiver::new(30, true);
+        let start = self.loader.start(asked);
+        let handed =
+            (asked == Asked::Confirm).then_some(stairscan::scanner::handover::Handover::Confirm);
+        if let Some(line) = tell::sentence(&mut self.loader, start, handed) {
+            self.say(line.bytes());
+        }
+        self.in_loader = start.is_none();
+        self.on_trial = start.is_some_and(|start| start.trial.is_some());
+        if !self.in_loader {
+            let boot = Sentence::Boot {
+                version: "0.1.0",
+                revision: "test",
+                reset: "software",
+                clock: "hse-168",
+                boots: 1,
+                settings: 0,
+                serial: [0; 3],
+            };
+            self.say(boot.write().as_bytes());
+        }
+    }
+
+    /// A line to the image.
+    fn execute(&mut self) {
+        let line = String::from_utf8_lossy(&std::mem::take(&mut self.line)).into_owned();
+        match parse(&line) {
+            Ok(Line::Stop) => {
+                let done = Sentence::Done { command: "stop" }.write();
+                self.say(done.as_bytes());
+            }
+            Ok(Line::Update) => {
+                self.receiver = Receiver::new(30, true);
+                self.in_loader = true;
+            }
+            Ok(Line::SelfTest) if self.on_trial && self.good => self.reset(Asked::Confirm),
+            Ok(Line::SelfTest) => {
+                let fail = Sentence::Fail {
+                    command: "selftest",
+                    field: "home-not-found",
+                    expected: "a test that passes",
+                };
+                self.say(fail.write().as_bytes());
+            }
+            _ => {}
+        }
+    }
+
+    fn take(&mut self, byte: u8, supply: &AtomicU32) {
+        if !self.in_loader {
+            match byte {
+                b'\r' | b'\n' if !self.line.is_empty() => self.execute(),
+                b'\r' | b'\n' => {}
+                _ => self.line.push(byte),
+            }
+            return;
+        }
+        let Some(frame) = self.decoder.push(byte) else {
+            return;
+        };
+        if supply.fetch_sub(1, Ordering::Relaxed) == 1 {
+            supply.store(u32::MAX, Ordering::Relaxed);
+            return self.reset(Asked::Nothing);
+        }
+        let (kind, sequence) = (frame.kind, frame.sequence);
+        let Some((answer, effect)) = self.receiver.handle(frame, &mut self.loader) else {
+            return;
+        };
+        let mut out = [0; MAX_FRAME];
+        let frame = Frame {
+            kind: kind | ANSWER,
+            sequence,
+            payload: answer.bytes(),
+        };
+        let count = encode(frame, &mut out);
+        self.say(&out[..count]);
+        if effect == Effect::Reset {
+            self.reset(Asked::Nothing);
+        }
+    }
+}
+
+impl Device {
+    /// With `first` in slot A as a debug probe leaves it.
+    fn plug_in(first: &Package, good: bool) -> Self {
+        let mut flash = vec![0xff; 2 * layout::SLOT as usize];
+        let slot = first.image(Slot::A).slot(1);
+        flash[..slot.len()].copy_from_slice(&slot);
+        let key = PublicKey(keys::development().unwrap().verifying_key().to_bytes());
+        let (mut master, slave) = TTYPort::pair().unwrap();
+        let path = slave.name().unwrap();
+        master.set_timeout(Duration::from_millis(5)).unwrap();
+        let pulled = Arc::new(AtomicBool::new(false));
+        let supply = Arc::new(AtomicU32::new(u32::MAX));
+        let (ended, left) = (pulled.clone(), supply.clone());
+        let thread = std::thread::spawn(move || {
+            let _slave = slave;
+            let mut inside = Inside {
+                port: master,
+                loader: Loader {
+                    slots: Slots::new(Nor(flash), layout::SLOTS),
+                    floor: Floor::new(Nor(vec![0xff; layout::FLOOR_SECTOR])),
+                    keys: key,
+                },
+                in_loader: false,
+                on_trial: false,
+                good,
+                line: Vec::new(),
+                decoder: Decoder::new(),
+                receiver: Receiver::new(30, true),
+            };
+            inside.reset(Asked::Nothing);
+            let mut buffer = [0; 512];
+            let mut last = Instant::now();
+            while !ended.load(Ordering::Relaxed) {
+                if !inside.in_loader && last.elapsed() > Duration::from_millis(100) {
+                    last = Instant::now();
+                    inside.say(Sentence::Live(LIVE).write().as_bytes());
+                }
+                let count = inside.port.read(&mut buffer).unwrap_or(0);
+                for &byte in &buffer[..count] {
+                    inside.take(byte, &left);
+                }
+            }
+        });
+        Self {
+            path,
+            pulled,
+            supply,
+            thread,
+        }
+    }
+
+    fn unplug(self) {
+        self.pulled.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap();
+    }
+}
+
+/// An image of some kilobytes in both slots, signed with the development key.
+fn package(seed: u8, number: u32, change: impl Fn(&mut Header)) -> Package {
+    let key = keys::development().unwrap();
+    let payload: Vec<u8> = (0..140_000_u32)
+        .map(|k| (k * 31 >> 3) as u8 ^ seed)
+        .collect();
+    Package::of(&key, |slot| {
+        let mut header = Package::header(&payload, slot, number, &key);
+        change(&mut header);
+        (header, payload.clone())
+    })
+}
+
+fn write(dir: &Scratch, name: &str, bytes: &[u8]) -> String {
+    let path = dir.path().join(name);
+    fs::write(&path, bytes).unwrap();
+    text(&path).to_owned()
+}
+
+#[test]
+fn an_update_goes_through_a_loss_of_power_to_its_confirmation_and_back() {
+    let dir = Scratch::new("update-whole");
+    let device = Device::plug_in(&package(1, 0, |_| ()), true);
+    let file = write(&dir, "new", &package(2, 0, |_| ()).bytes());
+    // The supply goes in the midst of the transfer: behind greetings, rate, header, and 130 KB.
+    device.supply.store(136, Ordering::Relaxed);
+    let broken = sim(&["update", &device.path, &file]);
+    assert_eq!(broken.status.code(), Some(1), "{}", told(&broken));
+    assert!(
+        told(&broken).contains("repeat the command"),
+        "{}",
+        told(&broken)
+    );
+    let update = sim(&["update", &device.path, &file]);
+    assert_eq!(update.status.code(), Some(0), "{}", told(&update));
+    let said = told(&update);
+    for part in [
+        "slot a: confirmed",
+        "goes to slot b",
+        "from byte 130560 on",
+        "at 3000000 baud",
+        "confirmed: the self-test has passed",
+        "development key",
+    ] {
+        assert!(said.contains(part), "{part} in {said}");
+    }
+    let shown = sim(&["update", &device.path, "--show"]);
+    assert!(
+        told(&shown).contains("slot b: confirmed"),
+        "{}",
+        told(&shown)
+    );
+    let back = sim(&["update", &device.path, "--back"]);
+    assert_eq!(back.status.code(), Some(0), "{}", told(&back));
+    let shown = sim(&["update", &device.path, "--show"]);
+    assert!(
+        told(&shown).contains("slot b: given-up"),
+        "{}",
+        told(&shown)
+    );
+    // A higher number is the end of the old one.
+    let file = write(&dir, "newer", &package(3, 7, |_| ()).bytes());
+    let update = sim(&["update", &device.path, &file]);
+    assert_eq!(update.status.code(), Some(0), "{}", told(&update));
+    let older = write(&dir, "older", &package(4, 6, |_| ()).bytes());
+    let refused = sim(&["update", &device.path, &older]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        told(&refused).contains("older-version"),
+        "{}",
+        told(&refused)
+    );
+    let refused = sim(&["update", &device.path, "--back"]);
+    assert!(told(&refused).contains("no-way-back"), "{}", told(&refused));
+    device.unplug();
+}
+
+#[test]
+fn each_wrong_file_has_its_own_answer() {
+    let dir = Scratch::new("update-refused");
+    let device = Device::plug_in(&package(1, 3, |_| ()), true);
+    let good = package(2, 3, |_| ());
+    let bytes = good.bytes();
+    let mut flipped = bytes.clone();
+    flipped[100_000] ^= 1;
+    let mut header = bytes.clone();
+    for at in [100, bytes.len() / 2 + 100] {
+        header[at] ^= 1;
+    }
+    let other = |change: fn(&mut Header)| package(2, 3, change).bytes();
+    let wrong = [
+        ("cut-off", bytes[..200_000].to_vec(), "cut off"),
+        ("flipped", flipped, "damaged"),
+        ("signature", header, "bad-signature"),
+        ("key", other(|h| h.key_id[0] ^= 1), "wrong-key"),
+        ("chip", other(|h| h.chip ^= 1), "other-chip"),
+        ("slot", other(|h| h.base ^= 0x10_0000), "other-slot"),
+        ("older", package(2, 2, |_| ()).bytes(), "older-version"),
+        ("text", b"# no image\n".repeat(40), "no signed image"),
+        ("empty", Vec::new(), "cut off"),
+        ("longer", [&bytes[..], b"x"].concat(), "too many"),
+    ];
+    for (name, bytes, answer) in wrong {
+        let file = write(&dir, name, &bytes);
+        let refused = sim(&["update", &device.path, &file]);
+        assert_eq!(refused.status.code(), Some(1), "{name}: {}", told(&refused));
+        assert!(
+            told(&refused).contains(answer),
+            "{name}: {}",
+            told(&refused)
+        );
+    }
+    device.unplug();
+}
+
+#[test]
+fn an_image_whose_self_test_fails_is_not_confirmed() {
+    let dir = Scratch::new("update-faulty");
+    let device = Device::plug_in(&package(1, 0, |_| ()), false);
+    let file = write(&dir, "new", &package(2, 0, |_| ()).bytes());
+    let update = sim(&["update", &device.path, &file, "--wait", "1"]);
+    assert_eq!(update.status.code(), Some(1), "{}", told(&update));
+    assert!(
+        told(&update).contains("home-not-found"),
+        "{}",
+        told(&update)
+    );
+    device.unplug();
+}
+
+/// The emulator's report port as a wire.
+struct Socket(UnixStream);
+
+impl Wire for Socket {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize> {
+        Ok(self.0.read(buffer).unwrap_or(0))
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        Ok(self.0.write_all(bytes)?)
+    }
+
+    fn set_rate(&mut self, _: u32) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl Socket {
+    fn of(emulator: &Qemu) -> Self {
+        let socket = emulator.report.try_clone().unwrap();
+        socket.set_nonblocking(false).unwrap();
+        let timeout = Some(Duration::from_millis(20));
+        socket.set_read_timeout(timeout).unwrap();
+        Self(socket)
+    }
+
+    /// The first line that `wanted` takes.
+    fn wait<T>(&mut self, wanted: impl Fn(&str) -> Option<T>) -> T {
+        let until = Instant::now() + Duration::from_secs(60);
+        let mut all = Vec::new();
+        let mut buffer = [0; 256];
+        loop {
+            let count = self.receive(&mut buffer).unwrap();
+            all.extend(&buffer[..count]);
+            let text = String::from_utf8_lossy(&all).into_owned();
+            let mut whole = text
+                .split_inclusive('\n')
+                .filter(|line| line.ends_with('\n'));
+            if let Some(found) = whole.find_map(|line| wanted(line.trim_end())) {
+                return found;
+            }
+            assert!(Instant::now() < until, "{text}");
+        }
+    }
+}
+
+fn boots(line: &str) -> Option<()> {
+    matches!(Sentence::parse(line), Ok(Sentence::Boot { .. })).then_some(())
+}
+
+/// The very loader in the emulator: the image runs from either slot, moved by its relocations; a flipped byte is refused and
+/// said; of two the confirmed and whole one runs; and an update comes as far as a chip without a flash controller lets it.
+#[test]
+fn the_emulated_image_boots_through_the_loader_and_a_flipped_byte_is_refused() {
+    let Some(elf) = elf() else { return };
+    let package = Package::sign(elf, 0, &keys::development().unwrap()).unwrap();
+    let slot = |slot, order| package.image(slot).slot(order);
+    let mut flipped = slot(Slot::B, 2);
+    flipped[200_000] ^= 0x10;
+
+    // From slot B, with its seal right there, too: nothing is damaged.
+    let emulator = Qemu::start_with(&[(Slot::B, slot(Slot::B, 1))]).unwrap();
+    let mut port = Socket::of(&emulator);
+    port.wait(boots);
+    port.send(framed(&["stop"]).as_bytes()).unwrap();
+    port.send(b"status\r\n").unwrap();
+    port.wait(|line| match Sentence::parse(line) {
+        Ok(Sentence::State { reasons, .. }) => {
+            assert!(!reasons.to_string().contains("image"), "{line}");
+            Some(())
+        }
+        _ => None,
+    });
+    drop(emulator);
+
+    // The newer one is damaged: the older one runs, and that is said.
+    let emulator =
+        Qemu::start_with(&[(Slot::A, slot(Slot::A, 1)), (Slot::B, flipped.clone())]).unwrap();
+    let mut port = Socket::of(&emulator);
+    let line = port.wait(|line| Told::parse(line).map(|_| line.to_owned()));
+    assert!(
+        line.starts_with("$PSTR,LOADER,a,0,confirmed,damaged*"),
+        "{line}"
+    );
+    port.wait(boots);
+    drop(emulator);
+
+    // Nothing else there: nothing is executed, and the loader takes requests.
+    let emulator = Qemu::start_with(&[(Slot::B, flipped)]).unwrap();
+    let mut port = Socket::of(&emulator);
+    let line = port.wait(|line| Told::parse(line).map(|_| line.to_owned()));
+    assert!(line.starts_with("$PSTR,LOADER,,0,empty,damaged*"), "{line}");
+    drop(emulator);
+
+    // From the running image into the loader, up to the flash that takes nothing.
+    let emulator = Qemu::start_with(&[(Slot::A, slot(Slot::A, 1))]).unwrap();
+    let mut port = Socket::of(&emulator);
+    port.wait(boots);
+    let mut client = Client::enter(port).unwrap();
+    assert_eq!(client.spare(), Slot::B);
+    let refused = client.send(&package, 115_200, |_, _| ()).unwrap_err();
+    assert!(
+        format!("{refused:#}").contains("refused: flash"),
+        "{refused:#}"
+    );
+    client.boot().unwrap();
+    let mut port = Socket::of(&emulator);
+    port.wait(boots);
+}
+
+/// The loader holds no crate that its list does not name, nor the other way round.
+#[test]
+fn the_crates_of_the_loader_are_those_of_the_list() {
+    let crates = |package: &str| -> BTreeSet<String> {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let output = Command::new(cargo)
+            .current_dir(workspace())
+            .args(["tree", "--package", package, "--target", TARGET])
+            .args(["--locked", "--edges", "normal", "--prefix", "none"])
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let lines = text.lines().filter(|line| !line.contains('('));
+        let whole = lines.filter_map(|line| line.split_once(" v"));
+        whole
+            .map(|(name, version)| format!("`{name}` {version}"))
+            .collect()
+    };
+    let document = fs::read_to_string(workspace().join("docs/supply-chain.md")).unwrap();
+    let (_, list) = document.split_once("## Crates of the boot loader").unwrap();
+    let (list, _) = list.split_once("\n## ").unwrap();
+    let rows = list.lines().filter_map(|line| line.strip_prefix("| `"));
+    let rows = rows.filter_map(|row| row.split_once(" |"));
+    let named: BTreeSet<String> = rows.map(|(name, _)| format!("`{name}")).collect();
+    let image = crates("stairscan");
+    assert!(image.len() > 20, "{image:?}");
+    let loader: BTreeSet<String> = crates("stairscan-boot")
+        .difference(&image)
+        .cloned()
+        .collect();
+    assert_eq!(loader, named);
+}
