@@ -33,9 +33,6 @@ fn what_changes_settings_counts_only_inside_a_sentence_which_is_offered() {
     assert!(bench.world.0.borrow().saved.is_some());
 }
 
-<<<<<<< HEAD
-/// Flips each bit of each character of framed and plain commands, one at a time.
-=======
 /// `update` counts inside a sentence, and from a standstill; the boards of the host have no boot loader.
 #[test]
 fn the_boot_loader_is_entered_from_a_standstill_by_a_whole_sentence() {
@@ -54,8 +51,7 @@ fn the_boot_loader_is_entered_from_a_standstill_by_a_whole_sentence() {
     assert_eq!(bench.ask(&sentence), "FAIL,update,state,idle: stop first");
 }
 
-/// Each of the bits of each character of framed and plain commands, one at a time.
->>>>>>> update
+/// Flips each bit of each character of framed and plain commands, one at a time.
 #[test]
 fn no_damaged_line_changes_a_setting() {
     let mut bench = Bench::new(|w| w.stopped = true);
