@@ -287,7 +287,7 @@ fn a_scanner_that_does_not_hear_is_told() {
     let scanner = Scanner::scripted(|| live("idle"), |_| Vec::new());
     let output = doctor(&scanner.path, &["--wait", "1"]);
     let text = printed(&output);
-    has(&text, "port", "FAULT", "does not answer");
+    has(&text, "port", "FAULT", "does not reply");
     assert!(text.contains("REPORT_RX"), "{text}");
     has(&text, "firmware", "not seen", "");
     assert_eq!(output.status.code(), Some(1));

@@ -66,7 +66,7 @@ fn an_input_is_never_replaced() {
             (&["convert", name, "-o", name], meta),
             (&["simulate", disguised, "-o", disguised], disguised),
         ] {
-            refused(&scratch, &[args, force].concat(), file, "is what is read");
+            refused(&scratch, &[args, force].concat(), file, "is an input");
         }
     }
     // By another path to the same file.
@@ -75,7 +75,7 @@ fn an_input_is_never_replaced() {
         scratch.path().display()
     );
     let args = ["report", name, "-o", &around, "--force"];
-    refused(&scratch, &args, &around, "is what is read");
+    refused(&scratch, &args, &around, "is an input");
 }
 
 #[test]

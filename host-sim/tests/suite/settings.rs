@@ -64,7 +64,7 @@ fn a_scanner_s_settings_are_got_compared_and_set() {
         "mount-height: 0.4 m -> 0.41 m\n",
         "retries: 2 -> 3\n",
         "3 settings set and read back",
-        "--save keeps",
+        "--save stores",
     ] {
         assert!(printed(&set).contains(words), "{words}: {}", printed(&set));
     }
@@ -178,7 +178,7 @@ fn what_the_scanner_refuses_or_keeps_otherwise_is_named() {
         "retries: scanner holds 2, expected 3\n",
         "settle: scanner holds 5 ms, expected 6 ms\n",
         "mount-height: 0.4 m -> 0.41 m\n",
-        "was not saved",
+        "were not saved",
     ] {
         assert!(printed(&set).contains(words), "{words}: {}", printed(&set));
     }

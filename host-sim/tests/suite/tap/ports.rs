@@ -38,7 +38,7 @@ fn listening(args: &[&str]) -> (Child, BufReader<ChildStderr>) {
     let mut stderr = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
     stderr.read_line(&mut line).unwrap();
-    assert!(line.starts_with("listening"), "{line}");
+    assert!(line.starts_with("receiving"), "{line}");
     (child, stderr)
 }
 
