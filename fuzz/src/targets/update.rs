@@ -16,6 +16,7 @@ use host_sim::update::keys;
 use host_sim::update::package::Package;
 use stairscan_boot::floor::Floor;
 use stairscan_boot::frame::{Decoder, Frame, Kind, MAX_FRAME, encode};
+use stairscan_boot::header::NAME;
 use stairscan_boot::key::PublicKey;
 use stairscan_boot::layout::SLOTS;
 use stairscan_boot::receive::{Effect, Receiver};
@@ -77,7 +78,10 @@ fn first() -> Package {
     let key = keys::development().expect("the repository's key");
     let payload: Vec<u8> = (0..600_u32).map(|k| (k * 7) as u8).collect();
     Package::of(&key, |slot| {
-        (Package::header(&payload, slot, 0, &key), payload.clone())
+        let mut header = Package::header(&payload, slot, 0, &key);
+        // The same bytes from every revision, as the corpus has them.
+        header.name = [0; NAME];
+        (header, payload.clone())
     })
 }
 

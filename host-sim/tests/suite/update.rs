@@ -316,7 +316,7 @@ impl Device {
 fn package(seed: u8, number: u32, change: impl Fn(&mut Header)) -> Package {
     let key = keys::development().unwrap();
     let payload: Vec<u8> = (0..140_000_u32)
-        .map(|k| (k * 31 >> 3) as u8 ^ seed)
+        .map(|k| ((k * 31) >> 3) as u8 ^ seed)
         .collect();
     Package::of(&key, |slot| {
         let mut header = Package::header(&payload, slot, number, &key);
