@@ -93,7 +93,7 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
             "full scale: found {value}, expected a number above 0"
         );
     }
-    let chirps = Chirps::of_array(data, full_scale).with_context(file)?;
+    let chirps = Chirps::of_array(data, full_scale, None).with_context(file)?;
     let base: Option<Value> = match &files.meta {
         Some(text) => {
             let context = || format!("{}.sigmf-meta: no JSON", files.name);

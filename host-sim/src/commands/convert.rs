@@ -8,6 +8,7 @@ use stairscan::config::Config;
 
 use super::{Settings, emit, progress, recordings};
 use crate::convert::keys::Given;
+use crate::convert::npy::Axes;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
 use crate::convert::{self, Source, mcap, npy, suffix};
@@ -41,9 +42,14 @@ pub struct Args {
     /// Take keys that are not given from this recording
     #[arg(long, value_name = "REC")]
     keys_of: Option<PathBuf>,
-    /// Full-scale value of a sample; without it 1.0 for floating point, the format's range for integers
+    /// Full-scale value of a sample, and the zero of unsigned numbers; without it 1.0 for floating point, the
+    /// format's range for integers
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f64>,
+    /// The .npy holds real samples, not I and Q, with these axes in order: frame, chirp, sample, and NAME=ENTRY
+    /// for one entry of another axis: chirp,sample or frame,receiver=0,chirp,sample
+    #[arg(long, value_name = "AXES")]
+    real: Option<Axes>,
     #[command(flatten)]
     given: Given,
     /// Treat every scan of a recording as if it were the first
@@ -149,6 +155,7 @@ fn source(args: &Args, path: &Path) -> Source {
         keys_of: args.keys_of.clone(),
         given: args.given.clone(),
         full_scale: args.full_scale,
+        real: args.real.clone(),
     }
 }
 

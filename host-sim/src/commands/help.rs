@@ -171,6 +171,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "profile recordings/stair_a",
             "profile recordings/stair_a --chirp 140 --plot chirp.png",
+            "profile capture --statistics --frame 8",
         ],
     ),
     (
@@ -180,6 +181,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "convert recordings --table steps -o steps.csv",
             "convert chirps.npy --keys-of recordings/stair_a -o again",
             "convert adc_data.bin --bandwidth-hz 4e9 --carrier-hz 77e9 -o capture",
+            "convert radar.npy --real frame,receiver=0,chirp,sample --full-scale 2048 --bandwidth-hz 5.5e9 -o capture",
         ],
     ),
     ("score", &["score recordings", "score recordings --seeds 5"]),

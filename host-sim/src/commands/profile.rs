@@ -1,13 +1,20 @@
-//! `profile REC`: computes one chirp's range profile, for any FMCW radar's recording.
+//! `profile REC`: computes one chirp's range profile, or statistics over all chirps, for any FMCW radar's
+//! recording.
+
+mod statistics;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
+use num_complex::Complex64;
 use serde_json::{Value, json};
-use stairscan::config::{CfarConfig, MountConfig, to_fixed};
+use stairscan::config::{CfarConfig, MAX_SAMPLES, MountConfig, to_fixed};
+use stairscan::signal::range::packed::Packed;
+use stairscan::signal::range::window::Window;
 use stairscan::signal::range::{Profile, RangeProcessor};
+use statistics::Spectra;
 
 use super::{Format, emit};
 use crate::output::Overwrite;
@@ -30,6 +37,13 @@ pub struct Args {
     /// Draw the profile into this PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// Statistics over all chirps of a radar that stands still: leakage, echoes, noise, phase
+    /// (docs/real-signals.md)
+    #[arg(long, conflicts_with_all = ["chirp", "plot"])]
+    statistics: bool,
+    /// Successive chirps in a frame, during which the scene is taken to be still; without it all are one frame
+    #[arg(long, value_name = "N", requires = "statistics", value_parser = clap::value_parser!(u32).range(2..))]
+    frame: Option<u32>,
     #[command(flatten)]
     overwrite: Overwrite,
     /// Output format
@@ -129,6 +143,34 @@ pub fn strongest(recording: &Recording) -> Result<usize> {
     Ok(best.0)
 }
 
+/// Returns the complex spectra of all chirps by the scanner's own transform, in frames of `frame`.
+fn spectra(recording: &Recording, frame: Option<u32>) -> Result<Spectra> {
+    let radar = setup::radar(recording)?;
+    let mut processor = processor(recording)?;
+    let (mut packed, mut chirps) = ([Packed::ZERO; MAX_SAMPLES], Vec::new());
+    for k in 0..recording.chirps() {
+        let chirp = recording.chirp(k).unwrap_or_default();
+        let unit = f64::from(processor.spectrum(chirp, &mut packed)?);
+        let bins = packed.iter().take(radar.fft_len());
+        let bins = bins.map(|bin| Complex64::new(bin.re().into(), bin.im().into()) * unit);
+        chirps.push(bins.collect());
+    }
+    let mut window = Window::empty();
+    match radar.real {
+        false => window.shape(radar.samples.into(), radar.fft_len()),
+        true => window.shape_real(radar.samples.into(), radar.fft_len()),
+    }
+    let kept = processor.kept();
+    let first = usize::from(kept.first);
+    Ok(Spectra {
+        frame: frame.map_or(recording.chirps(), |n| n as usize),
+        spacing_m: radar.bin_spacing_m().into(),
+        tested: (first, first + usize::from(kept.count)),
+        window: [1, 2].map(|apart| window.correlation(apart).abs().into()),
+        chirps,
+    })
+}
+
 impl RangeProfile {
     /// Returns the profile of chirp `k` as one JSON object.
     pub fn json(&self, chirp: usize) -> Value {
@@ -190,6 +232,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading([&args.recording]);
     args.plot.iter().try_for_each(|file| outputs.check(file))?;
     let recording = Recording::read(&args.recording)?;
+    if args.statistics {
+        let found = spectra(&recording, args.frame)?.statistics();
+        let found =
+            found.with_context(|| format!("{}: expected two chirps in a frame", recording.name))?;
+        emit(&match args.format {
+            Format::Json => format!("{}\n", found.json()),
+            Format::Text => found.text(&recording.name),
+        });
+        return Ok(ExitCode::SUCCESS);
+    }
     let chirp = match args.chirp {
         Some(chirp) => chirp,
         None => strongest(&recording)?,

@@ -7,7 +7,8 @@ use serde_json::Value;
 use stairscan::Iq;
 
 use super::keys::{self, Given};
-use super::{npy, samples, sigmf};
+use super::npy::{self, Axes};
+use super::{samples, sigmf};
 use crate::recording::Recording;
 
 /// Chirps in memory.
@@ -15,24 +16,28 @@ use crate::recording::Recording;
 pub struct Chirps {
     /// Samples, one chirp after another.
     pub(super) samples: Vec<Iq>,
-    /// Complex samples of one chirp.
+    /// Complex samples of one chirp, or pairs of real ones.
     pub(super) samples_per_chirp: usize,
+    /// Whether the samples are real, in pairs.
+    pub(super) real: bool,
     /// Metadata of the source; null of an array.
     pub(super) metadata: Value,
 }
 
 impl Chirps {
-    /// Reads the chirps of a `.npy` file. `full_scale` is the full scale of floating-point numbers,
-    /// 1.0 by default.
+    /// Reads the chirps of a `.npy` file, of complex samples or, with the array's axes, of real ones.
+    /// `full_scale` is the number at full scale, by default 1.0 or the converter's range; unsigned numbers
+    /// have their zero there.
     ///
     /// # Errors
     /// Names the header's key, the length or the sample, and the expected value.
-    pub fn of_array(file: &[u8], full_scale: Option<f64>) -> Result<Self> {
-        let array = npy::read(file)?;
+    pub fn of_array(file: &[u8], full_scale: Option<f64>, real: Option<&Axes>) -> Result<Self> {
+        let array = npy::read(file, real)?;
         let ns = array.samples_per_chirp;
         Ok(Self {
             samples: samples::decode(&array.bytes, array.format, full_scale, ns)?,
             samples_per_chirp: ns,
+            real: real.is_some(),
             metadata: Value::Null,
         })
     }
@@ -64,6 +69,7 @@ impl Chirps {
         Ok(Self {
             samples: samples::decode(data, format, full_scale, ns)?,
             samples_per_chirp: ns,
+            real: false,
             metadata,
         })
     }
@@ -85,8 +91,10 @@ impl Chirps {
         base: Option<&Value>,
         angles: Option<&[f64]>,
     ) -> Result<Recording> {
-        let size = (self.count(), self.samples_per_chirp);
-        let document = given.document(base.unwrap_or(&self.metadata), size, angles)?;
+        let values = self.samples_per_chirp * (1 + usize::from(self.real));
+        let size = (self.count(), values);
+        let base = base.unwrap_or(&self.metadata);
+        let document = given.document(base, size, self.real, angles)?;
         Recording::of(name, &document, self.samples)
     }
 }

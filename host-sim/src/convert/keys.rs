@@ -9,7 +9,11 @@ pub struct Given {
     /// Swept bandwidth, Hz (stairscan:bandwidth_hz); the paper's radar: 10e9
     #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
     pub bandwidth_hz: Option<f64>,
+<<<<<<< HEAD
     /// Complex samples of one chirp (stairscan:samples_per_chirp), if the input does not contain it
+=======
+    /// Samples of one chirp (stairscan:samples_per_chirp), where the input does not say
+>>>>>>> real
     #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
     pub samples_per_chirp: Option<usize>,
     /// Rate of the converter, Hz (core:sample_rate)
@@ -76,7 +80,7 @@ impl Given {
         !self.global().is_empty() || self.carrier_hz.is_some() || self.samples_per_chirp.is_some()
     }
 
-    /// Returns the metadata of a recording of `chirps` chirps of `samples` samples: those of
+    /// Returns the metadata of a recording of `chirps` chirps of `samples` samples, complex or real: those of
     /// `base`, with the given keys and angles replacing its own.
     ///
     /// # Errors
@@ -85,10 +89,12 @@ impl Given {
         &self,
         base: &Value,
         (chirps, samples): (usize, usize),
+        real: bool,
         angles: Option<&[f64]>,
     ) -> Result<Value> {
         let mut global = base["global"].as_object().cloned().unwrap_or_default();
-        global.insert("core:datatype".into(), json!("ci16_le"));
+        let datatype = if real { "ri16_le" } else { "ci16_le" };
+        global.insert("core:datatype".into(), json!(datatype));
         global.insert("core:version".into(), json!("1.2.0"));
         global.insert(SAMPLES.into(), json!(samples));
         // These keys belong to the original file.
@@ -167,13 +173,13 @@ mod tests {
     #[test]
     fn what_is_missing_is_named_with_its_flag() {
         let error = Given::default()
-            .document(&Value::Null, (2, 16), None)
+            .document(&Value::Null, (2, 16), false, None)
             .unwrap_err();
         let message = error.to_string();
         assert_eq!(message, "missing: stairscan:bandwidth_hz (--bandwidth-hz)");
         let angles = [0.0, 1.0];
         let error = given()
-            .document(&Value::Null, (2, 16), Some(&angles))
+            .document(&Value::Null, (2, 16), false, Some(&angles))
             .unwrap_err();
         let message = error.to_string();
         assert!(
@@ -186,8 +192,13 @@ mod tests {
             mount_height_m: Some(0.4),
             ..given()
         };
+<<<<<<< HEAD
         let message = height
             .document(&Value::Null, (2, 16), None)
+=======
+        let told = height
+            .document(&Value::Null, (2, 16), false, None)
+>>>>>>> real
             .unwrap_err()
             .to_string();
         assert!(
@@ -202,7 +213,7 @@ mod tests {
             "global": {"core:datatype": "cf32_le", "core:sha512": "…", "stairscan:bandwidth_hz": 1.0, "x:y": 1},
             "captures": [{"core:frequency": 77e9, "stairscan:time_s": 0.0}],
         });
-        let document = given().document(&base, (2, 16), None).unwrap();
+        let document = given().document(&base, (2, 16), false, None).unwrap();
         let global = &document["global"];
         assert_eq!(global["core:datatype"], "ci16_le");
         assert_eq!(global["stairscan:bandwidth_hz"], 10e9);

@@ -3,7 +3,9 @@
 //! The header is a Python dictionary with three keys of fixed form. It is parsed here, because
 //! crates that parse any Python literal are much larger.
 
-use anyhow::{Context, Result, bail, ensure};
+use std::str::FromStr;
+
+use anyhow::{Context, Error, Result, bail, ensure};
 
 use super::samples::{Format, Number};
 use crate::recording::Recording;
@@ -19,10 +21,94 @@ const ALIGNMENT: usize = 64;
 pub struct Array {
     /// Format of its numbers.
     pub format: Format,
-    /// Complex samples of one chirp.
+    /// Complex samples of one chirp, or pairs of real ones.
     pub samples_per_chirp: usize,
     /// The numbers, I before Q, sample after sample, chirp after chirp.
     pub bytes: Vec<u8>,
+}
+
+/// One axis of an array of real samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Axis {
+    /// Every entry is taken.
+    Whole,
+    /// Only this entry is taken, such as one receiver.
+    One(usize),
+}
+
+/// Axes of an array of real samples, before the last one, which is that of a chirp's samples.
+///
+/// ```
+/// # use host_sim::convert::npy::Axes;
+/// assert!("chirp,sample".parse::<Axes>().is_ok());
+/// assert!("frame,receiver=0,chirp,sample".parse::<Axes>().is_ok());
+/// assert!("sample,chirp".parse::<Axes>().is_err());
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Axes(Vec<Axis>);
+
+impl FromStr for Axes {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let mut names: Vec<&str> = text.split(',').map(str::trim).collect();
+        ensure!(
+            names.pop() == Some("sample") && !names.contains(&"sample"),
+            "{text}: expected the axes in their order, `sample` last: chirp,sample or \
+             frame,receiver=0,chirp,sample"
+        );
+        let axis = |name: &str| match name.split_once('=') {
+            Some((_, entry)) => entry.parse().map(Axis::One).ok(),
+            None => matches!(name, "frame" | "chirp").then_some(Axis::Whole),
+        };
+        let axes = names.into_iter().map(|name| {
+            axis(name).with_context(|| {
+                format!("{name}: expected frame, chirp, or NAME=ENTRY to take one entry")
+            })
+        });
+        axes.collect::<Result<_>>().map(Self)
+    }
+}
+
+impl Axes {
+    /// Returns the chirps of `bytes`, numbers of `item` bytes in an array of this shape.
+    fn chirps(&self, bytes: &[u8], shape: &[usize], item: usize) -> Result<(usize, Vec<u8>)> {
+        let Some((&samples, outer)) = shape.split_last() else {
+            bail!("shape (): a single number, expected an array");
+        };
+        ensure!(
+            outer.len() == self.0.len(),
+            "shape {shape:?}: {} axes, --real names {}",
+            shape.len(),
+            1 + self.0.len()
+        );
+        for (axis, count) in self.0.iter().zip(outer) {
+            if let Axis::One(entry) = axis {
+                ensure!(
+                    entry < count,
+                    "shape {shape:?}: entry {entry} of an axis of {count}, counted from 0"
+                );
+            }
+        }
+        ensure!(
+            samples.is_multiple_of(2),
+            "shape {shape:?}: {samples} real samples in a chirp, expected an even number"
+        );
+        let taken = |k: usize| {
+            let mut rest = k;
+            let axes = self.0.iter().zip(outer).rev();
+            axes.into_iter().all(|(axis, &count)| {
+                let place = rest % count;
+                rest /= count;
+                matches!(axis, Axis::Whole) || *axis == Axis::One(place)
+            })
+        };
+        let chirps = bytes.chunks_exact(item * samples).enumerate();
+        let chirps = chirps
+            .filter(|(k, _)| taken(*k))
+            .flat_map(|(_, chirp)| chirp);
+        Ok((samples / 2, chirps.copied().collect()))
+    }
 }
 
 /// The header's three keys.
@@ -169,16 +255,24 @@ impl<'a> Header<'a> {
     }
 }
 
-/// Returns the array of a file.
+/// Returns the array of a file, of complex samples or, with `real`, of real ones.
 ///
 /// # Errors
 /// Names the header's key or the length, and the expected value.
-pub fn read(file: &[u8]) -> Result<Array> {
+pub fn read(file: &[u8], real: Option<&Axes>) -> Result<Array> {
     ensure!(!file.is_empty(), "empty: expected an array of numpy");
     let (header, data) = split(file)?;
     let header = Header::parse(header)?;
     let (format, complex) = header.format()?;
-    let samples_per_chirp = header.samples_per_chirp(complex)?;
+    let mut samples_per_chirp = 0;
+    match real {
+        None => samples_per_chirp = header.samples_per_chirp(complex)?,
+        Some(_) => ensure!(
+            !complex,
+            "descr '{}': complex numbers, --real expects real ones",
+            header.descr
+        ),
+    }
     let item = format.bytes * if complex { 2 } else { 1 };
     let length = (header.shape.iter()).try_fold(item, |length, n| length.checked_mul(*n));
     ensure!(
@@ -193,10 +287,13 @@ pub fn read(file: &[u8]) -> Result<Array> {
         length.map_or("more than there can be".to_owned(), |n| n.to_string()),
         header.shape
     );
-    let bytes = match header.fortran_order {
+    let mut bytes = match header.fortran_order {
         false => data.to_vec(),
         true => in_rows(data, &header.shape, item),
     };
+    if let Some(axes) = real {
+        (samples_per_chirp, bytes) = axes.chirps(&bytes, &header.shape, item)?;
+    }
     Ok(Array {
         format,
         samples_per_chirp,
@@ -279,7 +376,7 @@ mod tests {
     }
 
     fn refused(header: &str, data: &[u8], words: &str) {
-        let error = read(&file(header, data)).unwrap_err().to_string();
+        let error = read(&file(header, data), None).unwrap_err().to_string();
         assert!(error.contains(words), "{error:?} does not say {words:?}");
     }
 
@@ -288,8 +385,8 @@ mod tests {
         // (2, 2, 2): chirp, sample, I or Q.
         let header =
             |order| format!("{{'descr': '|i1', 'fortran_order': {order}, 'shape': (2, 2, 2)}}");
-        let rows = read(&file(&header("False"), &[0, 1, 2, 3, 4, 5, 6, 7])).unwrap();
-        let columns = read(&file(&header("True"), &[0, 4, 2, 6, 1, 5, 3, 7])).unwrap();
+        let rows = read(&file(&header("False"), &[0, 1, 2, 3, 4, 5, 6, 7]), None).unwrap();
+        let columns = read(&file(&header("True"), &[0, 4, 2, 6, 1, 5, 3, 7]), None).unwrap();
         assert_eq!(rows.bytes, columns.bytes);
         assert_eq!(rows.samples_per_chirp, 2);
     }
@@ -297,14 +394,60 @@ mod tests {
     #[test]
     fn interleaved_and_complex() {
         let flat = "{'shape': (1, 4), 'descr': \">u2\", 'fortran_order': False}";
-        let array = read(&file(flat, &[0; 8])).unwrap();
+        let array = read(&file(flat, &[0; 8]), None).unwrap();
         assert_eq!(
             (array.samples_per_chirp, array.format.big_endian),
             (2, true)
         );
         let complex = "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2), }";
-        let array = read(&file(complex, &[0; 16])).unwrap();
+        let array = read(&file(complex, &[0; 16]), None).unwrap();
         assert_eq!((array.samples_per_chirp, array.format.bytes), (2, 4));
+    }
+
+    /// Frames, receivers, chirps, samples: the second receiver of a cube as numpy stores it, in either order.
+    #[test]
+    fn one_receiver_of_real_samples_is_taken() {
+        let shape = [2, 3, 2, 4];
+        let header =
+            |order| format!("{{'descr': '|u1', 'fortran_order': {order}, 'shape': (2, 3, 2, 4)}}");
+        let cube: Vec<u8> = (0..48).collect();
+        let axes: Axes = "frame, receiver=1, chirp, sample".parse().unwrap();
+        let rows = read(&file(&header("False"), &cube), Some(&axes)).unwrap();
+        assert_eq!(rows.samples_per_chirp, 2);
+        let expected: Vec<u8> = (8..16).chain(32..40).collect();
+        assert_eq!(rows.bytes, expected);
+        // Transposed twice it is the same again.
+        let mut columns = vec![0; 48];
+        for (k, at) in in_rows(&cube, &shape, 1).into_iter().enumerate() {
+            columns[usize::from(at)] = k as u8;
+        }
+        let columns = read(&file(&header("True"), &columns), Some(&axes)).unwrap();
+        assert_eq!(columns.bytes, expected);
+        for (axes, words) in [
+            ("chirp,sample", "4 axes, --real names 2"),
+            ("frame,receiver=3,chirp,sample", "entry 3 of an axis of 3"),
+        ] {
+            let axes: Axes = axes.parse().unwrap();
+            let error = read(&file(&header("False"), &cube), Some(&axes)).unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+        }
+        let flat = |descr: &str, samples: usize| {
+            format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (1, {samples})}}")
+        };
+        let axes: Axes = "chirp,sample".parse().unwrap();
+        let error = read(&file(&flat("|i1", 3), &[0; 3]), Some(&axes)).unwrap_err();
+        assert!(error.to_string().contains("3 real samples"), "{error}");
+        let error = read(&file(&flat("<c8", 2), &[0; 16]), Some(&axes)).unwrap_err();
+        assert!(error.to_string().contains("complex numbers"), "{error}");
+        for wrong in [
+            "",
+            "sample,chirp",
+            "sample,sample",
+            "receiver,sample",
+            "x=-1,sample",
+        ] {
+            assert!(wrong.parse::<Axes>().is_err(), "{wrong}");
+        }
     }
 
     #[test]
@@ -329,7 +472,7 @@ mod tests {
         refused("{'descr': '<c8'}", &[], "fortran_order is missing");
         refused("", &[], "expected \"{\"");
         assert!(
-            read(b"PK\x03\x04")
+            read(b"PK\x03\x04", None)
                 .unwrap_err()
                 .to_string()
                 .contains("numpy")
@@ -339,13 +482,15 @@ mod tests {
     proptest! {
         #[test]
         fn no_bytes_bring_it_down(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-            let _ = read(&bytes);
-            let _ = read(&[MAGIC, &bytes[..]].concat());
+            let _ = read(&bytes, None);
+            let _ = read(&[MAGIC, &bytes[..]].concat(), None);
         }
 
         #[test]
         fn nor_any_header(header in "[{}()\\[\\]':,a-z0-9 <>|]{0,80}") {
-            let _ = read(&file(&header, &[0; 8]));
+            let _ = read(&file(&header, &[0; 8]), None);
+            let axes = "chirp,sample".parse().unwrap();
+            let _ = read(&file(&header, &[0; 8]), Some(&axes));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Conversion of numbers of any format to the 16 bits of a recording.
 //!
 //! A value at the format's full scale becomes 32768. The full scale of integers is the converter's
-//! range (8 bits become the upper 8 of 16), that of floating point ±1.0 or the caller's value.
+//! range (8 bits become the upper 8 of 16), that of floating point ±1.0; the caller may name another one.
 //! Values are rounded to the nearest, ties to even. +32768 itself, which does not fit 16 bits,
 //! becomes 32767. Values further out are rejected, because clipped samples differ from the measured
 //! ones.
@@ -56,8 +56,8 @@ impl Format {
         }
     }
 
-    /// Returns the value of one number, with zero in the middle.
-    fn value(self, bytes: &[u8]) -> f64 {
+    /// Returns the value of one number, with zero in the middle of twice the full scale if it is unsigned.
+    fn value(self, bytes: &[u8], full_scale: f64) -> f64 {
         let mut raw = [0; 8];
         for (to, from) in raw.iter_mut().zip(bytes) {
             *to = *from;
@@ -71,7 +71,7 @@ impl Format {
         match (self.number, self.bytes) {
             (Number::Float, 4) => f32::from_bits(bits as u32).into(),
             (Number::Float, _) => f64::from_bits(bits),
-            (Number::Unsigned, _) => bits as f64 - self.full_scale(),
+            (Number::Unsigned, _) => bits as f64 - full_scale,
             (Number::Signed, _) => {
                 let unused = 64 - 8 * self.bytes as u32;
                 ((bits << unused) as i64 >> unused) as f64
@@ -89,7 +89,8 @@ pub fn scaled(value: f64, full_scale: f64) -> Option<i16> {
     inside.then_some(scaled.min(FULL - 1.0) as i16)
 }
 
-/// Returns the complex samples in `bytes`, I before Q, of chirps of `samples_per_chirp`.
+/// Returns the complex samples in `bytes`, I before Q, or the pairs of real ones, of chirps of
+/// `samples_per_chirp`.
 ///
 /// # Errors
 /// Names chirp and sample of a value that is not a number or beyond full scale.
@@ -101,7 +102,7 @@ pub fn decode(
 ) -> Result<Vec<Iq>> {
     let full_scale = full_scale.unwrap_or(format.full_scale());
     let one = |k: usize, part: &[u8], name: char| {
-        let value = format.value(part);
+        let value = format.value(part, full_scale);
         let Some(number) = scaled(value, full_scale) else {
             let (chirp, sample) = (k / samples_per_chirp.max(1), k % samples_per_chirp.max(1));
             bail!(

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use super::chirps::{Chirps, suffix};
 use super::keys::Given;
+use super::npy::Axes;
 use super::{angles, dca1000, sigmf};
 use crate::recording::{self, DATA_SUFFIX, Recording};
 
@@ -27,6 +28,8 @@ pub struct Source {
     pub given: Given,
     /// The value that counts as full scale.
     pub full_scale: Option<f64>,
+    /// Axes of an array of real samples.
+    pub real: Option<Axes>,
 }
 
 /// Reads a whole file.
@@ -64,6 +67,11 @@ impl Source {
                 "--full-scale: {scale}: expected a number above 0"
             );
         }
+        ensure!(
+            self.real.is_none() || suffix(&self.path) == "npy",
+            "{}: --real names the axes of an array: expected .npy",
+            self.path.display()
+        );
         if self.is_recording()? {
             return Recording::read(&self.path);
         }
@@ -94,7 +102,10 @@ impl Source {
     fn chirps(&self) -> Result<Chirps> {
         let file = || format!("{}", self.path.display());
         let chirps = match suffix(&self.path) {
-            "npy" => Chirps::of_array(&bytes(&self.path)?, self.full_scale).with_context(file)?,
+            "npy" => {
+                let (file_bytes, real) = (bytes(&self.path)?, self.real.as_ref());
+                Chirps::of_array(&file_bytes, self.full_scale, real).with_context(file)?
+            }
             "bin" => self.capture()?,
             _ => {
                 let metadata = sigmf::metadata(&self.path)?;
@@ -105,13 +116,21 @@ impl Source {
             }
         };
         if let Some(given) = self.given.samples_per_chirp {
+            let (kind, found) = match chirps.real {
+                false => ("complex", chirps.samples_per_chirp),
+                true => ("real", 2 * chirps.samples_per_chirp),
+            };
             ensure!(
+<<<<<<< HEAD
                 given == chirps.samples_per_chirp,
                 "{}: {} complex samples in a chirp, --samples-per-chirp is {given}{}",
+=======
+                given == found,
+                "{}: {found} {kind} samples in a chirp, --samples-per-chirp says {given}{}",
+>>>>>>> real
                 self.path.display(),
-                chirps.samples_per_chirp,
-                if given == 2 * chirps.samples_per_chirp {
-                    ": real samples are refused"
+                if given == 2 * found {
+                    ": --real AXES takes real samples"
                 } else {
                     ""
                 }
@@ -134,6 +153,7 @@ impl Source {
         Ok(Chirps {
             samples: samples.with_context(|| format!("{}", self.path.display()))?,
             samples_per_chirp: setup.samples_per_chirp,
+            real: false,
             metadata: Value::Null,
         })
     }

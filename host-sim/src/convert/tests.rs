@@ -60,6 +60,68 @@ fn arrays_come_back_bit_for_bit() {
     }
 }
 
+/// Real samples of a 12-bit converter, as frames of two receivers: the first of two chirps holds a tone of 7
+/// cycles, which beats in bin 7 of the range profile.
+#[test]
+fn an_array_of_real_samples_is_a_recording_of_real_samples() {
+    let scratch = Scratch::new("real");
+    let code = |frame: u16, receiver: u16, n: u16| -> u16 {
+        let turn = std::f64::consts::TAU * 7.0 * f64::from(n) / 64.0;
+        let level = f64::from(1000 * receiver - 400 * receiver * frame);
+        (2048.0 + level * turn.cos()).round() as u16
+    };
+    let places = (0..2).flat_map(|frame| (0..2).map(move |receiver| (frame, receiver)));
+    let places = places.flat_map(|(frame, receiver)| (0..64).map(move |n| (frame, receiver, n)));
+    let codes = places.map(|(frame, receiver, n)| code(frame, receiver, n));
+    let header = "{'descr': '<u2', 'fortran_order': False, 'shape': (2, 2, 1, 64), }";
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((header.len() as u16).to_le_bytes());
+    file.extend(header.bytes().chain(codes.flat_map(u16::to_le_bytes)));
+    let source = Source {
+        path: scratch.put("radar.npy", &file),
+        real: Some("frame,receiver=1,chirp,sample".parse().unwrap()),
+        full_scale: Some(2048.0),
+        given: Given {
+            bandwidth_hz: Some(5.5e9),
+            samples_per_chirp: Some(64),
+            ..Given::default()
+        },
+        ..Source::default()
+    };
+    let made = source.read("radar").unwrap();
+    assert_eq!((made.chirps(), made.meta.file_samples()), (2, 64));
+    assert!(made.meta.real);
+    let first = made.samples.first().unwrap();
+    assert_eq!(first.i, 16 * 1000);
+    let written = scratch.put("made.sigmf-meta", made.metadata_text().unwrap().as_bytes());
+    scratch.put("made.sigmf-data", &made.sample_bytes());
+    let back = Recording::read(&written).unwrap();
+    assert_eq!(back.samples, made.samples);
+    let profile = crate::commands::profile::profile(&back, 0).unwrap();
+    let strongest = profile.power_db.iter().enumerate();
+    let strongest = strongest.max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
+    assert_eq!(strongest.0, 7);
+    // 20 lg (1000 / 2048).
+    assert!((strongest.1 + 6.2).abs() < 0.2, "{strongest:?}");
+    for (real, words) in [
+        (None, "shape [2, 2, 1, 64]"),
+        (Some("chirp,sample"), "4 axes, --real names 2"),
+    ] {
+        let wrong = Source {
+            real: real.map(|axes| axes.parse().unwrap()),
+            ..source.clone()
+        };
+        let error = format!("{:#}", wrong.read("x").unwrap_err());
+        assert!(error.contains(words), "{error}");
+    }
+    let recording = Source {
+        path: repository("stair_a"),
+        ..source
+    };
+    let error = format!("{:#}", recording.read("x").unwrap_err());
+    assert!(error.contains("expected .npy"), "{error}");
+}
+
 #[test]
 fn keys_given_one_by_one_make_the_same_scan() {
     let scratch = Scratch::new("flags");

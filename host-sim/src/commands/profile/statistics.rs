@@ -1,0 +1,485 @@
+//! Statistics of range profiles over the chirps of a recording: leakage, echoes, noise, phase.
+//!
+//! Input are the complex spectra of all chirps, in frames of successive chirps during which the scene is
+//! taken to be still. Noise is half the power of the difference of two successive chirps of a frame, so that
+//! echoes cancel. Of each selected bin the phase is followed within frames and from frame to frame.
+
+use std::f64::consts::LN_2;
+use std::fmt::Write as _;
+
+use num_complex::Complex64;
+use serde_json::{Value, json};
+
+/// Power of a bin over its noise up to which it holds no echo: 2 dB.
+const EMPTY: f64 = 1.6;
+/// Power over the noise down to which the leakage reaches, and from which the phase of a coherent echo is
+/// followed: 10 dB.
+const FOLLOWED: f64 = 10.0;
+/// Multiple of the mean that exponentially distributed power exceeds in one of a hundred cases: ln 100.
+const HUNDREDTH: f64 = 4.605;
+/// Number of bins next to the leakage whose noise is compared.
+const NEAR_BINS: usize = 4;
+/// Variance of the second difference of white noise relative to its own: 1 + 4 + 1.
+const SECOND_DIFFERENCE: f64 = 6.0;
+
+/// Complex spectra of a recording's chirps.
+#[derive(Clone, Debug)]
+pub struct Spectra {
+    /// Spectrum of each chirp, 1 for a tone at full scale; all have the same number of bins.
+    pub chirps: Vec<Vec<Complex64>>,
+    /// Chirps in a frame, at least 2.
+    pub frame: usize,
+    /// Range difference between bins, metres.
+    pub spacing_m: f64,
+    /// First bin beyond the leakage, and the first one behind those that are tested.
+    pub tested: (usize, usize),
+    /// Correlation of white noise in bins 1 and 2 apart, by the window.
+    pub window: [f64; 2],
+}
+
+/// Noise of the bins without echoes.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// Number of bins without echoes.
+    pub bins: usize,
+    /// Range of the first and the last of them, metres.
+    pub range_m: [f64; 2],
+    /// Power of a bin, dB of full scale.
+    pub power_db: f64,
+    /// Mean power over median power.
+    pub mean_over_median: f64,
+    /// Share of the powers that exceed 4.6 times their mean.
+    pub above: f64,
+    /// Magnitude of the correlation of bins 1 and 2 apart.
+    pub correlation: [f64; 2],
+    /// Correlation of successive chirps of a frame.
+    pub chirps: f64,
+}
+
+/// Level and phase of one bin.
+#[derive(Clone, Debug)]
+pub struct Echo {
+    /// Name of the row.
+    pub name: &'static str,
+    /// Range, interpolated between bins, metres.
+    pub range_m: f64,
+    /// Mean power, dB of full scale.
+    pub power_db: f64,
+    /// Mean power over the noise of bins without echoes, dB.
+    pub over_noise_db: f64,
+    /// Noise of this bin over that of bins without echoes, dB.
+    pub noise_db: f64,
+    /// Standard deviation of the phase from chirp to chirp, without steady motion, radians.
+    pub phase_rad: f64,
+    /// The same as the noise of bins without echoes causes it, radians.
+    pub phase_of_noise_rad: f64,
+    /// Change of the phase from frame to frame, rms, radians.
+    pub frames_rad: Option<f64>,
+    /// Change of the level from frame to frame, rms, dB.
+    pub level_db: Option<f64>,
+}
+
+/// Statistics of a recording.
+#[derive(Clone, Debug)]
+pub struct Statistics {
+    /// Chirps in whole frames.
+    pub chirps: usize,
+    /// Chirps in a frame.
+    pub frame: usize,
+    /// Noise; `None` if every bin holds an echo.
+    pub noise: Option<Noise>,
+    /// Leakage, strongest echo and steadiest echo.
+    pub echoes: Vec<Echo>,
+    /// Range of the first bin behind the leakage that is less than 10 dB over the noise, metres.
+    pub leakage_end_m: Option<f64>,
+    /// Noise of the first tested bins over that of bins without echoes, dB.
+    pub near_noise_db: f64,
+    /// Correlation of white noise in bins 1 and 2 apart, by the window.
+    window: [f64; 2],
+}
+
+fn decibels(power: f64) -> f64 {
+    10.0 * power.log10()
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += value;
+        count += 1.0;
+    }
+    sum / count
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    let (_, median, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    *median
+}
+
+impl Spectra {
+    fn bins(&self) -> usize {
+        self.chirps.first().map_or(0, Vec::len)
+    }
+
+    fn frames(&self) -> impl Iterator<Item = &[Vec<Complex64>]> {
+        self.chirps.chunks_exact(self.frame)
+    }
+
+    /// Returns the difference of each pair of successive chirps in `bin`, with the power of one chirp's noise.
+    fn differences(&self, bin: usize) -> Vec<Complex64> {
+        let pairs = self.frames().flat_map(|frame| frame.as_chunks::<2>().0);
+        pairs
+            .map(|[a, b]| (b[bin] - a[bin]) / 2f64.sqrt())
+            .collect()
+    }
+
+    /// Returns the mean of all chirps in `bin`.
+    fn coherent(&self, bin: usize) -> Complex64 {
+        let sum: Complex64 = self.chirps.iter().map(|chirp| chirp[bin]).sum();
+        sum / self.chirps.len() as f64
+    }
+
+    /// Returns the noise's power of each bin: of exponentially distributed power the median is ln 2 of the mean,
+    /// and single jumps do not count.
+    fn noise(&self) -> Vec<f64> {
+        let power = |bin| {
+            self.differences(bin)
+                .iter()
+                .map(Complex64::norm_sqr)
+                .collect()
+        };
+        (0..self.bins())
+            .map(|bin| median(power(bin)) / LN_2)
+            .collect()
+    }
+
+    /// Returns the statistics; `None` without two chirps in a frame, or two bins to test.
+    pub fn statistics(&self) -> Option<Statistics> {
+        let (first, end) = self.tested;
+        let whole = self.frames().count() * self.frame;
+        if self.frame < 2 || whole == 0 || first + 2 > end || end > self.bins() {
+            return None;
+        }
+        let noise = self.noise();
+        let power = |bin: usize| mean(self.chirps.iter().map(|chirp| chirp[bin].norm_sqr()));
+        let power: Vec<f64> = (0..self.bins()).map(power).collect();
+        let coherent = |bin: usize| self.coherent(bin).norm_sqr();
+        let coherent: Vec<f64> = (0..self.bins()).map(coherent).collect();
+        let empty = (first..self.bins()).filter(|&bin| power[bin] < EMPTY * noise[bin]);
+        let empty: Vec<usize> = empty.collect();
+        let floor = match empty.len() {
+            0 => median(noise[first..end].to_vec()),
+            _ => mean(empty.iter().map(|&bin| noise[bin])),
+        };
+        let peak = |levels: &[f64], bin: usize| {
+            levels[bin - 1] < levels[bin] && levels[bin] >= levels[bin + 1]
+        };
+        let inside = first.max(1)..end.min(self.bins() - 1);
+        let strongest = inside.clone().filter(|&bin| peak(&power, bin));
+        let strongest = strongest.max_by(|&a, &b| power[a].total_cmp(&power[b]));
+        let steady =
+            |bin: usize| coherent[bin] / (power[bin] - coherent[bin]).max(f64::MIN_POSITIVE);
+        let steadiest =
+            inside.filter(|&bin| peak(&coherent, bin) && coherent[bin] > FOLLOWED * floor);
+        let steadiest = steadiest.max_by(|&a, &b| steady(a).total_cmp(&steady(b)));
+        let leakage = (1..first).max_by(|&a, &b| power[a].total_cmp(&power[b]));
+        let end_of_leakage =
+            leakage.and_then(|peak| (peak..end).find(|&bin| power[bin] < FOLLOWED * floor));
+        let near = first..end.min(first + NEAR_BINS);
+        let rows = [
+            ("leakage", leakage, &power),
+            ("strongest echo", strongest, &power),
+            ("steadiest echo", steadiest, &coherent),
+        ];
+        let echoes = rows.into_iter().filter_map(|(name, bin, levels)| {
+            let bin = bin?;
+            Some(Echo {
+                name,
+                range_m: self.spacing_m * interpolated(levels, bin),
+                power_db: decibels(power[bin]),
+                over_noise_db: decibels(power[bin] / floor),
+                noise_db: decibels(noise[bin] / floor),
+                phase_of_noise_rad: (floor / (2.0 * power[bin])).sqrt(),
+                ..self.phase(name, bin)
+            })
+        });
+        Some(Statistics {
+            chirps: whole,
+            frame: self.frame,
+            echoes: echoes.collect(),
+            leakage_end_m: end_of_leakage.map(|bin| self.spacing_m * bin as f64),
+            near_noise_db: decibels(mean(noise[near].iter().copied()) / floor),
+            noise: (!empty.is_empty()).then(|| self.noise_of(&empty, floor)),
+            window: self.window,
+        })
+    }
+
+    fn noise_of(&self, empty: &[usize], floor: f64) -> Noise {
+        let differences = |bin: usize| self.differences(bin);
+        let mut relative = Vec::new();
+        let (mut along, mut own) = (0.0, 0.0);
+        for &bin in empty {
+            let powers: Vec<f64> = differences(bin).iter().map(Complex64::norm_sqr).collect();
+            let centre = mean(powers.iter().copied());
+            relative.extend(powers.iter().map(|p| p / centre));
+            let still = self.coherent(bin);
+            for pair in self.frames().flat_map(|frame| frame.windows(2)) {
+                let [a, b] = [0, 1].map(|k| pair[k][bin] - still);
+                along += (b * a.conj()).re;
+                own += 0.5 * (a.norm_sqr() + b.norm_sqr());
+            }
+        }
+        let correlation = |apart: usize| {
+            let pairs = empty.iter().filter(|&&bin| empty.contains(&(bin + apart)));
+            let (mut cross, mut powers) = (Complex64::ZERO, 0.0);
+            for &bin in pairs {
+                for (a, b) in differences(bin).into_iter().zip(differences(bin + apart)) {
+                    cross += b * a.conj();
+                    powers += 0.5 * (a.norm_sqr() + b.norm_sqr());
+                }
+            }
+            cross.norm_sqr().sqrt() / powers
+        };
+        let ends = [empty.first(), empty.last()];
+        Noise {
+            bins: empty.len(),
+            range_m: ends.map(|bin| bin.map_or(0.0, |&bin| self.spacing_m * bin as f64)),
+            power_db: decibels(floor),
+            mean_over_median: mean(relative.iter().copied()) / median(relative.clone()),
+            above: mean(relative.iter().map(|&r| f64::from(u8::from(r > HUNDREDTH)))),
+            correlation: [1, 2].map(correlation),
+            chirps: along / own,
+        }
+    }
+
+    /// Returns the phase and the level of `bin` over time; the other fields are to be set.
+    fn phase(&self, name: &'static str, bin: usize) -> Echo {
+        let angle = |z: Complex64| z.im.atan2(z.re);
+        let turn = |a: Complex64, b: Complex64| angle(b * a.conj());
+        let triples = self.frames().flat_map(|frame| frame.windows(2 + 1));
+        let bends = triples.map(|t| {
+            let middle = t[1][bin].conj();
+            angle(t[2][bin] * t[0][bin] * middle * middle)
+        });
+        let bends: Vec<f64> = bends.collect();
+        let sums = self
+            .frames()
+            .map(|frame| frame.iter().map(|chirp| chirp[bin]).sum());
+        let sums: Vec<Complex64> = sums.collect();
+        let several = sums.len() > 1;
+        let changes = sums.windows(2).map(|pair| turn(pair[0], pair[1]).powi(2));
+        let steps = sums.windows(2).map(|pair| {
+            let ratio = pair[1].norm_sqr() / pair[0].norm_sqr().max(f64::MIN_POSITIVE);
+            decibels(ratio.max(f64::MIN_POSITIVE)).powi(2)
+        });
+        Echo {
+            name,
+            range_m: 0.0,
+            power_db: 0.0,
+            over_noise_db: 0.0,
+            noise_db: 0.0,
+            phase_rad: (mean(bends.iter().map(|b| b * b)) / SECOND_DIFFERENCE).sqrt(),
+            phase_of_noise_rad: 0.0,
+            frames_rad: several.then(|| mean(changes).sqrt()),
+            level_db: several.then(|| mean(steps).sqrt()),
+        }
+    }
+}
+
+/// Returns the place of the maximum at `bin`, in bins: a parabola through three levels in decibels.
+fn interpolated(levels: &[f64], bin: usize) -> f64 {
+    let level = |bin: usize| levels.get(bin).map(|&p| decibels(p));
+    let around = (level(bin.wrapping_sub(1)), level(bin), level(bin + 1));
+    let (Some(left), Some(peak), Some(right)) = around else {
+        return bin as f64;
+    };
+    let shift = 0.5 * (left - right) / (left - 2.0 * peak + right);
+    // At the end of the bins beyond the leakage the level may rise further.
+    bin as f64 + if shift.abs() < 1.0 { shift } else { 0.0 }
+}
+
+impl Statistics {
+    /// Returns the statistics as one JSON object.
+    pub fn json(&self) -> Value {
+        let echo = |echo: &Echo| {
+            json!({
+                "name": echo.name, "range_m": echo.range_m, "power_db": echo.power_db,
+                "over_noise_db": echo.over_noise_db, "noise_db": echo.noise_db,
+                "phase_rad": echo.phase_rad, "phase_of_noise_rad": echo.phase_of_noise_rad,
+                "frames_rad": echo.frames_rad, "level_db": echo.level_db,
+            })
+        };
+        let noise = self.noise.as_ref().map(|noise| {
+            json!({
+                "bins": noise.bins, "range_m": noise.range_m, "power_db": noise.power_db,
+                "mean_over_median": noise.mean_over_median, "above": noise.above,
+                "correlation": noise.correlation, "correlation_by_window": self.window,
+                "correlation_of_chirps": noise.chirps,
+            })
+        });
+        json!({
+            "chirps": self.chirps, "frame": self.frame, "noise": noise,
+            "echoes": self.echoes.iter().map(echo).collect::<Vec<_>>(),
+            "leakage_end_m": self.leakage_end_m, "near_noise_db": self.near_noise_db,
+        })
+    }
+
+    /// Returns the statistics of the recording `name` for people.
+    pub fn text(&self, name: &str) -> String {
+        let frames = self.chirps / self.frame;
+        let mut out = format!(
+            "{name}: {} chirps, {frames} frames of {}\n\n",
+            self.chirps, self.frame
+        );
+        match &self.noise {
+            None => out.push_str("noise: every bin holds an echo\n"),
+            Some(noise) => {
+                let [near, far] = noise.range_m;
+                let [one, two] = noise.correlation;
+                let [by_one, by_two] = self.window;
+                let _ = write!(
+                    out,
+                    "noise of {} bins, {near:.2} to {far:.2} m          theory\n\
+                     \x20 power of a bin, dBFS              {:7.1}\n\
+                     \x20 mean over median of power         {:7.3}     {:.3}\n\
+                     \x20 above 4.6 times the mean, %       {:7.2}     1.00\n\
+                     \x20 correlation of bins 1 apart       {one:7.3}     {by_one:.3}\n\
+                     \x20 correlation of bins 2 apart       {two:7.3}     {by_two:.3}\n\
+                     \x20 correlation of successive chirps  {:7.3}     0.000\n",
+                    noise.bins,
+                    noise.power_db,
+                    noise.mean_over_median,
+                    1.0 / LN_2,
+                    100.0 * noise.above,
+                    noise.chirps
+                );
+            }
+        }
+        let _ = write!(
+            out,
+            "\x20 next to the leakage, dB over that  {:+7.1}      0.0\n\
+             leakage less than 10 dB over the noise from {} m on\n",
+            self.near_noise_db,
+            self.leakage_end_m
+                .map_or("-".into(), |range| format!("{range:.3}")),
+        );
+        out.push_str(
+            "\n                 range  power  over    noise    phase, rad rms        frame to frame\n\
+             \x20                m      dBFS   noise   there    chirps    by noise    rad rms   dB rms\n",
+        );
+        for echo in &self.echoes {
+            let or_none = |value: Option<f64>, digits: usize| {
+                value.map_or("-".into(), |v| format!("{v:.digits$}"))
+            };
+            let _ = writeln!(
+                out,
+                "{:15} {:6.3} {:6.1} {:6.1} {:+7.1}   {:8.5}  {:8.5}    {:>8} {:>8}",
+                echo.name,
+                echo.range_m,
+                echo.power_db,
+                echo.over_noise_db,
+                echo.noise_db,
+                echo.phase_rad,
+                echo.phase_of_noise_rad,
+                or_none(echo.frames_rad, 5),
+                or_none(echo.level_db, 3),
+            );
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_core::{Rng as _, SeedableRng as _};
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    use super::*;
+
+    fn polar(radius: f64, angle: f64) -> Complex64 {
+        let (sin, cos) = angle.sin_cos();
+        Complex64::new(radius * cos, radius * sin)
+    }
+
+    /// White noise of power 1e-6 in 32 bins, a leakage in bin 1, and an echo in bin 10 whose phase moves on by
+    /// 0.1 rad a chirp with a jitter of `jitter`.
+    fn spectra(jitter: f64) -> Spectra {
+        let mut random = Xoshiro128PlusPlus::seed_from_u64(1);
+        let mut normal = |power: f64| {
+            let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
+            let radius = (-power * uniform().ln()).sqrt();
+            polar(radius, std::f64::consts::TAU * uniform())
+        };
+        let chirps = (0..800).map(|k| {
+            let mut bins: Vec<_> = (0..32).map(|_| normal(1e-6)).collect();
+            bins[1] += Complex64::new(0.3, 0.0);
+            let phase = 0.1 * f64::from(k) + jitter * normal(2.0).re;
+            bins[10] += polar(0.1, phase);
+            bins
+        });
+        Spectra {
+            chirps: chirps.collect(),
+            frame: 8,
+            spacing_m: 0.03,
+            tested: (4, 30),
+            window: [0.0, 0.0],
+        }
+    }
+
+    #[test]
+    fn white_noise_and_a_moving_echo_have_their_statistics() {
+        let found = spectra(0.01).statistics().unwrap();
+        println!("{}", found.text("test"));
+        let noise = found.noise.as_ref().unwrap();
+        assert_eq!((found.chirps, noise.bins), (800, 27));
+        assert!((noise.power_db + 60.0).abs() < 0.2, "{noise:?}");
+        assert!((noise.mean_over_median - 1.443).abs() < 0.03, "{noise:?}");
+        assert!((noise.above - 0.01).abs() < 0.003, "{noise:?}");
+        assert!(noise.correlation.iter().all(|c| *c < 0.03), "{noise:?}");
+        assert!(noise.chirps.abs() < 0.02, "{noise:?}");
+        let [leakage, echo] = &found.echoes[..] else {
+            panic!("{:?}", found.echoes)
+        };
+        assert_eq!(found.leakage_end_m, Some(2.0 * 0.03));
+        assert!(found.near_noise_db.abs() < 0.3, "{found:?}");
+        assert_eq!((leakage.name, echo.name), ("leakage", "strongest echo"));
+        assert!((echo.range_m - 0.3).abs() < 0.015 && (echo.power_db + 20.0).abs() < 0.1);
+        assert!((echo.over_noise_db - 40.0).abs() < 0.3, "{echo:?}");
+        // Noise alone: 1 / sqrt(2 · 10^4) rad. With the jitter the root of both squares.
+        assert!((echo.phase_of_noise_rad - 0.00707).abs() < 2e-4, "{echo:?}");
+        assert!((echo.phase_rad - 0.01225).abs() < 8e-4, "{echo:?}");
+        // Eight chirps of 0.1 rad each.
+        assert!((echo.frames_rad.unwrap() - 0.8).abs() < 0.02, "{echo:?}");
+        assert!((leakage.phase_rad - 0.00236).abs() < 2e-4, "{leakage:?}");
+        assert_eq!(found.json()["echoes"][1]["name"], "strongest echo");
+    }
+
+    #[test]
+    fn a_still_echo_is_the_steadiest() {
+        let mut spectra = spectra(0.0);
+        for chirp in &mut spectra.chirps {
+            chirp[20] += Complex64::new(0.0, 0.02);
+        }
+        let found = spectra.statistics().unwrap();
+        let steadiest = found.echoes.iter().find(|e| e.name == "steadiest echo");
+        let steadiest = steadiest.unwrap();
+        assert!((steadiest.range_m - 0.6).abs() < 0.015, "{steadiest:?}");
+        // 26 dB over the noise, and averaged over 8 chirps: 0.035 / sqrt(8) · sqrt(2).
+        assert!(
+            (steadiest.frames_rad.unwrap() - 0.0177).abs() < 3e-3,
+            "{steadiest:?}"
+        );
+    }
+
+    #[test]
+    fn too_few_chirps_have_none() {
+        let all = spectra(0.0);
+        let short = Spectra {
+            chirps: all.chirps[..7].to_vec(),
+            ..all.clone()
+        };
+        assert!(short.statistics().is_none());
+        assert!(Spectra { frame: 1, ..all }.statistics().is_none());
+    }
+}
