@@ -9,11 +9,7 @@ pub struct Given {
     /// Swept bandwidth, Hz (stairscan:bandwidth_hz); the paper's radar: 10e9
     #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
     pub bandwidth_hz: Option<f64>,
-<<<<<<< HEAD
-    /// Complex samples of one chirp (stairscan:samples_per_chirp), if the input does not contain it
-=======
-    /// Samples of one chirp (stairscan:samples_per_chirp), where the input does not say
->>>>>>> real
+    /// Samples of one chirp (stairscan:samples_per_chirp), if the input does not contain it
     #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
     pub samples_per_chirp: Option<usize>,
     /// Rate of the converter, Hz (core:sample_rate)
@@ -192,13 +188,8 @@ mod tests {
             mount_height_m: Some(0.4),
             ..given()
         };
-<<<<<<< HEAD
         let message = height
-            .document(&Value::Null, (2, 16), None)
-=======
-        let told = height
             .document(&Value::Null, (2, 16), false, None)
->>>>>>> real
             .unwrap_err()
             .to_string();
         assert!(

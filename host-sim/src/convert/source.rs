@@ -121,13 +121,8 @@ impl Source {
                 true => ("real", 2 * chirps.samples_per_chirp),
             };
             ensure!(
-<<<<<<< HEAD
-                given == chirps.samples_per_chirp,
-                "{}: {} complex samples in a chirp, --samples-per-chirp is {given}{}",
-=======
                 given == found,
-                "{}: {found} {kind} samples in a chirp, --samples-per-chirp says {given}{}",
->>>>>>> real
+                "{}: {found} {kind} samples in a chirp, --samples-per-chirp is {given}{}",
                 self.path.display(),
                 if given == 2 * found {
                     ": --real AXES takes real samples"
