@@ -2,7 +2,7 @@
 //!
 //! Sectors 1 and 2, of 16 KB, among those of the boot loader (`boot/src/layout.rs`): the chip does
 //! nothing else while it erases one, since its code lies in the same bank, and the 0.5 s that a small
-//! sector takes at most are within the watchdog's patience, where the 2 s of a large one are not.
+//! sector takes at most are within the watchdog's timeout, where the 2 s of a large one are not.
 //!
 //! `stm32f4xx-hal` has these traits for its own flash, but waits without bound and panics where the
 //! controller stays locked.

@@ -532,7 +532,7 @@ mod tests {
         for end_m in [0.62, 0.81, 0.97] {
             let surfaces = weighed(&chart(&ground(end_m, 0.0..0.0, 15.0, None)));
             let (x_m, nats) = end(&surfaces);
-            // As near as the contract lets a told drop cover a true one.
+            // As near as the contract lets a reported drop cover a true one.
             assert!(
                 (x_m - end_m).abs() < SAME_M && nats > 1.0,
                 "{end_m}: {x_m} {nats}"

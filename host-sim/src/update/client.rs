@@ -50,7 +50,7 @@ pub enum Outcome {
     OnTrial(String),
     /// The loader runs another image.
     RolledBack(String),
-    /// The scanner says nothing any more.
+    /// The scanner has stopped sending.
     Silent,
 }
 

@@ -178,7 +178,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Forgets what has been heard.
+    /// Discards the received bytes.
     pub fn forget(&mut self) {
         self.sentences.clear();
         self.partial.clear();
