@@ -117,7 +117,7 @@ impl Decoder {
         }
     }
 
-    /// Forgets a frame that has begun.
+    /// Discards a partial frame.
     pub fn reset(&mut self) {
         self.count = 0;
     }

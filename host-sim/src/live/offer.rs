@@ -127,9 +127,9 @@ mod tests {
     fn bad_lines_are_explained_by_field() {
         for (typed, words) in [
             ("scna", "command: expected start stop"),
-            ("get sead", "get key: expected a setting"),
+            ("get sead", "get key: expected a key listed by get"),
             ("set seed", "set seed: expected a value"),
-            ("scan now", "scan arguments: expected no more"),
+            ("scan now", "scan arguments: expected no further arguments"),
             ("$PSTC,set,seed,7*00000000", "crc: expected"),
             ("calibrate 1500", "calibrate date: expected"),
             ("set seed x", "refuse it: seed"),
