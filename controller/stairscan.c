@@ -6,6 +6,10 @@
 #define AFTER_REASONS 40u /* room for the fields after the reasons of a SCAN */
 #define STEEPEST 45000    /* 0.001 degrees */
 
+/* Annotations of the form "@" are for Frama-C, which checks them: see `controller/prove`. */
+/*@ predicate readable(stairscan_text_t text) =
+        text.length <= 0x7FFFFFFF && \valid_read(text.at + (0 .. text.length - 1)); */
+
 /* ---- words ---- */
 
 #define STAIRSCAN_X(name, word, meaning) word,
@@ -27,6 +31,8 @@ static const char *const COMMANDS[] = {"start",    "stop",  "scan", "guard", "wa
                                        "selftest", "save",  "reset", "get",  "set",       "calibrate",
                                        "MOTION"};
 
+/*@ requires \valid_read(words + (0 .. count - 1));
+    assigns \nothing; */
 static const char *word_at(const char *const *words, size_t count, uint32_t at) {
     return at < count ? words[at] : "";
 }
@@ -41,14 +47,27 @@ const char *stairscan_reason_meaning(uint32_t reason) {
 
 stairscan_text_t stairscan_text(const char *string) {
     stairscan_text_t text = {string, 0};
+    /*@ loop invariant string != \null ==> 0 <= text.length <= strlen(string);
+        loop invariant string == \null ==> text.length == 0;
+        loop invariant text.at == string;
+        loop assigns text.length;
+        loop unroll 24; */
     while (string != NULL && string[text.length] != '\0') {
         text.length++;
     }
     return text;
 }
 
+/*@ requires readable(text);
+    requires valid_read_string(word);
+    assigns \nothing;
+    ensures \result ==> text.length == strlen(word); */
 static bool is_word(stairscan_text_t text, const char *word) {
     size_t k = 0;
+    /*@ loop invariant 0 <= k <= text.length && k <= strlen(word);
+        loop assigns k;
+        loop unroll 24;
+        loop variant text.length - k; */
     while (k < text.length && word[k] != '\0' && word[k] == text.at[k]) {
         k++;
     }
@@ -56,28 +75,49 @@ static bool is_word(stairscan_text_t text, const char *word) {
 }
 
 /* Returns the index of a text among words, or their count. */
+/*@ requires readable(text);
+    requires count <= 255;
+    requires \valid_read(words + (0 .. count - 1));
+    assigns \nothing;
+    ensures \result <= count; */
 static uint32_t find(stairscan_text_t text, const char *const *words, size_t count) {
     uint32_t at = 0;
+    /*@ loop invariant 0 <= at <= count;
+        loop assigns at;
+        loop unroll 80;
+        loop variant count - at; */
     while (at < count && !is_word(text, words[at])) {
         at++;
     }
     return at;
 }
 
+/*@ assigns \nothing; */
 static bool is_printable(char c) {
     return c >= ' ' && c <= '~';
 }
 
+/*@ requires length <= 0x7FFFFFFF;
+    requires \valid_read(bytes + (0 .. length - 1));
+    assigns \nothing; */
 static bool are_printable(const char *bytes, size_t length) {
     size_t k = 0;
+    /*@ loop invariant 0 <= k <= length;
+        loop assigns k;
+        loop variant length - k; */
     while (k < length && is_printable(bytes[k])) {
         k++;
     }
     return k == length;
 }
 
+/*@ requires readable(text);
+    assigns \nothing; */
 static bool has_framing(stairscan_text_t text) {
     size_t k = 0;
+    /*@ loop invariant 0 <= k <= text.length;
+        loop assigns k;
+        loop variant text.length - k; */
     while (k < text.length && text.at[k] != '$' && text.at[k] != '*') {
         k++;
     }
@@ -94,6 +134,9 @@ uint32_t stairscan_crc32(const char *bytes, size_t length) {
         0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
     uint32_t crc = 0xFFFFFFFFu;
     size_t k;
+    /*@ loop invariant 0 <= k <= length;
+        loop assigns k, crc;
+        loop variant length - k; */
     for (k = 0; k < length; k++) {
         crc ^= (uint8_t)bytes[k];
         crc = (crc >> 4) ^ table[crc & 15u];
@@ -102,11 +145,15 @@ uint32_t stairscan_crc32(const char *bytes, size_t length) {
     return ~crc;
 }
 
+/*@ assigns \nothing;
+    ensures \result <==> '0' <= c <= '9'; */
 static bool is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
 /* Returns the value of a hex digit, or 16. */
+/*@ assigns \nothing;
+    ensures \result <= 16; */
 static uint32_t hex_digit(char c) {
     if (is_digit(c)) {
         return (uint32_t)(c - '0');
@@ -118,11 +165,19 @@ static uint32_t hex_digit(char c) {
 }
 
 /* Reads exactly `count` words of eight hex digits each. */
+/*@ requires readable(text);
+    requires count <= 3;
+    requires \valid(words + (0 .. count - 1));
+    assigns words[0 .. count - 1]; */
 static bool read_hex(stairscan_text_t text, uint32_t *words, size_t count) {
     size_t k;
     if (text.length != 8 * count) {
         return false;
     }
+    /*@ loop invariant 0 <= k <= text.length;
+        loop assigns k, words[0 .. count - 1];
+        loop unroll 24;
+        loop variant text.length - k; */
     for (k = 0; k < text.length; k++) {
         uint32_t digit = hex_digit(text.at[k]);
         uint32_t before = k % 8 == 0 ? 0 : words[k / 8];
@@ -135,9 +190,16 @@ static bool read_hex(stairscan_text_t text, uint32_t *words, size_t count) {
 }
 
 /* Reads a number of at least one digit and at most `largest`. */
+/*@ requires readable(text);
+    requires \valid(value);
+    assigns *value;
+    ensures \result ==> *value <= largest; */
 static bool read_digits(stairscan_text_t text, uint32_t largest, uint32_t *value) {
     uint64_t sum = 0;
     size_t k;
+    /*@ loop invariant 0 <= k <= text.length && 0 <= sum <= largest;
+        loop assigns k, sum;
+        loop variant text.length - k; */
     for (k = 0; k < text.length; k++) {
         if (!is_digit(text.at[k])) {
             return false;
@@ -152,6 +214,12 @@ static bool read_digits(stairscan_text_t text, uint32_t largest, uint32_t *value
 }
 
 /* Removes the first byte if it is `sign`. */
+/*@ requires \valid(text);
+    requires readable(*text);
+    assigns *text;
+    ensures readable(*text);
+    ensures \result ==> text->length == \old(text->length) - 1 && text->at == \old(text->at) + 1;
+    ensures !\result ==> text->length == \old(text->length) && text->at == \old(text->at); */
 static bool strip(stairscan_text_t *text, char sign) {
     if (text->length == 0 || text->at[0] != sign) {
         return false;
@@ -161,12 +229,20 @@ static bool strip(stairscan_text_t *text, char sign) {
     return true;
 }
 
+/*@ requires readable(text);
+    requires \valid(value);
+    assigns *value;
+    ensures \result ==> *value <= largest; */
 static bool read_number(stairscan_text_t text, uint32_t largest, uint32_t *value) {
     (void)strip(&text, '+');
     return read_digits(text, largest, value);
 }
 
 /* Reads a number as in commands: with an optional sign. */
+/*@ requires readable(text);
+    requires \valid(value);
+    assigns *value;
+    ensures \result ==> *value <= largest; */
 static bool read_count(stairscan_text_t text, uint32_t largest, uint32_t *value) {
     if (strip(&text, '-')) {
         return read_digits(text, 0, value);
@@ -174,6 +250,9 @@ static bool read_count(stairscan_text_t text, uint32_t largest, uint32_t *value)
     return read_number(text, largest, value);
 }
 
+/*@ requires readable(text);
+    requires \valid(pitch);
+    assigns *pitch; */
 static bool read_pitch(stairscan_text_t text, int32_t *pitch) {
     bool negative = strip(&text, '-');
     uint32_t value = 0;
@@ -188,6 +267,9 @@ static bool read_pitch(stairscan_text_t text, int32_t *pitch) {
 }
 
 /* Reads a length: an optional sign, digits, a point, one digit. */
+/*@ requires readable(text);
+    requires \valid(tenths);
+    assigns *tenths; */
 static bool read_length(stairscan_text_t text, int32_t *tenths) {
     bool negative = strip(&text, '-');
     stairscan_text_t whole = text;
@@ -208,15 +290,24 @@ static bool read_length(stairscan_text_t text, int32_t *tenths) {
     return true;
 }
 
+/*@ requires readable(text);
+    requires \valid(tenths);
+    assigns *tenths; */
 static bool read_percent(stairscan_text_t text, int32_t *tenths) {
     return read_length(text, tenths) && *tenths >= 0 && *tenths <= 1000;
 }
 
 /* Reads reasons joined by '+'; empty ones are ignored. */
+/*@ requires readable(text);
+    requires \valid(reasons);
+    assigns *reasons; */
 static bool read_reasons(stairscan_text_t text, uint64_t *reasons) {
     size_t begin = 0;
     size_t end;
     *reasons = 0;
+    /*@ loop invariant 0 <= begin <= end <= text.length + 1;
+        loop assigns begin, end, *reasons;
+        loop variant text.length + 1 - end; */
     for (end = 0; end <= text.length; end++) {
         if (end == text.length || text.at[end] == '+') {
             stairscan_text_t word = {text.at + begin, end - begin};
@@ -384,12 +475,22 @@ struct cursor {
     bool more;
 };
 
+/*@ requires \valid(cursor);
+    requires \valid(field);
+    requires \separated(cursor, field);
+    requires readable(cursor->left);
+    assigns *cursor, *field;
+    ensures readable(cursor->left) && (\result ==> readable(*field));
+    ensures !\result ==> field->at == \old(field->at) && field->length == \old(field->length); */
 static bool take(struct cursor *cursor, stairscan_text_t *field) {
     size_t length = 0;
     stairscan_text_t *left = &cursor->left;
     if (!cursor->more) {
         return false;
     }
+    /*@ loop invariant 0 <= length <= left->length;
+        loop assigns length;
+        loop variant left->length - length; */
     while (length < left->length && left->at[length] != ',') {
         length++;
     }
@@ -403,16 +504,30 @@ static bool take(struct cursor *cursor, stairscan_text_t *field) {
     return true;
 }
 
+/*@ requires \valid(cursor);
+    requires \valid(field);
+    requires \separated(cursor, field);
+    requires readable(cursor->left);
+    assigns *field;
+    ensures readable(*field); */
 static bool take_rest(struct cursor *cursor, stairscan_text_t *field) {
     *field = cursor->left;
     return cursor->more;
 }
 
+/*@ requires readable(text);
+    requires \valid(at);
+    requires count <= 255;
+    requires \valid_read(words + (0 .. count - 1));
+    assigns *at; */
 static bool store_word(stairscan_text_t text, const char *const *words, size_t count, uint32_t *at) {
     *at = find(text, words, count);
     return *at < count;
 }
 
+/*@ requires readable(text);
+    requires \valid(optional);
+    assigns optional->present, optional->value; */
 static bool store_optional(stairscan_text_t text, enum type type, stairscan_optional_t *optional) {
     optional->present = text.length > 0;
     optional->value = 0;
@@ -429,12 +544,18 @@ static bool store_optional(stairscan_text_t text, enum type type, stairscan_opti
     }
 }
 
+/*@ requires readable(text);
+    requires \valid(time);
+    assigns *time; */
 static bool store_time(stairscan_text_t text, stairscan_time_t *time) {
     time->present = text.length > 0;
     time->ms = 0;
     return !time->present || read_number(text, UINT32_MAX, &time->ms);
 }
 
+/*@ requires readable(text);
+    requires \valid(tenths);
+    assigns *tenths; */
 static bool store_percent(stairscan_text_t text, uint32_t *tenths) {
     int32_t value = 0;
     if (!read_percent(text, &value)) {
@@ -445,6 +566,8 @@ static bool store_percent(stairscan_text_t text, uint32_t *tenths) {
 }
 
 /* Stores a field's value in its member, whose type is given in the table above. */
+/*@ requires readable(text);
+    assigns ((char *)place)[0 .. sizeof(stairscan_text_t) - 1]; */
 static bool store(stairscan_text_t text, enum type type, void *place) {
     switch (type) {
     case TEXT:
@@ -488,9 +611,18 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
 }
 
 /* Reads all fields of a table into `base`. Returns NULL, or the name of the wrong field. */
+/*@ requires \valid(cursor);
+    requires readable(cursor->left);
+    requires \valid_read(fields + (0 .. count - 1));
+    assigns *cursor, ((char *)base)[0 .. sizeof(stairscan_sentence_t) - 1];
+    ensures readable(cursor->left); */
 static const char *read_fields(struct cursor *cursor, const struct field *fields, size_t count,
                                void *base) {
     size_t k;
+    /*@ loop invariant 0 <= k <= count && readable(cursor->left);
+        loop assigns k, *cursor, ((char *)base)[0 .. sizeof(stairscan_sentence_t) - 1];
+        loop unroll 16;
+        loop variant count - k; */
     for (k = 0; k < count; k++) {
         stairscan_text_t text = {NULL, 0};
         if (fields[k].type == MAY_PLANE && !cursor->more) {
@@ -512,20 +644,34 @@ static const char *read_fields(struct cursor *cursor, const struct field *fields
     return cursor->more ? "end" : NULL;
 }
 
+/*@ assigns \nothing;
+    ensures \result.error == error && \result.field == field; */
 static stairscan_result_t result(uint32_t error, const char *field) {
     stairscan_result_t result = {error, field};
     return result;
 }
 
 /* Finds the text between '$' and the last '*' and checks the CRC. */
+/*@ requires length <= 0x7FFFFFFF;
+    requires \valid_read(line + (0 .. length - 1));
+    requires \valid(body);
+    assigns *body;
+    ensures \result == STAIRSCAN_FINE ==> readable(*body);
+    ensures \result <= STAIRSCAN_BAD_CRC; */
 static uint32_t unframe(const char *line, size_t length, stairscan_text_t *body) {
     stairscan_text_t sum;
     uint32_t crc = 0;
     size_t star;
+    /*@ loop invariant 0 <= length <= \at(length, Pre);
+        loop assigns length;
+        loop variant length; */
     while (length > 0 && (line[length - 1] == '\r' || line[length - 1] == '\n')) {
         length--;
     }
     star = length;
+    /*@ loop invariant 0 <= star <= length;
+        loop assigns star;
+        loop variant star; */
     while (star > 0 && line[star - 1] != '*') {
         star--;
     }
@@ -557,12 +703,17 @@ stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_se
     if (!take(&cursor, &text)) {
         return result(STAIRSCAN_BAD_FIELD, "name");
     }
+    /*@ loop invariant 0 <= form <= COUNT(FORMS);
+        loop assigns form;
+        loop unroll 12;
+        loop variant COUNT(FORMS) - form; */
     while (form < COUNT(FORMS) && !is_word(text, FORMS[form].name)) {
         form++;
     }
     if (form == COUNT(FORMS)) {
         return result(STAIRSCAN_BAD_FIELD, "name");
     }
+    //@ split form;
     sentence->kind = FORMS[form].kind;
     wrong = read_fields(&cursor, FORMS[form].fields, FORMS[form].count, sentence);
     return result(wrong == NULL ? STAIRSCAN_FINE : STAIRSCAN_BAD_FIELD, wrong);
@@ -570,20 +721,44 @@ stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_se
 
 /* ---- writing ---- */
 
+/* A line with room for what `finish` appends. */
+/*@ predicate room(stairscan_line_t *line) = line->length <= STAIRSCAN_MAX_SENTENCE - TAIL; */
+
+/*@ requires \valid(line);
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push(stairscan_line_t *line, char c) {
     if (line->length + TAIL < STAIRSCAN_MAX_SENTENCE) {
         line->bytes[line->length++] = c;
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires valid_read_string(word);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_word(stairscan_line_t *line, const char *word) {
+    /*@ loop invariant room(line);
+        loop invariant valid_read_string(word);
+        loop assigns word, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop unroll 24; */
     while (*word != '\0') {
         push(line, *word++);
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires readable(text);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_text(stairscan_line_t *line, stairscan_text_t text, bool rest) {
     size_t k;
+    /*@ loop invariant 0 <= k <= text.length && room(line);
+        loop assigns k, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop variant text.length - k; */
     for (k = 0; k < text.length; k++) {
         char c = text.at[k];
         bool plain = is_printable(c) && (rest || (c != ',' && c != '*' && c != '$'));
@@ -591,18 +766,43 @@ static void push_text(stairscan_line_t *line, stairscan_text_t text, bool rest) 
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_digits(stairscan_line_t *line, uint32_t value) {
     char reversed[10];
     size_t count = 0;
+    /*@ loop invariant 0 <= count <= 9 && 0 <= value;
+        loop invariant count == 1 ==> value <= 429496729;
+        loop invariant count == 2 ==> value <= 42949672;
+        loop invariant count == 3 ==> value <= 4294967;
+        loop invariant count == 4 ==> value <= 429496;
+        loop invariant count == 5 ==> value <= 42949;
+        loop invariant count == 6 ==> value <= 4294;
+        loop invariant count == 7 ==> value <= 429;
+        loop invariant count == 8 ==> value <= 42;
+        loop invariant count == 9 ==> value <= 4;
+        loop assigns count, value, reversed[0 .. 9];
+        loop unroll 10;
+        loop variant value; */
     do {
         reversed[count++] = (char)('0' + (char)(value % 10));
         value /= 10;
     } while (value > 0);
+    /*@ loop invariant 0 <= count <= 10 && room(line);
+        loop assigns count, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop unroll 10;
+        loop variant count; */
     while (count > 0) {
         push(line, reversed[--count]);
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static uint32_t push_sign(stairscan_line_t *line, int32_t value) {
     if (value < 0) {
         push(line, '-');
@@ -610,6 +810,10 @@ static uint32_t push_sign(stairscan_line_t *line, int32_t value) {
     return value < 0 ? 0u - (uint32_t)value : (uint32_t)value;
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_length(stairscan_line_t *line, int32_t tenths) {
     uint32_t magnitude = push_sign(line, tenths);
     push_digits(line, magnitude / 10);
@@ -617,9 +821,17 @@ static void push_length(stairscan_line_t *line, int32_t tenths) {
     push_digits(line, magnitude % 10);
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_reasons(stairscan_line_t *line, uint64_t reasons) {
     bool first = true;
     uint32_t k;
+    /*@ loop invariant 0 <= k <= COUNT(REASONS) && room(line);
+        loop assigns k, first, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop unroll 64;
+        loop variant COUNT(REASONS) - k; */
     for (k = 0; k < COUNT(REASONS); k++) {
         if ((reasons >> k & 1) != 0) {
             /* The fields that follow must fit, too: the rarest reasons are last. */
@@ -637,15 +849,35 @@ static void push_reasons(stairscan_line_t *line, uint64_t reasons) {
 }
 
 /* Appends eight hex digits; the caller ensures the space. */
+/*@ requires \valid(line);
+    requires line->length <= STAIRSCAN_MAX_SENTENCE - 8;
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures line->length == \old(line->length) + 8; */
 static void put_hex(stairscan_line_t *line, uint32_t word) {
+    static const char DIGITS[] = "0123456789ABCDEF";
     int shift;
+    /*@ loop invariant -4 <= shift <= 28 && shift % 4 == 0;
+        loop invariant line->length == \at(line->length, Pre) + (28 - shift) / 4;
+        loop assigns shift, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop unroll 8;
+        loop variant shift + 4; */
     for (shift = 28; shift >= 0; shift -= 4) {
-        line->bytes[line->length++] = "0123456789ABCDEF"[word >> shift & 15u];
+        line->bytes[line->length++] = DIGITS[word >> shift & 15u];
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires count <= 3;
+    requires \valid_read(words + (0 .. count - 1));
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_hex(stairscan_line_t *line, const uint32_t *words, size_t count) {
     size_t k;
+    /*@ loop invariant 0 <= k <= count && room(line);
+        loop assigns k, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop unroll 3;
+        loop variant count - k; */
     for (k = 0; k < count; k++) {
         if (line->length + 8 + TAIL <= STAIRSCAN_MAX_SENTENCE) {
             put_hex(line, words[k]);
@@ -653,6 +885,11 @@ static void push_hex(stairscan_line_t *line, const uint32_t *words, size_t count
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires \valid_read(value);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_optional(stairscan_line_t *line, enum type type, const stairscan_optional_t *value) {
     if (value->present && type == PITCH) {
         push_digits(line, push_sign(line, value->value));
@@ -661,6 +898,11 @@ static void push_optional(stairscan_line_t *line, enum type type, const stairsca
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires \valid_read(time);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_time(stairscan_line_t *line, const stairscan_time_t *time) {
     if (time->present) {
         push_digits(line, time->ms);
@@ -668,6 +910,10 @@ static void push_time(stairscan_line_t *line, const stairscan_time_t *time) {
 }
 
 /* Writes the value of a member that `store` has set. */
+/*@ requires \valid(line);
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_field(stairscan_line_t *line, enum type type, const void *place) {
     const uint32_t *number = (const uint32_t *)place; /* of most types; not dereferenced for the others */
     push(line, ',');
@@ -722,15 +968,29 @@ static void push_field(stairscan_line_t *line, enum type type, const void *place
     }
 }
 
+/*@ requires \valid(line);
+    requires valid_read_string(prefix);
+    requires valid_read_string(name);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void begin(stairscan_line_t *line, const char *prefix, const char *name) {
     line->length = 0;
     push_word(line, prefix);
     push_word(line, name);
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires \valid_read(fields + (0 .. count - 1));
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
 static void push_fields(stairscan_line_t *line, const struct field *fields, size_t count,
                         const void *base) {
     size_t k;
+    /*@ loop invariant 0 <= k <= count && room(line);
+        loop assigns k, line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+        loop unroll 16;
+        loop variant count - k; */
     for (k = 0; k < count; k++) {
         const unsigned char *place = (const unsigned char *)base + fields[k].at;
         if (fields[k].type == MAY_PLANE &&
@@ -742,6 +1002,11 @@ static void push_fields(stairscan_line_t *line, const struct field *fields, size
 }
 
 /* Appends CRC and CR LF, for which the pushed fields leave space. */
+/*@ requires \valid(line);
+    requires 1 <= line->length;
+    requires room(line);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE];
+    ensures line->length == \old(line->length) + TAIL && line->bytes[line->length] == 0; */
 static void finish(stairscan_line_t *line) {
     uint32_t crc = stairscan_crc32(line->bytes + 1, line->length - 1);
     line->bytes[line->length++] = '*';
@@ -765,6 +1030,7 @@ void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *lin
 /* ---- commands ---- */
 
 /* Whether a command has the argument on or off. */
+/*@ assigns \nothing; */
 static bool is_switch(uint32_t command) {
     return command == STAIRSCAN_COMMAND_GUARD || command == STAIRSCAN_COMMAND_WATCH;
 }
@@ -791,11 +1057,16 @@ void stairscan_write_command(const stairscan_command_t *command, stairscan_line_
     finish(line);
 }
 
+/*@ assigns \nothing; */
 static stairscan_refusal_t refusal(const char *command, const char *field) {
     stairscan_refusal_t refusal = {command, field};
     return refusal;
 }
 
+/*@ requires readable(text);
+    requires valid_read_string(prefix);
+    assigns \nothing;
+    ensures \result ==> text.length >= strlen(prefix); */
 static bool begins_with(stairscan_text_t text, const char *prefix) {
     stairscan_text_t head = stairscan_text(prefix);
     if (text.length < head.length) {
@@ -806,7 +1077,12 @@ static bool begins_with(stairscan_text_t text, const char *prefix) {
 }
 
 /* Removes the frame if there is one. Returns NULL, or the error. */
+/*@ requires \valid(text);
+    requires readable(*text);
+    assigns *text;
+    ensures readable(*text); */
 static const char *unframe_command(stairscan_text_t *text) {
+    static const char PREFIX[] = "PSTC,";
     stairscan_text_t sum;
     uint32_t crc = 0;
     if (!strip(text, '$')) {
@@ -821,7 +1097,8 @@ static const char *unframe_command(stairscan_text_t *text) {
     if (!read_hex(sum, &crc, 1) || crc != stairscan_crc32(text->at, text->length)) {
         return "crc";
     }
-    if (has_framing(*text) || !begins_with(*text, "PSTC,")) {
+    //@ assert strlen(&PREFIX[0]) == 5;
+    if (has_framing(*text) || !begins_with(*text, PREFIX)) {
         return "frame";
     }
     text->at += 5;
@@ -829,6 +1106,9 @@ static const char *unframe_command(stairscan_text_t *text) {
     return NULL;
 }
 
+/*@ requires readable(body);
+    requires \valid(command);
+    assigns *command; */
 static stairscan_refusal_t parse_motion(stairscan_text_t body, stairscan_command_t *command) {
     struct cursor cursor;
     stairscan_text_t name = {NULL, 0};
@@ -844,12 +1124,24 @@ static stairscan_refusal_t parse_motion(stairscan_text_t body, stairscan_command
 }
 
 /* Returns the next word, separated by commas and spaces; empty if there is none. */
+/*@ requires \valid(left);
+    requires readable(*left);
+    assigns *left;
+    ensures readable(*left) && readable(\result); */
 static stairscan_text_t next_word(stairscan_text_t *left) {
     stairscan_text_t word;
+    /*@ loop invariant readable(*left);
+        loop assigns *left;
+        loop variant left->length; */
     while (strip(left, ',') || strip(left, ' ')) {
     }
     word.at = left->at;
     word.length = 0;
+    /*@ loop invariant readable(*left) && word.length + left->length <= 0x7FFFFFFF;
+        loop invariant \valid_read(word.at + (0 .. word.length + left->length - 1));
+        loop invariant left->at == word.at + word.length;
+        loop assigns *left, word.length;
+        loop variant left->length; */
     while (left->length > 0 && left->at[0] != ',' && left->at[0] != ' ') {
         left->at++;
         left->length--;
@@ -859,6 +1151,12 @@ static stairscan_text_t next_word(stairscan_text_t *left) {
 }
 
 /* Reads key and value of `get` and `set`. Returns NULL, or the wrong field. */
+/*@ requires \valid(left);
+    requires readable(*left);
+    requires \valid(command);
+    requires \separated(left, command);
+    assigns *left, command->key, command->value;
+    ensures readable(*left); */
 static const char *parse_setting(stairscan_text_t *left, stairscan_command_t *command) {
     bool get = command->kind == STAIRSCAN_COMMAND_GET;
     uint32_t key;
@@ -877,6 +1175,7 @@ static const char *parse_setting(stairscan_text_t *left, stairscan_command_t *co
 }
 
 /* Whether a number is a date: year, month and day. */
+/*@ assigns \nothing; */
 static bool is_date(uint32_t date) {
     uint32_t month = date / 100 % 100;
     uint32_t day = date % 100;
@@ -884,6 +1183,12 @@ static bool is_date(uint32_t date) {
 }
 
 /* Reads the arguments of `calibrate`. Returns NULL, or the wrong field. */
+/*@ requires \valid(left);
+    requires readable(*left);
+    requires \valid(calibration);
+    requires \separated(left, calibration);
+    assigns *left, *calibration;
+    ensures readable(*left); */
 static const char *parse_calibration(stairscan_text_t *left, stairscan_calibration_t *calibration) {
     if (!read_count(next_word(left), 65535, &calibration->wall_mm)) {
         return "wall";
@@ -895,6 +1200,12 @@ static const char *parse_calibration(stairscan_text_t *left, stairscan_calibrati
 }
 
 /* Reads the argument of `guard` and `watch`. Returns NULL, or the wrong field. */
+/*@ requires \valid(left);
+    requires readable(*left);
+    requires \valid(value);
+    requires \separated(left, value);
+    assigns *left, *value;
+    ensures readable(*left); */
 static const char *parse_switch(stairscan_text_t *left, stairscan_text_t *value) {
     *value = next_word(left);
     return is_word(*value, "on") || is_word(*value, "off") ? NULL : "switch";
@@ -954,12 +1265,18 @@ void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules) {
     scanner->length = 0;
 }
 
+/*@ requires \valid(counter);
+    assigns *counter; */
 static void count(uint32_t *counter) {
     if (*counter < UINT32_MAX) {
         ++*counter;
     }
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->dropped, scanner->collecting;
+    ensures stairscan_sound(scanner); */
 static void drop(stairscan_t *scanner) {
     if (scanner->collecting) {
         count(&scanner->dropped);
@@ -968,18 +1285,33 @@ static void drop(stairscan_t *scanner) {
 }
 
 /* Voids all earlier information. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->dropped, scanner->collecting, scanner->has_answer, scanner->faulty, scanner->doubtful,
+        scanner->aged, scanner->edge_known;
+    ensures stairscan_sound(scanner); */
 static void forget(stairscan_t *scanner) {
     drop(scanner);
     scanner->has_answer = scanner->faulty = scanner->doubtful = scanner->aged = false;
     scanner->edge_known = false;
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->dropped, scanner->collecting, scanner->has_answer, scanner->faulty, scanner->doubtful,
+        scanner->aged, scanner->edge_known, scanner->last_scan, scanner->uptime_ms;
+    ensures stairscan_sound(scanner); */
 static void restarted(stairscan_t *scanner) {
     forget(scanner);
     scanner->last_scan = scanner->uptime_ms = 0;
 }
 
 /* Checks the timeouts: silence voids everything, age the answer. Both remain when the clock wraps. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->dropped, scanner->collecting, scanner->has_answer, scanner->faulty, scanner->doubtful,
+        scanner->aged, scanner->edge_known, scanner->heard;
+    ensures stairscan_sound(scanner); */
 static void pass(stairscan_t *scanner, uint32_t now_ms) {
     if (scanner->heard && now_ms - scanner->heard_ms > scanner->rules.silence_ms) {
         scanner->heard = false;
@@ -991,11 +1323,18 @@ static void pass(stairscan_t *scanner, uint32_t now_ms) {
 }
 
 /* Returns the nearest possible place of a drop's edge. */
+/*@ requires \valid_read(edge);
+    assigns \nothing;
+    ensures -0x200000000 <= \result <= 0x200000000; */
 static int64_t brink(const stairscan_drop_t *edge) {
     return edge->distance - 3 * (int64_t)edge->distance_sigma;
 }
 
 /* Keeps the drop of an answer of the depth plane: a following answer of the height plane does not cancel it. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->edge_known, scanner->edge;
+    ensures stairscan_sound(scanner); */
 static void keep_edge(stairscan_t *scanner) {
     const stairscan_answer_t *coming = &scanner->coming;
     if (coming->head.plane != STAIRSCAN_PLANE_HEIGHT) {
@@ -1005,6 +1344,10 @@ static void keep_edge(stairscan_t *scanner) {
 }
 
 /* Makes the received answer the current one if it is complete. Returns whether it is. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static bool complete(stairscan_t *scanner) {
     const stairscan_scan_t *head = &scanner->coming.head;
     if (scanner->got_steps < head->steps || scanner->got_drops < head->drops ||
@@ -1018,6 +1361,10 @@ static bool complete(stairscan_t *scanner) {
     return true;
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     const stairscan_scan_t *head = &scanner->sentence.as.scan;
     drop(scanner);
@@ -1047,6 +1394,10 @@ static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     return complete(scanner);
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static bool take_step(stairscan_t *scanner) {
     const stairscan_step_t *step = &scanner->sentence.as.step;
     const stairscan_scan_t *head = &scanner->coming.head;
@@ -1061,6 +1412,10 @@ static bool take_step(stairscan_t *scanner) {
     return complete(scanner);
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static bool take_drop(stairscan_t *scanner) {
     const stairscan_drop_t *told = &scanner->sentence.as.drop;
     const stairscan_scan_t *head = &scanner->coming.head;
@@ -1074,6 +1429,10 @@ static bool take_drop(stairscan_t *scanner) {
     return complete(scanner);
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static bool take_maybe(stairscan_t *scanner) {
     const stairscan_maybe_t *maybe = &scanner->sentence.as.maybe;
     const stairscan_scan_t *head = &scanner->coming.head;
@@ -1089,6 +1448,10 @@ static bool take_maybe(stairscan_t *scanner) {
     return complete(scanner);
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static void take_live(stairscan_t *scanner) {
     const stairscan_live_t *live = &scanner->sentence.as.live;
     if (live->uptime_ms < scanner->uptime_ms) {
@@ -1105,6 +1468,10 @@ static void take_live(stairscan_t *scanner) {
 }
 
 /* Processes the received sentence. Returns whether it completes an answer. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static bool act(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     switch (scanner->sentence.kind) {
     case STAIRSCAN_SCAN:
@@ -1130,6 +1497,10 @@ static bool act(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     }
 }
 
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 static enum stairscan_event end_line(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     size_t length = scanner->length;
     bool skipped = scanner->skipping;
@@ -1149,6 +1520,9 @@ static enum stairscan_event end_line(stairscan_t *scanner, uint32_t now_ms, int3
 
 /* Whether a '$' continues the line: FAIL offers a command's whole sentence, after a space. Any other '$' begins
  * a new line, so that a lost line end does not cost the following line. */
+/*@ requires \valid_read(scanner);
+    requires 0 < scanner->length <= STAIRSCAN_MAX_SENTENCE;
+    assigns \nothing; */
 static bool is_within(const stairscan_t *scanner) {
     return !scanner->skipping && scanner->line[scanner->length - 1] == ' ';
 }
@@ -1174,6 +1548,11 @@ enum stairscan_event stairscan_take(stairscan_t *scanner, char byte, uint32_t no
     return event;
 }
 
+/*@ assigns \nothing;
+    ensures 0 <= \result;
+    ensures value <= 0 ==> \result == 0;
+    ensures 0 <= value <= INT32_MAX ==> \result == value;
+    ensures INT32_MAX <= value ==> \result == INT32_MAX; */
 static int32_t clamp(int64_t value) {
     if (value < 0) {
         return 0;
@@ -1185,6 +1564,9 @@ static int32_t clamp(int64_t value) {
 #define WITHIN_MARGIN 300
 
 /* Returns the part of a step's expanded uncertainty (3 sigma) that the margin does not cover, 0.1 mm. */
+/*@ requires \valid_read(step);
+    assigns \nothing;
+    ensures 0 <= \result <= 0x200000000; */
 static int64_t nearer(const stairscan_step_t *step) {
     int64_t beyond = 3 * (int64_t)step->distance_sigma - WITHIN_MARGIN;
     return beyond > 0 ? beyond : 0;
@@ -1209,6 +1591,10 @@ stairscan_optional_t stairscan_free(const stairscan_answer_t *answer) {
 
 /* Returns the remaining valid distance of the answer from the chair's current position, and its level part,
  * which ends at `edge` at the latest. */
+/*@ requires \valid_read(answer);
+    requires -0x200000000 <= gone <= 0x200000000;
+    requires -0x1000000000 <= edge;
+    assigns \nothing; */
 static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone, int64_t edge) {
     stairscan_permit_t permit = {STAIRSCAN_GO, STAIRSCAN_WHY_OK, 0, 0};
     int64_t vouched = answer->head.horizon.value - gone;
@@ -1232,6 +1618,8 @@ static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone, int
     return permit;
 }
 
+/*@ assigns \nothing;
+    ensures \result.action == action && \result.why == why && \result.vouched == 0 && \result.clear == 0; */
 static stairscan_permit_t no_go(enum stairscan_action action, enum stairscan_why why) {
     stairscan_permit_t permit = {0, 0, 0, 0};
     permit.action = action;
@@ -1290,6 +1678,7 @@ struct wide {
     uint32_t low;
 };
 
+/*@ assigns \nothing; */
 static struct wide product(uint64_t a, uint32_t b) {
     uint64_t low = (a & UINT32_MAX) * b;
     struct wide product;
@@ -1298,12 +1687,15 @@ static struct wide product(uint64_t a, uint32_t b) {
     return product;
 }
 
+/*@ assigns \nothing; */
 static bool is_at_most(struct wide a, struct wide b) {
     return a.high != b.high ? a.high < b.high : a.low <= b.low;
 }
 
 /* Whether the chair stops within `free_um` of ground. Products of mm/s and ms are micrometres: v * v / (2 * a)
  * mm are 500 * v * v / a micrometres, and nothing is rounded. */
+/*@ requires \valid_read(chair);
+    assigns \nothing; */
 static bool stops(uint32_t speed, uint64_t free_um, uint32_t fastest, const stairscan_chair_t *chair) {
     uint64_t reaction_um = (uint64_t)(speed > fastest ? speed : fastest) * chair->latency_ms;
     return reaction_um <= free_um && is_at_most(product((uint64_t)speed * speed, 500),
@@ -1320,6 +1712,9 @@ uint32_t stairscan_max_speed(const stairscan_ground_t *ground, const stairscan_c
     }
     /* An integer square root bit by bit, applied to the whole inequality: the lower of two speeds always stops
      * earlier. */
+    /*@ loop assigns bit, limit;
+        loop unroll 33;
+        loop variant bit; */
     for (bit = (uint32_t)1 << 31; bit > 0; bit >>= 1) {
         if (stops(limit | bit, free_um - gone_um, ground->fastest_mm_s, chair)) {
             limit |= bit;

@@ -37,6 +37,9 @@
  *
  * Lengths are integers in tenths of a millimetre, probabilities in tenths of a per cent, angles in 0.001
  * degrees, as in the sentences. Distances are measured from the mirror at the scan's last row.
+ *
+ * Comments that begin with "@" are contracts in ACSL: what a function requires of its arguments, what it writes
+ * (`assigns`) and what it ensures. `controller/prove` checks the parser against them.
  */
 #ifndef STAIRSCAN_H
 #define STAIRSCAN_H
@@ -44,6 +47,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+
+#ifdef __FRAMAC__
+#include <__fc_string_axiomatic.h> /* valid_read_string, strlen in contracts */
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -193,7 +200,11 @@ enum stairscan_reason {
 };
 
 /* Return the word or the meaning of a reason; "" for an unknown number. */
+/*@ assigns \nothing;
+    ensures valid_read_string(\result); */
 const char *stairscan_reason_word(uint32_t reason);
+/*@ assigns \nothing;
+    ensures valid_read_string(\result); */
 const char *stairscan_reason_meaning(uint32_t reason);
 
 enum stairscan_status { STAIRSCAN_OK, STAIRSCAN_DEGRADED, STAIRSCAN_FAULT };
@@ -397,6 +408,12 @@ typedef struct {
 } stairscan_result_t;
 
 /* Parses a line, with or without its CR LF. `sentence` is valid only if the result is STAIRSCAN_FINE. */
+/*@ requires length <= 0x7FFFFFFF;
+    requires \valid_read(line + (0 .. length - 1));
+    requires \valid(sentence);
+    assigns *sentence;
+    ensures \result.error <= STAIRSCAN_BAD_FIELD;
+    ensures \result.error == STAIRSCAN_FINE ==> sentence->kind <= STAIRSCAN_HALT; */
 stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_sentence_t *sentence);
 
 /* A line to send, including CR LF, zero-terminated. */
@@ -407,9 +424,17 @@ typedef struct {
 
 /* Writes a sentence as the scanner does. Characters that would break the frame become spaces, and text that is
  * too long is truncated. */
+/*@ requires \valid_read(sentence);
+    requires \valid(line);
+    requires \separated(sentence, line);
+    assigns *line;
+    ensures line->length <= STAIRSCAN_MAX_SENTENCE && line->bytes[line->length] == 0; */
 void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *line);
 
 /* CRC-32 (ISO-HDLC) of the bytes between '$' and '*'. */
+/*@ requires length <= 0x7FFFFFFF;
+    requires \valid_read(bytes + (0 .. length - 1));
+    assigns \nothing; */
 uint32_t stairscan_crc32(const char *bytes, size_t length);
 
 /* ---- commands and the motion sentence ---- */
@@ -459,13 +484,30 @@ typedef struct {
 } stairscan_refusal_t;
 
 /* Returns the text of a zero-terminated string, for `key` and `value`. */
+/*@ requires string == \null || valid_read_string(string);
+    assigns \nothing;
+    ensures \result.at == string;
+    ensures string != \null ==> \result.length == strlen(string); */
 stairscan_text_t stairscan_text(const char *string);
 
 /* Writes a command or a motion sentence with frame, CRC and CR LF. The scanner refuses `set`, `save` and
  * `calibrate` without them. */
+/*@ requires \valid_read(command);
+    requires \valid(line);
+    requires \separated(command, line);
+    requires command->key.length <= 0x7FFFFFFF;
+    requires \valid_read(command->key.at + (0 .. command->key.length - 1));
+    requires command->value.length <= 0x7FFFFFFF;
+    requires \valid_read(command->value.at + (0 .. command->value.length - 1));
+    assigns *line;
+    ensures line->length <= STAIRSCAN_MAX_SENTENCE && line->bytes[line->length] == 0; */
 void stairscan_write_command(const stairscan_command_t *command, stairscan_line_t *line);
 
 /* Parses a command, with or without a frame, as the scanner does: for test benches. */
+/*@ requires length <= 0x7FFFFFFF;
+    requires \valid_read(line + (0 .. length - 1));
+    requires \valid(command);
+    assigns *command; */
 stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
                                             stairscan_command_t *command);
 
@@ -484,6 +526,7 @@ typedef struct {
  * kind. farthest 500 mm: an odometer's 2 % of it are 1 cm. margin 60 mm: 30 mm error of an ok answer with a
  * sigma of at most 10 mm, and 30 mm of travel at 0.6 m/s from a scan's last row until its SCAN is read.
  * Settings are not checked. */
+/*@ assigns \nothing; */
 stairscan_rules_t stairscan_default_rules(void);
 
 /* A complete answer. */
@@ -517,6 +560,16 @@ typedef struct {
     char line[STAIRSCAN_MAX_SENTENCE];
 } stairscan_t;
 
+/* What every function requires of a scanner and ensures: the parser itself keeps to it. */
+/*@ predicate stairscan_sound(stairscan_t *scanner) =
+        scanner->length <= STAIRSCAN_MAX_SENTENCE &&
+        (scanner->edge_known ==> -0x400000000 <= scanner->edge <= 0x400000000); */
+
+/*@ requires \valid(scanner);
+    requires \valid_read(rules);
+    requires \separated(scanner, rules);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules);
 
 enum stairscan_event {
@@ -527,6 +580,11 @@ enum stairscan_event {
 };
 
 /* Processes one byte. `now_ms` is any clock in ms, `travel` the chair's travel as in its motion sentences. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner);
+    ensures \result <= STAIRSCAN_DAMAGED; */
 enum stairscan_event stairscan_take(stairscan_t *scanner, char byte, uint32_t now_ms, int32_t travel);
 
 enum stairscan_action { STAIRSCAN_STOP, STAIRSCAN_HINT, STAIRSCAN_GO };
@@ -553,9 +611,18 @@ typedef struct {
 /* Returns the free distance of an answer, 0.1 mm from the mirror at its last row: the ground is level up to the
  * nearest of horizon, first step, and drop less 3 sigma. Absent unless the answer is ok and has a horizon. Age,
  * travel and margin are not taken into account: see stairscan_may. */
+/*@ requires \valid_read(answer);
+    assigns \nothing;
+    ensures 0 <= \result.value; */
 stairscan_optional_t stairscan_free(const stairscan_answer_t *answer);
 
 /* Returns what the chair may do now. Call it in every control cycle, also without new bytes. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner);
+    ensures \result.action <= STAIRSCAN_GO && \result.why <= STAIRSCAN_WHY_FAR;
+    ensures 0 <= \result.clear && 0 <= \result.vouched; */
 stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
 
 /* ---- speed limit ---- */
@@ -563,6 +630,10 @@ stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t 
 /* Returns the free distance ahead of the mirror when the chair is at `travel`, mm, rounded down: `clear` of
  * stairscan_may. 0 unless its action is STAIRSCAN_GO (silence, a fault, an answer that is degraded, old or too
  * far back). */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
 uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
 
 /* A free distance, with the time since it was measured and the speed during it. */
@@ -590,6 +661,9 @@ typedef struct {
  * every cycle therefore stops before the ground ends, unless a newer answer puts the end within the braking
  * distance. Defined for all values: never larger for less free ground, more age, speed or latency, or less
  * deceleration. */
+/*@ requires \valid_read(ground);
+    requires \valid_read(chair);
+    assigns \nothing; */
 uint32_t stairscan_max_speed(const stairscan_ground_t *ground, const stairscan_chair_t *chair);
 
 #ifdef __cplusplus
