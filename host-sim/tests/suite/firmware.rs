@@ -359,7 +359,7 @@ fn bad_input(session: &mut Session<'_>) {
         ("set,nothing,1", "FAIL,set,key,"),
         ("set,seed", "FAIL,set,seed,a value"),
         ("status now", "FAIL,status,arguments,"),
-        ("set,radar-samples,64", "FAIL,set,radar-samples,nothing"),
+        ("set,radar-samples,64", "FAIL,set,radar-samples,no value"),
         ("$PSTC,stop*00000000", "FAIL,-,crc,"),
         (&long, "FAIL,-,line,at most 96"),
         ("\u{0}\u{1}\u{7f}\u{ff}", "FAIL,-,line,printable"),
