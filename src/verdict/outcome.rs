@@ -30,7 +30,7 @@ pub fn free_m(
 /// ```
 /// use stairscan::answer::{Direction, Step};
 /// use stairscan::motion::Agreement;
-/// use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Status, Validity};
+/// use stairscan::verdict::{Assessment, Conditions, Evidence, Outcome, Reason, Reasons, Status, Validity};
 ///
 /// let mut outcome = Outcome::silent();
 /// outcome.answer.direction = Direction::Up;
@@ -38,8 +38,8 @@ pub fn free_m(
 /// assert_eq!(outcome.status(), Status::Fault);
 ///
 /// let valid = Some(Validity { horizon_m: 1.2, confidence: 0.995, first_step: 0.99 });
-/// let sight = Sight { heard: true, valid, ..Sight::nothing(Agreement::STANDING) };
-/// outcome.decide(&Evidence { sight: Some(sight), ..Evidence::default() });
+/// let assessment = Assessment { echo_found: true, valid, ..Assessment::nothing(Agreement::STANDING) };
+/// outcome.decide(&Evidence { assessment: Some(assessment), ..Evidence::default() });
 /// assert!(outcome.status() == Status::Ok && outcome.reasons().is_empty());
 ///
 /// let fault = Outcome::broken(Reasons::NONE.with(Reason::MotorStall), Conditions::GOOD);
