@@ -84,9 +84,9 @@ pub fn limits() -> Vec<Part> {
          sentence for a post: most answers with a post in the beam are `degraded`, but some scans \
          are `ok` beyond one that is nearer than 1 m.",
         "A drop is detected by the end of the ground. The guard's free distance ends before a fall \
-         of 8 cm and more, mostly without the name, which requires a probability above one half at \
-         one place. Behind a fall of 6 cm and less the lower floor, which is in the beam as well, \
-         counts as the ground.",
+         of 6 cm and more. It names one of up to 10 cm, whose lower floor it sees; for a deeper one \
+         no single place reaches a probability of one half. At 4 cm the lower floor often counts as \
+         the ground.",
         "A grating scatters only from its bars, and a scan does not report its end.",
         "The guard's steepest row meets the ground 51 cm ahead, and the guard evaluates ground up \
          to 1.7 m: nearer and farther bodies are rarely named.",
