@@ -38,7 +38,7 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
         "## Approach",
         "## False alarms on level ground",
         "## Second draw",
-        "## What limits it",
+        "## Limits",
     ] {
         assert_eq!(section(title), 1, "{title}");
     }

@@ -124,7 +124,7 @@ impl PolarMap {
     ///     row.mask[40 / 32] |= 1 << (40 % 32);
     /// });
     /// assert!(map.present(100) && !map.present(101));
-    /// assert_eq!(map.hits(100).collect::<Vec<_>>(), [(40, 200)]);
+    /// assert_eq!(map.detections(100).collect::<Vec<_>>(), [(40, 200)]);
     /// // There are 281 rows.
     /// assert_eq!(map.fill(281, |_| ()), None);
     /// # Ok::<(), stairscan::config::ConfigError>(())
