@@ -149,7 +149,7 @@ fn save_is_refused_where_it_would_do_harm_or_cannot_be_done() {
     let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
     let answer = bench.send("save");
     assert!(
-        answer.starts_with("FAIL,save,plane,to be set before"),
+        answer.starts_with("FAIL,save,plane,to be set first"),
         "{answer}"
     );
     let mut bench = Bench::new(|w| w.flash_broken = true);
