@@ -71,7 +71,7 @@ impl Map {
     fn of(map: &PolarMap) -> Self {
         let (rows, bins) = (map.rows(), map.bins());
         let geometry = map.geometry();
-        let hits = |row| (0..bins).map(move |bin| map.hit(row, bin));
+        let hits = |row| (0..bins).map(move |bin| map.is_detected(row, bin));
         Self {
             cells: (0..rows).flat_map(|row| map.row(row)).copied().collect(),
             detected: (0..rows).flat_map(hits).collect(),
@@ -119,7 +119,7 @@ impl Observer for Onlooker {
                     records::particle(&mut self.particles, staircase, probability);
                 }
             }
-            Event::Cell(cell) => self.way.extend([cell.end_m, cell.right, cell.asked]),
+            Event::Cell(cell) => self.way.extend([cell.end_m, cell.p_correct, cell.required]),
             _ => {}
         }
     }
