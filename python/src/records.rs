@@ -4,8 +4,8 @@
 use stairscan::infer::trace::Scatterer;
 use stairscan::model::{GroundKind, Staircase};
 
-/// Number of letters of a text field (numpy's `U10`).
-const LETTERS: usize = 10;
+/// Number of letters of a text field (numpy's `U12`).
+const LETTERS: usize = 12;
 
 /// Appends a text, four bytes a letter.
 fn word(bytes: &mut Vec<u8>, text: &str) {

@@ -26,7 +26,7 @@ ECHO = np.dtype(
         ("angle_sigma_rad", "<f4"),
         ("snr_db", "<f4"),
         ("width", "<f4"),
-        ("role", "<U10"),
+        ("role", "<U12"),
         ("against", "?"),
     ]
 )
@@ -37,7 +37,7 @@ ECHO = np.dtype(
 PARTICLE = np.dtype(
     [
         ("probability", "<f4"),
-        ("kind", "<U10"),
+        ("kind", "<U12"),
         ("steps", "u1"),
         ("open", "?"),
         ("overhang_m", "<f4"),
