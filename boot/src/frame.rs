@@ -36,10 +36,10 @@ pub const CHUNK: usize = 1024;
 pub const MAX_PAYLOAD: usize = 4 + CHUNK;
 /// Longest frame.
 pub const MAX_FRAME: usize = HEAD + MAX_PAYLOAD + TAIL;
-/// What an answer's kind has beside its request's.
+/// Bit that distinguishes an answer's kind from its request's.
 pub const ANSWER: u8 = 0x80;
 
-/// What a request is.
+/// Kind of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {

@@ -34,7 +34,7 @@ pub const NAME: usize = 16;
 /// Bytes of the payload's hash.
 pub const HASH: usize = 32;
 
-/// What a header says.
+/// Contents of a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The chip that the image is for.

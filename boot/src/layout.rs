@@ -28,5 +28,5 @@ pub const SLOT_NUMBER: u8 = 5;
 pub const SECTORS_PER_SLOT: u32 = 3;
 /// Bytes of a slot.
 pub const SLOT: u32 = SECTORS_PER_SLOT * SLOT_SECTOR as u32;
-/// What a chip's image bears: the STM32F405 of this board. Another board gets another word.
+/// Board identifier in the header of an image: the STM32F405 of this board. Each board has its own.
 pub const CHIP: u32 = u32::from_le_bytes(*b"F405");

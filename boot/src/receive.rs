@@ -23,7 +23,7 @@ pub const INFO: usize = 24 + 2 * OF_SLOT;
 /// Longest answer.
 pub const LONGEST: usize = INFO;
 
-/// What the chip does once an answer is on its way.
+/// Action of the chip after an answer has been sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
     /// Nothing.
@@ -71,7 +71,7 @@ pub struct SlotInfo {
     pub number: u32,
 }
 
-/// What the loader says of itself.
+/// The loader's description of itself, the answer to `hello`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Info {
     /// Version of the protocol.

@@ -25,7 +25,7 @@ const COMPLETE: u32 = 256;
 const TRIED: u32 = 272;
 const CONFIRMED: u32 = 288;
 const GIVEN_UP: u32 = 320;
-/// What a mark without a value is written as.
+/// Word that is written for a mark without a value.
 const MARK: [u8; 4] = [0; 4];
 /// Bytes that are read at once.
 const PIECE: usize = 256;
@@ -60,7 +60,7 @@ impl Slot {
     }
 }
 
-/// What marks say of a slot, before header and payload are checked.
+/// State of a slot by its marks, before header and payload are checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// There is no whole image.
@@ -137,7 +137,7 @@ impl<F: NorFlash> Slots<F> {
         self.read::<4>(slot, at) != [0xff; 4]
     }
 
-    /// What the slot's marks say.
+    /// Returns the state of the slot by its marks.
     pub fn mark(&mut self, slot: Slot) -> Mark {
         if self.is_marked(slot, GIVEN_UP) {
             return Mark::GivenUp;

@@ -18,7 +18,7 @@ pub struct Loader<F, G, K> {
     pub keys: K,
 }
 
-/// What the image asked for before it reset the chip.
+/// Request of the image before it reset the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
     /// Nothing.

@@ -19,7 +19,7 @@ use stairscan_boot::start::{Asked, Start};
 /// Bytes of the images: all of a slot but some words, which ends in the third sector.
 const LENGTH: usize = 2300;
 
-/// What an image does once it is executed.
+/// Behaviour of an image that is executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Nature {
     /// Its self-test passes.

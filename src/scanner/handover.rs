@@ -1,4 +1,4 @@
-//! What boot loader and image tell each other over a reset: three words at the top of SRAM.
+//! Requests and results that boot loader and image exchange over a reset: three words at the top of SRAM.
 //!
 //! They stand outside of everything that either of them initialises (`memory.x`). After a loss of power they are
 //! no message, as the checksum says.

@@ -195,7 +195,7 @@ pub struct Image {
     pub number: u32,
 }
 
-/// What is signed of an image of this payload.
+/// Returns the header of an image with this payload, without its signature.
 pub fn unsigned(payload: &[u8], base: u32, number: u32, key_id: [u8; KEY_ID]) -> Header {
     Header {
         chip: CHIP,
@@ -307,7 +307,7 @@ pub fn send<K: Signatures>(
     Ok(sent)
 }
 
-/// What stands in a slot's place.
+/// Returns whether a slot holds this image.
 pub fn stands<K>(loader: &mut Modelled<K>, slot: Slot, image: &Image) -> bool {
     let at = (address(slot) - BASE) as usize;
     let bytes = &loader.slots.flash_mut().bytes;

@@ -1,4 +1,4 @@
-//! What comes to the boot loader over the report port: any bytes, whole frames, resets.
+//! Input of the boot loader over the report port: any bytes, whole frames, resets.
 //!
 //! An operation is a byte, and what it needs after it:
 //!
@@ -114,7 +114,7 @@ fn hear(bytes: &[u8], decoder: &mut Decoder, receiver: &mut Receiver, loader: &m
     }
 }
 
-/// What nobody signed does not run; what somebody signed does.
+/// Checks that signed images are executed, and no others.
 fn boot(asked: Asked, loader: &mut Model) {
     let start = loader.start(asked).expect("a brick");
     assert_eq!((start.slot, start.trial), (Slot::A, None));

@@ -41,7 +41,7 @@ const ANSWER: Duration = Duration::from_secs(2);
 /// From the reset to the image's first sentence.
 const BOOT: Duration = Duration::from_secs(10);
 
-/// How an update went.
+/// Outcome of an update.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// The new image has been confirmed.
@@ -67,7 +67,7 @@ pub struct Transfer {
     pub time: Duration,
 }
 
-/// What the user is to do about a refusal.
+/// Returns the remedy for a refusal.
 pub fn help(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::NoImage => "the file is no signed image: `cargo sim keys sign` makes one",
@@ -111,7 +111,7 @@ fn next_of(payload: &[u8]) -> Result<u32> {
 #[derive(Debug)]
 pub struct Client<W> {
     link: Link<W>,
-    /// What it says of itself.
+    /// Its description of itself.
     pub info: Info,
     baud: u32,
     /// The scanner was at work before, and is to be again.

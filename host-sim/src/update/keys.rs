@@ -14,9 +14,9 @@ use crate::recording::regular;
 
 /// The secret half of the development key, which is in the repository.
 const DEVELOPMENT: &str = include_str!("../../../boot/keys/development.key");
-/// What the line of a secret key begins with.
+/// Beginning of the line of a secret key.
 const SECRET: &str = "stairscan secret key ";
-/// What the line of a public key begins with.
+/// Beginning of the line of a public key.
 const PUBLIC: &str = "stairscan public key ";
 /// A secret half that its owner alone may read and write.
 const OWNER_ONLY: u32 = 0o600;
@@ -26,7 +26,7 @@ const OWNER_ONLY: u32 = 0o600;
 pub enum Key {
     /// Both halves.
     Pair(SigningKey),
-    /// What a loader trusts.
+    /// Public key, which a loader trusts.
     Public(PublicKey),
 }
 

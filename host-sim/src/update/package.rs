@@ -20,7 +20,7 @@ use crate::recording::regular;
 pub struct Signed {
     /// Its header, with the signature.
     pub header: [u8; HEADER],
-    /// What is behind it.
+    /// Payload behind the header.
     pub payload: Vec<u8>,
 }
 
@@ -29,7 +29,7 @@ pub struct Signed {
 pub struct Package(pub [Signed; 2]);
 
 impl Signed {
-    /// What a debug probe, or the emulator, puts into a slot: confirmed, with a number that orders confirmations.
+    /// Returns the slot as a debug probe or the emulator writes it: confirmed, with a number that orders confirmations.
     pub fn slot(&self, order: u32) -> Vec<u8> {
         [&factory(&self.header, order)[..], &self.payload].concat()
     }
@@ -58,7 +58,7 @@ impl Package {
         }))
     }
 
-    /// What is signed of a payload in a slot.
+    /// Returns the header of a payload in a slot, without its signature.
     pub fn header(payload: &[u8], slot: Slot, number: u32, key: &SigningKey) -> Header {
         let mut name = [0; NAME];
         let words = format!("{} {}", env!("CARGO_PKG_VERSION"), stairscan::REVISION);

@@ -57,7 +57,7 @@ fn both(bytes: &[u8]) -> Result<[Payload; 2]> {
     Ok([Payload(image.payload), Payload(moved)])
 }
 
-/// What the file brings into the slot.
+/// Bytes of the file that go into the slot.
 struct Loaded {
     /// The bytes behind the header, blank where the file has none.
     payload: Vec<u8>,

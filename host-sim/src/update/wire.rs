@@ -10,7 +10,7 @@ use stairscan_boot::refusal::Refusal;
 
 use crate::live::port::passes;
 
-/// What frames and sentences go over.
+/// Port for frames and sentences.
 pub trait Wire {
     /// Takes what has come; 0 where nothing came for a moment.
     ///
@@ -186,7 +186,7 @@ impl<W: Wire> Link<W> {
     }
 }
 
-/// What an answer's payload says: `hello` has no code.
+/// Decodes an answer's payload: `hello` has no code.
 fn reply(kind: Kind, payload: Vec<u8>) -> Reply {
     if kind == Kind::Hello {
         return Reply::Good(payload);
