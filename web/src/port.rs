@@ -3,7 +3,7 @@
 
 use host_sim::html;
 use host_sim::live::lines::Splitter;
-use host_sim::live::model::{self, Link, Validity, State, Way};
+use host_sim::live::model::{self, Link, State, Validity, Way};
 use host_sim::live::trouble::Trouble;
 use serde_json::{Value, json};
 
