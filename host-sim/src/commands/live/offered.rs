@@ -85,7 +85,7 @@ fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     let service = opened(open, &offer)?;
     state.note(0, &service.place());
     let look = &mut |answer: &Answer| {
-        let scan = Scan::heard(answer, unix_ns());
+        let scan = Scan::from_sentences(answer, unix_ns());
         if let Err(error) = publish_scan(&*service, &scan) {
             eprintln!("error: {error:#}");
         }
