@@ -27,7 +27,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 11] = [
+pub const TARGETS: [Target; 12] = [
     target("radar_link", targets::radar_link::run, 2000),
     target("sirad", targets::sirad::run, 1000),
     target("bgt60", targets::bgt60::run, 1000),
@@ -39,6 +39,7 @@ pub const TARGETS: [Target; 11] = [
     target("scanner", targets::scanner::run, 300),
     target("pipeline", targets::pipeline::run, 100),
     target("update", targets::update::run, 300),
+    target("files", targets::files::run, 300),
 ];
 
 const fn target(name: &'static str, run: fn(&[u8]), quick: u32) -> Target {

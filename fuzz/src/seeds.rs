@@ -4,12 +4,16 @@
 //! target changes its input format.
 
 use crate::targets;
+use ed25519_dalek::SigningKey;
+use host_sim::update::{keys, package::Package};
 use stairscan::answer::{Direction, DropEdge, PossibleStep, Step};
 use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
 use stairscan::scanner::Settings;
 use stairscan::verdict::{Assessment, Conditions, Evidence, Outcome, Reason, Reasons, Validity};
+use stairscan_boot::header::PAYLOAD;
+use stairscan_boot::layout::SLOTS;
 
 /// An input: target, name, bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
@@ -35,6 +39,7 @@ pub fn all() -> Vec<Seed> {
     put("scanner", scanner());
     put("pipeline", pipeline());
     put("update", update());
+    put("files", files());
     seeds
 }
 
@@ -42,6 +47,83 @@ pub fn all() -> Vec<Seed> {
 fn counted(bytes: &[u8]) -> Vec<u8> {
     let count = bytes.len().min(255);
     [&[count as u8], &bytes[..count]].concat()
+}
+
+/// Files of signed updates, each behind its kind's number.
+fn files() -> Vec<(&'static str, Vec<u8>)> {
+    let key = SigningKey::from_bytes(&[7; 32]);
+    let package = Package::of(&key, |slot| {
+        let payload = vec![slot as u8; 64];
+        (Package::header(&payload, slot, 3, &key), payload)
+    });
+    let key_file = |kind, bytes: [u8; 32]| format!("stairscan {kind} key {}\n", keys::hex(&bytes));
+    let public = key_file("public", key.verifying_key().to_bytes());
+    let secret = key_file("secret", key.to_bytes());
+    let file = |kind: u8, bytes: &[u8]| [&[kind], bytes].concat();
+    vec![
+        ("package", file(0, &package.bytes())),
+        ("public", file(1, public.as_bytes())),
+        ("secret", file(1, secret.as_bytes())),
+        ("elf", file(2, &elf())),
+    ]
+}
+
+/// A small ELF file: a segment for slot A that holds one address, with its relocation.
+fn elf() -> Vec<u8> {
+    let half = |value: u16| value.to_le_bytes().to_vec();
+    let words = |values: &[u32]| {
+        values
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    // Sizes of the headers of file, segment and section, and of a symbol and a relocation (ELF specification).
+    let (file, segment, section, symbol, relocation) = (52_u32, 32_u32, 40_u32, 16_u32, 8_u32);
+    let load = SLOTS + PAYLOAD;
+    let mut payload = vec![0xff; 0x240];
+    payload[0x220..0x224].copy_from_slice(&(load + 0x230).to_le_bytes());
+    let data = file + segment;
+    let symbols = data + payload.len() as u32;
+    let relocations = symbols + 2 * symbol;
+    let sections = relocations + relocation;
+    let magic = [0x7f, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    // Executable for Arm; tables of one segment and four sections, without section names.
+    let header = [
+        magic.to_vec(),
+        [half(2), half(40)].concat(),
+        words(&[1, load, file, sections, 0]),
+        [52, 32, 1, 40, 4, 0].map(half).concat(),
+    ];
+    let program = words(&[
+        1,
+        data,
+        load,
+        load,
+        payload.len() as u32,
+        payload.len() as u32,
+        5,
+        4,
+    ]);
+    let symbol_table = words(&[0, 0, 0, 0, 0, load + 0x230, 4, 0x0001_0010]);
+    // R_ARM_ABS32 of symbol 1 at the payload's address.
+    let relocation_table = words(&[load + 0x220, 1 << 8 | 2]);
+    let size = payload.len() as u32;
+    let table = [
+        words(&[0; 10]),
+        words(&[0, 1, 6, load, data, size, 0, 0, 4, 0]),
+        words(&[0, 2, 0, 0, symbols, 2 * symbol, 0, 1, 4, symbol]),
+        words(&[0, 9, 0, 0, relocations, relocation, 2, 1, 4, relocation]),
+    ];
+    debug_assert_eq!(table.concat().len() as u32, 4 * section);
+    [
+        header.concat(),
+        program,
+        payload,
+        symbol_table,
+        relocation_table,
+        table.concat(),
+    ]
+    .concat()
 }
 
 fn update() -> Vec<(&'static str, Vec<u8>)> {

@@ -1,4 +1,5 @@
-//! Every figure of scans with and without faults, compared with the approved ones of `scans.txt`, to the last bit.
+//! Every figure of scans with and without faults, compared to the last bit with the approved ones in the text files
+//! of this folder.
 //!
 //! The other tests ask whether an answer is right; this one shows each figure that a change moves: health checks,
 //! calibration, likelihoods, sentences. Where the move is intended, `APPROVE=1 cargo test --test approved` writes the

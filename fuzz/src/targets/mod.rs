@@ -2,6 +2,7 @@
 
 pub mod bgt60;
 pub mod commands;
+pub mod files;
 pub mod motion;
 pub mod pipeline;
 pub mod radar_link;

@@ -93,7 +93,11 @@ pub fn read_secret(path: &Path) -> Result<SigningKey> {
     }
 }
 
-fn parse(text: &str) -> Result<Key> {
+/// Reads a key of either kind from the text of its file.
+///
+/// # Errors
+/// Names what is wrong with its first line.
+pub fn parse(text: &str) -> Result<Key> {
     let line = text.lines().next().unwrap_or_default().trim_end();
     if let Some(digits) = line.strip_prefix(SECRET) {
         return Ok(Key::Pair(SigningKey::from_bytes(&bytes(digits)?)));

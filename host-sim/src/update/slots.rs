@@ -37,7 +37,7 @@ pub fn read(elf: &Path) -> Result<[Payload; 2]> {
     regular(elf)?;
     let name = || elf.display().to_string();
     let bytes = fs::read(elf).with_context(name)?;
-    both(&bytes).with_context(name)
+    parse(&bytes).with_context(name)
 }
 
 /// The address of a slot.
@@ -48,7 +48,11 @@ pub fn address(slot: Slot) -> u32 {
     }
 }
 
-fn both(bytes: &[u8]) -> Result<[Payload; 2]> {
+/// Reads the payload for both slots from the bytes of an ELF file.
+///
+/// # Errors
+/// Names what is wrong: no ELF file, not linked for slot A, an unknown relocation.
+pub fn parse(bytes: &[u8]) -> Result<[Payload; 2]> {
     let file = ElfFile32::<Endianness>::parse(bytes).context("no ELF file of 32 bits")?;
     let image = Loaded::new(&file)?;
     let mut moved = image.payload.clone();
