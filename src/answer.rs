@@ -29,13 +29,13 @@ pub struct Step {
     pub height_m: f32,
     /// Depth of the tread up to the next step's edge; `None` for the last.
     pub tread_m: Option<f32>,
-    /// Height of the riser from the level before; `None` where that level is not known.
+    /// Height difference to the level before this step, positive; `None` where that level is not known.
     pub riser_m: Option<f32>,
-    /// Standard deviation of the distance.
+    /// Standard deviation of `distance_m`.
     pub distance_sigma_m: f32,
-    /// Standard deviation of the height.
+    /// Standard deviation of `height_m`.
     pub height_sigma_m: f32,
-    /// Detection quality of the step, 0…100.
+    /// Detection quality: share of the step's expected features that are detected, per cent.
     pub quality: u8,
 }
 
@@ -95,7 +95,7 @@ pub struct PossibleStep {
     pub distance_m: f32,
     /// Height above the ground, metres; [`PossibleStep::DROP_M`] for a possible drop, whose depth is unknown.
     pub height_m: f32,
-    /// Probability, 0…1.
+    /// Probability that the step or drop exists, 0…1.
     pub probability: f32,
 }
 
@@ -105,7 +105,7 @@ impl PossibleStep {
 }
 
 impl Answer {
-    /// No stairs.
+    /// Answer without stairs, drop or possible steps.
     pub const NONE: Self = Self {
         direction: Direction::None,
         steps: heapless::Vec::new(),
@@ -121,7 +121,7 @@ impl Answer {
         self.possible_steps.clear();
     }
 
-    /// Computes tread depths and riser heights of the steps, which are sorted by distance: a tread extends to
+    /// Computes the tread depths and riser heights of the steps, which must be sorted by distance: a tread extends to
     /// the next step's edge, a riser begins at the level before, the first one at the ground.
     pub fn link(&mut self) {
         let mut level = 0.0;

@@ -129,7 +129,7 @@ impl From<Plane> for Planes {
 }
 
 impl Plane {
-    /// Returns the name in settings, sentences and recordings.
+    /// Returns the plane's name in settings, sentences and recordings.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Depth => "depth",
@@ -199,7 +199,7 @@ settings! {
 }
 
 impl SweepConfig {
-    /// Checks that the shaft can reach all angles and that the map can hold all rows.
+    /// Checks that the settings are within their limits and that the shaft can reach the last angle.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.limits()?;
         let last = i64::from(self.first_angle)
@@ -211,7 +211,7 @@ impl SweepConfig {
         )
     }
 
-    /// Returns the scheduled angle of row `k`, 0.001°.
+    /// Returns the scheduled beam angle of row `k`, 0.001°.
     pub fn angle(&self, k: u16) -> i32 {
         self.first_angle
             .saturating_add(self.angle_step.saturating_mul(i32::from(k)))
@@ -261,7 +261,7 @@ impl Spread {
 
 /// Maximum number of particles of one scan.
 pub const MAX_PARTICLES: usize = 1000;
-/// Maximum number of Gaussian modes.
+/// Maximum number of Gaussian modes in the particles' initial distribution.
 pub const MAX_MODES: usize = 32;
 
 words!(Spread: "uniform" Spread::Uniform, "gmm-raw" Spread::GmmRaw, "gmm-cfar" Spread::GmmCfar);
@@ -309,7 +309,7 @@ impl EstimatorKind {
         EstimatorKind::Paper,
     ];
 
-    /// Returns the name in commands and options.
+    /// Returns the estimator's name in commands and options.
     pub const fn as_str(self) -> &'static str {
         match self {
             EstimatorKind::Likelihood => "likelihood",
@@ -318,7 +318,7 @@ impl EstimatorKind {
         }
     }
 
-    /// Returns the estimator of this name.
+    /// Returns the estimator of this name; `None` if there is none.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|kind| kind.as_str() == name)
     }
@@ -375,7 +375,8 @@ settings! {
 }
 
 impl Config {
-    /// Checks every field, and that the map can hold the scan.
+    /// Checks every setting against its limits, the chirp against the buffers, and the last angle against the shaft's
+    /// reach. Whether the map can hold the scan is checked where the map is shaped.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.radar.validate()?;
         self.limits()?;

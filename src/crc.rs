@@ -1,4 +1,4 @@
-//! Checksum of sentences, commands, records and the radar link's frames.
+//! CRC-32, the checksum of sentences, commands, records and the radar link's frames.
 
 /// CRC-32 (ISO-HDLC) by a table of 256 words: some eight instructions a byte.
 pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);

@@ -2,7 +2,7 @@
 
 use crate::track::Track;
 
-/// Rule for scans whose motion input is not good.
+/// Rule for the status of answers of scans whose motion input is not good.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// Two sweeps over the same scene must agree before an answer is `ok`, unless motion input and phases show
@@ -15,47 +15,47 @@ pub enum Mode {
     Standing,
 }
 
-/// Whether the evidence of earlier scans of the scene is used.
+/// Use of the evidence of earlier scans of the same scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Retention {
-    /// Used, as far as the travel since is known.
+    /// Earlier evidence is used, as far as the chair's travel since is known.
     #[default]
     Kept,
-    /// Discarded: this scan counts as the first.
+    /// Earlier evidence is discarded: this scan counts as the first.
     Anew,
-    /// Neither used nor kept: evidence of earlier scans is discarded, and this scan adds none.
+    /// Earlier evidence is discarded, and this scan adds none.
     Off,
-    /// Neither used nor changed: a scan of the other plane in between.
+    /// Earlier evidence is neither used nor changed: this scan is of the other plane, between two scans of the first.
     Aside,
 }
 
-/// State of the motion input during a scan.
+/// State of the motion input, the sentences of the chair's controller, during a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Input {
     /// No motion sentence has been received yet.
     #[default]
     Absent,
-    /// The position of every row is known.
+    /// The position of the chair is known for every row.
     Good,
-    /// Too much time between two sentences, or since the last one.
+    /// Too much time passed between two motion sentences, or since the last one.
     Late,
-    /// Travel or pitch changed faster than those of a chair can.
+    /// Travel or pitch changed faster than a chair's can.
     Jumping,
-    /// The same sentence was received again and again.
+    /// The same motion sentence was received again and again.
     Frozen,
-    /// A sentence was received damaged.
+    /// A motion sentence was received damaged.
     Garbled,
-    /// An older sentence was received after a newer one.
+    /// An older motion sentence was received after a newer one.
     Disordered,
 }
 
 impl Input {
-    /// Returns whether there was an input that did not give the position of every row.
+    /// Returns whether there was a motion input that did not give the chair's position at every row.
     pub const fn is_bad(self) -> bool {
         !matches!(self, Self::Good | Self::Absent)
     }
 
-    /// Returns the name in sentences.
+    /// Returns the state's name in the scanner's sentences.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Absent => "absent",
@@ -72,23 +72,23 @@ impl Input {
 /// Motion of the chair during a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive<'a> {
-    /// Rule where the input is not good.
+    /// Rule for the answer's status where the motion input is not good.
     pub mode: Mode,
     /// State of the motion input.
     pub input: Input,
-    /// Time and position of each row; `None` where the chair is known to stand.
+    /// Time and chair's position of each row; `None` where the chair is known to stand.
     pub track: Option<&'a Track>,
-    /// Forward travel from the last row of the scan before to that of this one, metres; `None` if the input was
+    /// Forward travel from the last row of the scan before to the last row of this one, metres; `None` if the input was
     /// not good all the way.
     pub moved_m: Option<f32>,
-    /// Time between these two rows, seconds; `None` for the first scan.
+    /// Time from the last row of the scan before to the last row of this one, seconds; `None` for the first scan.
     pub since_s: Option<f32>,
-    /// Whether the chair stood during the scan by the motion input and by the phases of the echoes; set by the
+    /// Whether both the motion input and the phases of the echoes show that the chair stood during the scan; set by the
     /// data path.
     pub stood: bool,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
-    /// Whether the evidence of earlier scans is used.
+    /// Use of the evidence of earlier scans.
     pub memory: Retention,
 }
 

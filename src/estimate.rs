@@ -2,11 +2,12 @@
 
 use crate::math;
 
-/// Minimum expanded uncertainty of a reported length, metres: design contract of `ok`.
+/// Minimum expanded uncertainty of a reported length, metres; part of the design contract of the status `ok`.
 pub const MIN_EXPANDED_M: f32 = 0.03;
-/// Maximum expanded uncertainty of a length that counts as measured, metres: design contract of `ok`.
+/// Maximum expanded uncertainty of a length that counts as measured, metres; part of the design contract of the status
+/// `ok`.
 pub const MAX_EXPANDED_M: f32 = 0.08;
-/// Coverage factor: standard deviations of an expanded uncertainty.
+/// Coverage factor: ratio of expanded uncertainty to standard deviation.
 pub const COVERAGE_FACTOR: f32 = 3.0;
 
 /// Returns the expanded uncertainty U of a reported length of standard deviation `sigma_m`, metres: U = max(3
@@ -28,7 +29,7 @@ pub fn expanded(sigma_m: f32) -> f32 {
 pub struct Estimate {
     /// The value.
     pub value: f32,
-    /// Its variance.
+    /// The value's variance, in the square of its unit.
     pub variance: f32,
 }
 

@@ -1,5 +1,5 @@
-//! Interface of an estimator: it takes the rows of the map during the scan, and gives the answer after the last
-//! one.
+//! Interface of an estimator of stairs: it takes the rows of the map during the scan, and gives the answer after the
+//! last one.
 
 use crate::answer::Answer;
 use crate::config::Config;
@@ -16,19 +16,20 @@ pub struct MappedScan<'a> {
     pub map: &'a PolarMap,
     /// Configuration of the scan.
     pub config: &'a Config,
-    /// Number of the scan.
+    /// Number of the scan; random numbers are seeded with it.
     pub number: u32,
     /// Motion of the chair during the scan.
     pub drive: &'a Drive<'a>,
 }
 
-/// Estimator of stairs. The same map, configuration and scan number give the same answer.
+/// Estimator of stairs: from the polar map of a scan to its answer. The same map, configuration and scan number give
+/// the same answer.
 pub trait Estimator {
-    /// Prepares for the first row of the scan that `map` has been shaped for.
+    /// Prepares for the first row of a scan, whose shape (rows and range bins) `map` already has.
     fn begin(&mut self, map: &PolarMap);
 
-    /// Takes row `k` of the map. Rows come one after the other from either end; a lost one comes too, and is
-    /// empty.
+    /// Takes row `k` of the map. Rows come in order, beginning at either end of the scan; a lost row is passed as well,
+    /// and is empty.
     fn row(&mut self, map: &PolarMap, k: usize);
 
     /// Fills `answer`, which is empty on entry (a large value, passed by reference because the stack is small),

@@ -1,4 +1,4 @@
-//! The map and the estimators that read it, in one block of memory.
+//! The map and the estimator that reads it, in one block of memory.
 
 use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
@@ -15,8 +15,8 @@ use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
 use crate::verdict::{Assessment, FreeGround};
 
-/// Working memory of one estimator beside the map, during the scan and after it. Only one is in use at a time,
-/// so they share their memory.
+/// Working memory of the estimator of stairs or of the guard, beside the map, during a scan and after it. Only one is
+/// in use at a time, so they share their memory.
 #[derive(Debug)]
 #[repr(u8)]
 #[allow(
@@ -34,7 +34,7 @@ enum Scratch {
 }
 
 impl Scratch {
-    /// Creates the estimator of `kind`, unless it is the present one.
+    /// Creates the estimator of `kind`, unless the memory already holds it.
     fn choose(&mut self, kind: EstimatorKind) {
         match (&self, kind) {
             #[cfg(feature = "paper")]
@@ -52,8 +52,7 @@ impl Scratch {
         *self = Self::Likelihood(Likelihood::with(current()));
     }
 
-    /// Creates the guard, unless it is the present one. Not inlined, because the new value passes over the
-    /// stack.
+    /// Creates the guard, unless the memory already holds it. Not inlined, because the new value passes over the stack.
     #[inline(never)]
     fn guard(&mut self) {
         if !matches!(self, Self::Guard(_)) {
@@ -93,8 +92,7 @@ impl StairFinder {
 
     /// Empties the map and gives it the shape of `config`'s scan.
     ///
-    /// # Errors
-    /// Returns the field that makes the scan larger than the map.
+    /// # Errors Returns the field that makes the scan larger than the map, or its sweep wider than the shaft can turn.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
         self.scratch.choose(config.estimator);
@@ -104,14 +102,16 @@ impl StairFinder {
         Ok(())
     }
 
-    /// Writes row `k` by `fill`, once per scan, and lets the estimator process it; `None` beyond the last row.
+    /// Lets `fill` write row `k` of the map, once per scan, and lets the estimator process it. Returns the result of
+    /// `fill`; `None` beyond the last row.
     pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         let filled = self.write(k, fill)?;
         self.complete(k);
         Some(filled)
     }
 
-    /// Writes row `k` by `fill` without completing it; [`StairFinder::complete`] must follow.
+    /// Lets `fill` write row `k` of the map without passing it to the estimator; [`StairFinder::complete`] must follow.
+    /// Returns the result of `fill`; `None` beyond the last row.
     pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         self.map.fill(k, fill)
     }
@@ -148,10 +148,9 @@ impl StairFinder {
         sight
     }
 
-    /// Begins a guard sweep, in place of [`StairFinder::begin`].
+    /// Begins a guard sweep, in place of [`StairFinder::begin`]: empties the map and gives it the shape of the sweep.
     ///
-    /// # Errors
-    /// Returns the field that makes the sweep larger than the map.
+    /// # Errors Returns the field that makes the sweep larger than the map, or wider than the shaft can turn.
     pub fn begin_guard(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
         self.scratch.guard();
@@ -165,8 +164,8 @@ impl StairFinder {
         }
     }
 
-    /// Ends a guard sweep, in place of [`StairFinder::finish`]. Returns the free distance by this sweep and
-    /// those before; `None` if no guard sweep was begun.
+    /// Ends a guard sweep, in place of [`StairFinder::finish`]. Returns the free distance by this sweep and those
+    /// before it; `None` if no guard sweep was begun.
     pub fn guard(&mut self, config: &Config, drive: &Drive<'_>) -> Option<FreeGround> {
         match &mut self.scratch {
             Scratch::Guard(guard) => Some(guard.sweep(&self.map, config, drive)),
@@ -174,8 +173,9 @@ impl StairFinder {
         }
     }
 
-    /// Returns the echoes of the map after the last row, placed by the configuration and without any
-    /// calibration; empty for an estimator without echoes. In place of [`StairFinder::finish`].
+    /// Returns the echoes of the map after the last row, for a calibration by command, in place of
+    /// [`StairFinder::finish`]. Their positions follow from the configuration alone, without a calibration on the
+    /// ground; empty for an estimator without echoes.
     pub fn echoes(&mut self, config: &Config) -> &[Echo] {
         match &mut self.scratch {
             Scratch::Likelihood(estimator) => estimator.echoes(&self.map, config),

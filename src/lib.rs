@@ -94,7 +94,7 @@ pub struct Iq {
 }
 
 impl Iq {
-    /// A sample from its two parts.
+    /// Creates a sample from its in-phase and quadrature parts.
     pub const fn new(i: i16, q: i16) -> Self {
         Self { i, q }
     }

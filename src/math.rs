@@ -151,13 +151,13 @@ pub fn exp2(x: f32) -> f32 {
     p * f32::from_bits(((whole + 127) as u32) << 23)
 }
 
-/// Returns e to the power `x`, with [`exp2`]'s bounds.
+/// Returns e to the power `x`, with the error bounds of [`exp2`].
 #[inline]
 pub fn exp(x: f32) -> f32 {
     exp2(x * core::f32::consts::LOG2_E)
 }
 
-/// Returns the natural logarithm, with [`log2`]'s bounds.
+/// Returns the natural logarithm, with the error bounds of [`log2`].
 #[inline]
 pub const fn ln(x: f32) -> f32 {
     core::f32::consts::LN_2 * log2(x)
@@ -166,7 +166,7 @@ pub const fn ln(x: f32) -> f32 {
 /// Returns the natural logarithm of the gamma function of a positive number, absolute error below 2e-5 up to
 /// 30: Stirling's series, shifted by the recurrence.
 pub fn ln_gamma(x: f32) -> f32 {
-    /// Minimum argument of the series: its third term is below 1e-6.
+    /// Minimum argument of Stirling's series: the third term, which is left out, is below 1e-6.
     const FAR: f32 = 6.0;
     /// ln √(2π).
     const LN_ROOT_TAU: f32 = 0.918_938_5;
@@ -182,7 +182,7 @@ pub fn ln_gamma(x: f32) -> f32 {
 /// Decibels of a doubled power: 10 lg 2.
 pub const DB_PER_OCTAVE: f32 = 3.010_3;
 
-/// Returns the power ratio of `db` decibels, with [`exp2`]'s bounds.
+/// Returns the power ratio of `db` decibels, with the error bounds of [`exp2`].
 #[inline]
 pub fn power_ratio(db: f32) -> f32 {
     exp2(db / DB_PER_OCTAVE)
@@ -191,7 +191,7 @@ pub fn power_ratio(db: f32) -> f32 {
 /// Decibels of a doubled amplitude: 20 lg 2.
 const DB_PER_DOUBLING: f32 = 6.020_6;
 
-/// Returns the amplitude ratio of `db` decibels, with [`exp2`]'s bounds.
+/// Returns the amplitude ratio of `db` decibels, with the error bounds of [`exp2`].
 #[inline]
 pub fn amplitude(db: f32) -> f32 {
     exp2(db * (1.0 / DB_PER_DOUBLING))

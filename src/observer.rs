@@ -14,11 +14,11 @@ use crate::signal::echoes::Lobes;
 /// An intermediate result, marked with the estimators that report it.
 #[derive(Debug)]
 pub enum Event<'a> {
-    /// Both estimators: a stage after the last row is complete.
+    /// Both estimators: a processing stage that follows the scan's last row is complete.
     Done(Stage),
     /// `likelihood`: the noise, median of the filtered map, map units (1/8 octave).
     Noise(f32),
-    /// `likelihood`: errors of angle and height, estimated on the ground.
+    /// `likelihood`: errors of the mounting's angle and height, estimated from the ground's echoes.
     Calibration(Calibration),
     /// `likelihood`: evidence for a ground at its configured place, and for one elsewhere.
     Floor(GroundEvidence),
@@ -28,14 +28,15 @@ pub enum Event<'a> {
     Scatterer(&'a Scatterer),
     /// `likelihood`: one hypothesis of the search, the best of each number of steps, or level ground.
     Candidate(&'a Candidate<'a>),
-    /// `likelihood`: a cell of the way ahead with the evidence that its verdict uses, nearest first.
+    /// `likelihood`: a way cell (10 cm of the way ahead) with the evidence that decides whether the answer is valid up
+    /// to its end, nearest first.
     Cell(&'a Cell),
-    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe_map`]
-    /// maps that.
+    /// `likelihood`: a possible step or drop besides the answer, with its share of the particles, before
+    /// [`Weights::maybe_map`] maps this share to a probability.
     ///
     /// [`Weights::maybe_map`]: crate::params::hazard::Weights::maybe_map
     PossibleStep(&'a PossibleStep),
-    /// `likelihood` in the depth plane: the posterior, once it is complete.
+    /// `likelihood` in the depth plane: the posterior distribution, once it is complete.
     Posterior {
         /// Particles with their probabilities, and the probability of each number of steps.
         cloud: &'a Cloud,
@@ -45,13 +46,13 @@ pub enum Event<'a> {
     /// `paper`: the particles after a stage, and the clusters once there are any.
     #[cfg(feature = "paper")]
     Particles {
-        /// The stage.
+        /// Stage after which the particles are reported.
         stage: CloudStage,
         /// The particles.
         cloud: &'a PointCloud,
-        /// The map that the particles are weighted with.
+        /// Intensity map by which the particles are weighted.
         field: &'a IntensityMap<'a>,
-        /// The clusters.
+        /// The clusters; empty before there are any.
         clusters: &'a [Extent],
     },
 }
@@ -73,7 +74,7 @@ pub enum CloudStage {
 
 /// Receiver of an estimator's intermediate results.
 pub trait Observer {
-    /// Returns whether it wants scatterers and hypotheses, which take time to compute.
+    /// Returns whether the observer wants scatterers and hypotheses, which take time to compute.
     fn listens(&self) -> bool {
         true
     }

@@ -53,12 +53,12 @@ pub struct Pipeline {
     range: RangeProcessor,
     finder: StairFinder,
     health: Health,
-    /// Evidence of earlier scans.
+    /// Evidence of earlier scans of the same scene.
     past: History,
 }
 
-/// Maximum interval between two guard sweeps whose evidence is combined, seconds: a person steps in within
-/// less.
+/// Maximum interval between two guard sweeps whose evidence is combined, seconds: in a longer one a person may have
+/// stepped into the way.
 const GUARD_BREAK_S: f32 = 1.0;
 
 /// Maximum memory of the scan state, with either estimator, bytes.
@@ -108,7 +108,7 @@ impl Pipeline {
         health.check_map_row(row, finder.map(), |bin| range.phasors(bin));
     }
 
-    /// Marks row `row` as final, received and processed by [`Pipeline::process_row`] or lost, and lets the estimator
+    /// Marks row `row` as final (received and processed by [`Pipeline::process_row`], or lost) and lets the estimator
     /// process it.
     pub fn complete(&mut self, row: u16) {
         self.finder.complete(row.into());
@@ -119,7 +119,7 @@ impl Pipeline {
         self.finder.map()
     }
 
-    /// Does [`DataPath::conclude`] with an observer.
+    /// Concludes the scan as [`DataPath::conclude`] does, and passes intermediate results to `observer`.
     // Not inlined: else the stack would hold a second outcome beneath the estimator.
     #[inline(never)]
     pub fn conclude_observed(
@@ -180,8 +180,8 @@ impl Pipeline {
             .finish(&self.config, scan, past, observer, answer)
     }
 
-    /// Prepares for the chirps of a scan or guard sweep. Returns the configuration for all later stages: its
-    /// bandwidth is the calibrated one.
+    /// Prepares range processing and health checks for the chirps of a scan or guard sweep. Returns the configuration
+    /// for all later stages: its bandwidth is the calibrated one.
     fn ready(&mut self, config: &Config, scan: u32) -> Result<Config, ConfigError> {
         let config = Config {
             radar: config.radar.scaled(config.mount.range_scale),
@@ -194,7 +194,8 @@ impl Pipeline {
         Ok(config)
     }
 
-    /// Returns the evidence of the last guard sweep: instrument, and ground by it and those before.
+    /// Returns the evidence for the result of the last guard sweep: its health checks, and the free ground by this
+    /// sweep and those before it.
     #[inline(never)]
     fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
         let mut evidence = GuardEvidence {
@@ -224,7 +225,7 @@ impl Pipeline {
         evidence
     }
 
-    /// Returns whether motion input and phases agree that the chair stood during the last scan.
+    /// Returns whether the motion input and the echoes' phases agree that the chair stood during the last scan.
     pub fn stood(&self, drive: &Drive<'_>) -> bool {
         let mirror = self.config.mount.mirror_offset > 0;
         mirror && drive.known().is_some_and(|track| !moves(track)) && self.health.stood()
@@ -242,13 +243,13 @@ impl Default for Pipeline {
     }
 }
 
-/// Returns whether the chair moved along this track.
+/// Returns whether the chair moved along `track` by more than a standing chair's limits, `stood_m` and `stood_rad`.
 fn moves(track: &Track) -> bool {
     let p = current();
     track.moves(p.stood_m, p.stood_rad)
 }
 
-/// Returns the number of samples of a chirp.
+/// Returns the number of samples of a chirp of `config`, at most the size of the buffer.
 fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
     samples.len().min(usize::from(config.radar.samples))
 }

@@ -8,8 +8,8 @@ pub const MAX_READ: u32 = 4096;
 pub trait BytePort {
     /// Returns the next received byte, if any.
     fn read(&mut self) -> Option<u8>;
-    /// Discards received bytes before a request, which would answer an earlier one. At most [`MAX_READ`]
-    /// bytes, in case the module sends all the time.
+    /// Discards bytes received before a request, which would be read as its reply. At most [`MAX_READ`] bytes, in case
+    /// the module sends all the time.
     fn drain(&mut self) {
         for _ in 0..MAX_READ {
             if self.read().is_none() {
@@ -29,7 +29,7 @@ pub trait BytePort {
     }
     /// Sets the port to a rate that it supports, while it sends nothing.
     fn set_rate(&mut self, _baud: u32) {}
-    /// Sends a pulse on the TRIG pin beside the port.
+    /// Sends a pulse on the TRIG pin beside the port, which triggers the radar module.
     fn pulse(&mut self) {}
 }
 

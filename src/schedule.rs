@@ -9,10 +9,10 @@ use crate::config::{Config, ConfigError, Plane, SweepConfig, check};
 /// Microsteps per turn of the shaft: 200 full steps of 256.
 pub const MICROSTEPS_PER_TURN: i32 = 51_200;
 
-/// Microsteps of a quarter turn.
+/// Microsteps of a quarter turn of the shaft.
 const QUARTER_TURN: i32 = MICROSTEPS_PER_TURN / 4;
 
-/// Maximum angle of the shaft to either side of the horizontal, 0.001°.
+/// Maximum angle of the shaft to either side of the position at which the beam is horizontal, 0.001°.
 pub const SHAFT_LIMIT: i32 = 170_000;
 
 /// Ratio of microsteps to thousandths of a degree, in lowest terms. With these small factors dozens of turns
@@ -20,17 +20,17 @@ pub const SHAFT_LIMIT: i32 = 170_000;
 const SAME: (i32, i32) = (32, 225);
 const _: () = assert!(MICROSTEPS_PER_TURN * SAME.1 == 360_000 * SAME.0);
 
-/// Returns the microstep nearest to a shaft angle in 0.001°, halves away from zero.
+/// Converts a shaft angle in 0.001° to the nearest microstep, halves away from zero.
 pub const fn microsteps(shaft_angle: i32) -> i32 {
     scaled(shaft_angle, SAME)
 }
 
-/// Returns the shaft angle of a microstep, 0.001°, rounded: the angle in a trigger frame.
+/// Converts a microstep to the shaft angle in 0.001°, rounded: the angle in a trigger frame.
 pub const fn shaft_angle(position: i32) -> i32 {
     scaled(position, (SAME.1, SAME.0))
 }
 
-/// Returns x · a / b, rounded, halves away from zero; saturates.
+/// Returns x · a / b, rounded to the nearest whole number, halves away from zero. The products saturate.
 #[inline(always)]
 pub(crate) const fn scaled(x: i32, (a, b): (i32, i32)) -> i32 {
     let doubled = x.saturating_mul(2 * a);
@@ -66,7 +66,9 @@ impl Schedule {
         Self::in_plane(config.sweep, config.mount.plane.first())
     }
 
-    /// Creates the schedule of a sweep in `plane`, if the shaft can reach all angles.
+    /// Creates the schedule of a sweep in `plane`.
+    ///
+    /// # Errors Returns `first-angle` if the shaft cannot reach all angles, or the setting that is beyond its limits.
     pub fn in_plane(sweep: SweepConfig, plane: Plane) -> Result<Self, ConfigError> {
         sweep.validate()?;
         let schedule = Self { sweep, plane };
@@ -85,8 +87,9 @@ impl Schedule {
         self.sweep.angle_count
     }
 
-    /// Returns the scheduled shaft angle of `row`, 0.001°. A 45° mirror does not double the angle; in the
-    /// height plane angles count from straight down.
+    /// Returns the scheduled shaft angle of `row`, 0.001° downwards from the horizontal. A 45° mirror turns the beam by
+    /// the shaft's angle, not by twice the angle. In the depth plane this is the beam's angle; in the height plane,
+    /// where the beam's angle counts from straight down, 90° minus it.
     pub fn scheduled_shaft(&self, row: u16) -> i32 {
         let beam = self.sweep.angle(row);
         match self.plane {
@@ -95,17 +98,19 @@ impl Schedule {
         }
     }
 
-    /// Returns the position of `row`, microsteps from the horizontal.
+    /// Returns the scheduled shaft position of `row`, microsteps from the horizontal.
     pub fn position(&self, row: u16) -> i32 {
         microsteps(self.scheduled_shaft(row))
     }
 
-    /// Returns the beam angle at the microstep of `row`, radians.
+    /// Returns the beam angle at the microstep of `row`, radians: from the horizontal in the depth plane, from straight
+    /// down in the height plane.
     pub fn row_angle_rad(&self, row: u16) -> f32 {
         self.beam_angle_rad(self.position(row))
     }
 
-    /// Returns the beam angle at shaft position `position`, radians, in the plane of the map.
+    /// Returns the beam angle at shaft position `position` (microsteps), radians: from the horizontal in the depth
+    /// plane, from straight down in the height plane.
     pub fn beam_angle_rad(&self, position: i32) -> f32 {
         const RAD_PER_STEP: f32 = core::f32::consts::TAU / MICROSTEPS_PER_TURN as f32;
         let beam = match self.plane {

@@ -7,12 +7,12 @@
 
 use core::fmt;
 
-/// A value that is out of its range, or that the scanner cannot use.
+/// Error for a value that is out of its range, or that the scanner cannot use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConfigError {
     /// The field, by the name that commands and messages use.
     pub field: &'static str,
-    /// Expected value.
+    /// Permitted values, for the message.
     pub expected: &'static str,
 }
 
@@ -37,7 +37,7 @@ pub(crate) fn check(
     }
 }
 
-/// Effect of a setting.
+/// Effect of a setting on a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Effect {
     /// Changes the answer of a scan: it enters the hash.
@@ -48,7 +48,7 @@ pub(crate) enum Effect {
     Module,
 }
 
-/// Row of one setting in the table, without its meaning, which is not part of the image.
+/// Row of one setting in the table of all settings, without its meaning, which is not part of the image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SettingRow {
     /// Name in commands.
@@ -56,9 +56,9 @@ pub(crate) struct SettingRow {
     /// Unit; empty for words and dimensionless numbers. Only the table in `docs/hardware.md` needs it.
     #[cfg(test)]
     pub unit: &'static str,
-    /// Minimum and maximum.
+    /// Minimum and maximum of the setting's value as a whole number of its unit.
     pub limits: (i64, i64),
-    /// Permitted values, for messages.
+    /// Permitted values as text, for messages.
     pub expected: &'static str,
     /// Effect of the setting.
     pub effect: Effect,
@@ -75,7 +75,8 @@ impl SettingRow {
         )
     }
 
-    /// Parses `text` into `value`.
+    /// Parses `text` into `value`. An error names the setting and its permitted values; settings of the radar module
+    /// accept none.
     pub fn read(&self, value: &mut dyn Value, text: &str) -> Result<(), ConfigError> {
         let (field, mut expected) = (self.key, self.expected);
         if self.effect == Effect::Module {
@@ -111,7 +112,7 @@ pub(crate) fn number(value: i64) -> ValueText {
     text
 }
 
-/// The value of a setting.
+/// The value of a setting, with its forms as number, text and 32-bit word.
 pub(crate) trait Value {
     /// Returns the value as a number in its unit, to which the limits apply; for a word its index, from 0.
     fn number(&self) -> i64;
@@ -131,13 +132,13 @@ pub(crate) trait Value {
 
 /// The type of a setting.
 pub(crate) trait Setting: Value + Sized {
-    /// Expected values of a setting without limits.
+    /// Permitted values of a setting without limits, as text for messages.
     const EXPECTED: &'static str = "a whole number within its type";
-    /// All bits zero.
+    /// Value whose bits are all zero.
     const EMPTY: Self;
 }
 
-/// Whole numbers; `$wide` is the 32-bit type of the same sign.
+/// Implements the traits of a setting for whole numbers; `$wide` is the 32-bit type of the same sign.
 macro_rules! integers {
     ($($type:ident $wide:ident),*) => { $(
         impl Value for $type {
@@ -160,10 +161,10 @@ macro_rules! integers {
 }
 integers!(u8 u32, u16 u32, u32 u32, i32 i32);
 
-/// Denominator of a fraction as text.
+/// Number of the units of a probability's text, 1e-9, in a probability of 1.
 const BILLION: f32 = 1e9;
 
-/// A probability; as text in units of 1e-9.
+/// A setting that is a probability; its text is in units of 1e-9.
 impl Value for f32 {
     fn number(&self) -> i64 {
         i64::from((*self * BILLION + 0.5) as u32)

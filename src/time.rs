@@ -8,7 +8,7 @@
 pub struct Micros(pub u32);
 
 impl Micros {
-    /// Returns the microseconds since `earlier`.
+    /// Returns the microseconds from `earlier` to this time, modulo 2³².
     pub const fn since(self, earlier: Micros) -> u32 {
         self.0.wrapping_sub(earlier.0)
     }
@@ -19,7 +19,7 @@ impl Micros {
         Self(self.0.wrapping_add(us))
     }
 
-    /// Returns whether `deadline` has been reached.
+    /// Returns whether `deadline` is at or before this time.
     pub const fn reached(self, deadline: Micros) -> bool {
         self.since(deadline) < 1 << 31
     }

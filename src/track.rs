@@ -4,7 +4,7 @@
 //! straight line within the tens of milliseconds of one block, and the means remove most of an inclinometer's
 //! noise.
 
-/// Maximum number of blocks of a scan: six rows each of the paper's 281, some 30 ms of its fastest scan.
+/// Maximum number of blocks of a scan. The paper's 281 rows are six a block, some 30 ms of its fastest scan.
 const BLOCKS: usize = 48;
 
 /// Time of a row, and position of the chair at that time.
@@ -35,7 +35,7 @@ impl RowPose {
     }
 }
 
-/// Means of several neighbouring rows.
+/// Means of time, chair's position and row index over several neighbouring rows.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     row: f32,
@@ -58,7 +58,7 @@ impl Block {
     }
 }
 
-/// Times and positions of the rows of one scan.
+/// Times of the rows of one scan, and positions of the chair at these times.
 #[derive(Clone, Debug)]
 pub struct Track {
     blocks: [Block; BLOCKS],
@@ -82,14 +82,14 @@ impl Track {
         }
     }
 
-    /// Prepares for the first of `rows` rows.
+    /// Discards all rows, and prepares for the first of the `rows` rows of a scan.
     pub fn begin(&mut self, rows: u16) {
         self.blocks.fill(Block::EMPTY);
         self.rows_per_block = rows.div_ceil(BLOCKS as u16).max(1);
         self.last = RowPose::ZERO;
     }
 
-    /// Takes a row of the map, in the order of observation.
+    /// Adds row `row` of the map with its time and the chair's position. Rows are added in the order of observation.
     pub fn add(&mut self, row: u16, place: RowPose) {
         let block = usize::from(row / self.rows_per_block.max(1));
         if let Some(block) = self.blocks.get_mut(block) {
@@ -98,7 +98,7 @@ impl Track {
         self.last = place;
     }
 
-    /// Returns time and position of the last row.
+    /// Returns time and position of the row added last.
     pub fn end(&self) -> RowPose {
         self.last
     }
@@ -115,7 +115,7 @@ impl Track {
             })
     }
 
-    /// Returns the two blocks around `row`, or the two nearest ones.
+    /// Returns the two blocks before and after `row`, or the two nearest ones; `None` without rows.
     fn around(&self, row: f32) -> Option<(Block, Block)> {
         let filled = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.rows > 0);
         let reaches = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.row >= row);
@@ -147,7 +147,7 @@ impl Track {
         a.place.mix(b.place, (row - a.row) / rows)
     }
 
-    /// Returns the change of time, travel and pitch from row to row of the map around `row`.
+    /// Returns the changes of time, travel and pitch from one row of the map to the next, around `row`.
     pub fn per_row(&self, row: f32) -> RowPose {
         let Some((a, b)) = self.around(row).filter(|(a, b)| b.row != a.row) else {
             return RowPose::ZERO;

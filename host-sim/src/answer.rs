@@ -10,33 +10,33 @@ use stairscan::answer::Direction;
 use stairscan::report::{DropLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths};
 use stairscan::verdict::{Status, free_m};
 
-/// One scan's sentences and their contents.
+/// The sentences that answer one scan, and their contents.
 #[derive(Clone, Debug)]
 pub struct Answer {
     /// Base name of the recording.
     pub recording: String,
-    /// Number of the scan in the recording, from 1, if there are several.
+    /// Number of the scan in the recording, from 1; `None` if the recording has only one.
     pub part: Option<u32>,
-    /// The sentences as written, without line ends.
+    /// The sentences as received, without line ends.
     pub sentences: Vec<String>,
     /// Horizon of the answer, metres from the mirror; `None` if the sentences do not contain it.
     pub horizon_m: Option<f64>,
-    /// The head.
+    /// Content of the `SCAN` sentence: status, direction, counts and confidence.
     pub scan: ScanLine,
-    /// The steps, nearest first.
+    /// Contents of the `STEP` sentences, nearest first.
     pub steps: Vec<StepLine>,
-    /// The drop edge; `None` if no drop is reported.
+    /// Content of the `DROP` sentence, the edge of a drop; `None` if no drop is reported.
     pub drop: Option<DropLine>,
-    /// `MAYBE`s, nearest first.
+    /// Contents of the `MAYBE` sentences, the possible steps, nearest first.
     pub maybes: Vec<MaybeLine>,
 }
 
-/// Converts a length of a sentence to metres.
+/// Converts a length of a sentence (0.1 mm) to metres.
 pub fn metres(length: Tenths) -> f64 {
     f64::from(length.0) / 10_000.0
 }
 
-/// Formats a drop edge: `  91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)`.
+/// Formats the edge of a drop: `  91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)`.
 pub fn drop_words(drop: &DropLine) -> String {
     let depth = drop.depth.map_or(String::new(), |depth| {
         format!(", {:.0} cm deep", 100.0 * metres(depth))
@@ -54,7 +54,7 @@ pub fn nearest_m(drop: &DropLine) -> f64 {
     metres(Tenths::from_metres(drop.edge().nearest_m()))
 }
 
-/// Formats a `MAYBE`: `  80.0 cm: something 15 cm high may stand (12 %)`.
+/// Formats a possible step (`MAYBE`): `  80.0 cm: something 15 cm high may stand (12 %)`.
 pub fn maybe_words(maybe: &MaybeLine) -> String {
     let what = if maybe.height.0 < 0 {
         "the ground may end".to_owned()
@@ -70,7 +70,7 @@ pub fn maybe_words(maybe: &MaybeLine) -> String {
 }
 
 impl Answer {
-    /// Parses the sentences of one scan.
+    /// Parses the sentences of one scan of the recording named `recording`.
     pub fn parse(recording: &str, sentences: Vec<String>) -> Result<Self> {
         let mut scan = None;
         let mut steps = Vec::new();
@@ -123,8 +123,8 @@ impl Answer {
         self.scan.status == Status::Fault
     }
 
-    /// Returns the free distance, metres from the mirror; `None` if there is none according to
-    /// [`free_m`].
+    /// Returns the distance without steps and drops ahead, metres from the mirror; `None` if there
+    /// is none according to [`free_m`].
     pub fn free_m(&self) -> Option<f64> {
         let first = self.steps.first().map(|step| step.distance.metres());
         let edge = self.drop.map(|drop| drop.edge());
@@ -134,13 +134,14 @@ impl Answer {
         free.map(|m| metres(Tenths::from_metres(m)))
     }
 
-    /// Returns the index of the scan in the recording, from 0.
+    /// Returns the index of the scan in its recording, from 0.
     pub fn scan_of_recording(&self) -> usize {
         self.part
             .map_or(0, |part| (part as usize).saturating_sub(1))
     }
 
-    /// Returns recording and scan for headings: `NAME`, or `NAME scan K` if there are several.
+    /// Returns the recording's name for headings, with the number of the scan if there are several:
+    /// `NAME`, or `NAME scan K`.
     pub fn name(&self) -> String {
         match self.part {
             None => self.recording.clone(),
@@ -197,7 +198,7 @@ impl Answer {
         object
     }
 
-    /// Returns the sentences and a text table.
+    /// Returns the sentences, followed by a text table of their contents.
     pub fn text(&self) -> String {
         let mut out = format!("{}\n", self.name());
         for line in &self.sentences {
@@ -240,7 +241,7 @@ impl Answer {
         out
     }
 
-    /// Returns a summary in one line.
+    /// Returns status, steps and horizon in one line of text.
     pub fn summary(&self) -> String {
         let reasons: Vec<_> = self.scan.reasons.iter().map(|r| r.as_str()).collect();
         let because = if reasons.is_empty() {

@@ -1,13 +1,14 @@
 //! Resource budgets of the image, defined only here. `budget` and `bench` check them, `timing`
 //! calculates with them, and the linker enforces those of the memory (`memory.x`).
 
-/// Maximum flash use, bytes; the chip has 1 MB.
+/// Maximum flash use of the firmware image, bytes; the chip has 1 MB.
 pub const FLASH: u64 = 384 * 1024;
-/// Maximum flash of the boot loader beside its vector table, bytes: one sector.
+/// Maximum flash of the boot loader, bytes, without its vector table, which lies in another sector:
+/// one sector of 64 KB.
 pub const LOADER: u64 = 64 * 1024;
 /// Maximum static RAM, bytes: the chip's 128 KB less the stack and the handover to the boot loader.
 pub const RAM: u64 = 110 * 1024 - 64;
-/// Size of the stack, bytes, without the guard of 32 bytes below it.
+/// Size of the stack, bytes, without the 32 guard bytes below it.
 pub const STACK_SIZE: u64 = 18 * 1024;
 /// Maximum stack use, bytes: 2 KB stay unused in the worst measured case.
 pub const STACK: u64 = STACK_SIZE - 2 * 1024;

@@ -19,26 +19,26 @@ use crc::{CRC_32_ISO_HDLC, CRC_64_XZ, Crc};
 
 use crate::recording::Recording;
 
-/// Environment variable with the directory of the cache, instead of `target/simulated`; `off` for no
-/// cache.
+/// Environment variable with the directory of the cache, used instead of `target/simulated`; `off`
+/// for no cache.
 pub const VARIABLE: &str = "STAIRSCAN_CACHE";
-/// Maximum size of the directory, bytes: enough for the scans of all draws.
+/// Maximum total size of the cache's files, bytes: enough for the scans of all draws.
 const MAX_BYTES: u64 = 12 << 30;
-/// Size down to which entries are removed, percent of the maximum.
+/// Size to which the cache is reduced when it exceeds its maximum, per cent of the maximum.
 const KEPT_PERCENT: u64 = 80;
-/// Number of writes between two checks of the directory's size.
+/// Number of entries written between two checks of the directory's size.
 const WRITES_PER_LOOK: u64 = 256;
-/// First bytes of an entry.
+/// First bytes of the file of an entry, which mark its format.
 const MAGIC: &[u8; 8] = b"STAIRSC1";
-/// Suffix of an entry's name.
+/// Suffix of the name of an entry's file.
 const SUFFIX: &str = "scan";
-/// Revision of the simulator (build.rs).
+/// Revision of the simulator: a checksum that build.rs computes.
 const REVISION: &str = env!("SIMULATOR_REVISION");
 
 const NAME: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
 const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-/// Directory of entries.
+/// Disk cache in one directory, with a file for each recording.
 #[derive(Debug)]
 pub struct Cache {
     directory: PathBuf,
@@ -46,7 +46,8 @@ pub struct Cache {
     writes: AtomicU64,
 }
 
-/// Returns the recording `name` of `key`, from the workspace's cache if it is stored.
+/// Returns the recording that `key` describes, with the name `name`: from the workspace's cache, or
+/// simulated and then stored.
 ///
 /// # Errors
 /// Those of `simulate`.
@@ -71,7 +72,7 @@ pub fn recording(
 }
 
 impl Cache {
-    /// A cache in `directory` of at most `most_bytes`. The directory need not exist yet.
+    /// Creates a cache in `directory` of at most `most_bytes`. The directory need not exist yet.
     pub fn new(directory: PathBuf, most_bytes: u64) -> Self {
         Self {
             directory,
@@ -80,8 +81,9 @@ impl Cache {
         }
     }
 
-    /// Returns the recording `name` of `key`: the entry, or the result of `simulate`, which is then
-    /// stored. A directory that cannot be written to costs only time.
+    /// Returns the recording that `key` describes, with the name `name`: the stored one, or the
+    /// result of `simulate`, which is then stored. A directory that cannot be written to costs only
+    /// time.
     ///
     /// # Errors
     /// Those of `simulate`.
@@ -128,8 +130,8 @@ impl Cache {
         Ok(written?)
     }
 
-    /// Removes the least recently used entries, and files of interrupted programs, until the limit is
-    /// met.
+    /// Removes the least recently used entries, and files of interrupted programs, if the cache
+    /// exceeds its maximum size.
     fn trim(&self) -> io::Result<()> {
         let mut entries = Vec::new();
         for entry in fs::read_dir(&self.directory)? {
@@ -155,7 +157,8 @@ impl Cache {
     }
 }
 
-/// Encodes an entry: magic, lengths of key and metadata, key, metadata, samples, checksum of all.
+/// Returns the bytes of an entry's file: magic, lengths of key and metadata, key, metadata,
+/// samples, checksum of all.
 fn encode(key: &str, recording: &Recording) -> Result<Vec<u8>> {
     let meta = recording.metadata_text()?;
     let mut bytes = Vec::from(MAGIC);
@@ -170,7 +173,8 @@ fn encode(key: &str, recording: &Recording) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Reads the recording of an entry and marks it as used; `None` unless it is complete and has this key.
+/// Returns the recording in an entry's file and marks the entry as used; `None` unless the file is
+/// complete and has this key.
 fn read(path: &Path, name: &str, key: &str) -> Option<Recording> {
     let bytes = fs::read(path).ok()?;
     let recording = decode(&bytes, name, key)?;

@@ -11,21 +11,22 @@ use stairscan::verdict::Status;
 
 use crate::answer::metres;
 
-/// One guard sweep's sentence and its contents.
+/// The `GUARD` sentence that answers one guard sweep, and its contents.
 #[derive(Clone, Debug)]
 pub struct Guarded {
     /// Base name of the recording.
     pub recording: String,
-    /// The sentence as written, without its line end.
+    /// The sentence as received, without its line end.
     pub sentence: String,
     /// Number of the sweep in the recording, from 1.
     pub sweep: u32,
-    /// The parsed sentence.
+    /// Contents of the sentence: status, free distance, hazard, confidence and reasons.
     pub line: GuardLine,
 }
 
 impl Guarded {
-    /// Parses the sentences of sweeps, the first of which is sweep `first` (from 0) of a recording.
+    /// Parses the `GUARD` sentences of consecutive sweeps; `first` is the number of sweeps in the
+    /// recording before them.
     ///
     /// # Errors
     /// A sentence is not a `GUARD`: the scanner could not sweep, and reports the cause.

@@ -1,4 +1,4 @@
-//! Runs self-terminating images in the emulator.
+//! Runs firmware images that end by themselves, such as benchmarks, in the emulator.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -9,7 +9,8 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::commands::busy;
 use crate::emulate::tools::{EMULATOR, Tool};
 
-/// Runs a self-terminating image; returns its semihosting output.
+/// Runs an image that ends by itself, in `directory`, for `limit` at most; returns its output (by
+/// semihosting).
 ///
 /// The time in the emulator is the number of instructions, one each nanosecond (`-icount shift=0`).
 pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {

@@ -23,36 +23,41 @@ use crate::views::{
     ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict, meaning,
 };
 
-/// Near end of the first cell of the path that is shown, metres.
+/// Distance from the mirror from which on cells of the way ahead are shown, metres; it is compared
+/// with a cell's far end.
 const WAY_FROM_M: f32 = 0.25;
-/// Far end of the last cell of the path that is shown, metres.
+/// Distance from the mirror up to which cells of the way ahead are shown, metres; it is compared
+/// with a cell's far end.
 const WAY_TO_M: f32 = 1.65;
 
-/// Rounds to millionths: an f32 has no more significant digits.
+/// Rounds a value for JSON to millionths: an f32 has no more significant digits.
 fn decimal(v: f64) -> f64 {
     (v * 1e6).round() / 1e6
 }
 
-/// One scan from the estimator's point of view.
+/// Intermediate results of the likelihood estimator for one scan.
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Median of the filtered map, dB relative to full scale.
+    /// Noise level, the median of the filtered map, dB relative to full scale.
     noise_db: f64,
-    /// Angle bias, degrees, and mount-height error, metres, if the ground is visible.
+    /// Angle bias, degrees, and error of the mounting height, metres, as measured on the ground;
+    /// `None` if the ground is not visible.
     calibration: Option<(f64, f64)>,
-    /// Support of the echoes for the ground at its nominal and at other heights, if the plane shows it.
+    /// Support of the echoes for a ground at its nominal height and at other heights; `None` if the
+    /// scan's plane does not show the ground.
     floor: Option<GroundEvidence>,
-    /// Width of the lobes of strong echoes over the rows, if there are any.
+    /// Width of the lobes of strong echoes over the rows, in units of a point scatterer's; `None`
+    /// without strong echoes.
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
-    /// Cells along the path ahead.
+    /// Cells of the way ahead, with the probability that the answer is correct up to each.
     way: Vec<Cell>,
-    /// Data for drawings.
+    /// Scatterers, hypotheses and posterior for drawings.
     view: InspectView,
     outcome: Outcome,
 }
 
-/// Observer of the estimator's events.
+/// Observer that records the estimator's events.
 struct TraceObserver {
     mount_height_m: f64,
     noise_db: f64,
@@ -64,7 +69,7 @@ struct TraceObserver {
     view: InspectView,
 }
 
-/// Returns whether a role supports the best hypothesis.
+/// Returns whether a role supports the best hypothesis, contradicts it, or neither.
 fn verdict(role: Role) -> Verdict {
     match role {
         Role::Stray => Verdict::Neither,
@@ -74,7 +79,8 @@ fn verdict(role: Role) -> Verdict {
 }
 
 impl TraceObserver {
-    /// Describes a hypothesis in words and returns the edges of its steps.
+    /// Describes a hypothesis in words; returns the description, and distance and height of its
+    /// steps' edges.
     fn explain(&self, candidate: &Candidate<'_>) -> (String, Vec<Point>) {
         let faces = candidate.faces;
         let steps = match faces.len() {
@@ -147,7 +153,8 @@ impl Observer for TraceObserver {
     }
 }
 
-/// Repeats the estimation of a finished map with an observer.
+/// Repeats the estimation of a finished map, passing intermediate results to `observer`, and
+/// returns its outcome.
 pub fn repeat(
     map: &PolarMap,
     config: &Config,
@@ -158,7 +165,7 @@ pub fn repeat(
     repeat_with(Likelihood::new(), map, config, scan, drive, observer)
 }
 
-/// [`repeat`] with another estimator than the scanner's.
+/// As [`repeat`], with an estimator that differs from the scanner's.
 pub fn repeat_with(
     estimator: Likelihood,
     map: &PolarMap,
@@ -210,12 +217,13 @@ impl Inspection {
         }
     }
 
-    /// Returns the data for drawings.
+    /// Returns scatterers, hypotheses and posterior for drawings.
     pub fn view(&self) -> &InspectView {
         &self.view
     }
 
-    /// Returns text tables with explanations, and the answer in words at the end.
+    /// Returns all intermediate results as text tables with explanations, and the answer in words
+    /// at the end.
     pub fn text(&self, answer: &Answer) -> String {
         let mut text = self.surroundings();
         text.push_str(&self.echo_table());
@@ -255,7 +263,7 @@ impl Inspection {
         text
     }
 
-    /// Formats the echoes and the meanings of their roles.
+    /// Formats the echoes with their roles, and the meanings of the roles.
     fn echo_table(&self) -> String {
         let mut text =
             "\n\n  snr dB  distance m  height m  range σ mm  angle σ °  width  role\n".to_owned();
@@ -292,7 +300,7 @@ impl Inspection {
         text
     }
 
-    /// Formats the search's hypotheses.
+    /// Formats the hypotheses of the search with their scores, best first.
     fn flights(&self) -> String {
         let mut text =
             "\n  score nats  flight, with distance and height of each edge, m\n".to_owned();
@@ -316,7 +324,8 @@ impl Inspection {
         text
     }
 
-    /// Formats the probability that the answer is correct, by cell of the path.
+    /// Formats the probability that the answer is correct, by cell of the way ahead, with the
+    /// probability that is required.
     fn way_table(&self) -> String {
         let mut text = String::new();
         let cells = self.way.iter();
@@ -351,12 +360,12 @@ impl Inspection {
         text
     }
 
-    /// Returns the posterior; `None` without one: for downward scenes.
+    /// Returns the posterior; `None` if the estimator has not computed one.
     fn posterior(&self) -> Option<&PosteriorView> {
         Some(&self.view.posterior).filter(|p| !p.counts.is_empty())
     }
 
-    /// Formats the drop edge; empty if no drop is reported.
+    /// Formats the edge of the drop; empty if no drop is reported.
     fn drop(&self) -> String {
         let Some(drop) = &self.outcome.answer.drop else {
             return String::new();
@@ -371,7 +380,7 @@ impl Inspection {
         )
     }
 
-    /// Formats the `MAYBE`s as a text table.
+    /// Formats the possible steps (`MAYBE`) as a text table.
     fn maybes(&self) -> String {
         let mut text = String::new();
         for maybe in &self.outcome.answer.possible_steps {
@@ -385,7 +394,7 @@ impl Inspection {
         text
     }
 
-    /// Returns the scatterers, strongest first, one JSON object each.
+    /// Returns the scatterers (echoes with roles), strongest first, one JSON object each.
     pub fn echoes(&self) -> Vec<Value> {
         let scatterer = |s: &Scatterer| {
             let e = &s.echo;
@@ -493,7 +502,8 @@ mod tests {
     use crate::replay;
     use std::path::Path;
 
-    /// Inspects a recording of the repository; returns the inspection and the answer.
+    /// Inspects the first scan of a recording of the repository; returns the inspection and the
+    /// answer.
     fn inspection(name: &str) -> (Inspection, Answer) {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
         let recording = Recording::read(&dir.join(name)).unwrap();
@@ -579,7 +589,7 @@ mod tests {
         }
     }
 
-    /// The answer is valid where its probability exceeds the threshold.
+    /// The answer is valid in those cells of the way where its probability exceeds the threshold.
     #[test]
     fn the_way_shows_where_the_answer_stops_to_be_valid() {
         let (inspection, answer) = inspection("stair_a");

@@ -1,5 +1,5 @@
-//! Motion sentences of a chair's controller during a recording: made from the recording's travel
-//! and pitch, with faults of their transmission.
+//! Motion sentences of a chair's controller during a recording: generated from the recording's
+//! travel and pitch, with faults of their transmission.
 
 pub mod by_trigger;
 pub mod inlet;
@@ -16,24 +16,24 @@ use crate::recording::Recording;
 use by_trigger::ByTrigger;
 use place::Place;
 
-/// Minimum interval of sentences, µs: a hundred per second.
+/// Minimum time between two sentences, µs: a hundred per second.
 const APART_US: u64 = 10_000;
-/// Row period of a recording without times, s: the paper's 281 rows in 1.3 s.
+/// Time from row to row of a recording without times, s: the paper's 281 rows in 1.3 s.
 const ROW_S: f64 = 1.3 / 281.0;
-/// Motion between two scans of such a recording: time to come to rest, s, and speed on the way,
-/// m/s.
+/// Motion between two scans of a recording without times: time to come to rest, s, and speed on the
+/// way, m/s.
 const REST_S: f64 = 0.5;
 const SPEED: f64 = 0.25;
-/// Time before the first chirp, s: the controller starts before the scanner.
+/// Time from the first sentence to the first chirp, s: the controller starts before the scanner.
 const LEAD_S: f64 = 1.0;
-/// Fraction of lost sentences with that fault, per cent.
+/// Share of lost sentences under [`Fault::Lost`], per cent.
 const LOST_PER_CENT: u64 = 30;
-/// Delay of sentences with that fault, µs.
+/// Delay of sentences under [`Fault::Delayed`], µs.
 const DELAY_US: u64 = 300_000;
-/// Jump of the travel with that fault, 0.1 mm.
+/// Jump of the travel in each scan under [`Fault::Jumping`], 0.1 mm.
 const JUMP: i32 = 1_000;
 
-/// What is wrong with the motion sentences.
+/// Fault of the motion sentences or of their transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Fault {
     /// No sentence is sent.
@@ -46,7 +46,7 @@ pub enum Fault {
     Delayed,
     /// From the middle of the second scan on, the same sentence is repeated.
     Stuck,
-    /// Travel and pitch are constant, while the sentence number goes on.
+    /// Travel and pitch are constant, while the sentences' sequence number goes on.
     Frozen,
     /// Travel jumps by 10 cm in the middle of each scan.
     Jumping,
@@ -59,7 +59,7 @@ pub enum Fault {
 /// Motion sentences of one recording, or of one scan of it.
 #[derive(Clone, Debug)]
 pub struct MotionSentences {
-    /// For each chirp: time, µs, travel, 0.1 mm, and pitch, 0.001°.
+    /// For each chirp: its time, µs, and the reading then, travel in 0.1 mm and pitch in 0.001°.
     rows: Vec<(u64, MotionReading)>,
     per_scan: usize,
     fault: Option<Fault>,
@@ -68,7 +68,7 @@ pub struct MotionSentences {
     under_way: VecDeque<(u64, String)>,
 }
 
-/// Content of a sentence.
+/// Content of a motion sentence: travel, 0.1 mm, and pitch, 0.001°.
 #[derive(Clone, Copy, Debug)]
 struct MotionReading {
     travel: f64,
@@ -76,7 +76,8 @@ struct MotionReading {
 }
 
 impl MotionSentences {
-    /// Creates the sentences of `recording`; `None` if it has no travel.
+    /// Creates the sentences of `recording`, with a fault if given; `None` if the recording has no
+    /// travel.
     pub fn new(recording: &Recording, fault: Option<Fault>) -> Option<Self> {
         let sensors = &recording.meta.motion;
         if sensors.travel_m.is_empty() {
@@ -110,7 +111,7 @@ impl MotionSentences {
         })
     }
 
-    /// Adds the next chirp of a chair that is simulated while it is fed.
+    /// Adds the place at the next chirp, for a chair that is simulated while the scanner scans.
     fn push(&mut self, row: &Place) {
         let said = MotionReading {
             travel: row.travel_m * 1e4,
@@ -120,19 +121,20 @@ impl MotionSentences {
         self.rows.push(((time * 1e6).round() as u64, said));
     }
 
-    /// Returns the time at which chirp `k` is fired, µs.
+    /// Returns the time at which chirp `k` (from 0 over all scans) is fired, µs; `None` beyond the
+    /// last.
     pub fn time_us(&self, k: usize) -> Option<u64> {
         self.rows.get(k).map(|row| row.0)
     }
 
-    /// Whether chirp `chirp` is the first or the last of its scan.
+    /// Whether chirp `chirp` (from 0 over all scans) is the first or the last of its scan.
     fn at_an_end(&self, chirp: usize) -> bool {
         let place = chirp % self.per_scan;
         place == 0 || place + 1 == self.per_scan
     }
 
-    /// Returns the sentences that arrive at `now` (µs). Chirp `k` is the next one or, at its time,
-    /// the present one.
+    /// Returns the sentences that arrive at the scanner at `now` (µs). Chirp `k` is the next one
+    /// or, at its time, the present one.
     pub fn arriving(&mut self, k: usize, now: u64) -> Vec<String> {
         if self.sent_us.is_none_or(|sent| now >= sent + APART_US) {
             self.send(k, now);
@@ -145,7 +147,8 @@ impl MotionSentences {
         arrived
     }
 
-    /// Returns the chair's place at `now`, before chirp `k` or with it.
+    /// Returns travel and pitch at `now` (µs), interpolated between the chirps `k - 1` and `k`;
+    /// `None` before the first.
     fn said(&self, k: usize, now: u64) -> Option<MotionReading> {
         let (to_us, to) = *self.rows.get(k).or(self.rows.last())?;
         let (from_us, from) = k.checked_sub(1).and_then(|k| self.rows.get(k)).copied()?;
@@ -196,47 +199,49 @@ impl MotionSentences {
     }
 }
 
-/// Time step of the scanner where nothing else limits it, µs.
+/// Time between two steps of the simulated scanner where nothing else limits it, µs.
 const GRAIN_US: u64 = 1_000;
-/// Number of scanner steps from the module's settings to the first trigger, and from row to row.
+/// Number of steps of the simulated scanner from the module's settings to the first trigger, and
+/// from row to row.
 const STEPS_TO_FIRST: u64 = 2;
 const STEPS_PER_ROW: u64 = 4;
-/// Maximum time step while the scanner waits for a scan's first chirp, µs.
+/// Maximum time between two steps while the simulated scanner waits for a scan's first chirp, µs.
 const WAIT_US: u64 = 50_000;
 
-/// Time step for scans without times, µs: long enough for any mirror to come to rest.
+/// Time between two steps for scans without times, µs: long enough for any mirror to come to rest.
 const REST_US: u64 = 10_000;
 
-/// Source and timing of the motion sentences.
+/// Source of the motion sentences, which also decides when they are sent.
 #[derive(Clone, Debug)]
 enum Source {
-    /// At the times of the recording.
+    /// Sentences at the times of the recording.
     Timed(MotionSentences),
-    /// With each trigger.
+    /// Sentences with each trigger, without times.
     ByTrigger(ByTrigger),
 }
 
 /// Schedule of a recording's chirps at their original times, with the motion sentences between
-/// them.
+/// them: the clock of a simulated scanner.
 #[derive(Clone, Debug)]
 pub struct Timetable {
     source: Source,
-    /// Number of the next chirp, and for the last one its scheduled time and the scanner's time,
-    /// µs.
+    /// Number of the next chirp; and for the last one fired its scheduled time and the scanner's
+    /// time, µs.
     next: usize,
     fired: Option<(u64, u64)>,
     steps: u64,
-    /// Bytes that have arrived at the scanner's port and are not read yet.
+    /// Bytes that have arrived at the scanner's report port and are not read yet.
     port: VecDeque<u8>,
 }
 
 impl Timetable {
-    /// Creates the timetable of `feed`, before the first chirp.
+    /// Creates the timetable of the motion sentences `feed`, before the first chirp.
     pub fn new(feed: MotionSentences) -> Self {
         Self::with(Source::Timed(feed))
     }
 
-    /// Creates a timetable that ignores the recording's times.
+    /// Creates a timetable that ignores the recording's times: each trigger sends the sentences up
+    /// to the next chirp.
     pub fn by_trigger(mut source: ByTrigger) -> Self {
         let first = source.first();
         let mut table = Self::with(Source::ByTrigger(source));
@@ -254,7 +259,7 @@ impl Timetable {
         }
     }
 
-    /// Adds the place of the next chirp of a chair that is simulated while the scanner scans.
+    /// Adds the place at the next chirp, for a chair that is simulated while the scanner scans.
     pub fn push(&mut self, place: &Place) {
         match &mut self.source {
             Source::Timed(feed) => feed.push(place),
@@ -262,7 +267,7 @@ impl Timetable {
         }
     }
 
-    /// Returns the time at which chirp `chirp` is due, µs; `None` if there are no times.
+    /// Returns the time at which chirp `chirp` is due, µs; `None` without times.
     fn due(&self, chirp: usize) -> Option<u64> {
         match &self.source {
             Source::Timed(feed) => feed.time_us(chirp),
@@ -278,7 +283,8 @@ impl Timetable {
         }
     }
 
-    /// Returns the time at which a scan must begin for its first chirp to be in time, µs.
+    /// Returns the time at which the next scan must begin for its first chirp to be in time, µs;
+    /// `None` within a scan or without times.
     fn ready(&self) -> Option<u64> {
         let Source::Timed(feed) = &self.source else {
             return None;
@@ -288,12 +294,12 @@ impl Timetable {
         first.then_some(due - STEPS_TO_FIRST * GRAIN_US)
     }
 
-    /// Whether it is too early for the next scan.
+    /// Whether it is too early at `now` to begin the next scan.
     pub fn early(&self, now: Micros) -> bool {
         self.ready().is_some_and(|ready| u64::from(now.0) < ready)
     }
 
-    /// Records that chirp `chirp` is fired.
+    /// Records that chirp `chirp` is fired at `now`, and sends the motion sentences that are due.
     pub fn fired(&mut self, chirp: usize, now: Micros) {
         let now = now.0.into();
         match &mut self.source {
@@ -311,7 +317,7 @@ impl Timetable {
         self.steps = 0;
     }
 
-    /// Returns the time of the scanner's next step after that at `now`.
+    /// Returns the time of the simulated scanner's next step after that at `now`.
     pub fn step(&mut self, now: Micros) -> Micros {
         let now = u64::from(now.0);
         if matches!(self.source, Source::ByTrigger(_)) {
@@ -331,12 +337,12 @@ impl Timetable {
         Micros(next as u32)
     }
 
-    /// Adds typed lines besides the motion sentences.
+    /// Adds the bytes of typed command lines, after the motion sentences so far.
     pub fn type_in(&mut self, lines: &[u8]) {
         self.port.extend(lines);
     }
 
-    /// Returns the next byte at the scanner's port.
+    /// Returns the next byte at the scanner's report port; `None` if there is none.
     pub fn read(&mut self) -> Option<u8> {
         self.port.pop_front()
     }

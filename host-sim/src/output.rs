@@ -22,7 +22,8 @@ impl Overwrite {
         self.force
     }
 
-    /// Outputs of a command that reads `inputs`: files, or recordings with or without suffix.
+    /// Returns the checked outputs of a command that reads `inputs`: files, or recordings with or
+    /// without suffix.
     pub fn reading<P: AsRef<Path>>(self, inputs: impl IntoIterator<Item = P>) -> Outputs {
         let named = inputs.into_iter().flat_map(|path| {
             let [meta, data] = pair(path.as_ref());
@@ -37,7 +38,7 @@ impl Overwrite {
     }
 }
 
-/// Checks the output paths of a command.
+/// Checks and writes the output files of a command.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
     force: bool,
@@ -66,7 +67,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// [`Self::check`] for both files of a recording.
+    /// Checks both files of a recording, as [`Self::check`] does for one.
     ///
     /// # Errors
     /// Those of [`Self::check`].
@@ -83,7 +84,7 @@ impl Outputs {
         write_whole(path, bytes)
     }
 
-    /// [`Self::write`]; creates the directory if it is missing.
+    /// Writes a file as [`Self::write`] does, and creates its directory if that is missing.
     ///
     /// # Errors
     /// The directory or the file cannot be written; the message names it.

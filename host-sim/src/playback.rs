@@ -1,5 +1,5 @@
-//! A recording as the radar module, and a shaft without a motor: the simulated hardware of `replay`, and
-//! the data of the emulator's radar module.
+//! A recording in the place of the radar module, and a shaft without a motor: the simulated
+//! hardware of `replay`, and the data of the emulator's radar module.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -21,14 +21,14 @@ use crate::motion::by_trigger::ByTrigger;
 use crate::recording::Recording;
 use crate::setup::{self, Kind};
 
-/// One scan of a recording.
+/// Configuration and chirps of one scan of a recording.
 #[derive(Clone, Debug)]
 struct Part {
     config: Config,
     chirps: Vec<Option<usize>>,
 }
 
-/// A recording that answers triggers by their angle, scan after scan.
+/// A recording that answers triggers with the chirp recorded at their angle, scan after scan.
 #[derive(Clone, Debug)]
 pub struct Playback<'a> {
     recording: &'a Recording,
@@ -42,7 +42,7 @@ pub struct Playback<'a> {
 }
 
 impl<'a> Playback<'a> {
-    /// Plays `recording` with its set-up on top of `base`.
+    /// Creates the playback of `recording`, whose set-up is applied on top of `base`.
     ///
     /// # Errors
     /// The recording cannot be scanned; the message names the key or the capture.
@@ -65,7 +65,7 @@ impl<'a> Playback<'a> {
         })
     }
 
-    /// Turns the mirror in the opposite direction.
+    /// Returns the playback with the mirror turning in the opposite direction.
     pub fn reversed(self) -> Self {
         Self {
             backward: !self.backward,
@@ -73,13 +73,15 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Sets the motion mode without motion input.
+    /// Returns the playback with the motion mode (standing or automatic) that applies without
+    /// motion sentences.
     pub fn with_mode(self, mode: Mode) -> Self {
         Self { mode, ..self }
     }
 
-    /// Adapts the playback to a scanner whose clock differs from the recording's. Motion sentences, if
-    /// there are any, are sent with the triggers, and the result must not depend on their times.
+    /// Returns the playback for a scanner whose clock differs from the recording's. Motion
+    /// sentences, if there are any, are sent with the triggers, and the result must not depend on
+    /// their times.
     pub fn by_trigger(self) -> Self {
         Self {
             by_trigger: !self.recording.meta.motion.travel_m.is_empty(),
@@ -87,29 +89,31 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Returns the motion sentences that are sent with the triggers.
+    /// Returns the motion sentences that are sent with the triggers; `None` if they are sent at
+    /// their times or there are none.
     pub fn motion(&self) -> Option<ByTrigger> {
         let wanted = self.by_trigger.then_some(self.recording);
         wanted.and_then(ByTrigger::new)
     }
 
-    /// Returns scan `scan` (from 0); after the last one the recording repeats.
+    /// Returns configuration and chirps of scan `scan` (from 0); after the last one the recording
+    /// repeats.
     fn part(&self, scan: usize) -> &Part {
         // There is at least one scan: see `Recording::scans`.
         &self.parts[scan % self.parts.len()]
     }
 
-    /// Returns the recording's configuration for its first scan.
+    /// Returns the scanner's configuration for the first scan of the recording.
     pub fn config(&self) -> &Config {
         &self.part(0).config
     }
 
-    /// Returns the recording's configuration for scan `scan`, from 0.
+    /// Returns the scanner's configuration for scan `scan`, from 0.
     pub fn config_of(&self, scan: usize) -> &Config {
         &self.part(scan).config
     }
 
-    /// Plays each scan of the recording as a guard sweep.
+    /// Returns the playback with each scan of the recording as a guard sweep.
     pub fn guarding(self) -> Self {
         Self {
             kind: Kind::Guard,
@@ -117,12 +121,13 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Whether the recording's scans are played as full scans or as guard sweeps.
+    /// Returns whether the recording's scans are played as full scans or as guard sweeps.
     pub fn kind(&self) -> Kind {
         self.kind
     }
 
-    /// Returns the guard's settings for a sweep with these angles.
+    /// Returns the guard's settings for a sweep over the angles of `sweep`; the defaults if full
+    /// scans are played.
     fn guard(&self, sweep: &SweepConfig) -> GuardConfig {
         match self.kind {
             Kind::Scans => GuardConfig::default(),
@@ -137,7 +142,8 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Returns the scanner's settings for the first scan. The mirror turns as in the recording.
+    /// Returns the scanner's settings with which the first scan begins; the mirror's angles and
+    /// direction are those of the recording.
     pub fn settings(&self) -> Settings {
         let mut timing = Timing::default();
         if let Some(us) = setup::chirp_us(self.recording) {
@@ -182,20 +188,21 @@ impl<'a> Playback<'a> {
         commands
     }
 
-    /// Returns the radar module's settings.
+    /// Returns the radar module's settings, those of the recording.
     pub fn radar(&self) -> RadarConfig {
         self.config().radar
     }
 
-    /// Returns the index of the chirp of scan `scan` (from 0) at `shaft_angle` (0.001°); `None` if the
-    /// recording contains none.
+    /// Returns the index in the recording of the chirp of scan `scan` (from 0) at `shaft_angle`
+    /// (0.001°); `None` if the recording contains none.
     pub fn chirp(&self, scan: usize, shaft_angle: i32) -> Option<usize> {
         let Part { config, chirps } = self.part(scan);
         *chirps.get(row_at(config, shaft_angle)?)?
     }
 }
 
-/// Returns the row of a scan with `config` at `shaft_angle` (0.001°); `None` above the first one.
+/// Returns the row of a scan with `config` that is nearest to `shaft_angle` (0.001°); `None` before
+/// the first row. Rows beyond the last are not excluded.
 pub fn row_at(config: &Config, shaft_angle: i32) -> Option<usize> {
     let beam = match config.mount.plane.first() {
         Plane::Depth => shaft_angle,
@@ -206,10 +213,10 @@ pub fn row_at(config: &Config, shaft_angle: i32) -> Option<usize> {
     usize::try_from(row).ok()
 }
 
-/// State of a [`Playback`] during its scans.
+/// State of a [`Playback`] during its scans: which scan the requests belong to.
 ///
-/// Every scan begins with a request for the module's settings. Such a request after a trigger therefore
-/// begins the next scan.
+/// Every scan begins with a request for the module's settings. Such a request after a trigger
+/// therefore begins the next scan.
 #[derive(Clone, Debug)]
 pub struct Player<'a> {
     playback: &'a Playback<'a>,
@@ -218,7 +225,7 @@ pub struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// The state before the first scan of `playback`.
+    /// Creates the state before the first scan of `playback`.
     pub fn new(playback: &'a Playback<'a>) -> Self {
         Self {
             playback,
@@ -227,7 +234,8 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Handles a request for the module's settings.
+    /// Handles a request for the module's settings, which may begin the next scan, and returns
+    /// them.
     pub fn configure(&mut self) -> RadarConfig {
         if std::mem::take(&mut self.triggered) {
             self.scan += 1;
@@ -235,14 +243,15 @@ impl<'a> Player<'a> {
         self.playback.radar()
     }
 
-    /// Returns the chirp of the current scan at `shaft_angle` (0.001°).
+    /// Returns the chirp of the current scan at `shaft_angle` (0.001°); `None` if the recording
+    /// contains none.
     pub fn trigger(&mut self, shaft_angle: i32) -> Option<&'a [Iq]> {
         self.triggered = true;
         let chirp = self.playback.chirp(self.scan, shaft_angle)?;
         self.playback.recording.chirp(chirp)
     }
 
-    /// Returns the index of the chirp that [`Player::trigger`] would return.
+    /// Returns the index in the recording of the chirp that [`Player::trigger`] would return.
     pub fn number(&self, shaft_angle: i32) -> Option<usize> {
         self.playback.chirp(self.scan, shaft_angle)
     }
@@ -253,7 +262,7 @@ impl<'a> Player<'a> {
     }
 }
 
-/// The radar link of a [`Playback`], without frames or delays.
+/// The radar link of a simulated scanner to a [`Playback`], without frames or delays.
 #[derive(Debug)]
 pub struct PlaybackLink<'a> {
     player: Player<'a>,
@@ -263,7 +272,7 @@ pub struct PlaybackLink<'a> {
 }
 
 impl<'a> PlaybackLink<'a> {
-    /// A link to `playback`, whose chirps are timed by a timetable.
+    /// Creates a link to `playback`; a timetable, if given, sets the times of the chirps.
     pub fn new(playback: &'a Playback<'a>, timetable: Option<Rc<RefCell<Timetable>>>) -> Self {
         Self {
             player: Player::new(playback),
@@ -306,7 +315,7 @@ impl RadarModule for PlaybackLink<'_> {
     }
 }
 
-/// A shaft that moves without delay.
+/// A mirror shaft that reaches each commanded position at once.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SimShaft {
     position: i32,

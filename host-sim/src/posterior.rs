@@ -1,4 +1,5 @@
-//! Summarises the posterior: probability by number of steps, and by hypothesis.
+//! Summarises the posterior (the weighted particles): probability by number of steps, and by
+//! hypothesis.
 
 use std::fmt::Write as _;
 use std::mem::discriminant;
@@ -10,12 +11,13 @@ use stairscan::model::{GroundKind, Staircase, View};
 
 use crate::views::{HypothesisView, Point, PosteriorView};
 
-/// Maximum distance between the edges of two particles of the same staircase, metres: the matching
-/// distance of the score.
+/// Maximum distance between corresponding edges of two particles that count as the same staircase,
+/// metres: the matching distance of the score.
 const SAME_M: f64 = crate::score::MATCH_M;
 
-/// Groups the particles into hypotheses, likeliest first. Particles with the same visible steps
-/// (number, place and kind) are one hypothesis, described by its likeliest particle.
+/// Groups the particles into hypotheses and returns these, likeliest first, with the probability of
+/// each number of steps. Particles with the same visible steps (number, place and kind) are one
+/// hypothesis, described by its likeliest particle.
 pub fn view(cloud: &Cloud, view: &View) -> PosteriorView {
     let mut particles: Vec<(&Staircase, f32)> = cloud.particles().collect();
     particles.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -54,7 +56,8 @@ fn alike(a: &[Point], b: &[Point]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(near)
 }
 
-/// Returns distance and height of the visible edges: of every step, of a single obstacle, of the drop.
+/// Returns distance and height of a particle's visible edges, metres: of every step, of a single
+/// obstacle, of the drop.
 fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     let point = |x: f32, y: f32| (f64::from(x), f64::from(y));
     match staircase.kind {
@@ -72,12 +75,13 @@ fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     }
 }
 
-/// Formats a number of steps.
+/// Formats a number of steps in words, such as `3 steps`.
 fn steps(count: usize) -> String {
     format!("{count} step{}", if count == 1 { "" } else { "s" })
 }
 
-/// Describes a staircase with `seen` visible edges.
+/// Returns the name of a staircase with `seen` visible edges: number, direction and kind of the
+/// steps.
 fn name(staircase: &Staircase, seen: usize) -> String {
     let mut name = match staircase.kind {
         GroundKind::Nothing => "no stairs".to_owned(),
@@ -166,7 +170,8 @@ mod tests {
         farthest_m: 2.8,
     };
 
-    /// Particles of these weights, with no answer to be held against.
+    /// Returns the posterior of particles with these weights, for an answer without steps and
+    /// drops.
     fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
         let reported = ReportedAnswer {
             edges: &[],

@@ -1,5 +1,5 @@
-//! The scanner's own loop over a recording: [`Scanner`] with a simulated shaft, the recording as
-//! the radar module and a buffer as the report UART.
+//! Replays a recording: [`Scanner`], the firmware's own scanner code, with a simulated shaft, the
+//! recording as the radar module and a buffer as the report UART.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -23,24 +23,24 @@ use crate::recording::Recording;
 use crate::setup::{self, Kind};
 use crate::volatile::{Volatile, identity};
 
-/// Default seed of the particles' random numbers.
+/// Default seed of the random numbers that draw the particles.
 pub const SEED: u32 = 1;
 
-/// Options of a replay.
+/// Options of a replay of a recording.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
     /// Settings that are not in the recording: estimator, seed, CFAR, particles.
     pub config: Config,
-    /// Number of scans; `None`: as many as the recording contains. A recording of one scan is repeated
-    /// with alternating direction.
+    /// Number of scans to make; `None`: as many as the recording contains. A recording of one scan
+    /// is repeated with alternating direction.
     pub scans: Option<u32>,
-    /// Whether to turn the mirror in the opposite direction.
+    /// Whether the mirror turns in the opposite direction to that of the recording.
     pub backwards: bool,
-    /// Whether to use a new scanner for every scan of the recording.
+    /// Whether every scan of the recording is answered by a new scanner, without earlier scans.
     pub single: bool,
-    /// Motion mode without motion input; `None`: that of the recording.
+    /// Motion mode that applies without motion sentences; `None`: that of the recording.
     pub motion: Option<Mode>,
-    /// Fault of the motion sentences.
+    /// Fault of the motion sentences; `None` for faultless ones.
     pub motion_fault: Option<Fault>,
     /// Whether motion sentences are sent with the triggers, as by `emulate`, instead of at the
     /// recording's times.
@@ -48,7 +48,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Returns the number of scans to make of `recording`.
+    /// Returns the number of scans to make of `recording` with these options.
     ///
     /// # Errors
     /// A recording of several scans cannot be extended, and one with motion cannot be reversed.
@@ -69,31 +69,31 @@ impl Options {
     }
 }
 
-/// A scan that has just been answered.
+/// A scan that has just been answered, for observers.
 #[derive(Clone, Copy)]
 pub struct Scanned<'a> {
-    /// The whole recording.
+    /// The recording of which the scan is a part.
     recording: &'a Recording,
     /// Index of the scan in the recording, from 0.
     scan: usize,
-    /// Configuration of the scanner.
+    /// Configuration of the scanner for this scan.
     pub config: &'a Config,
-    /// Map and estimator.
+    /// Polar map and estimator after this scan.
     pub pipeline: &'a Pipeline,
-    /// Known motion of the chair.
+    /// Motion of the chair during this scan, as the estimator used it.
     pub drive: Drive<'a>,
-    /// The reported answer.
+    /// The answer to this scan.
     pub answer: &'a Answer,
 }
 
 impl Scanned<'_> {
-    /// Returns the scan as a recording of its own.
+    /// Returns this scan as a recording of its own.
     pub fn recording(&self) -> Recording {
         self.recording.scan(self.scan)
     }
 }
 
-/// Returns the first scan's answer.
+/// Returns the answer to the first scan of a recording.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -108,8 +108,8 @@ pub fn answer(recording: &Recording, options: &Options) -> Result<Answer> {
     }
 }
 
-/// Returns the answers of all scans, in order. `look` is called with each of them, with map and
-/// estimator.
+/// Returns the answers to all scans, in order. `look` is called after each scan, with its answer,
+/// map and estimator.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -209,7 +209,7 @@ impl DataPath for DataPathWithMotion {
     }
 }
 
-/// Runs one scanner over `scans` scans.
+/// Runs one scanner over `scans` scans and returns their answers; `look` is called after each scan.
 fn follow(
     recording: &Recording,
     options: &Options,
@@ -283,7 +283,8 @@ fn playback<'a>(recording: &'a Recording, options: &Options) -> Result<Playback<
     Ok(playback)
 }
 
-/// Runs one scanner over `scans` scans or guard sweeps. `on_scan` is called with the sentences of each.
+/// Runs one scanner over `scans` scans or guard sweeps. `on_scan` is called with the sentences that
+/// answer each.
 fn run(
     recording: &Recording,
     options: &Options,
@@ -366,18 +367,18 @@ fn run(
     bail!("{name}: the scanner gave no answer")
 }
 
-/// Time between two steps; the mirror has settled by then.
+/// Time between two steps of the scanner without a timetable, µs; the mirror has settled by then.
 const STEP_US: u32 = 10_000;
-/// Minimum settling time that can be set.
+/// Minimum settling time of the mirror that can be set, µs.
 pub(crate) const SHORTEST_SETTLE_US: u32 = 100;
 
-/// The report UART, read line by line.
+/// The report port of the simulated scanner: typed input, and output read line by line.
 #[derive(Default)]
 pub(crate) struct Console {
-    /// Motion sentences and commands.
+    /// Motion sentences and commands that the scanner reads.
     pub inlet: Inlet,
     line: Vec<u8>,
-    /// Sentences of the current scan. `to_come` is the number of those that are still missing.
+    /// Sentences of the current answer, and the number of those that are still missing.
     scan: Vec<String>,
     to_come: u8,
 }
@@ -394,7 +395,7 @@ impl BytePort for Console {
 }
 
 impl Console {
-    /// A port with the input `inlet`.
+    /// Creates a report port with the input `inlet`.
     pub fn new(inlet: Inlet) -> Self {
         Self {
             inlet,
@@ -402,7 +403,7 @@ impl Console {
         }
     }
 
-    /// Returns the sentences of a scan when it is complete.
+    /// Returns the sentences that answer a scan when all have been written; `None` until then.
     pub fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.line.drain(..=end).collect();

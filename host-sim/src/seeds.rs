@@ -1,7 +1,8 @@
 //! Allocation of the seeds of random scenes to their uses.
 //!
-//! A figure is valid only for scenes that were not used for tuning. Every scene that is inspected, fitted to or used
-//! to compare figures influences the tuning. Therefore the seeds are allocated here, once.
+//! A published result is valid only for scenes that were not used for tuning. Every scene that is
+//! inspected, fitted to or used for comparisons influences the tuning. Therefore the seeds are
+//! allocated here, once.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,19 +11,19 @@ use clap::ValueEnum;
 
 use crate::scene::random::Kind;
 
-/// A draw of random scenes.
+/// Use of a range of seeds of random scenes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Draw {
-    /// Fit and inspection.
+    /// Fits of weights, and inspection of single scenes.
     Tuning,
-    /// Choice between fits.
+    /// Choice between several fits.
     Validation,
-    /// Calibration and thresholds of `fit`.
+    /// Calibration of probabilities, and thresholds, by `fit`.
     Calibration,
-    /// CI snapshot; measured at every change, so it counts as tuned on.
+    /// Regression test in CI; measured at every change, so that it counts as used for tuning.
     #[default]
     Snapshot,
-    /// Published tables only.
+    /// Published tables only, never used for tuning.
     Reporting,
 }
 
@@ -47,7 +48,7 @@ impl Draw {
         Draw::Reporting,
     ];
 
-    /// Returns its seeds.
+    /// Returns the range of the draw's seeds.
     pub fn seeds(self) -> Range<u64> {
         match self {
             Draw::Tuning => TUNING,
@@ -73,7 +74,7 @@ impl Draw {
         }
     }
 
-    /// Returns its name on the command line.
+    /// Returns the draw's name on the command line.
     pub fn as_str(self) -> &'static str {
         match self {
             Draw::Tuning => "tuning",

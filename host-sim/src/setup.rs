@@ -1,5 +1,5 @@
-//! Converts a recording's metadata to the scanner's configuration: the fixed-point numbers of
-//! commands, rounded by the same function.
+//! Converts a recording's metadata to the scanner's configuration: fixed-point numbers as in
+//! commands, rounded by the function that commands use.
 
 use anyhow::{Result, anyhow, ensure};
 use stairscan::config::{Config, MountConfig, Plane, RadarConfig, SweepConfig, to_fixed};
@@ -7,11 +7,11 @@ use stairscan::motion::Mode;
 
 use crate::recording::{META_SUFFIX, Recording};
 
-/// Maximum deviation of a capture from the schedule, as a fraction of an angle step: a shaft is not
-/// exact.
+/// Maximum deviation of a chirp's angle from the schedule, as a fraction of an angle step: a shaft
+/// is not exact.
 const OFF_SCHEDULE: f64 = 0.1;
 
-/// Metadata key of the kind of scans.
+/// Metadata key that says whether a recording contains full scans or guard sweeps.
 const MODE: &str = "stairscan:mode";
 
 /// Kind of a recording's scans.
@@ -19,7 +19,7 @@ const MODE: &str = "stairscan:mode";
 pub enum Kind {
     /// Full scans.
     Scans,
-    /// Coarse sweeps of the guard.
+    /// Guard sweeps, with few rows.
     Guard,
 }
 
@@ -57,7 +57,7 @@ pub fn full_scans(recording: &Recording) -> Result<()> {
     Ok(())
 }
 
-/// Returns the radar's part of the configuration of any recording.
+/// Returns the radar's part of the scanner's configuration for any recording.
 ///
 /// # Errors
 /// A key is out of range; the message names it.
@@ -81,37 +81,38 @@ pub fn radar(recording: &Recording) -> Result<RadarConfig> {
     })
 }
 
-/// Returns the motion mode without motion input: a single scan without motion data was made at
-/// standstill.
+/// Returns the motion mode that applies without motion sentences: standing for a single scan
+/// without motion data, else automatic.
 pub fn mode(recording: &Recording) -> Mode {
     let alone = recording.scans() == 1 && recording.meta.motion.travel_m.is_empty();
     if alone { Mode::Standing } else { Mode::Auto }
 }
 
-/// Returns the duration of a chirp, µs; that of the paper's radar if the recording contains no sample
-/// rate.
+/// Returns the duration of a chirp, µs; `None` if the recording contains no sample rate, or the
+/// duration is not 1 µs to 1 s.
 pub fn chirp_us(recording: &Recording) -> Option<u32> {
     let meta = &recording.meta;
     let us = 1e6 * meta.file_samples() as f64 / meta.sample_rate_hz?;
     (1.0..=1e6).contains(&us).then_some(us.round() as u32)
 }
 
-/// Assignment of a scan's chirps to the schedule of angles.
+/// Assignment of a scan's chirps to equally spaced angles.
 #[derive(Clone, Debug)]
 pub struct Schedule {
-    /// Schedule of equal angle steps.
+    /// First angle, step and number of angles.
     pub sweep: SweepConfig,
-    /// For each scheduled angle the index of the chirp; `None` if it is missing.
+    /// Index in the recording of the chirp at each angle, lowest angle first; `None` if it is
+    /// missing.
     pub chirps: Vec<Option<usize>>,
-    /// Whether the scan was made from the last angle to the first.
+    /// Whether the scan went from the last angle to the first.
     pub backward: bool,
 }
 
-/// Returns the schedule of scan `scan` (from 0). Missing angles become lost chirps.
+/// Returns the angles of scan `scan` (from 0) and their chirps. Missing angles become lost chirps.
 ///
-/// If a recording contains the chair's pitch but not its travel, the angles are shifted by the scan's
-/// mean pitch, so that they are relative to the true horizontal. If it contains both, the scanner gets
-/// them by motion sentences.
+/// If a recording contains the chair's pitch but not its travel, the angles are shifted by the
+/// scan's mean pitch, so that they are relative to the true horizontal. If it contains both, the
+/// scanner gets them by motion sentences.
 ///
 /// # Errors
 /// The angle of a capture does not fit the others', or the scanner cannot turn to it; the message
@@ -164,9 +165,9 @@ pub fn schedule(recording: &Recording, scan: usize) -> Result<Schedule> {
     })
 }
 
-/// Returns the contribution of the chair's pitch to the angles of a scan, degrees: nose up lifts the
-/// beam. Angles are positive downwards from the horizontal, or in the height plane from straight down
-/// to the front.
+/// Returns the angle that the chair's pitch adds to the angles of a scan, degrees; 0 if the
+/// recording has no pitch, or has travel too. Nose up lifts the beam. Angles are positive downwards
+/// from the horizontal, or in the height plane from straight down to the front.
 fn lean(recording: &Recording, scan: usize) -> f64 {
     let motion = &recording.meta.motion;
     let pitch = (motion.travel_m.is_empty())
@@ -184,8 +185,8 @@ fn angle_fixed(degrees: f64) -> Result<i32> {
     to_fixed(degrees, 1e-3).ok_or_else(|| anyhow!("an angle of {degrees} degrees is out of range"))
 }
 
-/// Returns the configuration of scan `scan` (from 0) of a recording, on top of `base` (seed,
-/// estimator, ...).
+/// Returns the scanner's configuration for scan `scan` (from 0) of a recording, on top of `base`
+/// (seed, estimator, ...), and the assignment of its chirps to angles.
 ///
 /// # Errors
 /// A key is missing, or the scanner cannot work with its value; the message names it.

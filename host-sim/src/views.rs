@@ -1,14 +1,15 @@
-//! Views of a scan for drawings, the report page and text: echoes with their roles, hypotheses of the search, the
-//! posterior, the edges of the ground truth. Plain data without drawing code, so that all output formats can
-//! import it.
+//! Results of a scan for drawings, the report page and text: echoes with their roles, hypotheses of
+//! the search, the posterior, the edges of the ground truth. Plain data without drawing code, so
+//! that all output formats can import it.
 
 use crate::recording::Truth;
 
-/// A point of the plane, metres.
+/// A point of the vertical plane that the beam sweeps, metres: horizontal distance from the mirror,
+/// and height above the ground.
 pub type Point = (f64, f64);
 
-/// Returns the edges of the ground truth, nearest first: visible and hidden steps, drop edges and the near edges
-/// of holes.
+/// Returns distance and height of the edges of the ground truth, nearest first: visible and hidden
+/// steps, edges of drops and the near edges of holes.
 pub fn true_edges(truth: &Truth) -> Vec<Point> {
     let all = truth.steps.iter().chain(&truth.uncounted);
     let mut edges: Vec<Point> = all.map(|s| (s.distance_m, s.height_m)).collect();
@@ -16,75 +17,75 @@ pub fn true_edges(truth: &Truth) -> Vec<Point> {
     edges
 }
 
-/// Effect of a role on the best hypothesis.
+/// Effect of an echo's role on the best hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Expected by the winner.
+    /// The best hypothesis expects the echo.
     For,
-    /// Impossible under the winner.
+    /// The echo is impossible under the best hypothesis.
     Against,
-    /// Neither expected nor impossible.
+    /// The best hypothesis neither expects the echo nor excludes it.
     Neither,
 }
 
-/// One scatterer.
+/// One scatterer, an echo with its role.
 #[derive(Clone, Copy, Debug)]
 pub struct ScattererView {
-    /// Position, metres.
+    /// Horizontal distance from the mirror, and height above the ground, metres.
     pub at: Point,
     /// Power above the noise, dB.
     pub snr_db: f64,
-    /// Role: the surface or edge that it is assigned to.
+    /// Role: the surface or edge to which the echo is assigned.
     pub role: &'static str,
     /// Effect of the role on the best hypothesis.
     pub verdict: Verdict,
 }
 
-/// One hypothesis of the search.
+/// One hypothesis of the search (the estimator's first stage).
 #[derive(Clone, Debug)]
 pub struct ExplanationView {
     /// Number of steps, direction and kind, in words.
     pub name: String,
-    /// Log-likelihood ratio against no stairs, nats.
+    /// Score of the search: log-likelihood ratio against level ground without stairs, nats.
     pub score: f64,
-    /// Whether it is the answer.
+    /// Whether it has as many steps as the answer.
     pub winner: bool,
-    /// Distance and height of each step's edge.
+    /// Distance and height of each step's edge, metres.
     pub edges: Vec<Point>,
 }
 
 /// Scatterers, hypotheses and posterior of one scan.
 #[derive(Clone, Debug, Default)]
 pub struct InspectView {
-    /// Scatterers, strongest first.
+    /// Echoes with their roles, strongest first.
     pub scatterers: Vec<ScattererView>,
     /// Hypotheses of the search, likeliest first.
     pub explanations: Vec<ExplanationView>,
-    /// The posterior; empty where there is none.
+    /// The posterior; empty if the estimator has not computed one.
     pub posterior: PosteriorView,
 }
 
-/// One hypothesis of the posterior.
+/// One hypothesis of the posterior: particles with the same visible steps.
 #[derive(Clone, Debug)]
 pub struct HypothesisView {
     /// Number of steps, direction and kind, in words.
     pub name: String,
-    /// Probability, 0…1.
+    /// Posterior probability of the hypothesis, 0…1.
     pub probability: f64,
-    /// Distance and height of each of its visible edges.
+    /// Distance and height of each visible edge, metres.
     pub edges: Vec<Point>,
 }
 
-/// The posterior by number of steps and by hypothesis; empty without one.
+/// The posterior by number of steps and by hypothesis; empty if the estimator has not computed one.
 #[derive(Clone, Debug, Default)]
 pub struct PosteriorView {
-    /// Probability of each number of steps, from none.
+    /// Probability of each number of steps: `counts[k]` is that of `k` steps.
     pub counts: Vec<f64>,
-    /// The hypotheses, the likeliest first.
+    /// Hypotheses of the posterior, the likeliest first.
     pub hypotheses: Vec<HypothesisView>,
 }
 
-/// The echo that each role comes from.
+/// Name of each role, and the place from which its echo comes.
 const MEANINGS: [(&str, &str); 10] = [
     ("corner", "foot of a riser"),
     ("nosing", "foremost edge of a step"),
@@ -104,7 +105,7 @@ const MEANINGS: [(&str, &str); 10] = [
     ("unexplained", "not explained by the best hypothesis"),
 ];
 
-/// Meaning of a role in words; empty for an unknown one.
+/// Returns the meaning of a role in words; empty for an unknown one.
 pub fn meaning(role: &str) -> &'static str {
     let known = MEANINGS.iter().find(|known| known.0 == role);
     known.map_or("", |known| known.1)

@@ -11,13 +11,13 @@ pub struct Volatile {
 }
 
 impl Volatile {
-    /// For a scanner that starts scanning at boot.
+    /// Board of a scanner that starts scanning at boot.
     pub const SCANNING: Self = Self { stopped: false };
-    /// For a scanner that waits for `start`.
+    /// Board of a scanner that waits for the command `start`.
     pub const STOPPED: Self = Self { stopped: true };
 }
 
-/// Identity of a scanner on the host, built for `what`.
+/// Returns the boot information of a scanner on the host, with `what` in the place of the revision.
 pub const fn identity(what: &'static str) -> BootInfo {
     BootInfo {
         version: env!("CARGO_PKG_VERSION"),

@@ -11,24 +11,24 @@ use stairscan::signal::radar::wire::LINK_BAUD;
 #[cfg(test)]
 pub const CRYSTAL_HZ: u32 = 8_000_000;
 
-/// Clock source of the core, and the frequencies that follow from it.
+/// Clock source of the core, and the chip's frequencies with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clocks {
-    /// Name of the source in the boot and status sentences.
+    /// Name of the source in the sentences `BOOT` and `STAT`.
     pub name: &'static str,
-    /// Core and AHB, Hz.
+    /// Frequency of core and AHB, Hz.
     pub core_hz: u32,
-    /// APB1 (USART2), Hz.
+    /// Frequency of the peripheral bus APB1 (USART2), Hz.
     pub apb1_hz: u32,
-    /// APB2 (USART1), Hz.
+    /// Frequency of the peripheral bus APB2 (USART1), Hz.
     pub apb2_hz: u32,
-    /// Timers on APB1 (TIM5), Hz: twice APB1 wherever that is divided.
+    /// Frequency of the timers on APB1 (TIM5), Hz: twice that of APB1 wherever that is divided.
     pub timer_hz: u32,
 }
 
 impl Clocks {
-    /// Returns USART1's divider for a rate of the link; `None` if the rate is not met exactly, or is above 1
-    /// Mbaud without the crystal: two ends may be at most 2 % apart.
+    /// Returns USART1's divider for a baud rate of the link to the radar module; `None` if the rate is not met
+    /// exactly, or is above 1 Mbaud without the crystal: two ends may be at most 2 % apart.
     pub fn link_rate(&self, baud: u32) -> Option<u32> {
         let divider = brr(self.apb2_hz, baud.max(1));
         let steady = baud <= LINK_BAUD || *self == HSE;
@@ -54,16 +54,16 @@ pub const HSE: Clocks = Clocks {
     timer_hz: 84_000_000,
 };
 
-/// Factors of the PLL: VCO = crystal / m × n, core = VCO / p.
+/// Factors of the PLL: VCO = crystal / m × n, core clock = VCO / p.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pll {
-    /// Input divider.
+    /// Divider of the crystal's clock before the PLL.
     pub m: u32,
-    /// Multiplier.
+    /// Multiplier from the divided crystal's clock to the VCO.
     pub n: u32,
-    /// Core divider: 2, 4, 6 or 8.
+    /// Divider from the VCO to the core clock: 2, 4, 6 or 8.
     pub p: u32,
-    /// 48 MHz divider.
+    /// Divider from the VCO to the chip's 48 MHz clock.
     pub q: u32,
 }
 
@@ -76,7 +76,7 @@ pub const PLL: Pll = Pll {
 };
 
 impl Pll {
-    /// Returns RCC_PLLCFGR (RM0090 7.3.2) with the crystal as the source.
+    /// Returns the value of register RCC_PLLCFGR (RM0090 7.3.2) with the crystal as the source.
     pub const fn pllcfgr(self) -> u32 {
         const SOURCE_HSE: u32 = 1 << 22;
         // Bit 29 is reserved and set after reset.
@@ -84,24 +84,24 @@ impl Pll {
     }
 }
 
-/// RCC_CFGR (RM0090 7.3.3): PLL as system clock, AHB /1, APB1 /4, APB2 /2.
+/// Value of register RCC_CFGR (RM0090 7.3.3): PLL as system clock, AHB /1, APB1 /4, APB2 /2.
 pub const CFGR: u32 = 0b100 << 13 | 0b101 << 10 | 0b10;
 
-/// FLASH_ACR (RM0090 3.9.2): 5 wait states for 168 MHz at 3.3 V, prefetch and both caches.
+/// Value of register FLASH_ACR (RM0090 3.9.2): 5 wait states for 168 MHz at 3.3 V, prefetch and both caches.
 pub const FLASH_ACR: u32 = 1 << 10 | 1 << 9 | 1 << 8 | 5;
 
-/// Returns USART_BRR for a baud rate: with 16-fold oversampling it is the quotient, rounded.
+/// Returns the divider for register USART_BRR at `baud`: with 16-fold oversampling it is the quotient, rounded.
 pub const fn brr(bus_hz: u32, baud: u32) -> u32 {
     (bus_hz + baud / 2) / baud
 }
 
-/// Returns the baud rate to request from the HAL's serial port so that it sets the divider `brr`: the HAL
-/// assumes the clocks after reset, since it did not set up those of this module.
+/// Returns the baud rate to request from the HAL's serial port so that it sets the divider `brr`: the HAL assumes
+/// the clocks as after reset, since not it but this module has set them up.
 pub const fn hal_baud(brr: u32) -> u32 {
     (HSI.apb1_hz + brr / 2) / brr
 }
 
-/// Returns the timer prescaler for a tick frequency.
+/// Returns the value of a timer's prescaler for the frequency `tick_hz` of its ticks.
 pub const fn prescaler(timer_hz: u32, tick_hz: u32) -> u32 {
     timer_hz / tick_hz - 1
 }
@@ -113,9 +113,10 @@ mod apply {
 
     /// Core clocks between two polls: 10 µs at 16 MHz.
     const POLL_CLOCKS: u32 = 160;
-    /// Number of polls for the crystal: 50 ms, where it needs 2 to 10.
+    /// Maximum number of polls until the crystal runs: 50 ms, where it needs 2 to 10.
     const CRYSTAL_POLLS: u32 = 5_000;
-    /// Number of polls for the PLL's lock (300 µs), and for the switch.
+    /// Maximum number of polls until the PLL has locked (300 µs), and until the core runs from it: 1 ms at 16
+    /// MHz.
     const PLL_POLLS: u32 = 100;
 
     fn wait(polls: u32, mut ready: impl FnMut() -> bool) -> bool {

@@ -7,7 +7,7 @@ use stm32f4xx_hal::gpio::{OpenDrain, Output, PB8, PB9, PinState};
 /// Nanoseconds in a microsecond.
 const MICROSECOND: u32 = 1_000;
 
-/// SCL and SDA.
+/// I²C bus of the encoder: SCL on pin PB8, SDA on PB9.
 pub type EncoderBus = PinBus<PB8<Output<OpenDrain>>, PB9<Output<OpenDrain>>, CycleDelay>;
 
 /// Delay by counting the core's clocks: at least as long as requested, longer if an interrupt comes.
@@ -26,7 +26,7 @@ impl DelayNs for CycleDelay {
     }
 }
 
-/// Creates the bus with both lines released; the board's resistors pull them up (`docs/hardware.md`).
+/// Creates the encoder's bus with both lines released; the board's resistors pull them up (`docs/hardware.md`).
 pub fn bus((clock, data): (PB8, PB9), core_hz: u32) -> EncoderBus {
     let clock = clock.into_open_drain_output_in_state(PinState::High);
     let data = data.into_open_drain_output_in_state(PinState::High);

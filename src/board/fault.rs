@@ -1,7 +1,7 @@
-//! Fault path: motor off, one sentence, reset.
+//! Fault path: motor off, sentence `HALT`, reset.
 //!
-//! A stack overflow faults with a stack pointer below the memory, where the next push would fault again and
-//! lock up the core. So every entry is written in assembly that resets the pointer before it uses the stack.
+//! A stack overflow faults with a stack pointer below the memory, where the next push would fault again and lock
+//! up the core. So every entry is written in assembly that resets the pointer before it uses the stack.
 
 use core::panic::PanicInfo;
 
@@ -15,7 +15,7 @@ use super::motor;
 use super::retained::{self, BootRecord, Crash};
 use super::uart;
 
-/// SCB_CFSR (PM0214 4.4.13): flags of memory protection faults.
+/// Flags of register SCB_CFSR (PM0214 4.4.13) that report violations of memory protection.
 const MEMORY_VIOLATIONS: u32 = 0xff;
 
 macro_rules! last_resort {
@@ -52,7 +52,8 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe { stairscan_panicked() }
 }
 
-/// Ends the firmware; runs on an empty stack with interrupts off.
+/// Ends the firmware after the crash of this number ([`Crash`]): motor off, sentence `HALT`, reset. Runs on an
+/// empty stack with interrupts off.
 extern "C" fn end(crash: u32) -> ! {
     // SAFETY: a device's registers, always there; their owner never runs again.
     let port = unsafe { &*pac::GPIOC::ptr() };
@@ -82,7 +83,8 @@ extern "C" fn end(crash: u32) -> ! {
     SCB::sys_reset()
 }
 
-/// Sets the serial port's divider for the internal oscillator, from which the chip runs without the crystal.
+/// Resets the clock's dividers, and sets the report port's divider for the internal oscillator, from which the
+/// chip runs if the crystal has stopped.
 fn slow_down() {
     // SAFETY: a device's registers, always there; their owner never runs again.
     let (rcc, usart) = unsafe { (&*pac::RCC::ptr(), &*pac::USART2::ptr()) };

@@ -16,39 +16,39 @@ use stm32f4xx_hal::pac;
 
 use super::time::Time;
 
-/// Bytes of a sector.
+/// Size of a flash sector, bytes.
 const SECTOR: usize = 16 * 1024;
-/// Number of the first sector.
+/// Number of the first of the two sectors of settings.
 const FIRST: u8 = 1;
-/// Where it lies.
+/// Address of the first of the two sectors.
 const BASE: usize = 0x0800_4000;
-/// FLASH_KEYR (RM0090 3.9.3): these two, one after the other, unlock the controller.
+/// Words that unlock the controller when they are written to FLASH_KEYR one after the other (RM0090 3.9.3).
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
-/// For one word, µs: 100 at most (DS8626, table 42).
+/// Timeout of writing one word, µs, which takes 100 at most (DS8626, table 42).
 const WORD_US: u32 = 1_000;
-/// For one sector, µs: 500,000 at most with 32 bits at a time (DS8626, table 42).
+/// Timeout of erasing one sector, µs, which takes 500,000 at most with 32 bits at a time (DS8626, table 42).
 const SECTOR_US: u32 = 1_000_000;
-/// Flags of FLASH_SR that a one clears: EOP, OPERR, WRPERR, PGAERR, PGPERR, PGSERR.
+/// Flags of FLASH_SR that are cleared by writing ones: EOP, OPERR, WRPERR, PGAERR, PGPERR, PGSERR.
 const FLAGS: u32 = 0b1111_0011;
-/// Those of them that are errors.
+/// Flags of FLASH_SR that report an error: all of [`FLAGS`] but EOP.
 const ERRORS: u32 = 0b1111_0010;
-/// 32 bits at a time, which 2.7 V and more allow.
+/// Value of PSIZE in FLASH_CR: 32 bits are written at a time, for which the supply must be 2.7 V or more.
 const WORDWISE: u8 = 0b10;
 
-/// The sectors of settings.
+/// The two flash sectors that hold the settings.
 #[derive(Debug)]
 pub struct ChipFlash {
     regs: pac::FLASH,
 }
 
-/// Why the flash did not do what it should.
+/// Error of a flash operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashError {
-    /// Outside the two sectors, or not on whole words or sectors.
+    /// The range is not within the two sectors, or not of whole words or sectors.
     Place,
-    /// The controller does not unlock, or does not take what is written to it.
+    /// The flash controller does not unlock, or its register does not read back as written.
     Controller,
-    /// It did not come to its end in time, or says that it failed.
+    /// The operation did not end in time, or the controller reports an error.
     Failed,
 }
 
@@ -62,12 +62,14 @@ impl NorFlashError for FlashError {
 }
 
 impl ChipFlash {
-    /// Over the controller, which stays locked but for writing and erasing.
+    /// Creates access to the two sectors by the controller's registers; the controller is unlocked only while it
+    /// writes or erases.
     pub fn new(regs: pac::FLASH) -> Self {
         Self { regs }
     }
 
-    /// Whether the controller answers: what is written to it reads back. Nothing is changed.
+    /// Whether the flash controller responds: it unlocks, and its register reads back as written. No content of
+    /// the flash is changed.
     pub fn answers(&mut self) -> bool {
         let answers = self.unlock().is_ok();
         self.lock();
@@ -88,7 +90,8 @@ impl ChipFlash {
         Ok(())
     }
 
-    /// Locks the controller, and empties the data cache, which may hold what stood there before.
+    /// Locks the controller, and empties the data cache, which may hold the content from before a write or
+    /// erasure.
     fn lock(&mut self) {
         self.regs.cr().write(|w| w.lock().set_bit());
         let cached = self.regs.acr().read().dcen().bit_is_set();
@@ -98,7 +101,7 @@ impl ChipFlash {
         self.regs.acr().modify(|_, w| w.dcen().bit(cached));
     }
 
-    /// Waits for the end of what has begun.
+    /// Waits for the end of the current operation, `at_most_us` µs at most.
     fn wait(&self, at_most_us: u32) -> Result<(), FlashError> {
         let begun = Time::now_anywhere();
         while self.regs.sr().read().bsy().bit_is_set() {
@@ -138,7 +141,8 @@ impl ChipFlash {
     }
 }
 
-/// `offset` where `length` bytes from there lie within the sectors and begin and end on whole `unit`s.
+/// Returns `offset`, bytes from the first sector's beginning, if the `length` bytes from there are within the two
+/// sectors and begin and end on a multiple of `unit`.
 fn checked(offset: u32, length: usize, unit: usize) -> Result<usize, FlashError> {
     let from = offset as usize;
     let end = from.checked_add(length).ok_or(FlashError::Place)?;

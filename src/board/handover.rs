@@ -1,4 +1,4 @@
-//! The message between boot loader and image, where the chip has it.
+//! Access to the message between boot loader and image at the top of the chip's SRAM.
 
 use core::ptr;
 
@@ -6,11 +6,11 @@ use cortex_m::peripheral::SCB;
 use stairscan::scanner::handover::{Handover, WORDS};
 
 unsafe extern "C" {
-    /// Top of SRAM, behind everything that the linker places (`memory.x`).
+    /// Words of the message at the top of SRAM, behind everything that the linker places (`memory.x`).
     static mut _handover: [u32; WORDS];
 }
 
-/// Takes the boot loader's message, which then is gone.
+/// Returns the message that the boot loader has left, and deletes it; `None` if there is none.
 pub fn take() -> Option<Handover> {
     let place = &raw mut _handover;
     // SAFETY: words of SRAM that nothing else uses; any bits are words.

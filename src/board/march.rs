@@ -16,7 +16,7 @@ pub trait WordMemory {
     fn write(&mut self, k: u32, word: u32);
 }
 
-/// Data backgrounds: any two bits differ in at least one of them.
+/// Words that the march test writes: any two of the 32 bits differ in at least one of these.
 const BACKGROUNDS: [u32; 6] = [
     0,
     0x5555_5555,
@@ -26,7 +26,8 @@ const BACKGROUNDS: [u32; 6] = [
     0x0000_ffff,
 ];
 
-/// Whether every word stores what is written to it and nothing else. The previous content is lost.
+/// Runs the march test; returns whether every word stores what is written to it and nothing else. The previous
+/// content is lost.
 // Out of line, like the functions it calls: it is called for several ranges.
 #[inline(never)]
 pub fn march(memory: &mut impl WordMemory) -> bool {
@@ -69,8 +70,8 @@ fn read_and_invert(memory: &mut impl WordMemory, from: u32, down: bool) -> bool 
     wrong == 0
 }
 
-/// Whether every word stores each of its bits, for words that must not be lost: each is restored before the
-/// next one is touched. Coupling between words is not detected.
+/// Returns whether every word stores each of its bits, for words that must not be lost: each is restored before
+/// the next one is touched. Coupling between words is not detected.
 pub fn each_keeps(memory: &mut impl WordMemory) -> bool {
     (0..memory.count()).all(|k| {
         let before = memory.read(k);
@@ -88,7 +89,7 @@ mod chip {
     use super::{WordMemory, each_keeps, march};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-    /// Words from an address on.
+    /// A number of words of RAM from an address on.
     struct Range {
         from: *mut u32,
         count: u32,
@@ -119,9 +120,9 @@ mod chip {
         }
     }
 
-    /// Result of a passed march.
+    /// Value of `MARCHED` after a test that has passed.
     const PASSED: u32 = 0x5061_7373;
-    /// Bytes below the stack pointer that the march leaves out: its own frames, some 100 bytes.
+    /// Bytes below the stack's top that the march test leaves out, for its own stack frames of some 100 bytes.
     const FRAMES: u32 = 512;
 
     // SAFETY: the start-up code leaves the section unchanged, and any bits are a valid word.
@@ -152,7 +153,8 @@ mod chip {
         MARCHED.store(if passed { PASSED } else { 0 }, Relaxed);
     }
 
-    /// Whether the march has passed at this boot.
+    /// Returns whether the memory test at this boot has passed; only the first call tells, any later one returns
+    /// `false`.
     pub fn passed() -> bool {
         MARCHED.swap(0, Relaxed) == PASSED
     }
@@ -166,7 +168,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// Defect of a memory cell, word or address.
+    /// Defect of the bit, word or address at which the simulated memory is faulty.
     #[derive(Clone, Copy, Debug)]
     enum Defect {
         None,
@@ -174,15 +176,15 @@ mod tests {
         Stuck(bool),
         /// A bit cannot change to this value.
         Slow(bool),
-        /// A bit's change to this value inverts another bit.
+        /// A bit's change to this value inverts another bit, given by word and bit.
         Inverts(bool, (u32, u32)),
-        /// A bit's change to this value forces another bit to the second value.
+        /// A bit's change to this value forces another bit, given by word and bit, to the second value.
         Forces(bool, (u32, u32), bool),
-        /// While a bit has this value another bit reads as the second value.
+        /// While a bit has this value another bit, given by word and bit, reads as the second value.
         Holds(bool, (u32, u32), bool),
-        /// The word's address selects another word as well.
+        /// A write to the word goes to the word of this index as well.
         Both(u32),
-        /// The word's address selects another word instead.
+        /// The word's address selects the word of this index instead.
         Other(u32),
     }
 

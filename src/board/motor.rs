@@ -15,19 +15,20 @@ use stairscan::scanner::settings::{DriverConfig, WireLevel};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8, Pull};
 use stm32f4xx_hal::pac::EXTI;
 
-/// Maximum interval of SysTick, clocks: 24 bits, 0.1 s at 168 MHz. A longer interval takes several shots.
+/// Maximum interval of the timer SysTick, core clocks: 24 bits, 0.1 s at 168 MHz. A longer interval is made of
+/// several.
 const LONGEST: u32 = 0x00ff_ffff;
-/// Minimum number of clocks of one pass of the delay loop: a subtraction and a taken branch.
+/// Minimum number of core clocks of one pass of `cortex_m::asm::delay`: a subtraction and a taken branch.
 const WAITING: u32 = 3;
-/// EN: pin number within GPIOC.
+/// Number of the pin EN within port GPIOC.
 const ENABLE_PIN: u32 = 8;
 /// Offset in BSRR from the bit that sets a pin to the bit that resets it.
 const BSRR_RESET: u32 = 16;
 
-/// Whether a high EN switches the driver on: for the fault path, which cannot read the settings.
+/// Whether a high EN switches the driver on: a copy for the fault path, which cannot read the settings.
 static ENABLE_HIGH: AtomicBool = AtomicBool::new(false);
 
-/// Returns the value for BSRR of GPIOC that switches the driver off.
+/// Returns the value for register BSRR of port GPIOC that switches the motor driver off by EN.
 pub fn switch_off() -> u32 {
     match ENABLE_HIGH.load(Ordering::Relaxed) {
         true => 1 << (ENABLE_PIN + BSRR_RESET),
@@ -35,17 +36,17 @@ pub fn switch_off() -> u32 {
     }
 }
 
-/// The pins between board and motor.
+/// The pins between board and motor driver, and that of the home switch.
 pub struct Pins {
-    /// STEP.
+    /// STEP: a rising edge moves the motor by one step of the driver.
     pub step: PC6<Output>,
-    /// DIR.
+    /// DIR: high if the position grows.
     pub dir: PC7<Output>,
-    /// EN.
+    /// EN: switches the driver on, by the level that the settings name.
     pub enable: PC8<Output>,
     /// Home switch, high when pressed.
     pub home: PB0<Input>,
-    /// The driver's stall output.
+    /// The driver's stall output STALL.
     pub stall: PB1<Input>,
     /// External interrupts of home switch and stall output.
     pub exti: EXTI,
@@ -61,9 +62,9 @@ pub struct Motor {
     /// Level of the stall input that reports a stall.
     stall_level: WireLevel,
     core_hz: u32,
-    /// Number of clocks for which STEP stays high beyond the computation of the next interval.
+    /// Number of core clocks for which STEP is held high after the next interval has been computed.
     hold: u32,
-    /// Number of clocks left of an interval after the current shot of SysTick.
+    /// Number of core clocks of a long interval that remain after the part that SysTick counts now.
     rest: u32,
     until_home: bool,
     home_edge: bool,
@@ -92,8 +93,8 @@ impl Motor {
         }
     }
 
-    /// Starts one shot of SysTick, which counts core clocks. It is the only timer whose interrupt works the
-    /// same on chip and emulator.
+    /// Starts SysTick for an interval of `ticks` core clocks, or the first part of a longer one. It is the only
+    /// timer whose interrupt works the same on chip and emulator.
     fn arm(&mut self, ticks: u32) {
         self.disarm();
         let shot = ticks.clamp(2, LONGEST);
@@ -110,7 +111,7 @@ impl Motor {
         cortex_m::peripheral::SCB::clear_pendst();
     }
 
-    /// Handles SysTick's interrupt: emits one pulse, unless its interval is longer than this shot. The time for
+    /// Handles SysTick's interrupt: emits one pulse, or starts the next part of a long interval. The time for
     /// which STEP is held high counts as part of the next interval.
     pub fn tick(&mut self) {
         self.disarm();
@@ -135,7 +136,7 @@ impl Motor {
         }
     }
 
-    /// Handles an edge of the home switch: it ends a move that searches for it.
+    /// Handles an edge of the home switch, which ends a move that searches for the switch.
     pub fn home_edge(&mut self) {
         self.home.clear_interrupt_pending_bit();
         if self.until_home && self.pulser.moving() {
@@ -146,7 +147,7 @@ impl Motor {
         }
     }
 
-    /// Handles an edge of the stall output: it ends every move and switches the driver off.
+    /// Handles an edge of the stall output, which ends any move and switches the driver off.
     pub fn stall_edge(&mut self) {
         self.stall.clear_interrupt_pending_bit();
         self.stall();
@@ -197,8 +198,8 @@ impl StepPort for Motor {
         self.pulser.set_enabled(on);
     }
 
-    /// Sets the driver's pulse width, microsteps and levels. The input's resistor pulls a broken STALL wire to
-    /// the level of a stall.
+    /// Sets the driver's pulse width, microsteps, and active levels of EN and STALL. The stall input's resistor
+    /// pulls a broken STALL wire to the level of a stall.
     fn configure(&mut self, driver: &DriverConfig) {
         self.hold = driver.held_clocks(self.core_hz);
         self.disarm();
@@ -217,7 +218,7 @@ impl StepPort for Motor {
     }
 }
 
-/// Step generator of the scanner: each access locks out the motor's interrupts.
+/// The motor as the scanner uses it: each access locks out the motor's interrupts.
 pub struct Locked<M>(pub M);
 
 impl<M: Mutex<T = Motor>> StepPort for Locked<M> {

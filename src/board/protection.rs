@@ -5,18 +5,18 @@
 //! growing stack faults before it leaves the memory. The core-coupled memory, which is unused, is inaccessible,
 //! too. A violation enters the fault path as `memory-fault`.
 
-/// A region: start, size and access.
+/// A region of the memory protection unit: start, size and access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// First address, a multiple of the size.
+    /// First address of the region, a multiple of its size.
     pub base: u32,
     /// Binary logarithm of the size in bytes: 5 at least.
     pub log2_size: u32,
-    /// Whether it may be read and written; code is executed from no region.
+    /// Whether the region may be read and written; code is executed from no region.
     pub open: bool,
 }
 
-/// All regions, by number.
+/// All regions; the index is the region's number.
 pub const REGIONS: [Region; 3] = [
     // SRAM and all its aliases.
     Region {
@@ -38,17 +38,20 @@ pub const REGIONS: [Region; 3] = [
     },
 ];
 
-/// MPU_CTRL (PM0214 4.5.5): enabled; default map outside the regions; disabled within hard faults.
+/// Value of register MPU_CTRL (PM0214 4.5.5): enabled; default map outside the regions; disabled within hard
+/// faults.
 #[cfg_attr(not(target_os = "none"), allow(dead_code))]
 pub const CONTROL: u32 = 1 << 2 | 1;
 
 impl Region {
-    /// Returns MPU_RBAR (PM0214 4.2.8): the address, and the region's number with its valid flag.
+    /// Returns the value of register MPU_RBAR (PM0214 4.2.8): the address, and the region's number with its valid
+    /// flag.
     pub const fn rbar(self, number: u32) -> u32 {
         self.base | 1 << 4 | number
     }
 
-    /// Returns MPU_RASR (PM0214 4.2.9): no execution, full or no access, shared and cached as for internal RAM.
+    /// Returns the value of register MPU_RASR (PM0214 4.2.9): no execution, full or no access, shared and cached
+    /// as for internal RAM.
     pub const fn rasr(self) -> u32 {
         const EXECUTE_NEVER: u32 = 1 << 28;
         const ALL: u32 = 0b011 << 24;
@@ -64,7 +67,7 @@ mod apply {
     use super::{CONTROL, REGIONS};
     use cortex_m::peripheral::MPU;
 
-    /// Sets up the regions and enables the unit.
+    /// Sets up the regions and enables the memory protection unit.
     pub fn start(mpu: &MPU) {
         for (number, region) in (0..).zip(REGIONS) {
             // SAFETY: registers of the processor, with values checked by this module's tests; no running code

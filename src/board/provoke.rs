@@ -1,6 +1,6 @@
-//! Test builds only: provokes faults on command, to test the fault path.
+//! Test builds only: provokes faults on request, to test the fault path.
 //!
-//! A control byte on the report port provokes one; release images contain none of this.
+//! A control byte on the report port provokes one fault; release images contain none of this.
 
 use core::hint::black_box;
 

@@ -6,7 +6,7 @@ use stairscan::crc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Crash {
-    /// None.
+    /// The firmware did not reset the chip by a crash.
     None = 0,
     /// A panic.
     Panic = 1,
@@ -16,7 +16,7 @@ pub enum Crash {
     UnhandledInterrupt = 3,
     /// A memory protection fault: the stack's end was reached, or code was executed in RAM.
     Memory = 4,
-    /// The supply fell.
+    /// The supply voltage fell.
     Supply = 5,
     /// The crystal stopped.
     Clock = 6,
@@ -33,7 +33,7 @@ impl Crash {
         Self::Clock,
     ];
 
-    /// Returns the crash of this number; a stray interrupt for any other.
+    /// Returns the crash of this number; [`Crash::UnhandledInterrupt`] for any number without a crash.
     #[cfg_attr(not(target_os = "none"), allow(dead_code))]
     pub fn from_number(number: u32) -> Self {
         let found = Self::ALL.iter().find(|crash| **crash as u32 == number);
@@ -41,22 +41,23 @@ impl Crash {
     }
 }
 
-/// Record for the next boot.
+/// State that is retained over a reset, for the next boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BootRecord {
-    /// Whether `stop` was the last of `start` and `stop`.
+    /// Whether `stop` was the last of the commands `start` and `stop`.
     pub stopped: bool,
-    /// Cause of the firmware's own reset.
+    /// Cause of the reset if the firmware itself makes it after a crash.
     pub crash: Crash,
-    /// Number of boots since power-up.
+    /// Number of boots since power-up, the current one included.
     pub boots: u32,
-    /// Number of consecutive boots after a crash or a watchdog reset, none of which lasted.
+    /// Number of consecutive boots after a crash, a watchdog reset or a loss of supply; 0 once the firmware has
+    /// run long enough.
     pub crashes: u32,
-    /// Hash of the settings in force.
+    /// Hash of the configured settings in force; `None` if there were none.
     pub settings: Option<u32>,
 }
 
-/// Record in memory: flags, boots, crashes, hash, and a checksum.
+/// The record as words: flags, boots, crashes, hash of settings, and checksum.
 type Words = [u32; 5];
 
 impl BootRecord {
@@ -85,7 +86,7 @@ impl BootRecord {
         [flags, self.boots, self.crashes, hash, check]
     }
 
-    /// Returns the record in memory, or that of a fresh power-up if its checksum is wrong.
+    /// Returns the record of these words, or that of a fresh power-up if their checksum is wrong.
     fn from_words(words: Words) -> Self {
         let [flags, boots, crashes, hash, check] = words;
         if check != Self::check(&words) {
@@ -114,12 +115,12 @@ mod memory {
     #[unsafe(link_section = ".uninit.RETAINED")]
     static RETAINED: [AtomicU32; LENGTH] = [const { AtomicU32::new(0) }; LENGTH];
 
-    /// Reads the record.
+    /// Returns the record in retained memory, or that of a fresh power-up.
     pub fn load() -> BootRecord {
         BootRecord::from_words(RETAINED.each_ref().map(|place| place.load(Relaxed)))
     }
 
-    /// Writes the record.
+    /// Writes `record` to retained memory.
     pub fn store(record: BootRecord) {
         for (place, word) in RETAINED.iter().zip(record.words()) {
             place.store(word, Relaxed);

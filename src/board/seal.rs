@@ -1,4 +1,4 @@
-//! The image's seal, where the chip has it.
+//! Access to the image's seal in the chip's flash.
 
 use core::ptr;
 
@@ -14,7 +14,7 @@ static SEAL: [u32; WORDS] = BLANK;
 #[unsafe(link_section = ".header")]
 static HEADER: [u32; 128] = [u32::MAX; 128];
 
-/// What the seal says of this image.
+/// Compares the image that runs with its seal; returns the image's state.
 pub fn verdict() -> ImageState {
     // The address is linked in, and so tells the slot.
     let moved = (&raw const HEADER as u32).wrapping_sub(SLOT);

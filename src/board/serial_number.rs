@@ -4,13 +4,13 @@ use core::arch::naked_asm;
 
 use cortex_m::peripheral::SCB;
 
-/// Address of the 96 bits (RM0090 39.1).
+/// Address of the chip's unique number of 96 bits (RM0090 39.1).
 const PLACE: u32 = 0x1fff_7a10;
-/// SCB_SHCSR: enables the bus fault handler; otherwise a bus fault becomes a hard fault.
+/// Bit of register SCB_SHCSR that enables the bus fault handler; without it a bus fault becomes a hard fault.
 const BUSFAULTENA: u32 = 1 << 17;
 
-/// Returns the chip's number; zeros if the address does not respond. Interrupts must be enabled: otherwise a
-/// bus fault becomes a hard fault.
+/// Returns the chip's unique number as three words; zeros if its address does not respond. Interrupts must be
+/// enabled: otherwise a bus fault becomes a hard fault.
 pub fn read() -> [u32; 3] {
     // SAFETY: the system control block is always there, and no interrupt uses it.
     let shcsr = unsafe { &(*SCB::PTR).shcsr };
@@ -24,7 +24,7 @@ pub fn read() -> [u32; 3] {
     words
 }
 
-/// Returns the word at `place`, or 0 on a bus fault.
+/// Returns the word at address `place`, or 0 on a bus fault.
 #[unsafe(naked)]
 #[unsafe(export_name = "stairscan_probe")]
 unsafe extern "C" fn load(place: u32) -> u32 {

@@ -1,4 +1,4 @@
-//! SPI port of a radar module: mode 0, its select line low for each transaction.
+//! SPI port of a radar module: mode 0, with the module's select line low during each transaction.
 
 use embedded_hal::spi::{ErrorType, Operation, SpiBus, SpiDevice};
 use stm32f4xx_hal::gpio::{Output, PA4, PA5, PA6, PA7, Speed};
@@ -7,15 +7,14 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::spi::{self, Mode, Phase, Polarity, Spi};
 
-/// SPI clock to request from the HAL so that it divides APB2 by four, Hz: the HAL assumes the clocks after
-/// reset. With the crystal that is 21 MHz, below the 25 MHz up to which the BGT60TR13C sends with the right
+/// SPI clock to request from the HAL so that it divides APB2 by four, Hz: the HAL assumes the clocks as after
+/// reset. With the crystal that gives 21 MHz, below the 25 MHz up to which the BGT60TR13C sends with the right
 /// edge for mode 0 (data sheet, V2.4.9, table 27).
 const HAL_HZ: u32 = super::clock::HSI.apb2_hz / 4;
-/// Core clocks for a wait of 10 ns: enough at 168 MHz, longer than needed at 16 MHz; for waits within a
-/// transaction.
+/// Core clocks for each 10 ns of a wait within a transaction: enough at 168 MHz, longer than needed at 16 MHz.
 const CLOCKS_PER_10_NS: u32 = 2;
 
-/// SPI1 with the module's select line.
+/// Port SPI1 with the radar module's select line.
 pub struct ModuleSpi {
     bus: Spi<pac::SPI1>,
     select: PA4<Output>,
@@ -44,7 +43,7 @@ impl ModuleSpi {
         }
     }
 
-    /// Performs one operation of a transaction. The port makes its own clock, so every word ends.
+    /// Performs one operation of a transaction. The port makes the SPI clock itself, so every word ends.
     fn operate(&mut self, operation: &mut Operation<'_, u8>) -> Result<(), spi::Error> {
         match operation {
             Operation::Read(words) => SpiBus::read(&mut self.bus, words),

@@ -40,9 +40,9 @@ use super::uart::{
     ReportQueue,
 };
 
-/// Hardware for the scanner's loop.
+/// Hardware that the scanner's loop uses.
 pub struct Parts {
-    /// The radar module.
+    /// The radar module of any type, at its serial port or on SPI.
     pub link: AnyModule<LinkPort, ModuleSpi>,
     /// The report port.
     pub report: ReportPort,
@@ -50,9 +50,10 @@ pub struct Parts {
     pub driver: Tmc2209<DriverPort>,
     /// The encoder on the mirror's shaft.
     pub encoder: As5600<EncoderBus>,
-    /// Retained state, flash, and the stack's measurements.
+    /// Retained state, flash of the settings, and measurements of the stack.
     pub board: ChipBoard,
-    /// BootInfo and boot data, for the boot sentence.
+    /// Identity of firmware and chip, cause of the reset, and state of the board, for the sentence `BOOT` and the
+    /// scanner.
     pub identity: BootInfo,
     /// Free-running clock, µs.
     pub time: Time,
@@ -60,15 +61,15 @@ pub struct Parts {
     pub watchdog: Watchdog,
 }
 
-/// Hardware for the interrupts.
+/// Hardware that the interrupts use.
 pub struct Interrupts {
     /// The step generator, shared with the scanner.
     pub motor: Motor,
-    /// Receives from the radar module.
+    /// Receiving half of the radar module's port.
     pub link: Receiver<pac::USART1>,
-    /// Receives commands.
+    /// Receiving half of the report port, for commands.
     pub report: Receiver<pac::USART2>,
-    /// Receives from the motor's driver.
+    /// Receiving half of the motor driver's port.
     pub driver: Receiver<pac::USART3>,
 }
 
@@ -78,7 +79,7 @@ pub struct Queues {
     link: LinkQueue,
     report: ReportQueue,
     driver: DriverQueue,
-    /// Number of damaged or lost bytes of link, report port and driver.
+    /// Numbers of bytes damaged or lost since boot: at the ports of radar module, reports and motor driver.
     errors: [AtomicU16; 3],
 }
 
@@ -101,12 +102,12 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// Timeout of the watchdog, ms: longer than any part of the loop takes.
+    /// Timeout of the watchdog, ms: longer than any part of the scanner's loop takes.
     const PERIOD_MS: u32 = 2_000;
     /// Minimum time between two resets of the watchdog's counter, µs.
     const PAUSE_US: u32 = 50_000;
 
-    /// Resets the watchdog's counter if the current state is within its deadline.
+    /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline.
     pub fn attend(&mut self, now: Micros, healthy: bool) {
         if healthy && now.since(self.fed) >= Self::PAUSE_US {
             self.iwdg.feed();
@@ -115,17 +116,17 @@ impl Watchdog {
     }
 }
 
-/// Retained state, flash, and the stack's measurements.
+/// The board for the scanner: retained state, flash of the settings, and measurements of the stack.
 #[derive(Debug)]
 pub struct ChipBoard {
     record: BootRecord,
     store: Store<ChipFlash>,
-    /// The boot loader waits for the image to be confirmed.
+    /// Whether the boot loader waits for this image to be confirmed.
     on_trial: bool,
 }
 
 impl ChipBoard {
-    /// Returns the saved settings.
+    /// Returns the settings that are saved in flash; `None` if there are none of this firmware.
     pub fn saved(&mut self) -> Option<Settings> {
         self.store.load()
     }
@@ -200,10 +201,12 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
     (0..words).take_while(|&k| painted(k)).count() as u32
 }
 
-/// Number of consecutive crashes, none followed by a minute of operation, after which the scanner stays idle.
+/// Number of consecutive boots after a crash, a watchdog reset or a loss of supply, none followed by a minute of
+/// operation, after which the scanner stays idle.
 const CRASH_LOOP: u32 = 3;
 
-/// Returns the retained record with this boot counted.
+/// Returns the retained record `before` with this boot counted; `crashed` if the reset was by crash, watchdog or
+/// supply.
 fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
     BootRecord {
         crash: Crash::None,
@@ -216,7 +219,8 @@ fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
     }
 }
 
-/// Returns the cause of the reset as text, and as a reason if `status` shows one.
+/// Returns the cause of the reset as text, and as a reason for `status` if it was a crash, the watchdog or the
+/// supply.
 fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
@@ -243,7 +247,7 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     }
 }
 
-/// Returns the state of processor, memory, clock and supply for this boot.
+/// Returns the state of image, memory, supply and clock at this boot.
 #[inline(never)]
 fn board_health(internal_clock: bool, supplied: bool) -> BoardHealth {
     BoardHealth {
@@ -254,7 +258,7 @@ fn board_health(internal_clock: bool, supplied: bool) -> BoardHealth {
     }
 }
 
-/// Starts a port: 8 data bits, no parity, 1 stop bit. The divider must be at least 16.
+/// Starts a serial port: 8 data bits, no parity, 1 stop bit. `divider`, of the port's clock, must be at least 16.
 fn start_port<U: Instance>(
     usart: U,
     pins: (impl Into<U::Tx<PushPull>>, impl Into<U::Rx<PushPull>>),
@@ -269,7 +273,8 @@ fn start_port<U: Instance>(
     }
 }
 
-/// Sets up inputs and outputs of the motor, with interrupts on the edges of the inputs, and TRIG, low.
+/// Sets up and returns the motor's inputs and outputs, with interrupts on edges of the inputs, and the radar
+/// module's trigger line TRIG, low. `on` is the level of EN that switches the driver on.
 fn start_motor(
     (home, stall): (PB0, PB1),
     c: gpioc::Parts,
@@ -303,7 +308,8 @@ fn start_motor(
     (pins, trig)
 }
 
-/// Starts everything. The interrupts come once they are unmasked.
+/// Starts clocks, pins, ports and watchdog; returns the hardware for the scanner's loop and for the interrupts,
+/// which come once they are unmasked.
 pub fn start(
     (timer, mpu): (SYST, &MPU),
     p: pac::Peripherals,

@@ -3,19 +3,19 @@
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 
-/// PWR_CR's PLS (RM0090 5.4.1): the detector trips between 2.85 and 2.99 V on a falling and releases at 3.10 V
-/// at most on a rising voltage (DS8626, embedded reset and power control block). The core at 168 MHz and flash
-/// writes of 32 bits need 2.7 V; a 3.3 V supply within 5 % stays above 3.13 V.
+/// Value of PLS in register PWR_CR (RM0090 5.4.1): the detector trips between 2.85 and 2.99 V on a falling and
+/// releases at 3.10 V at most on a rising voltage (DS8626, embedded reset and power control block). The core at
+/// 168 MHz and flash writes of 32 bits need 2.7 V; a 3.3 V supply within 5 % stays above 3.13 V.
 const LEVEL: u8 = 0b110;
-/// The detector's line of EXTI.
+/// Bit of EXTI line 16, the interrupt of the voltage detector.
 const LINE: u32 = 1 << 16;
-/// Number of polls of the detector at boot, 10 µs apart at 16 MHz: 0.1 s for a rising supply.
+/// Maximum number of polls of the detector at boot, 10 µs apart at 16 MHz: 0.1 s for a rising supply.
 const POLLS: u32 = 10_000;
-/// Core clocks between two polls.
+/// Core clocks between two polls of the detector: 10 µs at 16 MHz.
 const POLL_CLOCKS: u32 = 160;
 
-/// Starts the detector, waits for the supply, and returns whether it is high enough. From then on a fall
-/// interrupts.
+/// Starts the voltage detector, waits for the supply to rise, and returns whether it is high enough. From then on
+/// a fall of the voltage causes an interrupt.
 pub fn start(pwr: &pac::PWR, exti: &pac::EXTI, rcc: &mut Rcc) -> bool {
     pac::PWR::enable(rcc);
     pwr.cr().modify(|_, w| w.pls().set(LEVEL).pvde().set_bit());

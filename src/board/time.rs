@@ -9,12 +9,12 @@ use super::clock::{Clocks, prescaler};
 pub struct Time(pac::TIM5);
 
 impl Time {
-    /// Returns the current time.
+    /// Returns the current time, µs since the timer was started; it wraps.
     pub fn now(&self) -> Micros {
         Micros(self.0.cnt().read().bits())
     }
 
-    /// Returns the current time without a `Time`.
+    /// Returns the current time from TIM5, for code that does not own the clock.
     pub fn now_anywhere() -> Micros {
         // SAFETY: a device's register, always there; reading it changes nothing.
         let timer = unsafe { &*pac::TIM5::ptr() };

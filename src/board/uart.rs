@@ -14,15 +14,15 @@ use stm32f4xx_hal::serial::{Instance, Rx, Serial, Tx};
 /// Baud rate of the report port.
 pub const REPORT_BAUD: u32 = 115_200;
 
-/// Queue of received bytes of the link: more than a whole chirp frame, since the scanner may be processing a
-/// row meanwhile.
+/// Queue of bytes received from the radar module: more than a whole chirp frame, since the scanner may be
+/// processing a row meanwhile.
 pub type LinkQueue = Queue<u8, 2048>;
-/// Queue of received bytes of the report port: some command lines.
+/// Queue of bytes received at the report port: some command lines.
 pub type ReportQueue = Queue<u8, 512>;
-/// Queue of received bytes of the motor driver's wire: a request's echo and its answer are twelve.
+/// Queue of bytes received on the motor driver's wire: the echo of a request and its answer are twelve.
 pub type DriverQueue = Queue<u8, 32>;
 
-/// Receiving half of a port, for its interrupt.
+/// Receiving half of a serial port, for its interrupt.
 pub struct Receiver<U: Instance> {
     rx: Rx<U>,
     queue: Producer<'static, u8>,
@@ -47,7 +47,7 @@ impl<U: Instance> Receiver<U> {
     }
 }
 
-/// Scanner's half of a port.
+/// The scanner's half of a serial port: transmitter, and queue of received bytes.
 pub struct Port<U: Instance> {
     tx: Tx<U>,
     queue: Consumer<'static, u8>,
@@ -55,7 +55,7 @@ pub struct Port<U: Instance> {
     interrupt: Interrupt,
 }
 
-/// The radar module's port, with a variable baud rate, and the TRIG line.
+/// The radar module's port, with a variable baud rate, and its trigger line TRIG.
 pub struct LinkPort {
     port: Port<pac::USART1>,
     trig: PC9<Output>,
@@ -63,7 +63,7 @@ pub struct LinkPort {
 }
 
 impl LinkPort {
-    /// Creates it from the port at 1 Mbaud.
+    /// Creates the radar module's port from the serial port `port`, which runs at 1 Mbaud.
     pub fn new(port: Port<pac::USART1>, trig: PC9<Output>, clocks: Clocks) -> Self {
         Self { port, trig, clocks }
     }
@@ -107,12 +107,13 @@ impl BytePort for LinkPort {
         self.trig.set_low();
     }
 }
-/// The report port.
+/// The scanner's half of the report port.
 pub type ReportPort = Port<pac::USART2>;
-/// The motor driver's port.
+/// The scanner's half of the motor driver's port.
 pub type DriverPort = Port<pac::USART3>;
 
-/// Splits a port that receives by `interrupt` into the scanner's half and the receiver.
+/// Splits a serial port that receives by `interrupt` into the scanner's half and the receiving half for the
+/// interrupt.
 pub fn part<U: Instance>(
     serial: Serial<U>,
     interrupt: Interrupt,
@@ -136,8 +137,8 @@ pub fn part<U: Instance>(
 }
 
 impl<U: Instance> BytePort for Port<U> {
-    /// Returns a byte of the queue, which the interrupt fills. If it is empty, the interrupt is set pending:
-    /// the emulator's port loses an interrupt if a byte comes in while another is read.
+    /// Returns the next received byte from the queue, which the interrupt fills. If the queue is empty, the
+    /// interrupt is set pending: the emulator's port loses an interrupt if a byte comes in while another is read.
     fn read(&mut self) -> Option<u8> {
         let byte = self.queue.dequeue();
         if byte.is_none() {
@@ -158,9 +159,10 @@ impl<U: Instance> BytePort for Port<U> {
     }
 }
 
-/// Sends `bytes` from the fault path, where nothing else runs any more; the timeout counts polls, not time.
+/// Sends `bytes` at the report port from the fault path, where nothing else runs any more; the timeout counts
+/// polls, not time.
 pub fn send_last(bytes: &[u8]) {
-    /// Number of polls: longer than a byte at any baud rate and clock.
+    /// Maximum number of polls until the port takes a byte: longer than a byte lasts at any baud rate and clock.
     const POLLS: u32 = 100_000;
     // SAFETY: the fault path never returns to other users of the port.
     let usart = unsafe { &*pac::USART2::ptr() };

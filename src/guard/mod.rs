@@ -24,14 +24,15 @@ use crate::signal::grid::PolarMap;
 use crate::verdict::FreeGround;
 use reach::Hazards;
 
-/// State kept from sweep to sweep, and the working memory of a sweep.
+/// State kept from guard sweep to guard sweep, and the working memory of one sweep.
 #[derive(Debug)]
 pub struct Guard {
     ground: Recursions,
     above: Above,
     surfaces: Surfaces,
     mean: MeanLines,
-    /// End of the free ground by the sweep before, metres from the mirror's position then.
+    /// End of the free ground found by the sweep before, metres from the mirror's position in that sweep; `None` before
+    /// the first sweep.
     last_m: Option<f32>,
 }
 
@@ -53,7 +54,7 @@ impl Guard {
         }
     }
 
-    /// Clears the state: the next sweep is a first one.
+    /// Discards the evidence of earlier sweeps: the next sweep counts as the first.
     // Out of line: what it puts in place comes over the stack.
     #[inline(never)]
     pub fn forget(&mut self) {
@@ -82,7 +83,8 @@ impl Guard {
         self.conclude(moved_m)
     }
 
-    /// Returns the free distance; it grows only where two sweeps agree: the nearer of both ends is used.
+    /// Returns the free distance from the hazards' likelihoods; `moved_m` is the chair's travel since the sweep before.
+    /// The free distance grows only where two sweeps agree: the nearer of their two ends of free ground is used.
     #[inline(never)]
     fn conclude(&mut self, moved_m: Option<f32>) -> FreeGround {
         let hazards = Hazards::new(&self.surfaces, &self.above, &self.ground.lines);

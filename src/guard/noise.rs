@@ -1,22 +1,23 @@
-//! Noise level of a guard sweep: few rows, nearly all of which see ground.
+//! Noise level of a guard sweep, from the few cells that do not see ground: nearly all of its rows do.
 
 use crate::math;
 use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 
-/// Maximum angle off the ground's line at which a cell may show ground, radians: 7°, more than three standard
-/// deviations of the paper's beam.
+/// Maximum angle between a cell's line of sight and that to the ground at the same range at which the cell may still
+/// show ground, radians: 7°, more than three standard deviations of the paper's beam.
 const OFF_RAD: f32 = 0.122;
-/// Ranges of the cells that are counted, metres: nearer the mirror's own echo dominates, farther the receiver's
-/// filter falls.
+/// Ranges of the cells from which the noise is estimated, metres: nearer the mirror's own echo dominates, farther the
+/// receiver's filter falls.
 const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
-/// Step between the counted bins: neighbouring ones share the window's main lobe.
+/// Step between the counted range bins of a row: neighbouring ones share the window's main lobe.
 const STRIDE: usize = 2;
-/// Quantile of the cells off the ground that is compared: echoes of objects do not reach it.
+/// Quantile of the levels of cells off the ground from which the noise is computed: echoes of objects do not reach it.
 const QUANTILE: f32 = 0.35;
-/// That quantile over the mean of exponential noise, -ln(1 - 0.35).
+/// Ratio of the 35 % quantile ([`QUANTILE`]) to the mean, for noise whose power is exponentially distributed:
+/// -ln(1 - 0.35).
 const OF_MEAN: f32 = 0.4308;
 
-/// Returns the mean noise of a sweep, map units; that of zero power if all cells see ground.
+/// Returns the mean noise of a sweep, map units; a level near 0 if all cells see ground.
 #[inline(never)]
 pub fn level(map: &PolarMap) -> f32 {
     let mut counts = [0_u16; 256];
@@ -42,7 +43,7 @@ pub fn level(map: &PolarMap) -> f32 {
     quantile(&counts, QUANTILE * all as f32) - f32::from(UNITS_PER_OCTAVE) * math::log2(OF_MEAN)
 }
 
-/// Returns the first bin at or beyond a range, metres.
+/// Returns the first range bin of the map at or beyond a range from the mirror, metres.
 #[inline(never)]
 fn bin(map: &PolarMap, range_m: f32) -> usize {
     let geometry = map.geometry();
@@ -50,7 +51,8 @@ fn bin(map: &PolarMap, range_m: f32) -> usize {
     math::ceil((range_m - geometry.first_range_m) / geometry.bin_m) as usize
 }
 
-/// Returns the bin in which a line of sight meets the ground; a bin beyond the map if it never does.
+/// Returns the range bin in which the line of sight at a beam angle, radians below the horizontal, meets level ground;
+/// a bin beyond the map if it never does.
 #[inline(never)]
 fn meets(map: &PolarMap, angle_rad: f32) -> usize {
     let (sin, _) = math::sin_cos(angle_rad);
@@ -58,7 +60,8 @@ fn meets(map: &PolarMap, angle_rad: f32) -> usize {
     bin(map, range_m)
 }
 
-/// Returns the level below which `cells` cells are, interpolated within a level.
+/// Returns the level, map units, below which `cells` of the counted cells are, interpolated within a level;
+/// `counts[level]` is the number of cells of that level.
 fn quantile(counts: &[u16; 256], cells: f32) -> f32 {
     let mut below = 0.0;
     for (level, count) in counts.iter().enumerate() {

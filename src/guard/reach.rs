@@ -15,43 +15,46 @@ use crate::verdict::{FreeGround, HazardKind};
 /// Density of rises, and of drops, ahead of a chair, per metre. No survey counts them; a factor of four either way
 /// changes the free distance of 3 % of the tuning sweeps (docs/guard.md).
 const ACROSS_PER_M: f32 = 0.3;
-/// Density of objects beside which the ground is still visible, per metre.
+/// Density of objects (rather than steps of the ground itself) beside which the ground is still visible, per metre.
 const BESIDE_PER_M: f32 = 0.0003;
-/// Probability of a hazard before the free distance at which it ends: a fifth of the 1 % that the contract allows;
-/// the rest is for what the model leaves out.
+/// Maximum probability of a hazard nearer than the end of the free ground: a fifth of the 1 % that the contract allows;
+/// the rest is for errors of the model.
 const RISK: f32 = 0.002;
-/// Distance between that place and the free distance, metres: half a slot, and how far a beam's foot shows ground
-/// beyond an edge.
+/// Distance from the end of the free ground back to the reported free distance, metres: half a slot, and the length
+/// over which a beam's foot shows ground beyond an edge.
 const MARGIN_M: f32 = 0.08;
-/// Minimum probability at which a kind of hazard is named.
+/// Minimum probability at which the kind of the hazard (rise, drop or obstacle) is reported.
 const NAMED: f32 = 0.5;
-/// Maximum distance of a named hazard beyond the free distance's end, metres.
+/// Maximum distance beyond the free distance of the hazards whose probabilities count for the reported kind, metres.
 const NAMED_WITHIN_M: f32 = 0.35;
-/// Distance from which on the end of free ground is the end of the evaluated cells, metres.
+/// Distance from the mirror from which on the free ground ends without a hazard, at the end of the evaluated cells,
+/// metres.
 const FARTHEST_M: f32 = 1.6;
-/// Maximum log-likelihood, nats: e to this and a slot's weight stay finite.
+/// Maximum log-likelihood ratio of a hazard, nats: its exponential and the weight of a slot stay finite.
 const MAX_NATS: f32 = 40.0;
 
-/// Place at which the sum of the hazards' probabilities exceeds the risk.
+/// End of the free ground: place at which the sum of the hazards' probabilities exceeds [`RISK`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeEnd {
     /// Distance from the mirror, metres.
     pub end_m: f32,
-    /// Probability of a hazard before it.
+    /// Probability of a hazard before this end.
     pub before: f32,
 }
 
-/// Kinds of hazards.
+/// Kinds of hazards, in the order of the first index of [`Hazards`]' probabilities.
 const KINDS: [HazardKind; 3] = [HazardKind::Rise, HazardKind::Drop, HazardKind::Obstacle];
 
-/// Probabilities of hazards by kind, in the order of [`KINDS`], and slot.
+/// Probability of a hazard by kind, in the order of [`KINDS`], and by slot: slot `k` begins `k` · [`SLOT_M`] metres
+/// from the mirror. For rises and drops that of the first hazard across the way, for obstacles that of any.
 #[derive(Debug)]
 pub struct Hazards {
     probabilities: [[f32; SLOTS]; KINDS.len()],
 }
 
 impl Hazards {
-    /// Returns the probabilities of a sweep.
+    /// Computes the probabilities of a sweep from the log-likelihood ratios of rises and drops (`surfaces`) and of
+    /// obstacles (`above`).
     pub fn new(surfaces: &Surfaces, above: &Above, lines: &Lines) -> Self {
         let mut probabilities = [[0.0; SLOTS]; KINDS.len()];
         let [rise, drop, beside] = &mut probabilities;
@@ -76,7 +79,8 @@ impl Hazards {
         Self { probabilities }
     }
 
-    /// Returns the place at which the risk is exceeded.
+    /// Returns the end of the free ground: the beginning of the slot in which the sum of the probabilities exceeds
+    /// [`RISK`].
     pub fn reach(&self) -> FreeEnd {
         let [rise, drop, beside] = &self.probabilities;
         let across = rise.iter().zip(drop).map(|(rise, drop)| rise + drop);
@@ -94,8 +98,8 @@ impl Hazards {
         }
     }
 
-    /// Returns the free distance of this sweep. `last_m` is the end of the sweep before, metres from the mirror's
-    /// present position.
+    /// Returns the free distance of this sweep from its end of the free ground, `reach`. `last_m` is the end found by
+    /// the sweep before, metres from the mirror's present position.
     pub fn free(&self, reach: FreeEnd, last_m: Option<f32>) -> FreeGround {
         let end_m = last_m.map_or(reach.end_m, |last_m| math::min(last_m, reach.end_m));
         let free_m = math::max(end_m - MARGIN_M, 0.0);
@@ -121,7 +125,8 @@ impl Hazards {
     }
 }
 
-/// Returns the weight of a hazard in a slot from its density and its log-likelihood ratio.
+/// Returns the prior weight of a hazard in one slot times its likelihood ratio, from its density per metre and its
+/// log-likelihood ratio, nats.
 #[inline(never)]
 fn weight(per_m: f32, nats: f32) -> f32 {
     per_m * SLOT_M * math::exp(math::min(nats, MAX_NATS))

@@ -17,7 +17,8 @@ fn config() -> Config {
     config
 }
 
-/// Returns points of level ground up to `end_m`, metres: 15 dB over the noise at 0.5 m, 2 dB weaker every 10 cm.
+/// Returns points (distance, height, dB over the noise) of level ground up to `end_m`, metres: 15 dB over the noise at
+/// 0.5 m, 2 dB weaker every 10 cm.
 fn ground(end_m: f32) -> Vec<(f32, f32, f64)> {
     let places = (0..240).map(|k| 0.25 + 0.01 * k as f32);
     let shown = places.take_while(|x| *x < end_m);
@@ -81,8 +82,8 @@ fn ground_that_ends_ends_what_is_free() {
     }
 }
 
-/// At 1 m the line 6 cm lower is 1.9 standard deviations of the two-way beam below the ground's own, which its flank
-/// reaches.
+/// The lower ground is 6 cm deep. At 1 m its line of sight is 1.9 standard deviations of the two-way beam from the
+/// ground's own, so that the beam's flank still reaches it.
 #[test]
 fn ground_that_goes_on_a_kerb_lower_ends_what_is_free() {
     for end_m in [0.8, 1.0] {

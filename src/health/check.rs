@@ -3,10 +3,10 @@
 use crate::signal::grid::DB_PER_UNIT;
 use crate::verdict::Reason;
 
-/// Per cent of a whole.
+/// Factor from fractions to per cent.
 pub const PER_CENT: u32 = 100;
 
-/// Returns a level difference in map units, rounded.
+/// Converts a level difference, dB and not negative, to map units of 0.376 dB, rounded.
 pub const fn units(db: f32) -> i32 {
     (db / DB_PER_UNIT + 0.5) as i32
 }
@@ -16,8 +16,8 @@ pub const fn units(db: f32) -> i32 {
 pub struct CheckResult {
     /// Reason that is reported if the value exceeds the limit.
     pub reason: Reason,
-    /// Measured value.
+    /// Measured value, in the unit of the check that `reason` names.
     pub value: i32,
-    /// Maximum value of a healthy instrument.
+    /// Maximum value of a healthy instrument, in the same unit as `value`.
     pub limit: i32,
 }

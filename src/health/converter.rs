@@ -1,4 +1,5 @@
-//! Check of the converter on single samples: stuck bits, repeated chirps, offset drift and clipping.
+//! Check of the analogue-to-digital converter by the raw samples of each chirp: stuck bits, repeated chirps, offset
+//! drift and clipping.
 
 use super::check::{CheckResult, PER_CENT};
 use crate::Iq;
@@ -8,20 +9,21 @@ use crate::verdict::Reason;
 
 /// Number of earlier chirps that a chirp is compared with.
 const HASHES: usize = 16;
-/// Row interval of the clipping check, which needs a pass of its own over the samples.
+/// Row interval of the clipping check, which needs a pass of its own over the samples: one row in eight.
 const CLIP_ROWS: u32 = 8;
 /// Sample interval of the checks for stuck bits and repeated chirps: a working bit changes in any eighth of a
 /// chirp's samples.
 const BIT_STRIDE: usize = 8;
-/// Sample interval of the clipping check.
+/// Sample interval of the clipping check: every fourth sample of a chirp is compared.
 const STRIDE: usize = 4;
-/// Odd factor of a chirp's hash (Knuth, The Art of Computer Programming 3, 6.4: the golden ratio of 2^32).
+/// Odd factor of the multiplicative hash of a chirp (Knuth, The Art of Computer Programming 3, 6.4: 2^32 by the golden
+/// ratio).
 const HASH_FACTOR: u32 = 0x9E37_79B9;
-/// Full scale, units of a sample.
+/// Full scale of I and of Q, units of a sample (16-bit signed).
 const FULL_SCALE: f32 = 32_768.0;
-/// Bits of I or Q within the 32-bit word that holds both.
+/// Number of bits of I or Q within the 32-bit word that holds both.
 const HALF_BITS: u32 = 16;
-/// Mask of I within that word.
+/// Mask of I within the 32-bit word that holds I and Q.
 const LOW_HALF: u32 = 0xFFFF;
 
 /// Checks of the converter over one scan.
@@ -30,19 +32,20 @@ pub struct Converter {
     rows: u32,
     /// Number of rows in which a bit did not change though a lower one did.
     stuck: u32,
-    /// Number of rows whose chirp equals one of the last [`HASHES`], by its hash.
+    /// Number of rows whose chirp has the same hash as one of the [`HASHES`] chirps before.
     stale: u32,
     hashes: [u32; HASHES],
-    /// Minimum and maximum of the means of I and Q, units of a sample.
+    /// Minimum and maximum over the rows of a chirp's mean (its offset), each as [I, Q], units of a sample.
     least: [i16; 2],
     most: [i16; 2],
-    /// Number of rows checked for clipping, and number of those that are clipped.
+    /// Number of rows checked for clipping, and number of those whose I or Q is clipped.
     clipping_rows: u32,
     clipped: u32,
 }
 
-/// Returns the bits of I (low half) and Q (high half) that did not change though a lower one did. A converter
-/// of fewer bits leaves the lowest ones at rest.
+/// Returns the stuck bits of a chirp, I in the low half and Q in the high half: those that did not change between its
+/// samples though a lower one did. `changed` has the bits that changed. The lowest bits may rest, as they do in a
+/// converter of fewer bits.
 fn stuck_bits(changed: u32) -> u32 {
     let half = |bits: u32| {
         let lowest = bits & bits.wrapping_neg();
@@ -53,8 +56,8 @@ fn stuck_bits(changed: u32) -> u32 {
     half(changed & LOW_HALF) | half(changed >> HALF_BITS) << HALF_BITS
 }
 
-/// Returns how many of every [`STRIDE`]th sample equal the chirp's minimum or its maximum, whichever has more;
-/// `part` selects I or Q.
+/// Counts, among every [`STRIDE`]th sample, those equal to the chirp's minimum and those equal to its maximum, and
+/// returns the larger number; `part` selects I or Q.
 fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) -> u32 {
     let (low, high) = (part(&low), part(&high));
     let mut counts = [0u32; 2];
@@ -66,7 +69,7 @@ fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) ->
 }
 
 impl Converter {
-    /// Empty, before the first chirp. All bits are zero, so that a static of this type takes no flash.
+    /// Returns the state before a scan's first chirp. All bits are zero, so that a static of this type takes no flash.
     pub const fn new() -> Self {
         Self {
             rows: 0,
@@ -80,7 +83,7 @@ impl Converter {
         }
     }
 
-    /// Takes one chirp and its measured statistics.
+    /// Adds one row to the checks: its chirp, and the chirp's statistics.
     pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
         let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
         for x in chirp.iter().step_by(BIT_STRIDE) {
@@ -120,7 +123,7 @@ impl Converter {
         self.rows += 1;
     }
 
-    /// Calls `each` with the results of the checks.
+    /// Calls `each` with the results of the four checks: stuck bits, repeated chirps, offset drift, clipping.
     pub fn report_checks(&self, each: &mut dyn FnMut(CheckResult)) {
         let mut check = |reason, value, limit| {
             each(CheckResult {
@@ -143,19 +146,21 @@ impl Converter {
     }
 }
 
-/// Maximum share of the checked rows, per cent, that may be clipped. Clipping of I alone shows in half of them.
+/// Maximum share of the checked rows, per cent, that may be clipped. Checked rows look at I and Q in turn, so clipping
+/// of I alone shows in half of them.
 const MAX_CLIPPED_ROWS: i32 = 35;
-/// Fractions of one in which shares of samples are counted.
+/// Fractions of one in which the share of a chirp's samples at its extreme is counted.
 const SHARE: u32 = 1000;
-/// Returns the share of a chirp's samples at its own extreme above which it counts as clipped, in 1/[`SHARE`].
+/// Returns the maximum share of a chirp's samples, in 1/[`SHARE`], that may equal the chirp's own minimum or maximum; a
+/// chirp with more is clipped.
 fn clipped() -> u32 {
     (p().clipped_share * SHARE as f32) as u32
 }
-/// Returns the maximum number of rows that may have an unchanged bit by chance.
+/// Returns the maximum number of rows of a scan that may have a stuck bit by chance.
 fn stuck_rows() -> i32 {
     p().lame_rows as i32
 }
-/// Returns the maximum drift of the offset, units of a sample.
+/// Returns the maximum drift of the offset (mean of I or of Q) during a scan, units of a sample.
 fn max_offset_drift() -> i32 {
     (p().offset_walk * FULL_SCALE) as i32
 }

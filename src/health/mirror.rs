@@ -1,4 +1,5 @@
-//! Check of the mirror's own echo: its range and its level over a whole scan.
+//! Check of the mirror's own echo: its range and its level, means over a whole scan, against configuration and
+//! calibration.
 
 use crate::config::Config;
 use crate::params::current;
@@ -13,7 +14,7 @@ const STEP_DB: f32 = 1e-3;
 /// Reciprocal of [`STEP_DB`].
 const PER_DB: f32 = 1e3;
 
-/// The mirror's own echo.
+/// The mirror's own echo, as measured by one scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorEcho {
     /// Measured range, metres from the radar.
@@ -23,8 +24,9 @@ pub struct MirrorEcho {
 }
 
 impl MirrorEcho {
-    /// Calls `report` with the deviations of range and level from the configured and the calibrated values, and
-    /// their limits.
+    /// Calls `report` with each check's reason, the measured value's deviation and its limit: the range against the
+    /// configured mirror offset and against the calibrated range, in units of 0.01 mm; the level against the calibrated
+    /// one, in 0.001 dB. Checks without a calibrated value are left out.
     #[inline(never)]
     pub(super) fn report_checks(self, config: &Config, report: &mut dyn FnMut(Reason, i32, i32)) {
         let p = current();

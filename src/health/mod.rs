@@ -34,38 +34,42 @@ pub use mirror::MirrorEcho;
 use standing::Standing;
 use turning::Turning;
 
-/// Row interval of the noise histogram: every eighth row is counted.
+/// Row interval of the scan's noise histogram: every eighth row is counted.
 const NOISE_ROWS: u16 = 8;
-/// Cell interval of the noise histogram within such a row.
+/// Cell interval of the scan's noise histogram: every third cell of a counted row.
 const NOISE_CELLS: usize = 3;
-/// Reciprocal of the permitted share of samples at full scale. A clipped chirp turns one echo into a comb.
+/// Reciprocal of the share of a scan's samples that may be at full scale. A clipped chirp turns one echo into a comb.
 const SAMPLES_PER_SATURATED: u32 = 1000;
-/// Maximum swing of a silent converter, units of a sample: its own rounding.
+/// Maximum swing of I and Q around their means when the converter has no input signal, units of a sample: its own
+/// rounding.
 const SILENT_SWING: u16 = 1;
-/// Minimum level of the mirror's echo above the noise, map units (9 dB). With noise alone the strongest of the
-/// mirror's few bins is some 4 dB above the median.
+/// Minimum mean level of the mirror's echo above the noise, map units (9 dB); below it the echo is missing. With noise
+/// alone the strongest of the few bins where it is searched is some 4 dB above the median.
 const MIRROR_ABOVE_NOISE: u32 = 24;
 /// Minimum level of an echo above the median cell, map units (15 dB). Noise exceeds it in fewer than one in
 /// 50,000 of the largest maps (65,536 cells).
 const ECHO_ABOVE_NOISE: u8 = 40;
-/// Number of samples of a chirp that are compared with those of the chirp before.
+/// Number of samples of a chirp that are compared with those of the chirp before: all equal means that the radar
+/// repeats a chirp.
 const PROBES: usize = 4;
-/// Maximum number of rows of a burst. After it the current noise becomes the new reference.
+/// Maximum number of consecutive rows that are discarded as a burst of interference. After it the current noise becomes
+/// the new reference.
 const MAX_BURST_ROWS: u32 = 8;
-/// Cell interval of a row's noise histogram.
+/// Cell interval of the histogram that gives one row's noise: every sixth cell is counted.
 const CELL_STRIDE: usize = 6;
-/// Cell values per class of a row's noise histogram, as a power of two: 4 map units, 1.5 dB.
+/// Width of a class of the histogram of one row's noise, as a power of two: 4 map units, 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
-/// Number of values that a cell can take.
+/// Number of values that a cell of the map can take: one byte.
 const CELL_VALUES: usize = 256;
-/// Fractional steps of a map unit or of a bin in running means of levels and places.
+/// Fractions of a map unit in the running mean of the noise, and of a bin in the mirror echo's offset.
 const SIXTEENTHS: i32 = 16;
-/// Weight of the running mean of the noise: a new row counts one in four.
+/// Reciprocal of a new row's weight in the running mean of the noise.
 const RUNNING_MEAN: i32 = 4;
-/// Reciprocal of the quantile that is a row's noise: echoes do not reach the lower quartile.
+/// Reciprocal of the quantile of a row's cells that is taken as its noise: the lower quartile, which echoes do not
+/// reach.
 const QUARTER: usize = 4;
 
-/// Maximum share of the rows, per cent, that may show an image of the mirror's echo.
+/// Maximum share of the rows, per cent, that may show an I/Q image of the mirror's echo.
 const MAX_IMAGE_SHARE: i32 = 75;
 
 /// Conditions of a scan under which some checks do not apply.
@@ -77,7 +81,7 @@ pub struct Expected {
     pub uncalibrated: bool,
 }
 
-/// Health checks of one scan.
+/// Health checks of one scan: state that is gathered from row to row.
 #[derive(Clone, Debug)]
 pub struct Health {
     rows: u32,
@@ -91,30 +95,30 @@ pub struct Health {
     levels: Levels,
     turning: Turning,
     standing: Standing,
-    /// Histogram of the cell values of every [`NOISE_ROWS`]th row.
+    /// Histogram of the scan's noise: number of counted cells by value, from every [`NOISE_ROWS`]th row.
     cells: [u16; CELL_VALUES],
 }
 
-/// Levels from row to row, map units.
+/// Checks of levels from row to row, map units.
 #[derive(Clone, Debug)]
 struct Levels {
     /// Level of the strongest self-echo (leakage or mirror) in the first row.
     self_echo: i32,
-    /// Number of rows whose self-echo differs from it by more than `inside_drift_db`.
+    /// Number of rows whose strongest self-echo differs from the first row's by more than `inside_drift_db`.
     self_echo_drifts: u32,
-    /// Running mean of the rows' noise, 1/16 map unit, and number of rows of the current burst.
+    /// Running mean of the rows' noise, 1/16 map unit, and number of rows so far in the current burst of interference.
     noise: i32,
     burst_rows: u32,
-    /// Number of rows set aside because of a burst.
+    /// Number of rows that were left out of the map because of a burst of interference.
     bursts: u32,
-    /// Numbers of rows in which the image of the mirror's echo is as strong as the echo, stronger, or less than
-    /// `image_db` weaker.
+    /// Numbers of rows in which the I/Q image of the mirror's echo is as strong as the echo, in which it is stronger,
+    /// and in which it is less than `image_db` weaker.
     image_equal: u32,
     image_stronger: u32,
     images: u32,
-    /// Sum of the offsets of the mirror's echo from its nominal bin, 1/16 bin.
+    /// Sum over the rows of the offset of the mirror's echo from its nominal bin, 1/16 bin.
     place: i32,
-    /// Number of rows with an echo right before the mirror.
+    /// Number of rows with an obstruction: an echo between mirror and map's first bin that exceeds the mirror's own.
     blocked: u32,
 }
 
@@ -134,7 +138,8 @@ impl Levels {
         }
     }
 
-    /// Takes one row. Returns whether its noise shows a burst of interference.
+    /// Adds one row to the checks of levels; `first`: the first of the scan. Returns whether its noise shows a burst of
+    /// interference.
     fn row(&mut self, first: bool, stats: &RowStats, cells: &[u8]) -> bool {
         let (inside, noise) = (i32::from(stats.self_echo), row_noise(cells));
         if first {
@@ -171,8 +176,8 @@ impl Levels {
     }
 }
 
-/// Calls `take` with every cell whose number is a multiple of `stride`. `step_by` would cost 65 instructions
-/// more in the worst row.
+/// Calls `take` with every cell of a row whose index is a multiple of `stride`. The iterator's `step_by` would cost 65
+/// instructions more in the worst row.
 #[inline(always)]
 fn every(cells: &[u8], stride: usize, mut take: impl FnMut(u8)) {
     let mut k = 0;
@@ -206,7 +211,7 @@ fn row_noise(cells: &[u8]) -> i32 {
 }
 
 impl Health {
-    /// Empty, before the first row.
+    /// Returns the state before a scan's first row.
     pub const fn new() -> Self {
         Self {
             rows: 0,
@@ -224,8 +229,8 @@ impl Health {
         }
     }
 
-    /// Takes one row: its chirp, its statistics and its cells. Returns whether the row is to be set aside
-    /// because of a burst of interference.
+    /// Adds one row to the checks: its index, chirp, statistics and cells. Returns whether the caller must leave the
+    /// row out of the map because of a burst of interference.
     pub fn row(&mut self, row: u16, chirp: &[Iq], stats: &RowStats, cells: &[u8]) -> bool {
         let step = (chirp.len() / PROBES).max(1);
         let mut same = self.rows > 0;
@@ -252,8 +257,9 @@ impl Health {
         burst
     }
 
-    /// Adds row `row` of `map`, which [`Health::row`] has already taken, to the checks of motion and phase.
-    /// `phasors` returns the complex values of a stored bin and of the mirror's echo in the row's chirp.
+    /// Adds row `row` of `map`, which [`Health::row`] has already taken, to the checks of the mirror's turning and of
+    /// the chair's standing. `phasors` returns the complex values of a stored bin and of the mirror's echo in the row's
+    /// chirp.
     pub fn check_map_row(
         &mut self,
         row: u16,
@@ -265,12 +271,12 @@ impl Health {
         self.standing.row(map, row, phasors, strongest, noise);
     }
 
-    /// Returns whether the phases of the echoes show that the chair stood.
+    /// Returns whether the echoes kept their phases from row to row, which shows that the chair stood.
     pub fn stood(&self) -> bool {
         self.standing.stood()
     }
 
-    /// Returns the median cell of the map, map units: echoes fill so few cells that this is the noise.
+    /// Returns the scan's noise, map units: the median of the counted cells, of which echoes fill few.
     pub fn noise(&self) -> u8 {
         let all: u32 = self.cells.iter().map(|&n| u32::from(n)).sum();
         let mut below = 0;
@@ -281,13 +287,14 @@ impl Health {
         median.unwrap_or(0) as u8
     }
 
-    /// Returns whether any detection of `map` exceeds the noise by `ECHO_ABOVE_NOISE`.
+    /// Returns whether any detection of `map` exceeds the scan's noise by `ECHO_ABOVE_NOISE`.
     pub fn has_echo(&self, map: &PolarMap) -> bool {
         let least = self.noise().saturating_add(ECHO_ABOVE_NOISE);
         (0..map.rows()).any(|k| map.detections(k).any(|(_, cell)| cell >= least))
     }
 
-    /// Returns the reason of a fault, if there is one. `mirror`: whether the radar looks at a mirror.
+    /// Returns the reason for giving no answer, or `None` if the signal can be used. `mirror`: whether the radar looks
+    /// at a mirror.
     #[inline(never)]
     pub fn fault(&self, mirror: bool) -> Option<Reason> {
         let most = |rows: u32| 2 * rows > self.rows;
@@ -311,7 +318,7 @@ impl Health {
         missing.then_some(Reason::MirrorMissing)
     }
 
-    /// Returns the range of the mirror's own echo, metres from the radar: mean over the rows.
+    /// Returns the range of the mirror's own echo, metres from the radar lens: mean over the rows.
     pub fn mirror_echo_m(&self, config: &Config) -> f32 {
         let place = self.levels.place as f32 / (SIXTEENTHS as f32 * self.rows.max(1) as f32);
         config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
@@ -323,7 +330,7 @@ impl Health {
         (units - f32::from(FULL_SCALE)) * DB_PER_UNIT
     }
 
-    /// Returns range and level of the mirror's own echo, as a calibration stores them.
+    /// Returns range and level of the mirror's own echo, in the form that a calibration stores.
     pub fn mirror_seen(&self, config: &Config) -> MirrorEcho {
         MirrorEcho {
             range_m: self.mirror_echo_m(config),
@@ -331,8 +338,8 @@ impl Health {
         }
     }
 
-    /// Calls `each` with every check of the whole scan, except those that `expected` excludes. A check fails
-    /// where its measured value exceeds its limit. `config` is that of the scan that filled `map`.
+    /// Calls `each` with the result of every check of the whole scan, except those that `expected` excludes. A check
+    /// fails where its measured value exceeds its limit. `config` is the configuration of the scan that filled `map`.
     pub fn report_checks(
         &self,
         config: &Config,
@@ -382,8 +389,8 @@ impl Health {
         turning::lines(map, config, self.noise(), each);
     }
 
-    /// Returns the reasons of the failed checks, which prevent `ok`; empty if the instrument works. `config` is
-    /// that of the scan that filled `map`.
+    /// Returns the reasons of the failed checks, which prevent `ok`; empty if the instrument works. `config` is the
+    /// configuration of the scan that filled `map`.
     #[inline(never)]
     pub fn failed_checks(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
         let mut failed = Reasons::NONE;
@@ -406,7 +413,8 @@ impl Default for Health {
 mod tests {
     use super::*;
 
-    /// A scan of 16 rows of 64 samples and cells, made by `row(k)`.
+    /// Returns the health checks after a scan of 16 rows: `row(k)` gives for row k the sample and the cell, each
+    /// repeated 64 times, and the statistics.
     fn scan(row: impl Fn(u16) -> (Iq, RowStats, u8)) -> Health {
         let mut health = Health::new();
         for k in 0..16 {
@@ -428,7 +436,8 @@ mod tests {
         (Iq::new(k as i16, 5), stats, 80)
     }
 
-    /// Reasons that 64 rows raise by their levels alone, and the number of rows set aside; the map stays empty.
+    /// Returns the reasons that 64 good rows raise after `change` has altered the statistics and the cell value of
+    /// each, and the number of rows left out as bursts; the map stays empty.
     fn failed_checks(change: impl Fn(u16, &mut RowStats, &mut u8)) -> (Reasons, u32) {
         let mut health = Health::new();
         let mut aside = 0;

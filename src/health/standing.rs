@@ -1,37 +1,38 @@
 //! Check that the chair stands while the mirror turns: echoes keep their phase from row to row.
 //!
-//! The mirror's own echo has the phase that each chirp began with. An echo's phase relative to it is that of
-//! its range alone, 4π R / λ. It stays from one row to the next unless chair or scatterer moves, because the
-//! beam's axis turns about a point on the mirror. At 94 GHz a millimetre of range is two thirds of a turn. The
-//! measured value is the angle of the mean phasor of the phase changes between neighbouring rows.
+//! The mirror's own echo has the phase that each chirp began with. An echo's phase relative to it is that of its range
+//! alone, 4π R / λ. It stays from one row to the next unless chair or scatterer moves, because the beam's axis turns
+//! about a point on the mirror. At 94 GHz a millimetre of range is two thirds of a turn. The measured value of the
+//! check is the angle of the mean phasor of the phase changes between neighbouring rows.
 
 use super::check::{CheckResult, units};
 use crate::params::current as p;
 use crate::signal::grid::PolarMap;
 use crate::verdict::Reason;
 
-/// Number of rows for which one echo is followed: fewer than those of a main lobe.
+/// Number of rows for which the echo in one bin is followed: fewer than those of a main lobe.
 const FOLLOWED: u8 = 8;
 /// Fractions of a degree in which phase changes are reported.
 const PER_DEGREE: f32 = 100.0;
-/// Returns the maximum mean phase change of a standing chair, 1/100 degree.
+/// Returns the maximum mean phase change from row to row of a standing chair, 1/100 degree.
 fn limit() -> i32 {
     (PER_DEGREE * p().phase_turned_deg) as i32
 }
-/// Minimum length of the mean phasor of a standing chair: the phase changes have a standard deviation of at
-/// most 26 degrees.
+/// Minimum length of the mean of unit phasors of the phase changes, 0 to 1, of a standing chair: the phase changes have
+/// a standard deviation of at most 26 degrees.
 const MIN_COHERENCE: f32 = 0.9;
 
 /// Phase changes of echoes from row to row of one scan.
 #[derive(Clone, Debug)]
 pub struct Standing {
-    /// Stored bin that is followed, and the number of rows left.
+    /// Stored bin whose echo is followed, and the number of rows left until another bin is chosen.
     bin: u8,
     remaining: u8,
-    /// Row before, and the phasor of its echo relative to the mirror's; zero where there was none.
+    /// Index of the row before, and the phasor of the followed echo in it relative to the mirror's echo; zero where
+    /// there was no echo.
     row: u16,
     before: [f32; 2],
-    /// Sums of the cosines and sines of the phase changes, and their number.
+    /// Sums of the cosines and of the sines of the phase changes, and number of phase changes.
     sum: [f32; 2],
     phase_changes: u16,
 }
@@ -48,8 +49,8 @@ impl Standing {
         }
     }
 
-    /// Adds row `k` of `map`. `phasors` returns the phasors of a stored bin and of the mirror's echo,
-    /// `strongest` is the bin to follow when the present one has faded, `noise` the rows' lower quartile, map
+    /// Adds row `k` of `map`. `phasors` returns the phasors of a stored bin and of the mirror's echo, `strongest` is
+    /// the bin to follow when the present one has faded, `noise` the running mean of the rows' lower quartiles, map
     /// units.
     #[inline(never)]
     pub fn row(
@@ -83,7 +84,7 @@ impl Standing {
         }
     }
 
-    /// Returns the angle of the mean phase change from row to row, 1/100 degree; `None` with fewer than
+    /// Returns the magnitude of the mean phase change from row to row, 1/100 degree; `None` with fewer than
     /// `phase_turns` changes.
     fn phase_change(&self) -> Option<i32> {
         let [cos, sin] = self.sum;
@@ -100,7 +101,8 @@ impl Standing {
         together && self.phase_change().is_some_and(|turned| turned < limit())
     }
 
-    /// Calls `each` with the check's result.
+    /// Calls `each` with the check's result: the magnitude of the mean phase change from row to row, 1/100 degree, 0
+    /// with too few changes.
     pub fn report_checks(&self, each: &mut dyn FnMut(CheckResult)) {
         each(CheckResult {
             reason: Reason::Moving,
@@ -110,7 +112,7 @@ impl Standing {
     }
 }
 
-/// a · b*.
+/// Returns the complex product a · b*, of the complex numbers a and b as [real, imaginary].
 fn times_conjugate(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0] * b[0] + a[1] * b[1], a[1] * b[0] - a[0] * b[1]]
 }
@@ -121,7 +123,8 @@ mod tests {
     use crate::config::Config;
     use crate::math::sin_cos;
 
-    /// An echo in bin 40 whose phase is `phase(row)`, followed over `rows` rows of chirps that begin anywhere.
+    /// Returns the check's state after `rows` rows with an echo in bin 40 whose phase is `phase(row)`; each chirp
+    /// begins with another phase.
     fn followed(rows: u16, phase: impl Fn(u16) -> f32) -> Standing {
         let mut map = Box::new(PolarMap::new());
         map.begin(&Config::default()).unwrap();
@@ -142,7 +145,7 @@ mod tests {
         standing
     }
 
-    /// Returns the measured value of the check after 60 rows.
+    /// Returns the measured value of the check after 60 rows, 1/100 degree.
     fn seen(phase: impl Fn(u16) -> f32) -> i32 {
         let mut seen = -1;
         followed(60, phase).report_checks(&mut |check| seen = check.value);

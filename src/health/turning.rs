@@ -14,39 +14,40 @@ use crate::params::current as p;
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::Reason;
 
-/// Distance of the surrounding rows from a compared pair: a null of the pattern is narrower.
+/// Distance in rows at which the rows around a compared pair are looked up. A null of the antenna pattern is narrower,
+/// so cells that are much stronger there lie in a null.
 const AROUND: usize = 4;
-/// Beamwidth that `jump_db` holds for, rows.
+/// Beamwidth for which the limit `jump_db` is given, rows.
 const REFERENCE_BEAM: f32 = 20.0;
-/// Row interval of the standstill check. Its rows are not those of the noise histogram.
+/// Row interval of the standstill check: every other row. These are not the rows of the noise histogram.
 const STILL_ROWS: u16 = 2;
-/// Fractions of a beamwidth in which a standstill is reported.
+/// Fractions of a beamwidth in which the length of a standstill is reported.
 const PER_BEAM: f32 = 100.0;
-/// Row interval of the search for lines.
+/// Row interval of the search for lines: range bins whose level is the same at all angles.
 const LINE_ROWS: usize = 8;
-/// Row interval of the pre-check of a bin for a line.
+/// Row interval of the quick test whether a bin can have a line, ahead of the search over more rows.
 const FEW_LINE_ROWS: usize = 32;
-/// Per cent of a whole.
+/// Factor from fractions to per cent.
 const PER_CENT: usize = 100;
 
-/// Results from the rows of one scan so far.
+/// Checks of the mirror's turning: state gathered from the rows of one scan so far.
 #[derive(Clone, Debug)]
 pub struct Turning {
-    /// Number of rows that arrived, and the row before.
+    /// Number of rows that arrived (modulo 65536), and index of the row before.
     rows: u16,
     before: u16,
-    /// Number of consecutive rows that equal those one lag before them, and its maximum.
+    /// Number of consecutive rows that equal the row `still_lag_beams` before them, and its maximum in this scan.
     still_rows: u16,
     max_still_rows: u16,
-    /// Maximum difference of neighbouring rows beyond the usual one, summed over cells, map units at
-    /// [`REFERENCE_BEAM`].
+    /// Maximum over the scan of the level difference of two neighbouring rows beyond the usual one, summed over cells,
+    /// map units for a beamwidth of [`REFERENCE_BEAM`].
     max_difference: u16,
     /// Strongest bin of the two neighbouring rows that were compared last.
     strongest: u8,
 }
 
-/// A cell that exceeds the noise clearly in one of two rows: its bin, the stronger level and the clipped
-/// difference, map units.
+/// A cell (range bin) compared between two rows, which exceeds the noise clearly in at least one of them: its bin, the
+/// stronger level and the difference of levels, clipped at `jump_clip_db`, map units.
 #[derive(Clone, Copy)]
 struct Pair {
     bin: u8,
@@ -54,19 +55,20 @@ struct Pair {
     difference: u8,
 }
 
-/// Maximum number of compared cells of two rows: a row shows a dozen echoes of four cells.
+/// Maximum number of compared cells of two rows: a row shows a dozen echoes of four cells; further cells are left out.
 const MAX_PAIRS: usize = 32;
 
 /// Compared cells of two rows.
 struct Pairs {
     list: heapless::Vec<Pair, MAX_PAIRS>,
-    /// Sum of the differences, map units.
+    /// Sum of the level differences of all pairs, map units.
     sum: u32,
     strongest: Pair,
 }
 
 impl Pairs {
-    /// Collects the cells above `floor`, map units; `cells` gives bin and level in either row.
+    /// Collects the cells whose level exceeds `floor`, map units, in at least one of two rows; `cells` gives bin, level
+    /// in the one row and level in the other.
     fn of(cells: impl Iterator<Item = (usize, u8, u8)>, floor: u8) -> Self {
         let mut pairs = Self {
             list: heapless::Vec::new(),
@@ -99,12 +101,12 @@ impl Pairs {
     }
 }
 
-/// Returns whether row `k` arrived and was not set aside.
+/// Returns whether row `k` was received and was not left out of the map.
 fn has_cells(map: &PolarMap, k: usize) -> bool {
     map.present(k) && map.row(k).iter().any(|&cell| cell > 0)
 }
 
-/// Returns the number of rows of a beamwidth.
+/// Returns the beamwidth, rows.
 fn beam(geometry: &Geometry) -> f32 {
     geometry.beamwidth_rad / geometry.step_rad.max(f32::MIN_POSITIVE)
 }
@@ -121,8 +123,8 @@ impl Turning {
         }
     }
 
-    /// Adds row `k` of `map`; `noise` is the rows' lower quartile, map units. Returns the strongest bin of the
-    /// rows that were compared last.
+    /// Adds row `k` of `map` to the checks; `noise` is the running mean of the rows' lower quartiles, map units.
+    /// Returns the strongest bin of the two neighbouring rows that were compared last.
     #[inline(never)]
     pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
         let up = k >= self.before;
@@ -166,7 +168,8 @@ impl Turning {
         self.strongest
     }
 
-    /// Compares two neighbouring rows whose surrounding rows have arrived as well.
+    /// Updates the maximum difference from two neighbouring rows `a` and `b`, whose surrounding rows have arrived as
+    /// well: cells above `floor`, map units, that do not lie in a null. `beam` is the beamwidth, rows.
     fn compare_neighbours(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
         // The flanks of a narrow beam are steeper.
         let scale = (REFERENCE_BEAM / beam.max(1.0)).max(1.0);
@@ -201,7 +204,8 @@ impl Turning {
         }
     }
 
-    /// Calls `each` with the results of the checks for a standstill and for jumps of the angle.
+    /// Calls `each` with the results of two checks: the longest standstill, 1/100 beamwidth, and the largest jump of
+    /// the angle, map units.
     pub fn report_checks(&self, map: &PolarMap, each: &mut dyn FnMut(CheckResult)) {
         let beam = beam(map.geometry());
         let max_still = ((p().still_beams * beam) as i32).max(p().still_rows as i32);
@@ -218,8 +222,9 @@ impl Turning {
     }
 }
 
-/// Calls `each` with the largest share of the rows, per cent, that has the same level at one range: one check
-/// for ranges below `blocked_m`, one for those beyond. `noise` is the map's median cell, map units.
+/// Searches lines: bins with the same level in nearly all rows. Calls `each` with the largest share of rows, per cent,
+/// at the level of one bin: one check for ranges below `blocked_m` (blocked view), one for those beyond (interference).
+/// `noise` is the map's median cell, map units.
 #[inline(never)]
 pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(CheckResult)) {
     let (geometry, radar) = (map.geometry(), &config.radar);

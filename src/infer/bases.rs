@@ -1,5 +1,5 @@
-//! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans,
-//! refined.
+//! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans, each
+//! refined (its levels, places and overhang fitted to its echoes), level ground and the likeliest ramp.
 
 use super::cloud::Cloud;
 use super::gauss::TreadLevels;
@@ -20,14 +20,14 @@ use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
-/// Initial hypotheses of the posterior: refined flights and a ramp; level ground and the answer of each round, with
-/// and without walls behind.
+/// Initial hypotheses of the posterior, in no order: refined flights and a ramp; level ground and the answer of each
+/// round, each without a wall and with each likely wall behind it.
 pub(super) type Hypotheses = Vec<Hypothesis, { MAX_REFINED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
 
 /// The posterior of a scan: measurement model, initial hypotheses, particles.
 ///
 /// Its methods are in two files. Those that take in echoes and hypotheses ([`Posterior::set_echoes`],
-/// [`Posterior::propose`]) are here. Those that fill the cloud and evaluate the particles ([`Posterior::judge`],
+/// [`Posterior::propose`]) are here. Those that fill the cloud and evaluate the particles ([`Posterior::evaluate`],
 /// [`Posterior::likeliest`], [`Posterior::outlines`]) are in `judgement.rs`. The type is too large for a small stack:
 /// the caller provides its memory.
 pub struct Posterior {
@@ -55,7 +55,7 @@ const PROPOSAL_MARGIN_NATS: f32 = 3.0;
 const OTHER_MARGIN_NATS: f32 = 12.0;
 /// Maximum number of refined flights, set by the computing time.
 const MAX_REFINED: usize = 6;
-/// Minimum distance between two walls, metres.
+/// Minimum distance between two walls that are tried, metres: echoes nearer to each other are one wall.
 const WALLS_APART_M: f32 = 0.05;
 /// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
 pub(super) const NEAREST_M: f32 = 0.3;
@@ -65,18 +65,19 @@ pub(super) const LANDING_M: f32 = 0.28;
 /// answer is final if it is still the likeliest outline, the second one in any case. With one round, 16 of 2,014
 /// validation scenes fewer are exact; with three, one.
 pub(super) const ROUNDS: usize = 2;
-/// Maximum number of walls that are tried.
+/// Maximum number of walls that are tried behind a staircase or on level ground, besides no wall.
 pub(super) const WALLS: usize = 2;
-/// Minimum level of an echo that may be a wall, dB.
+/// Minimum SNR of an echo that may be a wall, dB.
 const WALL_DB: f32 = 8.0;
-/// Distances at which ramps begin, metres.
+/// Distances from the mirror at which the ramps of the grid begin, metres.
 const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// Slopes of ramps.
+/// Slopes of the ramps of the grid, metres of rise per metre.
 const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-/// Steps of distance, metres, and slope by which the best ramp is moved while its weight increases.
+/// Steps of the distance at which a ramp begins, metres, and of its slope, by which the best ramp of the grid is moved
+/// to each side: coarse, then fine. A move is kept if it increases the weight.
 const RAMP_MOVES: [(f32, f32); 2] = [(0.2, 0.02), (0.1, 0.01)];
 
-/// Converts a flight of the search to a staircase.
+/// Converts a flight of the search to a staircase of equal rises, without overhang and without a wall.
 pub(super) fn staircase(flight: &Flight) -> Staircase {
     let mut s = Staircase::nothing();
     for (k, link) in flight.chain.iter().enumerate() {
@@ -86,7 +87,8 @@ pub(super) fn staircase(flight: &Flight) -> Staircase {
     s
 }
 
-/// Converts a staircase to a flight of the search.
+/// Converts a staircase to a flight of the search, and scores it. A riser near a column of echoes is moved to the
+/// column.
 pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
     let mut flight = Flight {
         shape: FlightShape {
@@ -113,19 +115,19 @@ impl Posterior {
         }
     }
 
-    /// Replaces the measurement model.
+    /// Replaces the parameters of the measurement model.
     pub const fn measure(&mut self, g: &'static Generative) {
         self.model.g = g;
     }
 
-    /// Takes in a scan's echoes.
+    /// Puts a scan's echoes into the measurement model, and removes all hypotheses.
     pub fn set_echoes(&mut self, echoes: &[Echo], map: &PolarMap) {
         self.model.set_echoes(echoes, View::of(map), map.geometry());
         self.hypotheses.clear();
     }
 
-    /// Takes in the refined leaders of the search, closed and open, and the refined likely staircases of earlier
-    /// scans.
+    /// Adds the initial hypotheses going up: the search's best flights and the likely staircases of earlier scans,
+    /// refined; the best flight also in the other build (closed or open); level ground; the likeliest ramp.
     #[inline(never)]
     pub fn propose(&mut self, search: &Search<'_, '_>, past: Option<&History>) {
         let scores = search.leaders.iter().map(|f| f.score);
@@ -158,7 +160,8 @@ impl Posterior {
         }
     }
 
-    /// Takes in weighted hypotheses of stairs going down. Where there are too many, the likeliest are kept.
+    /// Replaces the hypotheses by those of stairs going down, level ground and a ramp, each with its weight. Where
+    /// there are too many, the likeliest are kept.
     #[inline(never)]
     pub fn descend(&mut self, model: &mut Descending, view: View, echoes: &[Echo]) {
         self.model.view = view;
@@ -209,7 +212,7 @@ impl Posterior {
         Some(best)
     }
 
-    /// Adds a staircase without a wall, and with each wall beyond `from_m`, metres.
+    /// Adds a staircase to the hypotheses: once without a wall, and once with each likely wall beyond `from_m`, metres.
     #[inline(never)]
     pub(super) fn add(&mut self, staircase: &Staircase, sigmas: &Sigmas, from_m: f32) {
         for &wall_m in &walls(&self.model, from_m) {
@@ -224,7 +227,8 @@ impl Posterior {
         }
     }
 
-    /// Refines a flight, starting from the flight itself or from another staircase.
+    /// Refines a flight and adds it to the hypotheses, if there is room. `from` is the same staircase as refined by an
+    /// earlier scan: another start.
     #[inline(never)]
     fn refine_flight(&mut self, flight: &Flight, from: Option<Staircase>) {
         if self.hypotheses.len() < MAX_REFINED {
@@ -233,7 +237,8 @@ impl Posterior {
         }
     }
 
-    /// Refines the likely staircases of earlier scans that the search of this scan did not find.
+    /// Refines the likely staircases of earlier scans that the search of this scan did not find, and adds them to the
+    /// hypotheses. `top` is the score of the search's best flight, nats.
     #[inline(never)]
     fn refine_past(&mut self, top: f32, search: &Search<'_, '_>, past: &History) {
         for k in 0..past.hypotheses.len() {
@@ -262,7 +267,8 @@ impl Posterior {
         Hypothesis::new(&self.model, s, sigmas)
     }
 
-    /// Refines a hypothesis. A function of its own, so that its working memory is free while the hypothesis is
+    /// Fits levels, places and overhang of staircase `s` to its echoes, and writes the standard deviations of the
+    /// levels, metres, to `sigmas`. A function of its own, so that its working memory is free while the hypothesis is
     /// weighted.
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {

@@ -1,4 +1,5 @@
-//! Weighted particles, each a staircase, and the posterior probabilities of an answer's errors.
+//! Weighted particles, each a staircase or another hypothesis about the scene, and the posterior probabilities of an
+//! answer's errors.
 
 use crate::answer::DropEdge;
 use crate::estimate::COVERAGE_FACTOR;
@@ -15,66 +16,70 @@ use heapless::Vec;
 pub const PARTICLES: usize = 32;
 /// Maximum number of particles before resampling.
 pub const CAPACITY: usize = PARTICLES + PARTICLES / 4;
-/// Number of cells of the way ahead, for which conflicts with the answer are summed.
+/// Number of way cells: 10 cm pieces of the way ahead, for which conflicts of particles with the answer are summed.
 pub const CELLS: usize = 29;
-/// End of the first cell, metres from the mirror.
+/// End of the first way cell, metres from the mirror; the cell holds everything nearer.
 pub const FIRST_END_M: f32 = -0.3;
-/// Length of each further cell, metres.
+/// Length of each way cell but the first, metres.
 pub const CELL_M: f32 = 0.1;
-/// Lower limit of a cell's log-odds of an error, nats.
+/// Lower limit of the log-odds that an answer is first wrong in a way cell, nats.
 pub const MIN_LOG_ODDS: f32 = -9.0;
-/// Upper limit of a cell's log-odds of an error, nats.
+/// Upper limit of the log-odds that an answer is first wrong in a way cell, nats.
 const MAX_LOG_ODDS: f32 = 4.0;
 /// Log-weight below the heaviest particle's at which a particle is left out, nats: a thousand of them together do not
 /// reach [`MIN_LOG_ODDS`].
 const NEGLIGIBLE_NATS: f32 = 20.0;
-/// Half-width of the window in which the ends of the ground count as one place, slots.
+/// Half-width of the window in which ends of the ground count as one place, in slots of 5 cm.
 const NEAR_SLOTS: usize = 2;
 /// Minimum probability that the ground ends in one place at which a drop is reported.
 const MIN_DROP_PROBABILITY: f32 = 0.5;
-/// Maximum probability that the ground ends before the reported distance less three standard deviations.
+/// Maximum probability that the ground ends nearer than the distance of a reported drop less three standard deviations.
 const MAX_NEARER_PROBABILITY: f32 = 0.005;
 /// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 
-/// One staircase that may stand there.
+/// A weighted sample of the posterior: a staircase, or another hypothesis about the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// The staircase, with continuous values at their means.
+    /// The staircase, with its levels at their posterior means.
     pub staircase: Staircase,
-    /// Log-weight, nats.
+    /// Log-prior plus log-likelihood, nats; after resampling, the threshold's logarithm if the particle was drawn.
     pub log_weight: f32,
 }
 
-/// The answer with which particles are compared.
+/// The answer with which particles are compared, to find where it would be wrong.
 #[derive(Clone, Debug)]
 pub struct ReportedAnswer<'a> {
-    /// Steps of the answer.
+    /// Steps of the answer; empty if it has none.
     pub edges: &'a [ReportedStep],
-    /// Reported drop.
+    /// Reported drop; `None` if the answer has none.
     pub drop: Option<ReportedDrop>,
     /// Field of view of the scan.
     pub view: View,
 }
 
-/// Particles, and sums of their weights. Weights are relative to the heaviest so far.
+/// Particles, and sums over all that were added, resampled away or not. In the sums, weights are relative to the
+/// heaviest particle so far.
 #[derive(Clone, Debug)]
 pub struct Cloud {
     particles: Vec<Particle, CAPACITY>,
-    /// Weight by the cell of the first conflict with the answer; the last entry is the weight without conflict.
+    /// Sum of weights by the way cell in which the answer would first be wrong; the last entry is for none of the
+    /// cells.
     conflicts: [f32; CELLS + 1],
-    /// Weight by number of visible steps.
+    /// Sum of weights by the number of visible steps, the index.
     counts: [f32; MAX_STEPS + 1],
-    /// Weight of ground that ends, by slot.
+    /// Sum of weights of ground that ends, by the 5 cm slot in which it ends, the nearest first.
     ends: [f32; SLOTS],
     heaviest: f32,
-    /// Start of the next systematic resampling, as a share of its threshold.
+    /// Offset of the next systematic resampling's first draw, as a share of its weight threshold, 0…1.
     resampling_offset: f32,
 }
 
-/// Start of the first resampling: the middle, so that the first particle has no advantage.
+/// Offset of the first resampling's first draw, as a share of its weight threshold: the middle, so that the first
+/// particle has no advantage.
 const HALF: f32 = 0.5;
-/// Increment of the start from one resampling to the next. Multiples of the golden ratio modulo 1 are evenly spread.
+/// Increment of the offset of a resampling's first draw from one resampling to the next. Multiples of the golden ratio
+/// modulo 1 are evenly spread.
 const GOLDEN_RATIO_STEP: f32 = 0.618_034;
 
 impl Default for Cloud {
@@ -83,13 +88,15 @@ impl Default for Cloud {
     }
 }
 
-/// Returns the number of the cell that holds an error at `x_m`, metres; [`CELLS`] if it lies beyond the last.
+/// Returns the index of the way cell for an error in a step at `x_m`, metres: the cell of the place 3 cm nearer, from
+/// which on the step counts; [`CELLS`] beyond the last cell.
 fn cell(x_m: f32) -> usize {
     let k = math::ceil((x_m - MIN_EXPANDED_M - FIRST_END_M) / CELL_M);
     math::max(math::min(k, CELLS as f32), 0.0) as usize
 }
 
-/// Returns the weight above which particles keep their weight, so that at most [`PARTICLES`] remain.
+/// Returns the resampling threshold: heavier particles keep their weight, and lighter ones are drawn with probability
+/// weight over threshold, so that at most [`PARTICLES`] remain. `weights` are relative to the heaviest particle.
 fn threshold(weights: &[f32; CAPACITY]) -> f32 {
     let kept = |threshold: f32| -> f32 {
         let per = 1.0 / threshold;
@@ -231,7 +238,7 @@ impl Cloud {
         self.particles.truncate(PARTICLES);
     }
 
-    /// Returns the particles with their probabilities.
+    /// Returns the particles, each with its probability; the probabilities add up to 1.
     pub fn particles(&self) -> impl Iterator<Item = (&Staircase, f32)> {
         let of =
             |p: &Particle| math::exp(math::max(p.log_weight - self.heaviest, -NEGLIGIBLE_NATS));
@@ -242,7 +249,7 @@ impl Cloud {
             .map(move |p| (&p.staircase, of(p) * scale))
     }
 
-    /// Returns the probability of each number of steps.
+    /// Returns the probability of each number of visible steps, the index.
     pub fn counts(&self) -> [f32; MAX_STEPS + 1] {
         let total: f32 = self.counts.iter().sum();
         self.counts.map(|c| c / math::max(total, f32::MIN_POSITIVE))
@@ -291,7 +298,8 @@ impl Cloud {
         })
     }
 
-    /// Returns the log-odds of an error in each cell, given none before.
+    /// Returns, for each way cell, the log-odds that the answer is wrong there, given that it is right up to there,
+    /// nats.
     pub fn error_log_odds(&self) -> [f32; CELLS] {
         let mut left: f32 = self.conflicts.iter().sum();
         let mut out = [0.0; CELLS];

@@ -11,7 +11,7 @@ use crate::math;
 use crate::model::ModelEcho;
 use crate::params::posterior as number;
 
-/// Minimum depth of the grid, metres; a drop is deeper.
+/// Smallest depth of the grid, metres: less than any drop.
 const FIRST_M: f32 = 0.04;
 /// Spacing of the grid's depths, metres.
 const STEP_M: f32 = 0.005;
@@ -20,25 +20,25 @@ const DEPTHS: usize = 73;
 /// Maximum reported depth, metres: two low risers of 11 cm. A deeper surface may be the second tread of a flight
 /// whose first one is hidden.
 const MAX_M: f32 = 0.22;
-/// Minimum probability of a reported depth, given a drop at the reported place.
+/// Minimum probability at which a depth is reported, given a drop at the reported place.
 const LEAST: f32 = 0.9;
-/// Half-width of the depths whose probabilities are added, metres.
+/// Half-width of the window about the likeliest depth over which probabilities are added, metres.
 const HALF_M: f32 = 0.015;
-/// Maximum height difference of the ground's own echoes from the ground, metres.
+/// Depth below the ground down to which echoes count as the ground's own, metres.
 const GROUND_M: f32 = 0.03;
-/// Minimum distance along the way between two independent echoes, metres: one main lobe of the range window, or one
-/// face of a wall.
+/// Minimum horizontal distance between two echoes that both count, metres: nearer ones are not independent, but share a
+/// main lobe of the range window or a face of a wall.
 const APART_M: f32 = 0.025;
-/// Allowance for an edge that is nearer than reported, metres at the end of its shadow.
+/// Length by which the shadow behind the edge is shortened, metres, since the edge may be nearer than reported.
 const SLACK_M: f32 = 0.05;
 /// Standard deviation of a surface's scatterers about its depth, metres.
 const ROUGH_M: f32 = 0.007;
 /// Prior probability that an echo behind the shadow is the surface's.
 const SHARE: f32 = 0.5;
-/// Squared deviation, in standard deviations, beyond which an echo is not the surface's. Most echoes are beyond it
-/// for most depths, which saves their square root and exponential.
+/// Squared deviation of an echo's height from a surface, in standard deviations, beyond which the echo is not the
+/// surface's. Most echoes are beyond it for most depths, which saves their square root and exponential.
 const FAR: f32 = 25.0;
-/// Log-likelihood ratio of an echo that is not the surface's, nats.
+/// Log-likelihood ratio, of a surface against none, that an echo far from the surface gives, nats.
 const NOT_ITS_OWN: f32 = math::ln(1.0 - SHARE);
 
 /// Returns the depth of the next surface behind an edge `edge_m` ahead, metres below the ground; `None` where no run
@@ -71,7 +71,8 @@ pub fn behind(echoes: &[ModelEcho], height_m: f32, edge_m: f32) -> Option<f32> {
     (near >= LEAST * all && depth <= MAX_M).then_some(depth)
 }
 
-/// Returns the log-likelihood ratio of a surface at a depth against none, nats.
+/// Returns the log-likelihood ratio of a surface `depth_m` below the ground, behind the edge, against no visible
+/// surface, nats.
 fn log_likelihood(echoes: &[ModelEcho], height_m: f32, edge_m: f32, depth_m: f32) -> f32 {
     let shadow_m = edge_m * (1.0 + depth_m / height_m) - SLACK_M;
     let from_m = math::max(edge_m, shadow_m);

@@ -23,11 +23,11 @@ use heapless::Vec;
 pub struct Measured {
     /// The steps; none if the flight turns out not to be stairs.
     pub answer: Answer,
-    /// Whether what turned out not to be stairs may be a step all the same.
+    /// Whether a single riser that was found too high or too low for a step may be a step within its uncertainty.
     pub may_be_step: bool,
-    /// One for each step.
+    /// Evidence for each step, in the order of the answer's steps.
     pub supports: Vec<Support, MAX_FLIGHT>,
-    /// Role of each mark, in the order of the scene's marks.
+    /// Role of each mark (an echo in the search), in the order of the scene's marks.
     pub roles: Roles,
 }
 
@@ -54,9 +54,9 @@ impl Measured {
     }
 }
 
-/// Returns the steps of an ascending flight. `staircase` is the accepted hypothesis, `rise` its riser height averaged
-/// over the likelihood of all echoes, metres, and `bias_sigma_rad` the shaft's angle error that remains after
-/// calibration.
+/// Measures the steps of an ascending flight. `staircase` is the accepted hypothesis, `rise` its riser height averaged
+/// over the likelihood of all echoes, metres, and `bias_sigma_rad` the standard deviation of the shaft's angle error
+/// that remains after calibration.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
@@ -130,7 +130,7 @@ pub fn ascending(
     measured
 }
 
-/// Returns, for each riser, the additional distance that the landings before it cause, metres.
+/// Returns, for each riser, by how much the landings before it make it farther away than equal goings would, metres.
 fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     let (going_m, _) = regular(chain, most_going_m);
     let mut landings = Vec::new();
@@ -219,7 +219,7 @@ impl SeenTread {
 /// The treads of stairs going down, the ground first.
 type SeenTreads = Vec<SeenTread, { MAX_FLIGHT + 1 }>;
 
-/// Returns the treads of stairs going down, or level ground.
+/// Returns the ground and the treads of stairs going down, from the top down; on level ground the ground alone.
 fn seen_treads(s: &Staircase, model: &Descending) -> SeenTreads {
     let mut treads = SeenTreads::new();
     for k in 0..=s.len() {
@@ -229,13 +229,14 @@ fn seen_treads(s: &Staircase, model: &Descending) -> SeenTreads {
     treads
 }
 
-/// Returns the roles of the marks on level ground, seen from above.
+/// Returns the role of each mark on level ground, seen from above, in the order of the scene's marks.
 #[inline(never)]
 pub fn ground_roles(scene: &Scene<'_>, model: &Descending) -> Roles {
     lower_roles(scene, &seen_treads(&Staircase::nothing(), model))
 }
 
-/// Returns the roles of the marks on these treads; marks on none are [`Role::Stray`].
+/// Returns the role of each mark on the first of `treads` on which it lies, in the marks' order; [`Role::Stray`] for
+/// marks on none.
 fn lower_roles(scene: &Scene<'_>, treads: &SeenTreads) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
@@ -246,7 +247,7 @@ fn lower_roles(scene: &Scene<'_>, treads: &SeenTreads) -> Roles {
     roles
 }
 
-/// Returns the steps of stairs going down.
+/// Measures the steps of the stairs going down `s`.
 #[inline(never)]
 pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> Measured {
     let p = scene.params;
@@ -299,7 +300,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
     measured
 }
 
-/// Returns the least-squares line through the present values over their index: start and slope.
+/// Returns the least-squares line through the values that are `Some`, over their index: value at index 0, and slope.
 fn fit_line(values: impl Iterator<Item = Option<f32>>) -> (f32, f32) {
     let (mut n, mut sk, mut skk, mut sv, mut skv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (k, value) in (0u8..).map(f32::from).zip(values) {

@@ -18,7 +18,7 @@ pub struct Fusion {
 }
 
 impl Fusion {
-    /// Adds an estimate.
+    /// Adds an estimate of the level, with its inverse variance as weight.
     pub fn add(&mut self, reading: Estimate) {
         let w = 1.0 / reading.variance;
         self.weight += w;
@@ -45,16 +45,17 @@ impl Fusion {
     }
 }
 
-/// One level, and the deviation of its riser or tread from the others.
+/// Level of one tread, and the deviation of its riser or tread from the straight flight.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TreadLevel {
     /// Height over the ground, metres; negative going down.
     pub height: Estimate,
-    /// Deviation of its riser or tread from those of the others, as measured by the echoes, metres.
+    /// Deviation of its riser or tread from the straight flight, times the probability that it is the irregular one,
+    /// metres.
     pub off: Estimate,
 }
 
-/// Levels of a flight, the first step first.
+/// Levels of a flight's treads, the nearest step first.
 pub type TreadLevels = [TreadLevel; MAX_STEPS];
 
 /// Weighted sums over steps: of 1, of the step's number, of its level.
@@ -94,7 +95,7 @@ struct FlightFitResult {
 }
 
 impl FlightFitResult {
-    /// Returns the level of step `number`; with `departs` the deviation is added.
+    /// Returns the level of step `number`, counted from 1; with `departs`, the deviation is added.
     fn at(&self, number: f32, departs: bool) -> Estimate {
         let line = Estimate {
             value: number * self.rise,
@@ -109,8 +110,8 @@ impl FlightFitResult {
         }
     }
 
-    /// Returns the likelihood ratio of the readings with the deviation to those without, with the deviation
-    /// integrated out.
+    /// Returns the likelihood ratio of the readings with the deviation to those without, with the deviation integrated
+    /// out. Its prior standard deviation is `irregular_sigma_m`, metres.
     fn likelihood(&self, irregular_sigma_m: f32) -> f32 {
         let exponent = 0.5 * self.irregular * self.irregular / self.irregular_variance;
         math::sqrt(self.irregular_variance) / irregular_sigma_m
@@ -151,7 +152,8 @@ impl<'p> FlightFit<'p> {
         fit
     }
 
-    /// Returns the fit where all levels in `sums` deviate from the straight flight by one common amount.
+    /// Returns the fit in which the levels that are summed in `sums` deviate from the straight flight by one common
+    /// amount.
     fn solve(&self, sums: &StepSums) -> FlightFitResult {
         let own = sums.one + 1.0 / (self.p.odd_rise_sigma_m * self.p.odd_rise_sigma_m);
         let det = self.squares * own - sums.number * sums.number;
@@ -182,7 +184,8 @@ pub fn fit(
     mixture(&FlightFit::new(steps, rise, p), levels);
 }
 
-/// Writes mean and variance of each level over all mixture components.
+/// Writes mean and variance of each level over all mixture components: the regular flight, each riser irregular, each
+/// tread irregular.
 #[inline(never)]
 fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
     let p = fit.p;

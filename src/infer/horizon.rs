@@ -25,8 +25,8 @@ use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::signal::grid::Geometry;
 use crate::verdict::{MIN_HORIZON_M, Validity};
 
-/// Minimum distance between a horizon and the place from which a step counts, metres. It is the largest error of a
-/// correct distance.
+/// Minimum distance between a horizon and the place from which a step counts (3 cm before it), metres. It is the
+/// largest error of a correct distance.
 const AMBIGUOUS_M: f32 = MIN_EXPANDED_M;
 /// Minimum probability of being correct at which an answer is valid beyond the first metre. It leaves half of the
 /// risk that the contract allows.
@@ -44,30 +44,32 @@ const BEFORE_FEATURES: usize = 9;
 const CLEAR_FEATURES: usize = 18;
 /// Number of features that every cell has: instrument and whole scene.
 const SCENE_FEATURES: usize = 5;
-/// The feature vector is the concatenation of these groups, in this order.
+/// The feature vector is the concatenation of five groups, in this order: whole scene, answer without steps, before or
+/// between steps, behind the last step, cell with a step.
 const _: () = assert!(
     FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
 );
 
 /// Unit of levels in features, dB, so that all features are of the order of 1.
 const TEN_DB: f32 = 10.0;
-/// Upper limit of levels in features, dB: level of a corner at half a metre.
+/// Upper limit of echo levels in features, dB over the noise: level of a corner at half a metre.
 const MAX_DB: f32 = 50.0;
-/// Limit of scores in features, nats: odds of e^10 count as certain.
+/// Limit of margins and log-odds in features, nats, of either sign: odds of e^10 count as certain.
 const MAX_NATS: f32 = 10.0;
 /// Half of a cell, metres.
 const HALF_CELL_M: f32 = 0.5 * CELL_M;
 /// Minimum end of a cell in which a scan can show that the ground ends, metres.
 const NEAREST_END_M: f32 = 0.45;
-/// Upper limit of [`MIN_EXPANDED_M`] over the standard deviation of a step's distance, as a feature.
+/// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's distance.
 const MAX_SIGMAS: f32 = 4.0;
 /// Mounting height of the paper's instrument, metres.
 const PAPER_MOUNT_M: f32 = 0.4;
 /// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
 const TYPICAL_GOING_M: f32 = 0.29;
-/// Lower limit of the margin of an answer without steps, as a feature, nats.
+/// Lower limit of the search's margin as a feature of an answer without steps, nats.
 const MIN_MARGIN: f32 = -2.0;
-/// Upper limit of the next face's level as a feature, tens of dB over the noise; the lower limit is -1.
+/// Upper limit of the level that a further riser would have, as a feature, tens of dB over the noise; the lower limit
+/// is -1.
 const MAX_NEXT_FACE: f32 = 3.0;
 
 /// Whether an echo shows the level of a tread or of the floor.
@@ -75,14 +77,15 @@ fn shows_level(role: Role) -> bool {
     matches!(role, Role::Tread | Role::Edge)
 }
 
-/// Returns the lack of evidence for ground that goes on rather than ends, 0…1: 0 from 1 nat on.
+/// Returns the lack of evidence for ground that goes on, 0…1: 0 where its log-likelihood ratio to ground that ends,
+/// `nats`, is 1 or more; 1 where it is 0 or less.
 fn lack_of_evidence(nats: f32) -> f32 {
     1.0 - math::min(math::max(nats, 0.0), 1.0)
 }
 
-/// Floor echoes up to a distance.
+/// Features of the floor's echoes between the mirror and a given distance.
 struct FloorEvidence {
-    /// Distance from the last floor echo to there, metres.
+    /// Distance from the last floor echo to the given distance, metres.
     since_last_m: f32,
     /// Largest distance between two neighbouring floor echoes, metres.
     largest_gap_m: f32,
@@ -106,31 +109,31 @@ enum CellKind {
 /// Everything from which the horizon is computed.
 #[derive(Clone, Copy, Debug)]
 pub struct HorizonInput<'a> {
-    /// The echoes, as marks.
+    /// The scan's echoes as marks of the search, and their columns.
     pub scene: &'a Scene<'a>,
-    /// Role of each mark.
+    /// Role of each mark, in the order of the scene's marks.
     pub roles: &'a [Role],
     /// Steps of the answer.
     pub steps: &'a [Step],
-    /// Evidence for each step.
+    /// Evidence for each step, in the order of `steps`.
     pub supports: &'a [Support],
-    /// Score of the winner less that of the runner-up, nats. Without steps: score of the best flight, where level
-    /// ground has the score 0.
+    /// Margin by the search, nats: score of the answer's flight less that of the runner-up. Without steps: score of the
+    /// best flight, where level ground has the score 0.
     pub margin: f32,
     /// Whether the treads are open (no risers).
     pub open: bool,
-    /// Geometry of the instrument.
+    /// Geometry of the map: plane, mounting height, beam width, angles and ranges of its cells.
     pub geometry: &'a Geometry,
-    /// Log-odds of an error in each cell, by the posterior.
+    /// Log-odds that the answer is first wrong in each way cell, by the posterior, nats.
     pub error_log_odds: [f32; CELLS],
-    /// The drop that the answer reports.
+    /// The drop that the answer reports, if any.
     pub drop: Option<DropEdge>,
-    /// Evidence that the ground goes on, from the power along its line.
+    /// Log-likelihood ratios of a drop or a riser to ground that goes on, from the power along the ground's line.
     pub surfaces: &'a Surfaces,
 }
 
 impl HorizonInput<'_> {
-    /// Returns the cells of the way ahead, the nearest first.
+    /// Returns the way cells with their features, the nearest first; `validity` fills in their probabilities.
     pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..CELLS).map(|k| {
             let end_m = FIRST_END_M + CELL_M * k as f32;
@@ -149,7 +152,8 @@ impl HorizonInput<'_> {
         })
     }
 
-    /// Returns number, step and support of the step whose error would lie in a cell.
+    /// Returns index, step and support of the first step whose error would lie in the cell from `start_m` to `end_m`,
+    /// metres.
     fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
         let pairs = self.steps.iter().zip(self.supports).enumerate();
         let mut within = pairs.filter(|(_, (s, _))| {
@@ -159,8 +163,8 @@ impl HorizonInput<'_> {
         within.next().map(|(k, (step, support))| (k, step, support))
     }
 
-    /// Returns the level of the strongest echo between two distances that has one of the wanted roles, tens of dB; 0
-    /// for none.
+    /// Returns the SNR of the strongest echo between two distances, metres, that has one of the wanted roles, tens of
+    /// dB; 0 for none.
     #[inline(never)]
     fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
         let marks = &self.scene.marks;
@@ -179,7 +183,7 @@ impl HorizonInput<'_> {
         math::min(strongest, MAX_DB) / TEN_DB
     }
 
-    /// Returns the features of the cell between two distances.
+    /// Returns the features of way cell `number`, which reaches from `start_m` to `end_m`, metres.
     #[inline(never)]
     fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
         let error_odds = self.error_log_odds.get(number).copied().unwrap_or(0.0);
@@ -257,7 +261,7 @@ impl HorizonInput<'_> {
         out.features
     }
 
-    /// Returns the evidence of the floor echoes up to a distance.
+    /// Returns the features of the floor's echoes up to the distance `to`, metres.
     fn floor(&self, to: f32) -> FloorEvidence {
         let p = self.scene.params;
         let mut floor = FloorEvidence {
@@ -278,14 +282,16 @@ impl HorizonInput<'_> {
         floor
     }
 
-    /// Returns the level of the strongest echo near a step that has the wanted role, tens of dB; 0 for none.
+    /// Returns the SNR of the strongest echo near a step that has the wanted role, tens of dB; 0 for none.
     fn strongest_near(&self, step: &Step, wanted: Role) -> f32 {
         let reach = self.scene.params.column_m + MIN_EXPANDED_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
         self.strongest(near.0, near.1, &|role| role == wanted)
     }
 
-    /// Returns the features of a cell before or between steps.
+    /// Returns the features of a cell before or between steps. `from` and `to` are the cell's ends plus 3 cm, metres;
+    /// `level` is the SNR of the strongest echo of a tread near it, `stray` of the strongest unexplained one in it,
+    /// tens of dB.
     fn before(
         &self,
         from: f32,
@@ -321,7 +327,7 @@ impl HorizonInput<'_> {
         ]
     }
 
-    /// Returns the mean going from edge to edge, metres.
+    /// Returns the mean going from edge to edge, metres; a typical one for fewer than two steps.
     fn going(&self) -> f32 {
         let spans = self.steps.len().saturating_sub(1);
         match (self.steps.first(), self.steps.last()) {
@@ -332,13 +338,15 @@ impl HorizonInput<'_> {
         }
     }
 
-    /// Returns the mean rise, metres.
+    /// Returns the mean rise (or fall) of the answer's steps, metres; at least 0.
     fn rise(&self) -> f32 {
         let last = self.steps.last().map_or(0.0, |s| s.height_m.abs());
         last / self.steps.len().max(1) as f32
     }
 
-    /// Returns the features of a cell behind the last step.
+    /// Returns the features of a cell behind the last step. `from` and `to` are the cell's ends plus 3 cm, metres;
+    /// `level` is the SNR of the strongest echo of a tread near it, `stray` of the strongest unexplained one in it,
+    /// tens of dB.
     fn behind(
         &self,
         from: f32,
@@ -366,7 +374,8 @@ impl HorizonInput<'_> {
         ]
     }
 
-    /// Returns the features of a cell that holds step `k`.
+    /// Returns the features of a cell that holds step `k`. `stray_so_far` is the SNR of the strongest unexplained echo
+    /// up to the cell's end, tens of dB.
     fn of_step(
         &self,
         k: usize,
@@ -471,7 +480,7 @@ pub fn validity(
 #[derive(Clone, Copy, Debug)]
 pub struct HorizonAccumulator<'a> {
     steps: &'a [Step],
-    /// Nearest place where the ground may end, metres.
+    /// Nearest place where the ground may end, by the reported drop, metres; infinite without one.
     end_m: f32,
     /// Minimum horizon of an `ok` answer, metres. It is moved to a step that is so near that an error of millimetres
     /// would decide whether the step counts.
@@ -499,14 +508,14 @@ impl<'a> HorizonAccumulator<'a> {
         }
     }
 
-    /// Whether a cell reaches beyond the nearest place where the ground may end. The drop's own standard deviation
-    /// covers the errors from there on.
+    /// Whether a cell that ends at `end_m`, metres, reaches beyond the nearest place where the ground may end. The
+    /// drop's own standard deviation covers the errors from there on.
     pub fn ends_before(&self, end_m: f32) -> bool {
         end_m > self.end_m
     }
 
-    /// Returns the minimum probability at which an answer is valid up to the end of a cell, metres. `ok_from` is the
-    /// threshold of `ok` for this type of answer.
+    /// Returns the minimum probability at which an answer is valid up to the end of a cell, `end_m`, metres. `ok_from`
+    /// is the threshold of `ok` for this type of answer.
     fn required_probability(&self, end_m: f32, ok_from: f32) -> f32 {
         if end_m < self.least_m + CELL_M - ROUNDING_M {
             ok_from
@@ -534,8 +543,8 @@ impl<'a> HorizonAccumulator<'a> {
         self.first_step
     }
 
-    /// Returns the horizon, metres. It ends before the first step that does not count as measured, and clear of the
-    /// others.
+    /// Returns the horizon, metres. It ends before the first step that is too uncertain to count as measured, and not
+    /// so near any other step that millimetres would decide whether that step counts.
     pub fn horizon_m(&self, p: &Params) -> f32 {
         // If all cells before the drop are valid, the horizon is the drop's nearest possible place: the drop's own
         // standard deviation covers the errors in the cell that holds it.

@@ -13,7 +13,7 @@ use crate::model::Staircase;
 /// A flight, and its riser height averaged over the likelihood of all echoes.
 type FlightWithRise = (Flight, Estimate);
 
-/// The answer and its evidence.
+/// The answer of a scan going up, its evidence, and its margins over the alternatives.
 #[derive(Debug, Default)]
 pub struct Inferred {
     /// The accepted staircase as a flight of the search; without one, the search's best flight.
@@ -22,14 +22,16 @@ pub struct Inferred {
     pub odds: f32,
     /// Margin of the likeliest outline over the runner-up, nats.
     pub margin: f32,
-    /// Its measured steps.
+    /// Measured steps of the accepted staircase; `None` if ground without stairs is likelier.
     pub measured: Option<Measured>,
-    /// Log-odds of errors of the answer, and other things that may stand there.
+    /// Posterior probabilities for the answer: log-odds of its errors, its drop, and possible steps that it does not
+    /// have.
     pub belief: AnswerProbabilities,
 }
 
 impl Inferred {
-    /// Infers the answer by the posterior. `best` is the search's best flight.
+    /// Infers the answer by the posterior and writes it into `self`. `best` is the search's best flight,
+    /// `bias_sigma_rad` the standard deviation of the shaft's angle error that remains after calibration.
     #[inline(never)]
     pub fn infer(
         &mut self,
@@ -70,7 +72,7 @@ impl Inferred {
         }
     }
 
-    /// Takes the search's best flight as the answer, without the posterior.
+    /// Takes the search's best flight as the answer, without the posterior, and measures it.
     #[inline(never)]
     pub fn search_alone(
         &mut self,
@@ -87,7 +89,7 @@ impl Inferred {
         }
     }
 
-    /// Measures the steps of the accepted staircase.
+    /// Measures the steps of the accepted staircase, and sets `measured` and `flight`.
     #[inline(never)]
     fn measure(
         &mut self,
@@ -104,7 +106,8 @@ impl Inferred {
     }
 }
 
-/// Returns a flight with its score, and its riser height averaged over the likelihood of all echoes.
+/// Returns a flight with the score of its likeliest riser height, and the riser height averaged over the likelihood of
+/// all echoes, metres.
 fn with_rise(search: &Search<'_, '_>, mut flight: Flight) -> FlightWithRise {
     let (rise, score) = search.stairs.rise(&flight);
     flight.score = score;

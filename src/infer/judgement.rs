@@ -1,5 +1,5 @@
-//! The methods of the posterior that evaluate the particles: the likeliest outline of stairs, log-odds of errors of
-//! an answer, and other things that may stand there.
+//! The methods of the posterior that evaluate the particles: the likeliest outline of stairs, log-odds of errors of an
+//! answer, and possible steps that are not part of the answer.
 
 use super::bases::{LANDING_M, Posterior, staircase};
 use super::cloud::{CELLS, Cloud, ReportedAnswer};
@@ -16,15 +16,15 @@ use crate::observer::{Event, Observer};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Maximum number of distinct places where something may stand.
+/// Maximum number of distinct places of possible steps that are collected from the particles.
 const MAX_PLACES: usize = 16;
-/// Minimum probability at which a place is reported.
+/// Minimum probability at which a possible step is reported.
 const MIN_PROBABILITY: f32 = 0.05;
 /// Maximum number of distinct hypotheses whose variants are added.
 const MAX_VARIED: usize = 2;
 /// Maximum distance in log-weight from the likeliest hypothesis at which variants are added, nats.
 const NEAR_NATS: f32 = 4.0;
-/// Maximum number of distinct outlines, the likeliest ones.
+/// Maximum number of distinct outlines that are kept, the likeliest ones.
 const OUTLINES: usize = 6;
 
 /// Particles grouped by their visible steps: equal in number, each within 10 cm of the other's, at any height. A
@@ -44,7 +44,7 @@ pub struct Likeliest {
 }
 
 impl Likeliest {
-    /// Returns the likeliest explanation by the search alone.
+    /// Returns the likeliest explanation by the search alone; `best` is its best flight.
     pub fn of(best: Option<&Flight>) -> Self {
         let odds = best.map_or(f32::NEG_INFINITY, |b| b.score);
         Self {
@@ -54,7 +54,8 @@ impl Likeliest {
         }
     }
 
-    /// Whether another staircase has its steps in the same places.
+    /// Whether another staircase has as many risers, each within 10 cm of this one's; `None` stands for ground without
+    /// stairs.
     pub fn is_like(&self, other: Option<&Staircase>) -> bool {
         let places = |s: Option<&Staircase>| {
             let s = s.copied().unwrap_or_default();
@@ -67,11 +68,12 @@ impl Likeliest {
 /// Posterior probabilities for an answer.
 #[derive(Clone, Debug, Default)]
 pub struct AnswerProbabilities {
-    /// Log-odds of an error in each cell of the way ahead.
+    /// Log-odds that the answer is first wrong in each way cell, nats.
     pub error_log_odds: [f32; CELLS],
-    /// The reported drop.
+    /// The reported drop, if any.
     pub drop: Option<DropEdge>,
-    /// Things that may stand there and are not part of the answer.
+    /// Possible steps and drops: in the particles with a probability of at least 5 %, but not in the answer. The
+    /// nearest first.
     pub possible_steps: Vec<PossibleStep, MAX_POSSIBLE_STEPS>,
 }
 
@@ -147,7 +149,7 @@ impl Posterior {
         }
     }
 
-    /// Returns the likeliest outlines by this scan alone.
+    /// Returns the likeliest outlines by this scan alone, the likeliest first, with their log-probabilities.
     #[inline(never)]
     pub fn outlines(&self) -> Outlines {
         let mut outlines = Outlines::new();
@@ -234,7 +236,7 @@ impl Posterior {
         }
     }
 
-    /// Fills the cloud with the hypotheses and the variants of the likeliest of them.
+    /// Fills the cloud with the hypotheses and with variants of the likeliest of them.
     #[inline(never)]
     fn fill_cloud(&mut self, reported: &ReportedAnswer<'_>) {
         let Self {
@@ -278,7 +280,7 @@ impl Posterior {
     }
 }
 
-/// Whether both have the same number of steps, each in the same place.
+/// Whether both lists of distances, metres, have the same length, and differ by less than 10 cm in each place.
 fn same_places(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool {
     let mut same = true;
     for x_m in a {
@@ -287,7 +289,8 @@ fn same_places(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -
     same && b.next().is_none()
 }
 
-/// Returns the edges of particles that are not part of the answer, with near ones merged.
+/// Returns the possible steps, the nearest first: visible edges and drops of particles that are not part of the answer,
+/// with those within 10 cm of each other merged.
 fn possible_steps(
     cloud: &Cloud,
     reported: &ReportedAnswer<'_>,
@@ -344,5 +347,5 @@ fn possible_steps(
     possible_steps
 }
 
-/// Drops what does not fit.
+/// Discards a possible step for which there was no room.
 fn drop_full(_: Result<(), PossibleStep>) {}

@@ -15,11 +15,11 @@
 //! | `refine` | fit of a hypothesis's levels, places and overhang to its echoes |
 //! | `variants` | variants of a hypothesis: a riser more, fewer, irregular; on bare ground a step, a box, a drop |
 //! | `cloud` | weighted particles, their resampling, and the log-odds of an error of the answer per cell of the way |
-//! | `judgement` | the other methods of `Posterior`: likeliest outline, log-odds of errors, other possible things |
+//! | `judgement` | the other methods of `Posterior`: likeliest outline, log-odds of errors, possible steps |
 //! | `inference` | the answer going up: the modules above in at most two rounds |
 //! | `nosings` | distance of each nosing, and the common overhang |
 //! | `dimensions` | steps with their standard deviations |
-//! | `support`, `horizon` | evidence for each step, reasons that prevent `ok`, and the horizon |
+//! | `support`, `horizon` | evidence for each step, reasons that an answer is uncertain, and the horizon |
 //! | [`trace`] | intermediate results for an observer |
 //!
 //! This file joins them: [`Likelihood`] takes in the rows of a scan and makes its answer.
@@ -133,14 +133,15 @@ impl Likelihood {
         }
     }
 
-    /// Replaces the measurement model of the depth plane, so that `cargo sim` can fit the numbers that depend on it.
+    /// Replaces the parameters of the measurement model of the depth plane, so that `cargo sim` can fit the numbers
+    /// that depend on it.
     pub const fn measuring(mut self, measured: &'static Generative) -> Self {
         self.posterior.measure(measured);
         self
     }
 
-    /// Returns the echoes of a finished scan of a standing chair. It is called in place of [`Estimator::conclude`],
-    /// and returns none after that.
+    /// Detects and returns the echoes of a finished scan of a standing chair, the strongest first. It is called in
+    /// place of [`Estimator::conclude`], and returns none after that.
     pub fn echoes(&mut self, map: &PolarMap, config: &Config) -> &[Echo] {
         self.echoes.clear();
         if let Phase::Rows(collector) = &mut self.phase {
@@ -293,17 +294,18 @@ impl Estimator for Likelihood {
     }
 }
 
-/// Quality of an answer.
+/// Validity of an answer, and the reasons that it is uncertain.
 struct AnswerQuality {
     /// Horizon and confidence.
     valid: Validity,
     /// Whether the calibration or the first corner contradicts the configured mounting.
     mounting_off: bool,
-    /// Reasons that prevent `ok`.
+    /// Reasons that the answer is uncertain; they are reported, and do not prevent `ok`.
     weaknesses: Reasons,
 }
 
-/// Evaluates the power along the ground line, in the memory that the search uses next.
+/// Evaluates the power along the ground line, in the memory that the search uses next, and writes its log-likelihood
+/// ratios to `surfaces`.
 #[inline(never)]
 fn evaluate_ground_line(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     *phase = Phase::Ground(Recursions::new());
@@ -313,8 +315,8 @@ fn evaluate_ground_line(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Sur
     }
 }
 
-/// Finds the best stairs going up, if they explain the echoes better than any alternative. `confirmed` is whether the
-/// floor confirms the configured mounting; where it does not, the stairs' first corner must.
+/// Finds the best stairs going up, if they explain the echoes better than any alternative. `floor_confirms_mount` is
+/// whether the floor confirms the configured mounting; where it does not, the stairs' first corner must.
 #[inline(never)]
 fn ascend(
     echoes: &[Echo],
@@ -371,7 +373,7 @@ fn ascend(
     ended.conclude(past.map(|past| &mut past.carried_odds), observer, answer)
 }
 
-/// Returns the role of each mark on bare ground.
+/// Returns the role of each mark (an echo in the search) on bare ground, in the marks' order.
 fn bare(search: &Search<'_, '_>) -> Roles {
     let mut roles = Roles::new();
     for m in &search.stairs.scene().marks {
@@ -381,7 +383,7 @@ fn bare(search: &Search<'_, '_>) -> Roles {
     roles
 }
 
-/// Finds the likeliest stairs going down.
+/// Finds the likeliest stairs going down, or level ground, and writes the answer.
 #[inline(never)]
 fn descend(
     echoes: &[Echo],
@@ -521,7 +523,7 @@ fn report_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut d
     }
 }
 
-/// A finished inference, up or down.
+/// The results of a finished inference, up or down, from which the answer is written.
 struct Conclusion<'s> {
     scene: &'s Scene<'s>,
     /// Role of each mark under the measured stairs, or on bare ground.
@@ -537,7 +539,7 @@ struct Conclusion<'s> {
     calibration_excessive: bool,
     /// Whether the floor confirms the configured mounting.
     floor_confirms_mount: bool,
-    /// Evidence that the ground goes on, from the power along its line.
+    /// Log-likelihood ratios of a drop or a riser to ground that goes on, from the power along the ground's line.
     surfaces: &'s Surfaces,
 }
 

@@ -25,11 +25,12 @@ const OVERHANGS_M: [f32; 11] = [
 ];
 /// Cost of an overhanging riser, nats: ln 3. It shows nosing and riser, or the nosing, or the riser, equally often.
 const LN_SHOWN: f32 = 1.098_612_3;
-/// Minimum relative likelihood of an overhang that is included.
+/// Minimum likelihood of an overhang, relative to the likeliest one, at which it is included in the mean.
 const NEGLIGIBLE: f32 = 1e-3;
-/// Maximum number of echoes near one riser, the strongest: a nosing, a face, a corner, and as many others.
+/// Maximum number of echoes near one riser that are used, the strongest: a nosing, a face, a corner, and as many
+/// others.
 const MOST: usize = 6;
-/// Number of the strongest echoes that may generate places of the lines.
+/// Number of the strongest echoes near a riser whose distances are tried as that of the nosing's or the riser's line.
 const GENERATORS: usize = 3;
 
 /// Distances of the nosings, metres from the mirror; `None` for one without an echo.
@@ -49,13 +50,13 @@ struct LineEcho {
     snr_db: f32,
 }
 
-/// Fit of two lines to the echoes near a riser.
+/// Fit of two lines, nosing and riser, to the echoes near a riser.
 #[derive(Clone, Copy, Debug, Default)]
 struct Explained {
     nats: f32,
-    /// Measured distance between the two lines, metres, if both have echoes.
+    /// Measured distance from the nosing's line to the riser's, metres, if both have echoes.
     gap_m: Option<f32>,
-    /// Amplitude of the weaker line.
+    /// Sum of the echoes' amplitudes on the weaker of both lines: the weight of `gap_m`.
     amplitude: f32,
 }
 
@@ -101,7 +102,8 @@ impl RiserEchoes {
         }
     }
 
-    /// Returns the fit of a nosing at `front_m` with this overhang to the echoes.
+    /// Returns the fit of a nosing at `front_m`, metres from the mirror, with the riser `overhang_m` behind it, to the
+    /// echoes.
     fn fit(&self, front_m: f32, overhang_m: f32) -> Explained {
         let mut nats = 0.0;
         let (mut front, mut back) = ((0.0, 0.0), (0.0, 0.0));
@@ -138,7 +140,8 @@ impl RiserEchoes {
         }
     }
 
-    /// Returns the best fit with this overhang.
+    /// Returns the best fit with this overhang, metres, over all candidate places of the nosing; `None` if there are
+    /// none.
     fn best(&self, overhang_m: f32) -> Option<Explained> {
         let mut best: Option<Explained> = None;
         self.candidate_places(overhang_m, |front_m, _, _| {
@@ -151,7 +154,8 @@ impl RiserEchoes {
     }
 }
 
-/// Returns the gains of an echo on both lines by its height: on the front of the tread, or below on the riser.
+/// Returns the gains of an echo on the nosing's line (front edge of the tread) and on the riser's line below it, by its
+/// height.
 fn line_gains(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> LineEcho {
     let p = scene.params;
     let top_z = (m.y_m - riser.top_m) / math::sqrt(m.y_sigma_m * m.y_sigma_m + top_variance);
@@ -223,7 +227,7 @@ fn places(
     }
 }
 
-/// Returns the distances of the nosings of a flight of known levels.
+/// Returns the distances of the nosings of a flight of known levels, metres, the nearest first.
 #[inline(never)]
 pub fn locate(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Nosings {
     let p = scene.params;
@@ -272,7 +276,8 @@ struct Mixture {
 }
 
 impl Mixture {
-    /// Adds the places with one overhang. Their probabilities add up to `share`.
+    /// Adds the candidate places of a nosing with one overhang of the grid, `overhang_m`, which was measured as
+    /// `refined`. Their weights add up to `share`.
     fn add(
         &mut self,
         place: &RiserEchoes,

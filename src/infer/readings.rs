@@ -8,14 +8,14 @@ use crate::model::{Class, MAX_STEPS, Model, ModelEcho, Staircase};
 use crate::params::posterior as number;
 use heapless::Vec;
 
-/// Measurements of one step from its own echoes.
+/// Measurements of one step (riser and tread behind it) from its own echoes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Face {
     /// Horizontal distance of its riser, metres, if its foot or its face has an echo.
     pub foot_m: Option<f32>,
     /// Horizontal distance of its edge, metres, if that has an echo.
     pub edge_m: Option<f32>,
-    /// Level of the tread, metres.
+    /// Weighted mean of the measured levels of the tread, metres above the ground.
     pub level: Fusion,
 }
 
@@ -26,17 +26,17 @@ impl Face {
     }
 }
 
-/// Measurements of all steps.
+/// Measurements of all steps of a staircase.
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
-    /// One for each step, the nearest first.
+    /// Measurements of each step, the nearest first.
     pub faces: Vec<Face, MAX_STEPS>,
-    /// Riser height, metres, from faces whose foot is hidden.
+    /// Weighted mean of the flight's riser height, metres, from risers whose foot is hidden.
     pub rise: Fusion,
 }
 
 impl Model<'_> {
-    /// Assigns the echoes to the features of staircase `s` and measures every riser.
+    /// Assigns the echoes to the features of staircase `s`, measures every riser, and writes the measurements to `out`.
     #[inline(never)]
     pub fn readings(&self, s: &Staircase, out: &mut Readings) {
         out.faces.clear();
@@ -48,8 +48,8 @@ impl Model<'_> {
         }
     }
 
-    /// Returns the measurements of riser `k`. A corner measures the tread before it and a hidden face the height of
-    /// all risers; both are written to `out`.
+    /// Returns the measurements of riser `k`. A corner also measures the level of the tread before it, and a riser with
+    /// a hidden foot the riser height of the flight; both are written to `out`.
     fn face_of(&self, s: &Staircase, k: usize, out: &mut Readings) -> Face {
         let mut face = Face::default();
         self.features(s, k, |class, reading| {
@@ -79,8 +79,8 @@ impl Model<'_> {
         face
     }
 
-    /// Returns the riser height of the flight from the echo of riser `k`, whose foot is hidden by the nosing before
-    /// it. The echo may lie anywhere on the visible part. Both ends of that part are linear in the riser height.
+    /// Returns the riser height of the flight, metres, from the echo of riser `k`, whose foot is hidden by the nosing
+    /// before it. The echo may lie anywhere on the visible part. Both ends of that part are linear in the riser height.
     fn hidden_rise(&self, s: &Staircase, k: usize, e: &ModelEcho) -> Option<Estimate> {
         let before_m = k.checked_sub(1).map(|before| s.x(before))?;
         let distances = s.x(k) / before_m;

@@ -8,11 +8,13 @@ use crate::math;
 use crate::model::{Model, Staircase};
 use crate::params::Params;
 
-/// Number of rounds. There is more than one, since the assignment of echoes to features depends on the levels.
+/// Number of rounds of assigning echoes to features and fitting the levels. There is more than one, since the
+/// assignment depends on the levels.
 const ROUNDS: usize = 2;
 
-/// Fits levels, places and overhang of a hypothesis to its echoes, and returns the levels' uncertainty in `levels`.
-/// `rise` is the riser height as known apart from its own readings, metres. `readings` holds those of the last round.
+/// Fits levels, places and overhang of a hypothesis to its echoes, writes them to `s`, and the levels with their
+/// standard deviations to `levels`. `rise` is the riser height as known apart from its own readings, metres. `readings`
+/// holds those of the last round.
 #[inline(never)]
 pub fn refine(
     model: &Model<'_>,
@@ -35,7 +37,7 @@ pub fn refine(
     }
 }
 
-/// Sets risers and overhang to the places of their echoes.
+/// Sets the risers' distances and the overhang of `s` to those of their echoes; without an echo they stay.
 fn place(s: &mut Staircase, readings: &Readings) {
     let (mut overhang_m, mut overhangs) = (0.0, 0.0);
     for (place, face) in s.x_m.iter_mut().zip(&readings.faces) {

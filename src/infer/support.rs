@@ -8,7 +8,7 @@ use crate::math;
 use crate::params::Params;
 use crate::verdict::{Reason, Reasons};
 
-/// Minimum number of echoes in places that a flight leaves no room for, to report them: fewer may be chance.
+/// Minimum number of echoes that contradict a flight at which `blocked-view` is reported: fewer may be chance.
 const MIN_CONTRADICTING_ECHOES: usize = 3;
 /// Maximum quality of a step, per cent.
 const FULL_QUALITY: f32 = 100.0;
@@ -18,33 +18,36 @@ const FULL_QUALITY: f32 = 100.0;
 pub struct Support {
     /// Level of its strongest echo, dB above the noise; none for an inferred step.
     pub snr_db: Option<f32>,
-    /// Minimum level that the next face would have, dB.
+    /// Level that a further riser behind this step would have at least, dB over the noise.
     pub next_db: f32,
     /// Whether nosing and riser of this step have separate echoes.
     pub overhang_seen: bool,
-    /// Whether those of any step of the flight have.
+    /// Whether nosing and riser of any step of the flight have separate echoes.
     pub overhang_known: bool,
-    /// Deviation from the straight flight by its own echoes, metres.
+    /// Deviation of the step's level from the straight flight, times the probability that its riser or tread is
+    /// irregular, by its own echoes, metres.
     pub off: Estimate,
-    /// Deviation along the line of sight, metres. Echoes measure it to millimetres.
+    /// Deviation of the step's place along the line of sight from that of a regular flight, metres. Echoes measure it
+    /// to millimetres.
     pub off_along_m: f32,
 }
 
 impl Support {
-    /// Returns the detection quality of the step from its strongest echo, per cent.
+    /// Returns the detection quality of the step from its strongest echo, per cent; 0 without an echo.
     pub fn quality(&self, p: &Params) -> u8 {
         let share = |db: f32| (FULL_QUALITY * db / p.full_quality_db).clamp(1.0, FULL_QUALITY);
         self.snr_db.map_or(0, |db| share(db) as u8)
     }
 
-    /// Whether the step clearly deviates from the others.
+    /// Whether the step's level or place clearly deviates from the straight flight.
     fn irregular(&self, p: &Params) -> bool {
         let high = self.off.value.abs() > p.irregular_m.max(2.0 * self.off.sigma());
         high || self.off_along_m.abs() > p.irregular_m
     }
 }
 
-/// Returns the minimum level of a face behind one with these marks, dB. Each mark comes with whether it is a flash.
+/// Returns the level that a further face would have at least behind a face with these marks (echoes in the search), dB
+/// over the noise: that of the strongest mark, less a fixed loss. Each mark comes with whether it is a flash.
 pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) -> f32 {
     let left = marks.map(|(m, flash)| m.snr_db - if flash { p.flash_fades_db } else { p.fades_db });
     left.fold(f32::NEG_INFINITY, math::max)
@@ -84,7 +87,7 @@ pub fn reasons<'m>(
 }
 
 /// Returns the reasons that an answer without stairs is uncertain. `odds` are the log-odds of the likeliest stairs
-/// against ground without stairs, nats; `strongest_db` is the level of the strongest echo.
+/// against ground without stairs, nats; `strongest_db` is the SNR of the strongest echo, dB.
 pub fn reasons_without_steps(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
     let mut reasons = Reasons::NONE;
     if odds > -p.clear_lead_nats {

@@ -1,5 +1,5 @@
-//! Intermediate results of the default estimator for an observer: every scatterer with its role, the winner, its
-//! runners-up, their scores.
+//! Intermediate results of the default estimator for an observer: every echo with its role, the accepted hypothesis,
+//! its runners-up, their scores, the way cells.
 
 pub use super::propose::roles::Role;
 pub use super::propose::stairs::{ChainLink, Explanation};
@@ -7,40 +7,40 @@ use crate::params::carried::PastFeatures;
 use crate::params::hazard::Features;
 use crate::signal::echoes::Echo;
 
-/// One scatterer.
+/// One echo, taken for a scatterer, with its role.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatterer {
-    /// Position, level and standard deviations.
+    /// The echo: position, SNR and standard deviations.
     pub echo: Echo,
-    /// Role that the winner assigns to it.
+    /// Role of the echo under the accepted hypothesis.
     pub role: Role,
 }
 
 /// A flight of the search, or level ground, as an explanation of the echoes, and its score.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate<'a> {
-    /// Kind and dimensions.
+    /// Kind of the explanation (level ground, stairs up or down), with its dimensions.
     pub explanation: Explanation,
     /// Its faces along the line of sight, metres: horizontal distances going up, depths below the mirror going down.
     pub faces: &'a [ChainLink],
     /// Log-likelihood ratio against ground without stairs, nats.
     pub score: f32,
-    /// Whether it is the answer.
+    /// Whether the accepted hypothesis has this kind and number of steps.
     pub winner: bool,
 }
 
-/// One cell of the way ahead, as the horizon uses it.
+/// One way cell (10 cm of the way ahead), as the horizon uses it.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Its end, metres from the mirror.
+    /// Far end of the cell, metres from the mirror.
     pub end_m: f32,
-    /// Features of this scan.
+    /// Features of the cell by this scan, from which its hazard is computed.
     pub features: Features,
-    /// Features of this and earlier scans, where evidence was carried on.
+    /// Features of the cell by this and earlier scans; `None` where no evidence was carried on from these.
     pub past: Option<PastFeatures>,
-    /// Probability that the answer is correct up to its end.
+    /// Probability that the answer is correct up to the cell's far end.
     pub p_correct: f32,
-    /// Minimum probability at which the answer is valid up to its end.
+    /// Minimum probability at which the answer is valid up to the cell's far end.
     pub required: f32,
 }
 
@@ -49,7 +49,7 @@ pub struct Cell {
 pub enum Stage {
     /// Echoes are separated from noise, side lobes and ghosts, and placed.
     Echoes,
-    /// The best flight is found.
+    /// The search has found the best flight going up; going down, the echoes are prepared.
     Search,
     /// Dimensions of the steps and the horizon are known.
     Dimensions,

@@ -13,11 +13,11 @@ use crate::params::current;
 use crate::params::posterior as number;
 use heapless::Vec;
 
-/// Maximum number of places for one more riser.
+/// Maximum number of places that are tried for one more riser.
 const MAX_CANDIDATE_PLACES: usize = 40;
-/// Minimum level of an echo that may be a riser's place, dB.
+/// Minimum SNR of an echo that may be a riser's place, dB.
 const SPOT_DB: f32 = 8.0;
-/// Minimum distance between two places at echoes, metres.
+/// Minimum distance between two echoes that are both tried as a riser's place, metres.
 const APART_M: f32 = 0.015;
 
 /// Returns the log-weight of a staircase, nats: log-prior plus log-likelihood.
@@ -28,11 +28,12 @@ pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
 /// A hypothesis with its log-likelihood riser by riser, and its weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Hypothesis {
-    /// The hypothesis.
+    /// The staircase, or other ground.
     pub staircase: Staircase,
     /// Standard deviations of its levels, metres.
     pub sigmas: Sigmas,
-    /// Log-likelihood of each riser with the tread before it, and of the landing.
+    /// Log-likelihoods, nats: entry k is that of riser k with the tread before it, and the entry behind the last
+    /// riser's that of the landing; 0 from there on.
     steps: [f32; MAX_STEPS + 1],
     /// Log-prior plus log-likelihood, nats.
     pub log_weight: f32,
@@ -61,7 +62,8 @@ impl Hypothesis {
         }
     }
 
-    /// Returns a hypothesis of known weight, with the standard deviations of treads that are seen from above.
+    /// Returns a hypothesis of known weight, for stairs going down: its levels have the standard deviation of treads
+    /// that are seen from above.
     pub fn weighed(staircase: Staircase, log_weight: f32) -> Self {
         Self {
             staircase,
@@ -96,20 +98,20 @@ impl Hypothesis {
         out
     }
 
-    /// Returns the log-likelihood of risers `from` to before `to`.
+    /// Returns the log-likelihood of risers `from` to before `to`, each with the tread before it, nats.
     #[inline(never)]
     fn log_likelihood_of_risers(&self, from: usize, to: usize) -> f32 {
         self.steps.get(from..to).map_or(0.0, |s| s.iter().sum())
     }
 }
 
-/// Generator of variants that adds them to a cloud.
+/// Generator of a hypothesis's variants, which adds them to a cloud of particles.
 pub struct Variants<'a> {
     /// Measurement model.
     pub model: &'a Model<'a>,
     /// Answer with which the variants are compared.
     pub reported: &'a ReportedAnswer<'a>,
-    /// Destination of the variants.
+    /// Cloud to which the variants are added.
     pub cloud: &'a mut Cloud,
 }
 
@@ -117,7 +119,7 @@ pub struct Variants<'a> {
 type CandidatePlaces = Vec<(f32, f32), MAX_CANDIDATE_PLACES>;
 
 impl Variants<'_> {
-    /// Adds all variants of a hypothesis.
+    /// Adds all variants of a hypothesis to the cloud.
     pub fn add_variants(&mut self, base: &Hypothesis) {
         match base.staircase.kind {
             GroundKind::Stairs => {
@@ -142,15 +144,15 @@ impl Variants<'_> {
         self.cloud.add(s, log_weight, sigmas, self.reported);
     }
 
-    /// Returns the log-likelihood of a staircase's risers `from` to before `to`.
+    /// Returns the log-likelihood of a staircase's risers `from` to before `to`, each with the tread before it, nats.
     fn log_likelihood_of_risers(&self, s: &Staircase, from: usize, to: usize) -> f32 {
         (from..to)
             .map(|k| self.model.riser_log_likelihood(s, k))
             .sum()
     }
 
-    /// Returns the places on a grid of `step_m` from `from_m` to `to_m`, and those of echoes there, which represent
-    /// `echo_m` each.
+    /// Returns the places on a grid of `step_m` from `from_m` to `to_m`, and those of echoes between, each with the
+    /// length of way that it represents: `step_m` on the grid, `echo_m` at an echo; metres.
     #[inline(never)]
     fn candidate_places(
         &self,
@@ -178,7 +180,7 @@ impl Variants<'_> {
         spots
     }
 
-    /// Adds the flight without its last steps: one less, two less, …
+    /// Adds variants of the flight without its last steps: one less, two less, …
     #[inline(never)]
     fn shorter(&mut self, base: &Hypothesis) {
         let mut longer = base.staircase;
@@ -196,7 +198,7 @@ impl Variants<'_> {
         }
     }
 
-    /// Adds one more riser behind the last, at an echo or at a place without one.
+    /// Adds variants with one more riser behind the last, at an echo or at a place without one.
     #[inline(never)]
     fn longer(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
@@ -234,8 +236,8 @@ impl Variants<'_> {
         }
     }
 
-    /// Returns the sums over the echoes on the last tread, which do not depend on what stands behind. It returns none
-    /// where one more riser, at least `top_m` high, would hide what is behind it.
+    /// Returns the suffix sums of log-likelihood over the echoes on the last tread, which do not depend on where one
+    /// more riser stands. It returns none where that riser, at least `top_m` high, would hide the space behind it.
     fn before(&self, base: &Hypothesis, top_m: f32) -> Option<EchoSums> {
         let s = &base.staircase;
         (!self.hides(top_m)).then(|| self.model.sums(s, s.len()))
@@ -246,8 +248,8 @@ impl Variants<'_> {
         top_m > self.model.view.height_m
     }
 
-    /// Returns one more riser behind the last with its top at `top_m`, without a place yet. `before` holds the sums
-    /// over the echoes on the tread before it.
+    /// Returns one more riser behind the last with its top at `top_m`, metres above the ground, without a place yet.
+    /// `before` holds the sums over the echoes on the tread before it.
     fn extra_riser<'b>(
         &self,
         base: &Hypothesis,
@@ -271,7 +273,8 @@ impl Variants<'_> {
         }
     }
 
-    /// Returns the staircase with that riser at `x_m`, and its log-weight without the prior odds of the riser.
+    /// Returns the staircase with riser `more` at `x_m`, metres, and its log-weight without the prior odds of the
+    /// riser.
     #[inline(never)]
     fn added(&self, base: &Hypothesis, more: &ExtraRiser<'_>, x_m: f32) -> (Staircase, f32) {
         let (model, s) = (self.model, &base.staircase);
@@ -313,7 +316,7 @@ impl Variants<'_> {
         (new, base.log_weight + part + line - old)
     }
 
-    /// Adds one irregular rise, higher or lower than the others; the levels behind it are shifted or not.
+    /// Adds variants with one irregular rise, higher or lower than the others; the levels behind it are shifted or not.
     #[inline(never)]
     fn irregular(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
@@ -341,7 +344,7 @@ impl Variants<'_> {
         }
     }
 
-    /// Adds ground that ends, at each slot.
+    /// Adds variants of bare ground that ends, one for each 5 cm slot of the way.
     #[inline(never)]
     fn drops(&mut self, base: &Hypothesis) {
         let (model, s) = (self.model, &base.staircase);
@@ -364,7 +367,7 @@ impl Variants<'_> {
         }
     }
 
-    /// Adds one step, box or threshold on bare ground, and drops.
+    /// Adds variants of bare ground with one step, box or threshold at each candidate place, and drops.
     #[inline(never)]
     fn single_rises(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
@@ -401,13 +404,13 @@ struct ExtraRiser<'b> {
     sums: Option<Split<'b>>,
 }
 
-/// Parts of the log-likelihood that do not depend on the riser's place.
+/// Terms of the log-likelihood with one more riser that do not depend on the riser's place.
 struct Split<'b> {
-    /// Sums over the echoes from each index on, for the tread before the riser.
+    /// Suffix sums of log-likelihood over the echoes, as if all lay on the tread before the riser, nats.
     before: &'b EchoSums,
-    /// Sums over the echoes from each index on, for the tread behind the riser.
+    /// Suffix sums of log-likelihood over the echoes, as if all lay on the tread behind the riser, nats.
     beyond: EchoSums,
-    /// Log-likelihood ratio of the wall behind.
+    /// Log-likelihood ratio of the wall's point features behind the riser, nats; 0 without a wall.
     wall: f32,
 }
 
@@ -419,13 +422,13 @@ const IRREGULAR_RISERS: usize = 4;
 const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
 /// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
 const NEAR_M: f32 = 0.10;
-/// Limit between the lengths of way that a place at an echo and one of the grid represent, metres.
+/// Limit that tells a place at an echo, which represents a shorter length of way, from a place of the grid, metres.
 const ECHO_M: f32 = 0.02;
-/// Minimum distance at which a scan can show that the ground ends, metres.
+/// Minimum distance from the mirror at which a scan can show that the ground ends, metres.
 const FIRST_DROP_M: f32 = 0.3;
 /// Prior odds of a drop anywhere ahead against level ground.
 const DROP_ODDS: f32 = 0.3;
-/// Single rises on level ground: height, metres, and prior shares at an echo and at a place without one. Boxes and
+/// Single rises on level ground: height, metres, and prior shares of a place at an echo and of one without. Boxes and
 /// thresholds without an echo do not change the answer. Steps without one look the same at any height.
 const FLOOR: [(f32, [f32; 2]); 8] = [
     (0.02, [0.5, 0.0]),

@@ -12,19 +12,21 @@ const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
 pub const DEPTHS: usize = 1;
 /// Maximum range of the lines, metres: a chair does not reach anything farther than 1.65 m within three seconds.
 const FARTHEST_M: f32 = 1.7;
-/// Power of a cell's strongest row in rows far from it, as a ratio: side lobes of an unknown antenna, and of a mirror
-/// that turns meanwhile. From tuning sweeps (docs/guard.md): with 0.02 objects are detected where none are.
+/// Power of a range cell's strongest row that shows in rows far from it, as a ratio: side lobes of an unknown antenna,
+/// and of a mirror that turns meanwhile. From tuning sweeps (docs/guard.md): with 0.02 objects are detected where none
+/// are.
 const SIDE_LOBES: f32 = 0.05;
-/// Lowest power of an object, dB over the noise.
+/// Lowest power that an object is assumed to have, dB over the noise.
 const FIRST_DB: f32 = 18.0;
-/// Step between the powers of objects, dB.
+/// Step between the powers that an object is assumed to have, dB.
 const STEP_DB: f32 = 6.0;
-/// Number of powers of objects.
+/// Number of powers that an object is assumed to have, equally probable.
 const POWERS: usize = 4;
-/// Probability of power above a cell's ground without an object: ghosts, tiles on edge.
+/// Probability of power above a range cell's ground without an object: ghosts, tiles on edge.
 const ODD: f32 = 0.001;
 
-/// Strongest line above the ground, by range cell; dark where the ground is not seen.
+/// Power along the strongest of the lines above the ground, by range cell, the nearest first; dark where the ground is
+/// not seen.
 #[derive(Clone, Debug)]
 pub struct Above {
     powers: [Power; CELLS],
@@ -37,15 +39,15 @@ impl Default for Above {
 }
 
 impl Above {
-    /// Returns an empty set of cells.
+    /// Returns the state without a sweep: all cells dark.
     pub const fn new() -> Self {
         Self {
             powers: [Power::DARK; CELLS],
         }
     }
 
-    /// Evaluates the lines along the ground, above it and, at the smallest depths, below it: in place of
-    /// [`Lines::look`].
+    /// Evaluates the lines along the ground, above it and, at the smallest depths, below it, for each range cell of a
+    /// sweep: in place of [`Lines::look`].
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>, lines: &mut Lines) {
         self.powers = [Power::DARK; CELLS];
@@ -66,7 +68,7 @@ impl Above {
         });
     }
 
-    /// Returns the line above the ground of cell `b`.
+    /// Returns the power along the strongest line above the ground in cell `b`.
     pub(super) fn get_mut(&mut self, b: usize) -> Option<&mut Power> {
         self.powers.get_mut(b)
     }
@@ -82,8 +84,8 @@ impl Above {
         Some(math::ln(ratio / (1.0 - ODD + ODD * ratio)))
     }
 
-    /// Calls `tell` for each cell that is seen, with the log-likelihood ratio of an object that shows in it and in
-    /// one neighbour, nats: a single cell is usually a ghost.
+    /// Calls `tell` for each cell that is seen, with its index and the log-likelihood ratio of an object that shows in
+    /// it and in one neighbour, nats: a single cell is usually a ghost.
     pub fn things(&self, lines: &Lines, mut tell: impl FnMut(usize, f32)) {
         let (mut before, mut here) = (None, self.nats(0, lines));
         for b in 0..lines.cells.len() {
@@ -98,8 +100,8 @@ impl Above {
 }
 
 impl LookedCell<'_> {
-    /// Returns the strongest line above the ground, over the leakage of the ground's own line; dark where that is not
-    /// seen.
+    /// Returns the power along the strongest line above the ground, over the leakage of the ground's own line; dark
+    /// where that is not seen.
     fn above(&self) -> Power {
         let Some((ground, base)) = self.level else {
             return Power::DARK;

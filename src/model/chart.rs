@@ -9,11 +9,12 @@ use crate::signal::grid::PolarMap;
 pub struct Chart<'m> {
     /// Polar map.
     pub map: &'m PolarMap,
-    /// Mean noise, map units.
+    /// Noise level, in units of the map's levels, 1/8 octave (0.376 dB): median of the filtered map of a scan, mean of
+    /// a guard sweep.
     pub noise: f32,
-    /// Angle error of the shaft, to be subtracted, radians.
+    /// Angle error of the shaft, to be subtracted from its angles, radians.
     pub bias_rad: f32,
-    /// Height error, to be subtracted, metres.
+    /// Error of the configured mounting height, to be subtracted from it, metres.
     pub height_m: f32,
     /// Motion of the chair during the scan, if it is known.
     pub ride: Option<MotionCompensation<'m>>,

@@ -3,16 +3,17 @@
 use crate::math;
 use crate::params::posterior as number;
 
-/// Classes of point features.
+/// Classes of point features: features of a staircase that give one echo each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// Foot of a riser, or of a wall.
+    /// Inner corner at the foot of a riser, or of a wall.
     Corner,
-    /// Edge of a tread below the mirror.
+    /// Front edge of a tread that lies below the mirror, above a closed riser.
     Nosing,
-    /// Face at the mirror's height.
+    /// Specular reflection of a riser's face, or of a wall, at the mirror's height, where it meets the line of sight at
+    /// a right angle.
     Flash,
-    /// Edge of a tread above a flash.
+    /// Front edge of a tread above the mirror, at the top of a riser that flashes.
     Top,
     /// Visible part of a riser whose foot is hidden by the tread before it.
     Hidden,
@@ -37,7 +38,7 @@ pub struct FeaturePlace {
     pub separation_cells: f32,
 }
 
-/// Returns the level of the riser before above that of a faint one, tens of dB. `shown_db` is its level, dB.
+/// Returns the SNR of the riser before, `shown_db`, limited to 35 dB, less that of a faint riser, 15 dB; in tens of dB.
 pub fn excess_level(shown_db: f32) -> f32 {
     number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
 }

@@ -22,49 +22,55 @@ use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
 /// Tolerance of the ground's level, metres: joints, slopes, the remaining error of the mounting.
 const OFF_M: f32 = 0.01;
-/// Distance of the range cells, metres, or a bin if that is longer: nearer ones share the window's main lobe.
+/// Spacing of the evaluated range cells, metres, or a range bin if that is longer: nearer ones share the window's main
+/// lobe.
 const CELL_M: f32 = 0.0235;
-/// Maximum number of range cells.
+/// Maximum number of evaluated range cells.
 pub const CELLS: usize = 64;
-/// Minimum distance of evaluated ground, metres from the mirror.
+/// Minimum horizontal distance of evaluated ground from the mirror, metres.
 const NEAREST_M: f32 = 0.36;
-/// Maximum range of evaluated ground, metres.
+/// Maximum range of evaluated ground from the mirror, metres.
 const FARTHEST_M: f32 = 2.0;
-/// Half-width of the rows that see a line, standard deviations of the two-way beam.
+/// Half-width of the window of rows over which the power along a line is averaged, standard deviations of the two-way
+/// beam.
 const REACH: f32 = 2.5;
-/// Sum of the weights (1 - t²)² of these rows per row of the half-width.
+/// Sum of the rows' weights (1 - t²)² in the mean along a line, per row of its half-width; t is a row's offset from the
+/// line over the half-width.
 const WEIGHTS: f32 = 16.0 / 15.0;
-/// Number of independent rows per row of the half-width, (Σw)² / Σw².
+/// Number of independent rows in the mean along a line, per row of its half-width: (Σw)² / Σw² of the weights w.
 const WORTH: f32 = 1.4;
-/// Factor of S in the weighted mean, Σwg / Σw for the two-way beam g.
+/// Factor of a surface's power S in the weighted mean along its line, Σwg / Σw for the two-way beam g.
 const SHOWN: f32 = 0.709;
-/// Factor of S in the variance of each row, Σw²g / Σw².
+/// Factor of a surface's power S in the variance of each row, Σw²g / Σw².
 const SHOWN_IN_VARIANCE: f32 = 0.792;
-/// Minimum share of the weights that must have been received.
+/// Minimum share of the rows around a line, by weight, that must have been received for the line to count as seen.
 const MIN_SHARE: f32 = 0.5;
-/// Power in all other rows of a cell over that of its strongest row: side lobes.
+/// Power that side lobes put into all other rows of a range cell, over that of its strongest row.
 const SIDE_LOBES: f32 = 0.02;
-/// Step of the search for the strongest row, in rows: one standard deviation of the beam, and this at most.
+/// Maximum step of the search for a cell's strongest row, rows; the step is one standard deviation of the beam if that
+/// is less.
 const STRIDE: usize = 4;
-/// Minimum power of a strongest row that is not noise, over the noise: ln 70, doubled.
+/// Minimum power over the noise of a cell's strongest row that counts as an echo: twice ln 70, about the maximum of 70
+/// rows of noise.
 const FAINT: f32 = 8.0;
-/// Maximum distance of the strongest row from its surface's line, standard deviations of the beam.
+/// Maximum distance of a cell's strongest row from a surface's line at which it counts as the surface's own echo,
+/// standard deviations of the beam.
 const ITSELF: f32 = 1.0;
 /// Exponent of a Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
 pub(super) const FLANK: f32 = 0.25;
-/// Minimum squared cosine of a line's angle: no scan looks steeper.
+/// Minimum squared cosine of a line's angle below the horizontal: no scan looks down more steeply.
 const STEEPEST: f32 = 0.1;
-/// Lowest tabulated power S, dB over the noise.
+/// Lowest power S of a surface in the table of terms, dB over the noise.
 const FIRST_DB: f32 = -20.0;
-/// Step between the tabulated powers, dB.
+/// Step between the powers in the table of terms, dB.
 const STEP_DB: f32 = 2.0;
-/// Number of tabulated powers.
+/// Number of powers in the table of terms.
 const POWERS: usize = 20;
 /// Maximum log-likelihood ratio of one cell, nats: neighbouring cells share the window's main lobe, and the beam's
 /// shape is not known better.
 const MAX_NATS: f32 = 12.0;
 
-/// Number of independent rows, with the part of the terms that all powers share.
+/// Number n of independent rows, with the summand of the log-likelihood ratio that depends on n alone.
 #[derive(Clone, Copy, Debug)]
 struct RowCount {
     n: f32,
@@ -79,7 +85,8 @@ impl RowCount {
     }
 }
 
-/// Coefficients of ln p(t | S) - ln p(t | nothing) for one S.
+/// Coefficients of ln p(t | S) - ln p(t | nothing), for one power S of the surface, in 1, t and ln t; t is a range
+/// cell's mean power over the noise.
 #[derive(Clone, Copy, Debug)]
 struct Term {
     constant: f32,
@@ -114,24 +121,24 @@ impl Term {
     }
 }
 
-/// Power of a cell along one line, quantised.
+/// Power of a range cell along one line of a surface, quantised.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Power {
-    /// t over [`Power::MIN_DB`], quarters of a decibel; 0 where it is not seen.
+    /// Mean power t over the noise, quarters of a decibel above [`Power::MIN_DB`]; 0 where the line is not seen.
     pub(super) t: u8,
-    /// Increase of the noise by leakage, quarters of a decibel.
+    /// Factor by which leakage increases the noise, quarters of a decibel.
     pub(super) leaks: u8,
 }
 
 impl Power {
-    /// Steps of a decibel.
+    /// Quantisation steps per decibel.
     const PER_DB: f32 = 4.0;
-    /// Lower limit of t, dB.
+    /// Lower limit of the power t over the noise, dB.
     const MIN_DB: f32 = -12.0;
-    /// ln 10 / 10.
+    /// Nats per decibel: ln 10 / 10.
     const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
 
-    /// Returns power t over a noise that leakage has raised by the ratio `leaks`.
+    /// Returns the quantised power `t`, over a noise that leakage has raised by the ratio `leaks`.
     pub(super) fn new(t: f32, leaks: f32) -> Self {
         let db = |ratio: f32| math::DB_PER_OCTAVE * math::log2(math::max(ratio, f32::MIN_POSITIVE));
         // `as` saturates.
@@ -144,12 +151,12 @@ impl Power {
     /// Power of a line that is not seen.
     pub(super) const DARK: Self = Self { t: 0, leaks: 0 };
 
-    /// Returns the stronger of two.
+    /// Returns the stronger of two line powers.
     pub(super) fn brighter(self, other: Self) -> Self {
         if other.t > self.t { other } else { self }
     }
 
-    /// Returns the values in floating point.
+    /// Returns power and leakage in floating point.
     pub fn shown(self) -> Shown {
         let t_db = Self::MIN_DB + f32::from(self.t) * (1.0 / Self::PER_DB);
         let ln_t = t_db * Self::NATS_PER_DB;
@@ -161,10 +168,10 @@ impl Power {
     }
 }
 
-/// Power of a cell along one line in floating point.
+/// Power of a range cell along one line, and its leakage, in floating point.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// Power over the noise; 0 where it is not seen.
+    /// Mean power over the noise, as a ratio; 0 where the line is not seen.
     pub(super) t: f32,
     ln_t: f32,
     leaks_db: f32,
@@ -177,27 +184,27 @@ impl Shown {
     }
 }
 
-/// Line powers of a range cell.
+/// Powers of a range cell along the lines of the ground and of lower ground.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
-    /// The strongest of the lines at the ground's level, slightly below and slightly above it.
+    /// Power along the strongest of three lines: at the ground's level, slightly below and slightly above it.
     pub ground: Power,
-    /// Along lower ground, by [`DEPTHS_M`].
+    /// Powers along the lines of lower ground, in the order of [`DEPTHS_M`].
     pub lower: [Power; DEPTHS_M.len()],
 }
 
-/// Line powers by range cell, the nearest first.
+/// Line powers by range cell, the nearest first, and the table of terms that evaluates them.
 #[derive(Clone, Debug)]
 pub struct Lines {
     pub(super) cells: heapless::Vec<RangeCell, CELLS>,
     terms: [Term; POWERS],
     /// Range of the first cell, metres.
     pub(super) first_m: f32,
-    /// Distance of the cells, metres.
+    /// Spacing of the range cells, metres.
     pub(super) step_m: f32,
     /// Height of the mirror above the ground, metres.
     pub height_m: f32,
-    /// Number of independent rows in one sweep.
+    /// Number of independent rows that see a line in one sweep.
     pub(super) rows: f32,
 }
 
@@ -208,7 +215,7 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// Returns no cells. All bits are zero, so that it is no constant in flash.
+    /// Returns the state without cells. All bits are zero, so that it is no constant in flash.
     pub const fn new() -> Self {
         Self {
             cells: heapless::Vec::new(),
@@ -220,7 +227,7 @@ impl Lines {
         }
     }
 
-    /// Evaluates the lines along the ground and below it.
+    /// Evaluates the lines along the ground and below it, in all range cells of a scan.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
         self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
@@ -259,7 +266,8 @@ impl Lines {
         }
     }
 
-    /// Computes the terms for cells that are means over `sweeps` sweeps with `speckles` independent speckle patterns.
+    /// Computes the table of terms for cells that are means over `sweeps` sweeps with `speckles` independent speckle
+    /// patterns.
     pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
         let rows = RowCount::new(self.rows * sweeps);
         for (k, term) in self.terms.iter_mut().enumerate() {
@@ -268,7 +276,7 @@ impl Lines {
         }
     }
 
-    /// Returns the cells.
+    /// Returns the line powers by range cell, the nearest first.
     pub fn cells(&self) -> &[RangeCell] {
         &self.cells
     }
@@ -295,14 +303,15 @@ impl Lines {
         math::sqrt(math::max(squared, 0.0))
     }
 
-    /// Returns the cell at a range, metres; the number of cells if it is farther.
+    /// Returns the index of the cell at a range, metres; the number of cells if it is farther.
     pub fn at(&self, range_m: f32) -> usize {
         // `as` saturates.
         let b = math::round((range_m - self.first_m) / self.step_m) as usize;
         b.min(self.cells.len())
     }
 
-    /// Returns the likelihood ratio of a line's power with a surface of power `s_db` there to that without.
+    /// Returns the likelihood ratio of a line's power `shown` with a surface of power `s_db`, dB over the noise, to
+    /// that without one; 1 where the line is not seen.
     #[inline]
     pub fn ratio(&self, shown: Shown, s_db: f32) -> f32 {
         let place = (s_db - shown.leaks_db - FIRST_DB) * (1.0 / STEP_DB) + 0.5;
@@ -322,14 +331,14 @@ impl Lines {
     }
 }
 
-/// A map with the quantities that evaluating its lines needs.
+/// A map with mirror height, angles, beam width in rows and noise, from which the powers along its lines are computed.
 pub(super) struct Gaze<'c> {
     chart: &'c Chart<'c>,
     height_m: f32,
     first_rad: f32,
     step_rad: f32,
     pub(super) sigma_rows: f32,
-    /// Reciprocal of the noise's mean power; the power of a cell of level 0 is 1.
+    /// Reciprocal of the noise's mean power, where the power of a map cell of level 0 is 1.
     per_noise: f32,
 }
 
@@ -347,7 +356,7 @@ impl<'c> Gaze<'c> {
         }
     }
 
-    /// Evaluates the lines of a range cell.
+    /// Returns the line powers of a range cell, at range bin `bin` and range `range_m`, metres.
     #[inline(never)]
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
         let cell = LookedCell::new(self, bin, range_m);
@@ -357,8 +366,8 @@ impl<'c> Gaze<'c> {
         }
     }
 
-    /// Returns bin and row of the line at level `y_m` at a range from the chair's present position; `None` if it is
-    /// too steep.
+    /// Returns range bin and (fractional) row in which the line at level `y_m`, metres, was seen at a range from the
+    /// chair's present position; `None` if it is too steep.
     fn place(&self, range_m: f32, y_m: f32) -> Option<(usize, f32)> {
         let geometry = self.chart.map.geometry();
         let down_m = self.height_m - y_m;
@@ -379,7 +388,7 @@ impl<'c> Gaze<'c> {
         Some((math::round(bin) as usize, row))
     }
 
-    /// Returns the strongest row of a bin, and its power over the noise.
+    /// Returns the index of the strongest row of a range bin, and its power over the noise.
     fn strongest(&self, bin: usize) -> (f32, f32) {
         let map = self.chart.map;
         let bins = map.bins();
@@ -395,8 +404,8 @@ impl<'c> Gaze<'c> {
         (row as f32, linear(level) * self.per_noise)
     }
 
-    /// Returns the power over the noise of a bin around row `middle`, weighted like the two-way beam; `None` if too
-    /// few rows were received.
+    /// Returns the mean power over the noise of a range bin around row `middle`, weighted like the two-way beam; `None`
+    /// if too few rows were received.
     #[inline(never)]
     fn along(&self, bin: usize, middle: f32) -> Option<f32> {
         let reach = REACH * self.sigma_rows;
@@ -429,18 +438,18 @@ impl<'c> Gaze<'c> {
 pub(super) struct LookedCell<'g> {
     pub(super) gaze: &'g Gaze<'g>,
     range_m: f32,
-    /// The ground's own line.
+    /// Power along the ground's own line, and that line's row.
     pub(super) level: LineSeen,
-    /// Strongest row.
+    /// Index of the cell's strongest row.
     row: f32,
     pub(super) strongest: f32,
-    /// Noise and side lobes of the strongest row, over the noise.
+    /// Power of noise and of the strongest row's side lobes, over the noise.
     leaks: f32,
     /// Power along the strongest row's line; 0 if that row is noise.
     rival: f32,
 }
 
-/// Power over the noise along a line, and the line's row.
+/// Power over the noise along a line, and the line's (fractional) row; `None` if the line is not seen.
 pub(super) type LineSeen = Option<(f32, f32)>;
 
 impl<'g> LookedCell<'g> {
@@ -465,13 +474,13 @@ impl<'g> LookedCell<'g> {
         }
     }
 
-    /// Evaluates the line at level `y_m`, metres.
+    /// Returns the power along the line at level `y_m`, metres above the ground, and the line's row.
     pub(super) fn seen(&self, y_m: f32) -> LineSeen {
         let (bin, row) = self.gaze.place(self.range_m, y_m)?;
         Some((self.gaze.along(bin, row)?, row))
     }
 
-    /// Returns the power of a line over the noise and its leakage.
+    /// Returns the quantised power of a line over the noise and its leakage; dark if the line was not seen.
     pub(super) fn line(&self, seen: LineSeen) -> Power {
         let Some((t, row)) = seen else {
             return Power::DARK;
@@ -486,7 +495,7 @@ impl<'g> LookedCell<'g> {
         Power::new(t / leaks, leaks)
     }
 
-    /// Returns the strongest of the ground's own line and those slightly below and above it.
+    /// Returns the power along the strongest of the ground's own line and those slightly below and above it.
     pub(super) fn ground(&self) -> Power {
         let below = self.line(self.seen(-OFF_M));
         let above = self.line(self.seen(OFF_M));
@@ -494,7 +503,7 @@ impl<'g> LookedCell<'g> {
     }
 }
 
-/// Returns the power of a cell; that of level 0 is 1.
+/// Returns the power of a map cell of a level (1/8 octave each), relative to that of level 0.
 fn linear(level: u8) -> f32 {
     POWERS_OF_LEVELS
         .get(usize::from(level))
@@ -502,7 +511,7 @@ fn linear(level: u8) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// Powers by level, see [`linear`].
+/// Power of a map cell by its level, relative to level 0; see [`linear`].
 static POWERS_OF_LEVELS: [f32; 256] = {
     const OCTAVE: usize = UNITS_PER_OCTAVE as usize;
     let mut powers = [0.0; 256];
@@ -533,7 +542,7 @@ mod tests {
         }
     }
 
-    /// Number of independent rows of the paper's instrument.
+    /// Number of independent rows that see a line with the paper's instrument.
     const ROWS: f32 = WORTH * REACH * 6.0;
 
     fn nats(term: Term, t: f32) -> f32 {

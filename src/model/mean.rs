@@ -8,10 +8,10 @@ use super::above::{Above, DEPTHS};
 use super::lines::{CELLS, Lines, Power};
 use crate::math;
 
-/// Weight of earlier sweeps after another one, if the chair's travel in between is known. From tuning sweeps
-/// (docs/guard.md): with 0.5 and 0.8 more answers are wrong.
+/// Factor on the weight of earlier sweeps at each new sweep, if the chair's travel in between is known. From tuning
+/// sweeps (docs/guard.md): with 0.5 and 0.8 more answers are wrong.
 const KEPT: f32 = 0.7;
-/// Weight of earlier sweeps if the travel is unknown: objects that have moved blur.
+/// Factor on the weight of earlier sweeps at each new sweep, if the travel is unknown: objects that have moved blur.
 const KEPT_UNPLACED: f32 = 0.3;
 /// Travel beyond which the speckle is independent, metres: more than half a wavelength.
 const OTHER_SPECKLE_M: f32 = 0.002;
@@ -32,7 +32,8 @@ pub struct MeanWeights {
 /// Mean powers of the lines over sweeps, by range cell.
 #[derive(Clone, Debug)]
 pub struct MeanLines {
-    /// Levels as in [`Power`]; 0 where nothing was seen.
+    /// Mean powers t, quantised as in [`Power`], of each cell's lines along the ground, above it and below it; 0 where
+    /// nothing was seen.
     powers: [[u8; LINES]; CELLS],
     /// Sum of the weights of all sweeps so far, that of the last one being 1.
     weight: f32,
@@ -72,7 +73,8 @@ impl MeanLines {
         }
     }
 
-    /// Returns the mean t of a line between cells; `None` if neither neighbour was seen.
+    /// Returns the mean t (power over the noise) of line number `line` at `place`, in cells, interpolated between both
+    /// neighbouring cells; `None` if neither was seen.
     fn at(&self, line: usize, place: f32) -> Option<f32> {
         let below = math::floor(place);
         let share = place - below;
@@ -92,8 +94,8 @@ impl MeanLines {
         }
     }
 
-    /// Averages the lines of a sweep with those of earlier sweeps and keeps the means. `moved_m` is the chair's
-    /// forward travel since the last sweep, metres, if known.
+    /// Averages the lines of a sweep with those of earlier sweeps: `lines` and `above` receive the means, which are
+    /// also kept for the next sweep. `moved_m` is the chair's forward travel since the last sweep, metres, if known.
     #[inline(never)]
     pub fn average(&mut self, lines: &mut Lines, above: &mut Above, moved_m: Option<f32>) {
         let weights = self.count(moved_m);
@@ -116,7 +118,8 @@ impl MeanLines {
         lines.settle(weights.sweeps, weights.speckles);
     }
 
-    /// Averages the lines of cell `b` with the means at `place`, cells.
+    /// Averages the lines of cell `b` with the means of earlier sweeps at `place`, in cells, which have weight
+    /// `earlier`; that of this sweep is 1.
     fn take(&mut self, b: usize, place: f32, earlier: f32, lines: [&mut Power; LINES]) {
         for (line, power) in lines.into_iter().enumerate() {
             if power.t > 0
@@ -137,7 +140,7 @@ mod tests {
     use super::super::lines::{DEPTHS_M, RangeCell};
     use super::*;
 
-    /// Returns ten cells from 0.6 m on, all with this power along the ground.
+    /// Returns ten range cells from 0.6 m on, all with this power along the ground.
     fn lines(power: Power) -> (Lines, Above) {
         let mut lines = Lines::new();
         (lines.first_m, lines.step_m, lines.height_m) = (0.6, 0.02, 0.4);

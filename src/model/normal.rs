@@ -3,17 +3,18 @@
 use crate::math;
 use crate::params::posterior as number;
 
-/// Number of standard deviations beyond which the tail counts as 0.
+/// Number of standard deviations beyond which the normal distribution's tail counts as 0.
 const SURE: f32 = 6.0;
-/// Squared deviation beyond which only the heavy tails remain.
+/// Squared deviation, in standard deviations, beyond which only the heavy tails remain.
 const CORE: f32 = 25.0;
 
-/// Returns the logistic function.
+/// Returns the logistic function 1 / (1 + e^-x).
 pub fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + math::exp(-x))
 }
 
-/// Returns the upper tail of the normal distribution, approximated by the logistic function to within 0.01.
+/// Returns the probability that a standard normal variable exceeds `z`, approximated by the logistic function to within
+/// 0.01.
 pub fn above(z: f32) -> f32 {
     if z.abs() > SURE {
         return if z > 0.0 { 0.0 } else { 1.0 };

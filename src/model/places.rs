@@ -14,7 +14,7 @@ const THICK_M: f32 = 0.045;
 const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
-    /// Whether a place lies in the scanned sector and range.
+    /// Whether a place at distance `x` and height `y`, metres, lies in the scanned sector and range.
     pub fn in_scan(&self, x: f32, y: f32) -> bool {
         let slope = (y - self.height_m) / math::max(x, number::MIN_X_M);
         slope < self.view.highest
@@ -22,7 +22,7 @@ impl Model<'_> {
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
     }
 
-    /// Returns the lower and upper end of the visible part of riser `k`'s face, metres.
+    /// Returns the heights of the lower and the upper end of the visible part of riser `k`'s face, metres.
     pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
         if s.open {
@@ -32,7 +32,8 @@ impl Model<'_> {
         (sight_m(self.height_m, s.x(k), base, edge), top)
     }
 
-    /// Returns the expected places of riser `k`'s point features; `k` may be the wall behind the last riser.
+    /// Returns the expected places of riser `k`'s point features that lie in the scanned sector; `k` may be the wall
+    /// behind the last riser.
     #[inline(never)]
     pub fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, { number::FEATURES }> {
         let mut places = Vec::new();
@@ -92,7 +93,8 @@ impl Model<'_> {
         x * (other_y - self.height_m) - (y - self.height_m) * other_x
     }
 
-    /// Returns the distance of two features in beams and range cells, at most 2.
+    /// Returns the distance between two features in resolution cells, of angle (beam width) and of range together, at
+    /// most 2.
     fn separation_cells(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
         let cross =
@@ -102,7 +104,8 @@ impl Model<'_> {
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 
-    /// Returns the level of the riser before without its flash, dB.
+    /// Returns the SNR of the strongest echo of the riser before riser `k`, its flash left out, dB; that of a faint
+    /// riser if there is none before.
     pub fn level_before(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
             return number::FAINT_DB;

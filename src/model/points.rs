@@ -27,27 +27,27 @@ use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Detection threshold of echoes, dB.
+/// Detection threshold of echoes, dB over the noise.
 pub const MIN_DB: f32 = 2.8;
 /// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
 pub const MAX_MODEL_ECHOES: usize = 32;
 /// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
 const NEAREST_M: f32 = 0.12;
-/// Width of an undisturbed lobe, in units of a point scatterer's.
+/// Width of an undisturbed echo's lobe over the angle, in units of a point scatterer's.
 const CLEAN_WIDTH: f32 = 1.03;
-/// Area of the scanned sector, m².
+/// Area of the scanned sector, m², over which echoes in the air and inside the solid are evenly distributed.
 const AREA_M2: f32 = 4.4;
-/// Extent of the scan: range in metres times angle in radians.
+/// Extent of the scan, over which noise echoes are evenly distributed: range in metres times angle in radians.
 const EXTENT: f32 = 3.3;
 /// Distance behind a riser up to which echoes still belong to the tread before it, metres.
 pub const BEHIND_M: f32 = 0.02;
-/// Range gate of a feature, metres.
+/// Maximum range difference between a point feature and its echo, metres.
 const GATE_M: f32 = 0.06;
-/// Gate of a feature across the line of sight, metres.
+/// Maximum distance across the line of sight between a point feature and its echo, metres.
 const CROSS_GATE_M: f32 = 0.20;
-/// Maximum number of echoes near one riser.
+/// Maximum number of echoes near one riser that are assigned to its point features.
 pub const NEAR: usize = 16;
-/// Squared deviation, in standard deviations, beyond which an echo is not part of a face.
+/// Squared deviation of an echo from a face, in standard deviations, beyond which it is not part of the face.
 const FACE_REACH: f32 = 100.0;
 /// Density of echoes behind a drop's edge, relative to that in the air.
 const DROP_DENSITY_FACTOR: f32 = 3.0;
@@ -61,12 +61,13 @@ pub const MAX_P_DETECTED: f32 = 0.985;
 const WALL_FLASHES: f32 = 0.954;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
-/// Minimum density, so that its logarithm is finite.
+/// Minimum density of an echo, so that its logarithm is finite.
 const MIN_DENSITY: f32 = 1e-12;
 /// Minimum product of densities before its logarithm is taken, so that one more factor does not underflow.
 const MIN_PRODUCT: f32 = 1e-16;
 
-/// Suffix sums over the echoes: entry i is the sum from echo i on.
+/// Suffix sums of a log-likelihood over the echoes, the nearest first: entry i is the sum over echo i and all farther
+/// ones, the last entry 0.
 pub type EchoSums = [f32; MAX_MODEL_ECHOES + 1];
 
 /// An echo with its densities under the model.
@@ -80,11 +81,12 @@ pub struct ModelEcho {
     pub range_m: f32,
     /// Standard deviation across the line of sight, metres.
     pub across_m: f32,
-    /// Width of the lobe above a point scatterer's, in units of the latter.
+    /// Width of the echo's lobe over the angle above that of an undisturbed one, 0 to 0.5, in units of a point
+    /// scatterer's.
     pub wide: f32,
     /// Power above the noise, dB.
     pub snr_db: f32,
-    /// Densities that do not depend on the staircase, by class.
+    /// Densities of the echo that do not depend on the staircase, by class of extended feature.
     noise: f32,
     air: f32,
     inside: f32,
@@ -92,7 +94,7 @@ pub struct ModelEcho {
     floor: f32,
     face: f32,
     point: [f32; POINTS],
-    /// Reciprocals of the standard deviations perpendicular to tread, floor and face, per metre.
+    /// Reciprocals of the standard deviations of the echo's distance perpendicular to tread, floor and face, per metre.
     per_tread: f32,
     per_floor: f32,
     per_face: f32,
@@ -100,30 +102,31 @@ pub struct ModelEcho {
 
 /// The measurement model with the echoes of a scan.
 pub struct Model<'p> {
-    /// Echoes sorted by distance.
+    /// Echoes, the nearest first.
     pub echoes: Vec<ModelEcho, MAX_MODEL_ECHOES>,
-    /// Evidence that the ground goes on, from the power along its line.
+    /// Log-likelihood ratios of a drop or a riser to ground that goes on, from the power along the ground's line.
     pub surfaces: Surfaces,
-    /// Field of view.
+    /// Field of view of the scan.
     pub view: View,
     /// Height of the mirror above the ground, metres.
     pub height_m: f32,
-    /// Level of the strongest echo above 30 dB, tens of dB.
+    /// SNR of the scan's strongest echo less 30 dB, in tens of dB.
     pub q: f32,
-    /// Beam width at which two features are resolved, radians.
+    /// Angle between two features from which on they have separate echoes, radians.
     pub beam_rad: f32,
-    /// Range cell at which two features are resolved, metres.
+    /// Range difference between two features from which on they have separate echoes, metres.
     pub cell_m: f32,
-    /// Rates of the extended features at this level, per metre or per scan.
+    /// Expected numbers of echoes at level `q` by class of extended feature (face, tread, floor, air, inside, noise),
+    /// per metre or per scan.
     rates: [f32; EXTENDED],
-    /// Counted parameters.
+    /// Parameters of the model, counted from simulated scans.
     pub g: &'p Generative,
 }
 
 /// The most probable echo of a feature, as a reading of the feature's height.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelReading<'e> {
-    /// The echo.
+    /// Most probable echo of the feature.
     pub echo: &'e ModelEcho,
     /// Height of the feature, metres.
     pub level_m: f32,
@@ -134,7 +137,8 @@ pub struct LevelReading<'e> {
     pub masked: bool,
 }
 
-/// Returns the density of a level, per dB: normal, cut off at the detection threshold, with a flat share.
+/// Returns the density of an echo's SNR, per dB: normal with `mean` and `sigma`, dB, cut off at the detection
+/// threshold, with share `flat` evenly distributed.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
     let tail = math::max(above((MIN_DB - mean) / sigma), number::MIN_DETECTED_SHARE);
@@ -164,7 +168,7 @@ impl<'p> Model<'p> {
         model
     }
 
-    /// Takes in a scan's echoes, the strongest first, up to the maximum number.
+    /// Replaces the echoes by those of a scan, `echoes`, the strongest first, up to the maximum number.
     #[inline(never)]
     pub fn set_echoes(&mut self, echoes: &[Echo], view: View, geometry: &Geometry) {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
@@ -189,7 +193,7 @@ impl<'p> Model<'p> {
         });
     }
 
-    /// Returns the level of the strongest echo above 30 dB, tens of dB.
+    /// Returns the SNR of the scan's strongest echo less 30 dB, in tens of dB.
     pub fn q(&self) -> f32 {
         self.q
     }
@@ -250,19 +254,21 @@ impl<'p> Model<'p> {
                 * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
-    /// Returns the level at a range that the strongest echo predicts, tens of dB above 30 dB.
+    /// Returns the SNR at a range, metres, that the strongest echo predicts, less 30 dB, in tens of dB.
     pub fn expected_q(&self, range_m: f32) -> f32 {
         self.q
             - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
-    /// Returns the density of an echo before riser `k` from everything but point features.
+    /// Returns the density of an echo before riser `k` (or on the landing) from everything but point features, per m²
+    /// and dB.
     #[inline(never)]
     pub fn background(&self, s: &Staircase, k: usize, e: &ModelEcho) -> f32 {
         math::max(self.parts(s, k, e).iter().sum(), MIN_DENSITY)
     }
 
-    /// Returns the density of an echo before riser `k` by class: face, tread, floor, air, inside, noise.
+    /// Returns the density of an echo before riser `k` (or on the landing), per m² and dB, by class: face, tread,
+    /// floor, air, inside, noise.
     #[inline]
     pub fn parts(&self, s: &Staircase, k: usize, e: &ModelEcho) -> [f32; EXTENDED] {
         if let GroundKind::Drop { at_m } = s.kind
@@ -313,7 +319,7 @@ impl<'p> Model<'p> {
         parts
     }
 
-    /// Returns the level of the surface below `x` before riser `k`, metres.
+    /// Returns the level of the surface at distance `x` on the tread before riser `k` (or on a ramp), metres.
     pub fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
         match s.kind {
             GroundKind::Ramp { from_m, slope } => slope * math::max(x - from_m, 0.0),
@@ -321,8 +327,8 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// Returns the density of an echo as part of a face from `b` to `t`, metres. `z2` is its squared deviation from
-    /// the face, in standard deviations.
+    /// Returns the density, per m² and dB, of an echo as part of a face from height `b` to `t`, metres. `z2` is its
+    /// squared deviation from the face, in standard deviations.
     fn face(e: &ModelEcho, z2: f32, b: f32, t: f32) -> f32 {
         if t <= b + number::MIN_FACE_M {
             return 0.0;
@@ -332,12 +338,14 @@ impl<'p> Model<'p> {
         e.face * math::max(within, 0.0) * tailed(z2) * e.per_face
     }
 
-    /// Returns the log-likelihood of the echoes before riser `k` (or on the landing) and of their number, nats.
+    /// Returns the log-likelihood, nats, of the echoes before riser `k` (or on the landing) and of their number,
+    /// without point features.
     pub fn tread(&self, s: &Staircase, k: usize) -> f32 {
         self.within(s, k, f32::NEG_INFINITY, f32::INFINITY) - self.expected(s, k)
     }
 
-    /// Returns the log-likelihood of the echoes before riser `k` that lie between two distances, nats.
+    /// Returns the log-likelihood of the echoes before riser `k` (or on the landing) that lie between two distances,
+    /// metres; nats, without point features.
     #[inline(never)]
     pub fn within(&self, s: &Staircase, k: usize, from_m: f32, to_m: f32) -> f32 {
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
@@ -380,8 +388,8 @@ impl<'p> Model<'p> {
         exposure.iter().zip(&self.rates).map(|(e, r)| e * r).sum()
     }
 
-    /// Returns the exposure of face, tread and floor before riser `k`: expected number of echoes divided by their
-    /// rate.
+    /// Returns the exposure of face, tread and floor before riser `k`: for each, the expected number of echoes divided
+    /// by its rate.
     pub fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
         let n = s.len();
         let mut out = [0.0; number::SURFACES];
@@ -419,7 +427,7 @@ impl<'p> Model<'p> {
         out
     }
 
-    /// Returns the echoes between two distances, metres.
+    /// Returns the echoes beyond `from` and up to `to`, distances in metres.
     pub fn between(&self, from: f32, to: f32) -> &[ModelEcho] {
         let first = self.echoes.partition_point(|e| e.x_m <= from);
         let end = self.echoes.partition_point(|e| e.x_m <= to);
@@ -494,7 +502,8 @@ impl<'p> Model<'p> {
         found + ln(math::max(share, MIN_DENSITY))
     }
 
-    /// Returns the density of an echo near riser `k` from everything but point features.
+    /// Returns the density, per m² and dB, of an echo near riser `k`, before or behind it, from everything but point
+    /// features.
     fn background_near(&self, s: &Staircase, k: usize, e: &ModelEcho) -> f32 {
         let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
         self.background(s, tread.min(s.len()), e)
@@ -551,7 +560,8 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// Returns the strongest echo at the mirror's height: the flash of a face at right angles to the line of sight.
+    /// Returns the strongest echo of `near` at the mirror's height: the flash of a face at right angles to the line of
+    /// sight.
     fn flash<'e>(&self, near: &'e [ModelEcho]) -> Option<&'e ModelEcho> {
         let level = near
             .iter()
@@ -583,7 +593,8 @@ impl<'p> Model<'p> {
         core / (tailed(z2) + number::CORE_SHARE * odd)
     }
 
-    /// Returns the density of an echo as one of riser `k`'s point features.
+    /// Returns the density of an echo as one of riser `k`'s point features, of class `p` at `place`, per m² and dB; 0
+    /// far from it.
     #[inline(never)]
     pub fn density(
         &self,
@@ -639,7 +650,8 @@ impl<'p> Model<'p> {
         (dr * dr / vr + dc * dc / vc, math::sqrt(vr * vc))
     }
 
-    /// Returns the density of an echo as the visible part of a riser whose foot is hidden.
+    /// Returns the density, per m², of an echo as the visible part of riser `k`, whose foot is hidden; `x` is the
+    /// riser's distance, metres.
     fn hidden(&self, s: &Staircase, k: usize, e: &ModelEcho, x: f32) -> f32 {
         let (low, top) = self.face_span(s, k);
         if (e.x_m - x).abs() > number::HIDDEN_X_M

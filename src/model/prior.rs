@@ -4,17 +4,17 @@ use super::staircase::{GroundKind, Staircase};
 use crate::math;
 use crate::params::posterior as number;
 
-/// Volume of each place, height and deviation after the echoes are known: √(2π) times their standard deviation of 9
-/// mm. It is the penalty of a hypothesis with one more of them. With less than half of it flights end too early, with
-/// twice as much they go on too long.
+/// Width of the posterior of each place, height and deviation of a hypothesis, metres: √(2π) times their standard
+/// deviation of 9 mm. It is the penalty of a hypothesis with one more of them. With less than half of it flights end
+/// too early, with twice as much they go on too long.
 const VOLUME_M: f32 = 0.0225;
-/// Volume of a wall's place, √(2π) included, which its strong echo determines to millimetres.
+/// Width of the posterior of a wall's place, metres, √(2π) included: its strong echo determines it to millimetres.
 const WALL_VOLUME_M: f32 = 0.006;
-/// Probability that a flight goes on after a step.
+/// Prior probability that a flight goes on after a step.
 pub const P_CONTINUES: f32 = 0.87;
-/// Probability that a staircase has open treads.
+/// Prior probability that a staircase has open treads.
 const P_OPEN: f32 = 0.2;
-/// Probability that a wall stands behind, within the 2.5 m ahead.
+/// Prior probability that a wall stands behind the stairs or on the ground, within the 2.5 m ahead.
 const P_WALL: f32 = 0.4;
 /// Length of the way ahead that is examined, metres.
 const WAY_M: f32 = 2.5;
@@ -24,24 +24,26 @@ const P_IRREGULAR_GOING: f32 = 0.07;
 /// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
 pub const LANDING: f32 = 0.2;
 
-/// Returns the natural logarithm; that of 10^-30 for smaller arguments.
+/// Returns the natural logarithm of `x`; that of 10^-30 for smaller arguments.
 pub const fn ln(x: f32) -> f32 {
     math::ln(math::max(x, number::MIN_PROBABILITY))
 }
 
-/// Returns the log-prior of a value with an even density within limits and Gaussian shoulders outside, nats.
+/// Returns the logarithm, nats, of a density that is even, 1, between two limits and falls outside as a Gaussian of
+/// standard deviation `sigma`.
 fn shoulder(v: f32, (low, high): (f32, f32), sigma: f32) -> f32 {
     let d = math::max(math::max(low - v, v - high), 0.0) / sigma;
     -0.5 * d * d
 }
 
-/// Returns the log-density of a deviation: a mixture of a narrow and a wide normal distribution.
+/// Returns the log-density of a deviation `z`, metres: a mixture of two normal distributions with standard deviations
+/// `core` and `wide`, metres, of which the wide one has weight `share`.
 pub fn departure(z: f32, (core, wide, share): (f32, f32, f32)) -> f32 {
     let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
     ln((1.0 - share) * gauss(core) + share * gauss(wide)) - number::LN_ROOT_TAU
 }
 
-/// Returns the log-prior of an overhang: a narrow normal density about 0, and an even density of large overhangs.
+/// Returns the log-prior of an overhang, nats: a narrow normal density about 0, and an even density of large overhangs.
 #[inline(never)]
 pub fn overhang(overhang_m: f32) -> f32 {
     let z = overhang_m / number::OVERHANG_SIGMA_M;
@@ -69,8 +71,8 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
     (1.0 - P_IRREGULAR_GOING) * usual + P_IRREGULAR_GOING * wide
 }
 
-/// Returns the log-prior of a hypothesis plus the logarithm of the volume of its parameters after the echoes are
-/// known, nats.
+/// Returns the log-prior of a hypothesis, nats, plus the logarithm of the volume of its parameters after the echoes are
+/// known: both together weight its log-likelihood at the best parameters.
 #[inline(never)]
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();

@@ -1,4 +1,4 @@
-//! Visibility behind an edge and below it.
+//! Visibility behind an edge, going up, and below it, going down.
 
 use crate::math;
 use crate::params::posterior as number;

@@ -14,10 +14,11 @@ use heapless::Vec;
 
 /// Maximum number of risers of a staircase.
 pub const MAX_STEPS: usize = 10;
-/// Maximum distance between two steps that count as the same, metres: design contract of scoring.
+/// Maximum distance between two steps that count as the same, such as a reported and a true one, metres: design
+/// contract of scoring.
 pub const SAME_M: f32 = 0.10;
 
-/// Kind of a hypothesis.
+/// Kind of a hypothesis about the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GroundKind {
     /// Level ground, perhaps with a wall.
@@ -25,23 +26,23 @@ pub enum GroundKind {
     Nothing,
     /// Ground with a constant slope.
     Ramp {
-        /// Distance at which the slope begins, metres.
+        /// Distance from the mirror at which the slope begins, metres.
         from_m: f32,
-        /// Rise per metre.
+        /// Rise per metre; negative going down.
         slope: f32,
     },
     /// Ground that ends: a brink, a hole.
     Drop {
-        /// Distance of the edge, metres.
+        /// Distance from the mirror at which the ground ends, metres.
         at_m: f32,
     },
     /// Steps going up: risers and the levels of their tops.
     Stairs,
     /// Steps going down: edges and the levels of the treads below them.
     Descent,
-    /// A single object too tall to climb.
+    /// A single object on the ground, too tall to climb.
     Box,
-    /// A single object too low for a step.
+    /// A single object on the ground, too low for a step.
     Threshold,
 }
 
@@ -64,21 +65,23 @@ impl GroundKind {
 pub struct Staircase {
     /// Kind of the hypothesis.
     pub kind: GroundKind,
-    /// Number of risers.
+    /// Number of risers; going down, of edges.
     pub steps: u8,
     /// Whether the treads are open (no risers).
     pub open: bool,
-    /// Distance of the nosings before their risers, metres.
+    /// Distance by which the nosings stand before their risers, metres.
     pub overhang_m: f32,
-    /// Distance of each riser, metres from the mirror.
+    /// Distance of each riser (going down: of each edge) from the mirror, metres, the nearest first; only the first
+    /// `steps` entries count.
     pub x_m: [f32; MAX_STEPS],
-    /// Level at each riser's top, metres.
+    /// Level at each riser's top (going down: of the tread below each edge) above the ground, metres; only the first
+    /// `steps` entries count.
     pub top_m: [f32; MAX_STEPS],
-    /// Distance of a wall behind, metres; infinite for none.
+    /// Distance of a wall behind the risers, or on bare ground, from the mirror, metres; infinite for none.
     pub wall_m: f32,
 }
 
-/// Standard deviation of each level of a staircase, metres.
+/// Standard deviation of each level of a staircase, metres, in the order of its risers.
 pub type Sigmas = [f32; MAX_STEPS];
 
 /// Field of view of the scan.
@@ -91,20 +94,20 @@ pub struct View {
     /// Tangent of the lowest angle at which an edge is visible: the limit of the scanned sector less half a beam.
     /// Angles are above the horizontal in the depth plane, and forward of the vertical in the height plane.
     pub lowest: f32,
-    /// Tangent of the highest angle at which an edge is visible.
+    /// Tangent of the highest angle at which an edge is visible, measured as for `lowest`.
     pub highest: f32,
     /// Maximum range of a visible edge, metres from the mirror.
     pub farthest_m: f32,
 }
 
 impl View {
-    /// Whether an object at a range, metres, on a sight line of this tangent is visible.
+    /// Whether an object at range `range_m`, metres, on a sight line whose angle has this tangent, is visible.
     fn is_visible(&self, tangent: f32, range_m: f32) -> bool {
         tangent > self.lowest && tangent < self.highest && range_m < self.farthest_m
     }
 }
 
-/// Number of bins at the far end of the range in which no peak can be found.
+/// Number of range bins at the far end of the map in which no peak can be found.
 const UNSEEN_BINS: f32 = 8.0;
 
 impl View {
@@ -152,9 +155,9 @@ impl View {
 pub struct Edge {
     /// Horizontal distance, metres.
     pub x_m: f32,
-    /// Height, metres.
+    /// Level of the tread above the riser (going down: below the edge), metres above the ground.
     pub y_m: f32,
-    /// Whether it is visible.
+    /// Whether the scan can see the edge.
     pub seen: bool,
 }
 
@@ -163,7 +166,7 @@ pub struct Edge {
 pub struct ReportedStep {
     /// Horizontal distance, metres.
     pub x_m: f32,
-    /// Height, metres.
+    /// Height of the step's tread above the ground, metres; negative going down.
     pub y_m: f32,
     /// Expanded uncertainty of the distance, metres.
     pub x_within_m: f32,
@@ -172,7 +175,8 @@ pub struct ReportedStep {
 }
 
 impl ReportedStep {
-    /// Converts distance and height, metres, and their standard deviations.
+    /// Returns the reported step at a distance and height, metres, with expanded uncertainties from their standard
+    /// deviations, metres: at most 8 cm each.
     pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
         let within = |sigma_m| math::min(expanded(sigma_m), MAX_EXPANDED_M);
         Self {
@@ -194,7 +198,8 @@ pub struct ReportedDrop {
 }
 
 impl ReportedDrop {
-    /// Converts a distance, metres, and its standard deviation.
+    /// Returns the reported drop at a distance, metres, with a permitted error of three times its standard deviation,
+    /// and at least 10 cm.
     pub fn new(x_m: f32, sigma_m: f32) -> Self {
         let within_m = math::max(SAME_M, COVERAGE_FACTOR * sigma_m);
         Self { x_m, within_m }
@@ -211,11 +216,12 @@ impl ReportedDrop {
 pub struct Conflict {
     /// Horizontal distance, metres.
     pub x_m: f32,
-    /// Probability of the error.
+    /// Probability that the answer is wrong there.
     pub probability: f32,
 }
 
-/// At most one conflict for each step on either side, and one for a drop.
+/// Conflicts of a hypothesis with an answer, the nearest first: at most one for each step of either, and one for a
+/// drop.
 pub type Conflicts = Vec<Conflict, { 2 * MAX_STEPS + 1 }>;
 
 impl Staircase {
@@ -243,7 +249,8 @@ impl Staircase {
         }
     }
 
-    /// Whether another hypothesis has its risers in the same places, and the same wall behind.
+    /// Whether another hypothesis is of the same kind and build, has its risers in the same places (within 3 cm), and
+    /// the same wall behind.
     pub fn is_like(&self, other: &Self) -> bool {
         let places = self.x_m.iter().zip(&other.x_m).take(self.len());
         self.kind == other.kind
@@ -260,7 +267,7 @@ impl Staircase {
         usize::from(self.steps).min(MAX_STEPS)
     }
 
-    /// Whether it has no risers.
+    /// Whether the hypothesis has no risers.
     pub fn is_empty(&self) -> bool {
         self.steps == 0
     }
@@ -274,7 +281,7 @@ impl Staircase {
         }
     }
 
-    /// Returns the level of the tread before riser `k`, metres.
+    /// Returns the level of the tread before riser `k`, metres; with `k` the number of risers, that of the landing.
     pub fn level(&self, k: usize) -> f32 {
         let below = k.checked_sub(1).and_then(|k| self.top_m.get(k));
         below.copied().unwrap_or(0.0)
@@ -298,7 +305,7 @@ impl Staircase {
         (spans > 0.0).then(|| sum / spans)
     }
 
-    /// Returns the mean riser height, metres.
+    /// Returns the mean riser height, metres; negative going down, 0 without risers.
     pub fn rise(&self) -> f32 {
         self.level(self.len()) / self.len().max(1) as f32
     }
@@ -386,9 +393,9 @@ impl Staircase {
         view.is_visible(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
     }
 
-    /// Returns the places at which this hypothesis, if it is true, makes an answer wrong: steps that are missing,
-    /// false, or off by more than their expanded uncertainty, and a missing or false drop. `sigmas` are the standard
-    /// deviations of its levels, metres.
+    /// Returns the places, the nearest first, at which this hypothesis, if it is true, makes an answer wrong: steps
+    /// that are missing, false, or off by more than their expanded uncertainty, and a missing or false drop. `sigmas`
+    /// are the standard deviations of its levels, metres.
     #[inline(never)]
     pub fn conflicts(
         &self,

@@ -16,60 +16,61 @@ use super::lines::{CELLS, DEPTHS_M, Lines, Power};
 use super::staircase::{GroundKind, Staircase};
 use crate::math;
 
-/// Number of slots of the way ahead.
+/// Number of slots into which the way ahead is divided for the results.
 pub const SLOTS: usize = 48;
 /// Length of a slot, metres; the first one begins at the mirror.
 pub const SLOT_M: f32 = 0.05;
-/// Minimum number of cells; with fewer all hypotheses are equally likely.
+/// Minimum number of evaluated range cells; with fewer all hypotheses are equally likely.
 const MIN_CELLS: usize = 10;
-/// Number of reflectivity states.
+/// Number of states of the ground's reflectivity in the Markov chain.
 const STATES: usize = 12;
-/// S of the first state at [`REFERENCE_M`], dB over the noise.
+/// Power S of the ground in the first (weakest) state at [`REFERENCE_M`], dB over the noise.
 const FIRST_DB: f32 = -16.0;
-/// Step from state to state, dB.
+/// Step of the power S from state to state, dB.
 const STATE_DB: f32 = 4.0;
-/// Reference range, metres.
+/// Range to which the powers of the states refer, metres.
 const REFERENCE_M: f32 = 0.7;
-/// Probability per cell that the reflectivity goes to a neighbouring state.
+/// Probability per range cell that the ground's reflectivity goes to a neighbouring state.
 const WALKS: f32 = 0.05;
-/// Probability per cell that it goes to any state: the ground is of another material.
+/// Probability per range cell that the ground's reflectivity goes to any state: the ground is of another material.
 const JUMPS: f32 = 0.006;
-/// Probability that a cell does not depend on the state: joints, patches.
+/// Probability that the power of a range cell does not depend on the reflectivity state: joints, patches.
 const ODD: f32 = 0.03;
-/// Step between the powers of a surface of unknown power, dB; the first is 0 dB.
+/// Step between the powers that a surface of unknown power may have, dB; the first is 0 dB over the noise.
 const ANY_DB: f32 = 6.0;
-/// Number of these powers, equally probable.
+/// Number of powers that a surface of unknown power may have, equally probable.
 const ANY_POWERS: usize = 5;
-/// Share of dark cells around a riser; the others have any power.
+/// Share of dark range cells around a riser; the others have any power.
 const DARK_AT_RISER: f32 = 0.4;
-/// Number of cells before a riser in which the ground's line shows it.
+/// Number of range cells before a riser that show it on the ground's line.
 const BEFORE: usize = 3;
-/// Number of cells behind a riser in which the ground's line shows it: double bounces.
+/// Number of range cells behind a riser that show it on the ground's line: double bounces.
 const BEHIND: usize = 1;
-/// Maximum displacement of a riser's evidence behind its place, half slots.
+/// Maximum distance by which the evidence for a riser may lie behind its place, half slots of 2.5 cm.
 const SHOWS_BEHIND: usize = 3;
-/// Number of slots after which a ramp has left the ground's line.
+/// Number of slots from a ramp's beginning after which the ramp has left the ground's line.
 const LEAVES: usize = 8;
-/// Probability per cell behind an edge that a low object begins.
+/// Probability per range cell behind an edge that a low object begins.
 const LIES_LOW: f32 = 0.006;
-/// Probability per cell that a low object ends.
+/// Probability per range cell that a low object behind an edge ends.
 const LOW_ENDS: f32 = 0.2;
-/// Probability per cell that the ground begins again.
+/// Probability per range cell behind an edge that the ground begins again.
 const AGAIN: f32 = 0.004;
 /// Minimum length of a hole, metres: a wheel crosses shorter ones.
 const HOLE_M: f32 = 0.2;
-/// Probability of visible lower ground behind an edge, over all depths.
+/// Probability that lower ground is visible behind an edge, over all depths.
 const LOWER: f32 = 0.5;
-/// Range by which a cell shows ground beyond its end, metres: half the window's main lobe.
+/// Range by which a range cell shows ground beyond its end, metres: half the window's main lobe.
 const SPREAD_M: f32 = 0.02;
-/// Exponent of S's decline with the range: S falls as (h - y)²/r⁵.
+/// Exponent of the range r in the decline of the ground's power S, (h - y)²/r⁵.
 const RANGE_POWER: f32 = 5.0;
-/// Lower limit of a height, metres.
+/// Lower limit of the mirror's height above a surface in the power law of S, metres.
 const MIN_HEIGHT_M: f32 = 0.03;
-/// Lower limit of a range, metres.
+/// Lower limit of the range in the power law of S, metres.
 const MIN_RANGE_M: f32 = 0.3;
 
-/// Log-likelihood ratios to ground that goes on by slot, nats.
+/// Log-likelihood ratios of a drop, a riser and a threshold (`bump`) in each slot to ground that goes on, nats; the
+/// nearest slot first.
 #[derive(Clone, Debug)]
 pub struct Surfaces {
     drop: [f32; SLOTS],
@@ -78,14 +79,15 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// Ratios without a map: every hypothesis is as likely as ground that goes on.
+    /// Log-likelihood ratios without a map: every hypothesis is as likely as ground that goes on.
     pub const NOTHING: Self = Self {
         drop: [0.0; SLOTS],
         rise: [0.0; SLOTS],
         bump: [0.0; SLOTS],
     };
 
-    /// Returns the log-likelihood ratio of a hypothesis by its nearest riser, wall or end, nats.
+    /// Returns the log-likelihood ratio of a hypothesis to ground that goes on, by its nearest riser, wall or end,
+    /// nats.
     #[inline(never)]
     pub fn of(&self, s: &Staircase) -> f32 {
         match s.kind {
@@ -118,7 +120,7 @@ impl Surfaces {
     }
 }
 
-/// Returns the value at a place, metres, interpolated between the middles of slots.
+/// Returns the log-likelihood ratio at a distance, metres, interpolated between the middles of slots.
 fn between(slots: &[f32; SLOTS], x_m: f32) -> f32 {
     let place = math::min(math::max(x_m / SLOT_M - 0.5, 0.0), (SLOTS - 1) as f32);
     let k = place as usize;
@@ -127,37 +129,37 @@ fn between(slots: &[f32; SLOTS], x_m: f32) -> f32 {
     here + share * (slots.get(k + 1).copied().unwrap_or(here) - here)
 }
 
-/// Returns the maximum at a place, metres, and just behind it.
+/// Returns the maximum log-likelihood ratio at a distance, metres, and just behind it, up to 7.5 cm.
 fn most(slots: &[f32; SLOTS], x_m: f32) -> f32 {
     let places = (0..=SHOWS_BEHIND).map(|k| between(slots, x_m + 0.5 * SLOT_M * k as f32));
     places.fold(f32::NEG_INFINITY, math::max)
 }
 
-/// Returns an element, or 0 beyond the end.
+/// Returns element `k`, or 0 beyond the end.
 fn value(of: &[f32], k: usize) -> f32 {
     of.get(k).copied().unwrap_or(0.0)
 }
 
-/// Sets an element; beyond the end nothing.
+/// Sets element `k`; does nothing beyond the end.
 fn set(of: &mut [f32], k: usize, value: f32) {
     if let Some(place) = of.get_mut(k) {
         *place = value;
     }
 }
 
-/// ln(e^a + e^b).
+/// Returns ln(e^a + e^b): the logarithm of the sum of two likelihoods.
 #[inline(never)]
 fn either(a: f32, b: f32) -> f32 {
     math::max(a, b) + math::ln(1.0 + math::exp(-(a - b).abs()))
 }
 
-/// Values by reflectivity state.
+/// One value (probability or likelihood ratio) for each reflectivity state, the weakest first.
 type State = [f32; STATES];
 
 /// Uniform prior of the states.
 const EVEN: State = [1.0 / STATES as f32; STATES];
 
-/// Advances the state distribution by one cell.
+/// Advances the probabilities of the reflectivity states by one range cell.
 fn walk(state: &mut State) {
     let jumps = JUMPS / STATES as f32 * state.iter().sum::<f32>();
     // Beyond the first and the last state lies the same once more.
@@ -172,8 +174,8 @@ fn walk(state: &mut State) {
     }
 }
 
-/// Multiplies the state distribution by a cell's likelihood ratios and normalises it; returns the logarithm of the
-/// sum.
+/// Multiplies the probabilities of the reflectivity states by a cell's likelihood ratios and normalises them; returns
+/// the logarithm of their sum before, nats.
 fn weigh(state: &mut State, e: &State) -> f32 {
     state.iter_mut().zip(e).for_each(|(v, e)| *v *= e);
     let sum = math::max(state.iter().sum(), f32::MIN_POSITIVE);
@@ -182,11 +184,11 @@ fn weigh(state: &mut State, e: &State) -> f32 {
     math::ln(sum)
 }
 
-/// Decline of S with the range, of a surface at one level.
+/// Decline of the power S with the range, of a surface at one level.
 struct Decline {
     /// 2 log2 of the mirror's height above the surface, octaves.
     height: f32,
-    /// S on the ground at [`REFERENCE_M`], octaves.
+    /// Power S of the ground at [`REFERENCE_M`], relative, octaves.
     reference: f32,
 }
 
@@ -201,14 +203,15 @@ impl Decline {
         }
     }
 
-    /// Returns S of the first state at a range, dB over the noise.
+    /// Returns the power S of the first state at a range, metres, dB over the noise.
     fn first_state_db(&self, range_m: f32) -> f32 {
         let here = self.height - RANGE_POWER * math::log2(math::max(range_m, MIN_RANGE_M));
         FIRST_DB + math::DB_PER_OCTAVE * (here - self.reference)
     }
 }
 
-/// Values by cell.
+/// One log-likelihood, nats, for each range cell, the nearest first. Sums up to entry k hold the cells nearer than k,
+/// sums from entry k on hold cell k and all farther ones.
 type ByCell = [f32; CELLS + 1];
 
 /// Working memory of the recursions.
@@ -216,17 +219,17 @@ type ByCell = [f32; CELLS + 1];
 pub struct Recursions {
     /// Line powers of the map.
     pub lines: Lines,
-    /// Likelihood ratios of the ground by cell and state, for the forward and the backward recursion.
+    /// Likelihood ratios of the ground, by range cell and state, for the forward and the backward recursion.
     ratios: [State; CELLS],
-    /// Log-likelihood of ground up to each cell.
+    /// Log-likelihood of ground up to each range cell.
     ground: ByCell,
-    /// Log-likelihood of the cells around a riser, summed up to each cell.
+    /// Log-likelihood of range cells that lie around a riser, summed up to each cell.
     around: ByCell,
-    /// Log-likelihood of a surface from each cell on.
+    /// Log-likelihood of a surface that goes on from each range cell to the last.
     surface: ByCell,
-    /// Log-likelihood of darkness, low objects or ground again from each cell on.
+    /// Log-likelihood of darkness, low objects or ground again, from each range cell to the last.
     behind: ByCell,
-    /// Log-likelihood of everything behind an edge in each cell.
+    /// Log-likelihood of everything behind an edge in each range cell.
     drop: ByCell,
 }
 
@@ -286,7 +289,7 @@ impl Recursions {
         sum
     }
 
-    /// Backward recursion of a surface with likelihood ratios `ratio` by state and cell.
+    /// Backward recursion of a surface, with the likelihood ratios of a cell's states from `ratio`: fills `surface`.
     #[inline(never)]
     fn backward(&mut self, ratio: impl Fn(&Self, usize) -> State) {
         let n = self.lines.cells().len();
@@ -299,7 +302,7 @@ impl Recursions {
         }
     }
 
-    /// Backward recursion behind an edge and its shadow: darkness, low objects, or ground again.
+    /// Backward recursion behind an edge and its shadow, of darkness, low objects, or ground again: fills `behind`.
     #[inline(never)]
     fn behind(&mut self) {
         const STAYS: f32 = math::ln(1.0 - LIES_LOW - AGAIN);
@@ -320,7 +323,8 @@ impl Recursions {
         }
     }
 
-    /// Fills in the ratios of risers and thresholds.
+    /// Fills in the log-likelihood ratios of risers and thresholds. `level` is the log-likelihood of the whole ground,
+    /// nats.
     #[inline(never)]
     fn risers(&self, level: f32, out: &mut Surfaces) {
         let n = self.lines.cells().len();
@@ -338,7 +342,8 @@ impl Recursions {
         bump.finish();
     }
 
-    /// Sums what may be behind an edge in each cell.
+    /// Fills `drop`: sums the likelihoods of darkness and of lower ground, at the first `depths` depths, behind an edge
+    /// in each cell.
     #[inline(never)]
     fn lower(&mut self, depths: usize) {
         const HIDDEN: f32 = math::ln(1.0 - LOWER);
@@ -363,7 +368,7 @@ impl Recursions {
         }
     }
 
-    /// Fills in the ratios of drops.
+    /// Fills in the log-likelihood ratios of drops. `level` is the log-likelihood of the whole ground, nats.
     #[inline(never)]
     fn drops(&self, level: f32, out: &mut Surfaces) {
         let mut drop = Slots::new(&mut out.drop);
@@ -374,7 +379,8 @@ impl Recursions {
         drop.finish();
     }
 
-    /// Returns the likelihood ratio by state of cell `b` with `power` along a line of a surface.
+    /// Returns the likelihood ratio, by reflectivity state, of a surface in cell `b` to none, from the `power` along
+    /// its line.
     #[inline(never)]
     fn likelihood(&self, b: usize, decline: &Decline, power: Power) -> State {
         let mut db = decline.first_state_db(self.lines.range_m(b));
@@ -389,7 +395,8 @@ impl Recursions {
         e
     }
 
-    /// Returns the likelihood ratio of a surface of any power along any of the lines.
+    /// Returns the likelihood ratio to none of a surface of unknown power along an unknown one of the lines with these
+    /// powers.
     #[inline(never)]
     fn any(&self, powers: &[Power]) -> f32 {
         let mut sum = 0.0;
@@ -408,7 +415,7 @@ impl Recursions {
     }
 }
 
-/// Writer of values by slot, the nearest cell first.
+/// Writer of log-likelihood ratios by slot, from those of range cells, the nearest cell first.
 struct Slots<'a> {
     values: &'a mut [f32; SLOTS],
     first: Option<(usize, f32)>,
@@ -424,7 +431,7 @@ impl<'a> Slots<'a> {
         }
     }
 
-    /// Adds a cell's value: a slot has the maximum of its cells.
+    /// Adds a range cell's value at distance `x_m`, metres: a slot has the maximum of its cells.
     fn add(&mut self, x_m: f32, value: f32) {
         // `as` saturates.
         let slot = (x_m / SLOT_M) as usize;

@@ -33,21 +33,22 @@ use heapless::Vec;
 /// Maximum number of treads below the ground of a hypothesis: no sector of the mirror shows more.
 pub const MAX_TREADS: usize = 8;
 const _: () = assert!(MAX_TREADS <= MAX_STEPS);
-/// Standard deviation of an even distribution over one place, metres.
+/// Standard deviation of an even distribution over one place of an edge (1 cm), metres.
 const HALF_PLACE_M: f32 = PLACE_M * 0.29;
 /// Maximum height difference of a tread's echo from its level, metres.
 pub const OFF_M: f32 = 0.03;
-/// Minimum likelihood ratio at which an echo counts as a tread's.
+/// Minimum likelihood ratio, of a tread to everything else, at which an echo counts as the tread's.
 const MIN_RATIO: f32 = 0.05;
-/// Share of echoes whose height has the larger standard deviation.
+/// Share of a tread's echoes whose height has the larger of two standard deviations.
 const WIDE: f32 = 0.15;
-/// Factor of the larger standard deviation.
+/// Ratio of the larger standard deviation of echo heights to the smaller one.
 const WIDER: f32 = 3.0;
-/// Distance from a tread's end beyond which an echo is clearly on the tread or off it, metres.
+/// Horizontal distance from a tread's end beyond which an echo is clearly on the tread or off it, metres.
 const AROUND_M: f32 = 0.05;
 /// Mean distance beyond a tread's ends up to which its echoes lie, metres: a lobe's peak is not at the scatterer.
 pub const BEYOND_M: f32 = 0.009;
-/// Spacing of the sight lines up to which the expected number of echoes is summed, as tangents.
+/// Spacing of the sight lines up to which the expected number of echoes is summed, as tangents of the angle from the
+/// vertical.
 const TANGENT_STEP: f32 = 0.02;
 /// Tangent of the first sight line: 31° behind the vertical.
 const FIRST_TANGENT: f32 = -0.6;
@@ -55,16 +56,17 @@ const FIRST_TANGENT: f32 = -0.6;
 const TANGENTS: usize = 116;
 /// Degrees per radian.
 const DEG_PER_RAD: f32 = 180.0 / core::f32::consts::PI;
-/// Number of echoes that is added to the counted and to the expected one, to limit the scene's brightness factor.
+/// Number of echoes that is added to both the counted and the expected number, so that their ratio stays near 1 in
+/// scenes of few echoes.
 const USUAL_ECHOES: f32 = 4.0;
-/// Level below which echoes are mostly noise, dB.
+/// SNR below which echoes are mostly noise, dB.
 const NOISE_DB: f32 = 5.0;
-/// Width of a level class, dB.
+/// Width of the SNR classes in the table of density ratios, dB.
 pub const LEVEL_DB: f32 = 1.0;
 /// Unit of the angle from the vertical in the rates of echoes, degrees.
 const TEN_DEG: f32 = 10.0;
 
-/// An echo with its densities on a tread.
+/// An echo with the densities that it has as part of a tread.
 #[derive(Clone, Copy, Debug)]
 struct TreadEcho {
     x_m: f32,
@@ -72,14 +74,15 @@ struct TreadEcho {
     /// Standard deviation along the tread from the noise of its angle, metres.
     x_sigma_m: f32,
     y_sigma_m: f32,
-    /// Density of its level on treads over that of all other echoes in a square metre, m².
+    /// Density of the echo's SNR on treads over that of all other echoes in a square metre, m².
     ratio_m2: f32,
-    /// Expected number of echoes per metre on a tread at its place.
+    /// Expected number of echoes per metre of tread at the echo's place.
     rate: f32,
 }
 
 impl TreadEcho {
-    /// Returns the likelihood ratio of a tread at a level to everything else, per unit of the rate of echoes, metres.
+    /// Returns the likelihood ratio of a tread at level `y_m`, metres, to everything else, divided by the rate of
+    /// echoes, metres; 0 for an echo that is not the tread's.
     fn ratio_m(&self, y_m: f32) -> f32 {
         let off_m = self.y_m - y_m;
         if off_m.abs() > OFF_M {
@@ -108,9 +111,9 @@ pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
 /// A tread of a hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreadAt {
-    /// Its level, metres.
+    /// Level of the tread above the ground, metres; negative.
     pub y_m: f32,
-    /// Whether it has echoes; otherwise its level follows from its neighbours'.
+    /// Whether the tread has echoes; otherwise its level follows from its neighbours'.
     pub has_echoes: bool,
 }
 
@@ -121,19 +124,22 @@ pub type Treads = Vec<TreadAt, MAX_TREADS>;
 #[derive(Clone, Debug)]
 pub struct Descending {
     echoes: Vec<TreadEcho, MAX_ECHOES>,
-    /// Densities of the edges of the hypothesis that was evaluated last.
+    /// Densities of the edges of the hypothesis that was evaluated last; entry k is the edge at which tread k ends, the
+    /// ground being tread 0.
     edges: [EdgeDensity; MAX_TREADS],
-    /// The treads of that hypothesis, the ground first.
+    /// Treads of the hypothesis that was evaluated last, the ground first.
     treads: Vec<TreadAt, { MAX_TREADS + 1 }>,
-    /// Log-density of each edge's likeliest place, nats.
+    /// Maximum over all places of each edge's log-likelihood, nats, in the order of `edges`, whose densities are
+    /// relative to it.
     tops: [f32; MAX_TREADS],
-    /// Expected number of echoes on a level one metre below the mirror, cumulated up to each sight line.
+    /// Expected number of echoes on a level one metre below the mirror, cumulated up to each sight line, the rearmost
+    /// first.
     expected: [f32; TANGENTS],
     view: View,
     numbers: &'static TreadNumbers,
 }
 
-/// Weight of a hypothesis, and its mean dimensions.
+/// Weight of a hypothesis of stairs going down, and its mean dimensions.
 #[derive(Clone, Copy, Debug)]
 pub struct WeighedTreads {
     /// Log-prior plus log-likelihood ratio against no treads at all, nats.
@@ -158,7 +164,7 @@ impl Descending {
         }
     }
 
-    /// Takes in a scan's echoes.
+    /// Replaces the echoes by those of a scan, and computes the expected numbers of echoes.
     #[inline(never)]
     pub fn set_echoes(&mut self, echoes: &[Echo], view: View) {
         let strongest_db = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
@@ -204,8 +210,8 @@ impl Descending {
         math::max(self.view.height_m - y_m, number::MIN_RANGE_M)
     }
 
-    /// Returns the expected number of echoes on a level one metre below the mirror, up to a sight line of this
-    /// tangent.
+    /// Returns the expected number of echoes on a level one metre below the mirror, up to a sight line whose angle from
+    /// the vertical has this tangent.
     fn expected_to(&self, tangent: f32) -> f32 {
         let place = math::max((tangent - FIRST_TANGENT) * (1.0 / TANGENT_STEP), 0.0);
         // `as` saturates.
@@ -218,7 +224,7 @@ impl Descending {
         at(k) + share * (at(k + 1) - at(k))
     }
 
-    /// Returns the tread at a level, metres.
+    /// Returns the tread at a level, metres, with whether it has echoes: their log-likelihood ratio is positive.
     pub fn tread(&self, y_m: f32) -> TreadAt {
         TreadAt {
             y_m,
@@ -245,14 +251,16 @@ impl Descending {
         shown - self.depth_m(0.0) * self.expected_to(f32::INFINITY)
     }
 
-    /// Returns the log-likelihood ratio of a surface given by its level at each distance, nats.
+    /// Returns the log-likelihood ratio, to no surface, of a surface given by its level at each distance, nats, without
+    /// the expected number of echoes.
     fn surface_llr(&self, level: impl Fn(f32) -> f32) -> f32 {
         let on = self.echoes.iter().map(|e| (e, e.ratio_m(level(e.x_m))));
         on.map(|(e, ratio_m)| math::ln(1.0 + ratio_m * e.rate))
             .sum()
     }
 
-    /// Computes the densities of a hypothesis's edges. Those that it shares with the last hypothesis are kept.
+    /// Computes the densities of the edges of a hypothesis, given by its treads from the top down. Those that it shares
+    /// with the last hypothesis are kept.
     #[inline(never)]
     pub fn evaluate(&mut self, treads: &[TreadAt]) {
         let ground = TreadAt {
@@ -280,7 +288,7 @@ impl Descending {
         }
     }
 
-    /// Writes the log-likelihood of an edge at each place, where the tread before it ends and the next one begins.
+    /// Writes the log-likelihood of an edge at each place, in nats, where tread `upper` ends and tread `lower` begins.
     #[inline(never)]
     fn edge(&self, upper: TreadAt, lower: TreadAt, nats: &mut [f32; PLACES]) {
         let (above_m, below_m) = (self.depth_m(upper.y_m), self.depth_m(lower.y_m));
@@ -305,7 +313,8 @@ impl Descending {
         }
     }
 
-    /// Writes the density of an edge at each place relative to the largest one, whose logarithm it returns.
+    /// Writes the density of the edge between treads `upper` and `lower` at each place, relative to the largest one,
+    /// whose logarithm it returns, nats.
     #[inline(never)]
     fn density(&self, upper: TreadAt, lower: TreadAt, out: &mut [f32; PLACES]) -> f32 {
         self.edge(upper, lower, out);
@@ -321,9 +330,9 @@ impl Descending {
         top
     }
 
-    /// Adds the log-likelihood that the echoes on a tread give to an edge at each place. The tread ends at the edge,
-    /// or, with `begins`, it begins behind the edge; `begins` is the ratio of the tread's depth below the mirror to
-    /// the edge's.
+    /// Adds to `nats` the log-likelihood that the echoes on a tread at level `y_m` give to an edge at each place. The
+    /// tread ends at the edge, or, with `begins`, it begins behind the edge; `begins` is the ratio of the tread's depth
+    /// below the mirror to the edge's.
     #[inline(never)]
     fn end(&self, y_m: f32, begins: Option<f32>, nats: &mut [f32; PLACES]) {
         let [behind, ahead] = match begins {
@@ -370,7 +379,8 @@ impl Descending {
         }
     }
 
-    /// Returns the level of a tread, metres: the weighted mean of the echoes between its ends.
+    /// Returns the level of a tread, metres: the weighted mean of its echoes' heights between its ends, `from_m` and
+    /// `to_m`; `None` without echoes.
     pub fn level(&self, tread: TreadAt, (from_m, to_m): (f32, f32)) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
         for e in self.echoes.iter().filter(|_| tread.has_echoes) {
@@ -388,7 +398,7 @@ impl Descending {
     }
 }
 
-/// Density of an echo of the tread's end itself.
+/// Density of one echo near a tread's end: as the echo of the end itself, and as one of the tread.
 struct EndEcho {
     off_m: f32,
     number: f32,
@@ -406,8 +416,8 @@ impl EndEcho {
         }
     }
 
-    /// Returns the visible share of the tread at a distance from its end, metres, and the number of the end's own
-    /// echoes per metre.
+    /// Returns the visible share of the tread at a distance `on_m` from its end onto it, metres, and the number of the
+    /// end's own echoes per metre.
     fn at(&self, on_m: f32) -> (f32, f32) {
         let z = (on_m - self.off_m) * self.per_sigma;
         let on = above(-(on_m + BEYOND_M) * self.per_sigma);

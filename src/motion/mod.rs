@@ -1,7 +1,7 @@
 //! Motion of the chair: motion sentences of its controller, and a check of them by two sweeps.
 //!
-//! The results are values of [`crate::drive`] and [`crate::track`]. With them [`MotionCompensation`] moves echoes to where
-//! they lie as seen from the chair's last position.
+//! The results are given in the types of [`crate::drive`] and [`crate::track`]. With them
+//! [`MotionCompensation`] moves echoes to where they lie as seen from the chair's last position.
 //!
 //! | module | from → to |
 //! |---|---|

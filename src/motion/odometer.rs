@@ -1,6 +1,6 @@
-//! Errors of the odometer, and the maximum distance between two sweeps' echoes of one scatterer.
+//! Errors of the chair's odometer, and the maximum distance between two sweeps' echoes of one scatterer.
 
-/// Scale error of the odometer as a share of the distance travelled: tyres.
+/// Scale error of the odometer, which the tyres cause, as a share of the distance travelled.
 pub const ODOMETER_SCALE_ERROR: f32 = 0.02;
 /// Error of the odometer that does not grow with the distance travelled, metres.
 pub const ODOMETER_WANDER_M: f32 = 0.002;

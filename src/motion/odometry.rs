@@ -14,20 +14,20 @@ use heapless::Deque;
 
 /// Default age above which a motion sentence is stale, microseconds.
 pub const MAX_AGE_US: u32 = 200_000;
-/// Maximum number of rows that wait for the next sentence: 200 ms of the fastest scans.
+/// Maximum number of rows that wait for the next motion sentence: those of 200 ms of the fastest scans.
 const MAX_WAITING: usize = 64;
 /// Maximum speed of a power chair near stairs, mm/s: 6 km/h, the speed limit of indoor chairs (EN 12184 class A
 /// and B), and a margin.
 const MAX_MM_S: u64 = 2_000;
-/// Permitted jump of the travel beyond the maximum speed, mm: the odometer's resolution, and sentences that
-/// arrive together after the scanner was busy with an answer.
+/// Permitted excess of the travel between two sentences over the maximum speed, mm: the odometer's resolution,
+/// and sentences that arrive together after the scanner was busy with an answer.
 const TRAVEL_SLACK_MM: u64 = 20;
 /// Maximum pitch rate of a chair that stays on its wheels, degrees/s: off a 5 cm kerb at walking pace.
 const MAX_DEG_S: u64 = 60;
 /// Maximum noise of an inclinometer, 0.001 degree.
 const PITCH_SLACK: u64 = 1_000;
-/// Maximum number of lost sentences: those of 200 ms at 100 Hz, with a margin. A larger step of the sequence
-/// number is a step back.
+/// Maximum step of the sequence number from one motion sentence to the next: forward for lost sentences (those
+/// of 200 ms at 100 Hz, with a margin), backward for sentences out of order.
 const MAX_LOST: u16 = 1_000;
 
 /// Content of one motion sentence.
@@ -35,9 +35,9 @@ const MAX_LOST: u16 = 1_000;
 pub struct Reading {
     /// Sequence number of the sentence, 0…65535, increased by one each time.
     pub sequence: u16,
-    /// Forward travel, 0.1 mm, cumulative.
+    /// Forward travel of the chair, cumulative, 0.1 mm.
     pub travel: i32,
-    /// The chair's pitch, nose up positive, 0.001°.
+    /// The chair's pitch, nose up positive, 0.001°; `None` without an inclinometer.
     pub pitch: Option<i32>,
 }
 
@@ -48,17 +48,18 @@ struct Arrived {
     reading: Reading,
 }
 
-/// Time and travel of a scan's last row.
+/// Time and travel of the last row of a scan.
 #[derive(Clone, Copy, Debug)]
 struct End {
     at: Micros,
-    /// Travel at the first row (0.1 mm), travel since then (metres), and the number of the chain of readings;
-    /// `None` if the scan's input was not good.
+    /// Odometer's travel from which the scan's track counts (0.1 mm), the track's travel at the last row
+    /// (metres), and the number of the chain of readings; `None` if the scan's input was not good.
     travel: Option<(i32, f32, u16)>,
 }
 
 impl End {
-    /// Returns the travel from here to `later`, metres; `None` if the input was not good all the way.
+    /// Returns the travel from this last row to the last row `later`, metres; `None` if the input was not good
+    /// all the way.
     fn travel_m(&self, later: &Self) -> Option<f32> {
         match (self.travel, later.travel) {
             (Some((a, a_m, chain)), Some((b, b_m, same))) if chain == same => {
@@ -72,7 +73,7 @@ impl End {
 /// Motion input, and the track of a scan that results from it.
 #[derive(Debug)]
 pub struct Odometry {
-    /// Last two readings of one chain.
+    /// Last reading, and (`before`) the one before it if the travel between them is known.
     last: Option<Arrived>,
     before: Option<Arrived>,
     /// Number of the chain of readings; a new one begins when the travel between two readings is unknown.
@@ -81,9 +82,10 @@ pub struct Odometry {
     faults: u16,
     waiting: Deque<(u16, Micros), MAX_WAITING>,
     track: Track,
-    /// Time of the present scan's first row, and the travel that its own travel counts from, 0.1 mm.
+    /// Time of the present scan's first row, and the odometer's travel from which the scan's track counts, 0.1
+    /// mm; `None` before that row.
     begun: Option<(Micros, i32)>,
-    /// State of the input in this scan: its first fault, `Good` without one.
+    /// State of the motion input in the present scan: its first fault, `Good` without one.
     scan: Input,
     /// Last rows of the last scan and of the last guard sweep.
     end: Option<End>,
@@ -104,7 +106,7 @@ impl Default for Odometry {
 }
 
 impl Odometry {
-    /// Without any reading.
+    /// Creates a motion input that has received no sentence.
     pub const fn new() -> Self {
         Self {
             last: None,
@@ -126,7 +128,7 @@ impl Odometry {
         }
     }
 
-    /// Returns the state of the input at `now`.
+    /// Returns the state of the motion input at `now`.
     pub fn state(&self, now: Micros) -> Input {
         match self.last {
             Some(last) if now.since(last.at) > self.max_age_us => Input::Late,
@@ -144,26 +146,27 @@ impl Odometry {
         self.faults
     }
 
-    /// Counts a fault of the input, and discards the present scan's positions.
+    /// Counts a fault `what` of the motion input, and discards the present scan's positions.
     fn fault(&mut self, what: Input) {
         self.state = what;
         self.faults = self.faults.saturating_add(1);
         self.invalidate_scan(what);
     }
 
-    /// Marks the present scan as one without motion input.
+    /// Marks the present scan as one without motion input, because of the fault `what`.
     fn invalidate_scan(&mut self, what: Input) {
         if self.begun.is_some() && self.scan == Input::Good {
             self.scan = what;
         }
     }
 
-    /// Counts a damaged motion sentence.
+    /// Counts a motion sentence that was received damaged.
     pub fn garbled(&mut self) {
         self.fault(Input::Garbled);
     }
 
-    /// Takes a motion sentence that arrived at `now`.
+    /// Takes a motion sentence that arrived at `now`: checks it against the one before, and interpolates the
+    /// positions of waiting rows.
     pub fn take(&mut self, now: Micros, reading: Reading) {
         let next = Arrived { at: now, reading };
         let Some(last) = self.last else {
@@ -212,7 +215,7 @@ impl Odometry {
         self.scan = Input::Good;
     }
 
-    /// Takes row `row` of the map, with its mid chirp at `at`.
+    /// Takes row `row` of the map, with its mid chirp at `at`; the row waits for the next motion sentence.
     pub fn row(&mut self, row: u16, at: Micros) {
         if self.begun.is_none() {
             let origin = self.last.map_or(0, |last| last.reading.travel);
@@ -227,7 +230,7 @@ impl Odometry {
         let _ = self.waiting.push_back((row, at));
     }
 
-    /// Adds a row whose position is unknown, with its time.
+    /// Adds a row at time `at` whose position is unknown, and marks the scan with the reason `why`.
     fn add_without_position(&mut self, row: u16, at: Micros, why: Input) {
         self.invalidate_scan(match self.state {
             Input::Absent => Input::Absent,
@@ -246,7 +249,8 @@ impl Odometry {
         at.since(begun) as f32 * 1e-6
     }
 
-    /// Interpolates the waiting rows up to `until` on the line through the last two readings.
+    /// Adds the waiting rows up to time `until` to the track, interpolated on the line through the last two
+    /// readings.
     fn interpolate_waiting(&mut self, until: Micros) {
         while let Some(&(row, at)) = self.waiting.front() {
             if !until.reached(at) {
@@ -260,8 +264,8 @@ impl Odometry {
         }
     }
 
-    /// Returns the chair's position at `at`, on the line through the last two readings; `None` before the first
-    /// of them.
+    /// Returns the chair's travel and pitch at time `at`, on the line through the last two readings; `None`
+    /// before the first of them.
     fn place(&self, at: Micros) -> Option<RowPose> {
         let (before, last) = (self.before?, self.last?);
         // No extrapolation to times before the two readings.
@@ -291,7 +295,8 @@ impl Odometry {
         })
     }
 
-    /// Ends a scan of the other plane: the next scan's travel counts from the scan before this one.
+    /// Ends a scan of the other plane (depth or height) in between: the next scan's travel counts from the scan
+    /// before this one.
     pub fn finish_aside(&mut self, now: Micros) {
         let before = self.end;
         self.finish(now);
@@ -371,13 +376,14 @@ impl Odometry {
         }
     }
 
-    /// Sets whether the evidence of earlier scans is used.
+    /// Sets whether the evidence of scans before the present one is used.
     pub fn set_retention(&mut self, memory: Retention) {
         self.retention = memory;
     }
 }
 
-/// Returns whether a chair can have moved from one reading to the next.
+/// Returns whether a chair can have moved from one reading to the next: within its maximum speed and pitch
+/// rate.
 fn is_steady(a: &Arrived, b: &Arrived) -> bool {
     let us = u64::from(b.at.since(a.at));
     let travel = u64::from(b.reading.travel.abs_diff(a.reading.travel));
@@ -399,7 +405,8 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// Sentences 10 ms apart from a chair at 0.2 m/s whose nose comes up by half a degree a second.
+    /// Returns the `k`-th of motion sentences 10 ms apart from a chair at 0.2 m/s whose nose comes up by half a
+    /// degree a second.
     fn reading(k: u16) -> Reading {
         Reading {
             sequence: 65_500_u16.wrapping_add(k),
@@ -415,12 +422,12 @@ mod tests {
 
     const ROWS: u16 = 281;
 
-    /// Time of row `row`, µs after sentence 0: the scan begins between two sentences.
+    /// Returns the time of row `row`, µs after sentence 0: the scan begins between two sentences.
     fn seen(row: u16) -> u32 {
         24_000 + 4_630 * u32::from(row)
     }
 
-    /// A scan; `send` is called in place of each sentence.
+    /// Runs a scan of `ROWS` rows; `send` is called in place of each sentence `k`.
     fn scan(odometry: &mut Odometry, mut send: impl FnMut(&mut Odometry, u16)) {
         let mut row = 0;
         odometry.begin(ROWS);

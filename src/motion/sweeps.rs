@@ -17,7 +17,7 @@ use heapless::Vec;
 /// Number of a sweep's strongest echoes that are compared.
 const MAX_SWEEP_ECHOES: usize = 24;
 
-/// An echo as it is kept for the next sweep.
+/// A strong echo as it is kept for the comparison with the next sweep.
 #[derive(Clone, Copy, Debug)]
 struct SweepEcho {
     x_m: f32,
@@ -33,9 +33,9 @@ type SweepEchoes = Vec<SweepEcho, MAX_SWEEP_ECHOES>;
 /// Result of the comparison of two sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Whether the sweeps agree.
+    /// Whether the two sweeps agree on the chair's motion.
     pub finding: Finding,
-    /// State of the motion input.
+    /// State of the motion input during the later sweep.
     pub input: Input,
 }
 
@@ -59,7 +59,8 @@ impl Agreement {
         input: Input::Absent,
     };
 
-    /// Returns the agreement where no sweeps are compared: `Agreed` only for a chair that is known to stand.
+    /// Returns the agreement of a scan that is compared with no other: `Agreed` only for a chair that is known
+    /// to stand.
     pub fn untested(mode: Mode) -> Self {
         match mode {
             Mode::Standing => Self::STANDING,
@@ -81,8 +82,8 @@ impl Agreement {
         }
     }
 
-    /// Returns `Agreed` if the steps agree with the motion input (`by_steps`), although most echoes are of the
-    /// ground, which looks alike everywhere; else unchanged.
+    /// Returns the agreement with the finding `Agreed` if the steps agree with the motion input (`by_steps`),
+    /// although most echoes are of the ground, which looks alike everywhere; else unchanged.
     pub fn confirmed(self, by_steps: bool) -> Self {
         let open = matches!(self.finding, Finding::Unconfirmed | Finding::Moved);
         let finding = match open && by_steps && self.input == Input::Good {
@@ -92,27 +93,27 @@ impl Agreement {
         Self { finding, ..self }
     }
 
-    /// Returns whether the echoes' positions can be used.
+    /// Returns whether the echoes' positions can be used: the sweeps agree, or could not be compared.
     pub fn placed(&self) -> bool {
         matches!(self.finding, Finding::Agreed | Finding::Unconfirmed)
     }
 }
 
-/// Echoes of the sweep before.
+/// Comparison of each sweep with the one before, whose strongest echoes are kept.
 #[derive(Debug)]
 pub struct SweepComparison {
     echoes: SweepEchoes,
     plane: Plane,
-    /// Whether the echoes are given as seen from the mirror at the sweep's last row.
+    /// Whether the kept echoes are given as seen from the mirror at their sweep's last row.
     placed: bool,
 }
 
-/// Signal-to-noise ratio from which an echo has a weight, dB.
+/// SNR from which an echo has a weight in the comparison, dB; the weight is the SNR less this.
 const FROM_DB: f32 = 8.0;
-/// Maximum weight of an echo: dB above [`FROM_DB`].
+/// Maximum weight of an echo in the comparison: dB above [`FROM_DB`].
 const MAX_DB: f32 = 25.0;
 
-/// Maximum height difference of two echoes of one scatterer at range 0, metres.
+/// Maximum height difference of two sweeps' echoes of one scatterer at range 0, metres.
 const SAME_HEIGHT_M: f32 = 0.012;
 /// Increase of the maximum height difference with range, radians: one step of the scan and the shift of the
 /// main lobe. The limit along the ground is [`SAME_PLACE_M`].
@@ -120,26 +121,28 @@ const SAME_HEIGHT_RAD: f32 = 0.008;
 
 /// Bin width of the histogram of distances between two sweeps' echoes, metres.
 const BIN_M: f32 = 0.01;
-/// Number of bins of that histogram to each side of zero.
+/// Number of bins of the histogram of distances to each side of zero.
 const BINS: usize = 60;
 
-/// Minimum share of the weight that agrees in two sweeps from one position. Of 60 simulated pairs from standing
-/// chairs all but those without echoes have 0.82 or more, of 70 from moving ones none has more than 0.65.
+/// Minimum share of the echoes' weight that agrees in two sweeps from one position. Of 60 simulated pairs from
+/// standing chairs all but those without echoes have 0.82 or more, of 70 from moving ones none has more than
+/// 0.65.
 const STANDING_SHARE: f32 = 0.75;
 /// Maximum travel from sweep to sweep of a chair that stands, metres: a sixth of the tolerance that `ok`
 /// guarantees.
 const STANDING_M: f32 = 0.005;
-/// Minimum share of the weight that agrees where the travel between the sweeps is known: 0.34 and more in the
-/// same recordings.
+/// Minimum share of the echoes' weight that agrees where the travel between the sweeps is known: 0.34 and more
+/// in the pairs that were simulated for [`STANDING_SHARE`].
 const DRIVING_SHARE: f32 = 0.33;
-/// Minimum weight by which the agreement exceeds that for any other travel: two echoes of 17 dB. With it none
-/// of 200 pairs with reversed or frozen travel counted as agreeing.
+/// Minimum weight (dB above [`FROM_DB`], summed over echoes) by which the agreement for the reported travel
+/// exceeds that for any other: two echoes of 17 dB. With it none of 200 pairs with reversed or frozen travel
+/// counted as agreeing.
 const MIN_MARGIN: f32 = 18.0;
-/// Number of other travels that are tested to each side.
+/// Number of travels to each side of the reported one that are tested beside it.
 const OTHER_TRAVELS: usize = 12;
-/// Distance between the tested travels, metres.
+/// Distance between the travels that are tested beside the reported one, metres.
 const OTHER_TRAVEL_STEP_M: f32 = 0.05;
-/// Minimum share of the weight that agrees on a steady speed without motion input.
+/// Minimum share of the echoes' weight that agrees on one steady speed without motion input.
 const STEADY_SHARE: f32 = 0.5;
 /// Minimum time between an echo's two observations, as a share of the sweep interval, from which a speed is
 /// estimated.
@@ -220,8 +223,9 @@ impl SweepComparison {
         Agreement { finding, input }
     }
 
-    /// Compares this sweep with the one before, `moved_m` metres back. `Agreed` requires that the sweeps agree
-    /// better than for any other travel, and by more than a few weak echoes can cause.
+    /// Compares this sweep's echoes `marks` with the sweep before, with a reported travel of `moved_m` metres
+    /// in between. `Agreed` requires that the sweeps agree better than for any other travel, and by more than a
+    /// few weak echoes can cause.
     fn driven(&self, marks: &[SweepEcho], moved_m: f32) -> Finding {
         let tolerance_m = same_place_m(moved_m);
         let at = |way: f32| share(&self.echoes, marks, tolerance_m, |_, _| way - moved_m);
@@ -246,7 +250,8 @@ impl SweepComparison {
         }
     }
 
-    /// Estimates a steady speed, with `since_s` seconds between the sweeps' last rows.
+    /// Estimates a steady speed without motion input from this sweep's echoes `marks` and the sweep before,
+    /// whose last rows are `since_s` seconds apart.
     fn steady_speed(&self, marks: &[SweepEcho], since_s: f32) -> SteadySpeed {
         let between = |a: &SweepEcho, b: &SweepEcho| (since_s + a.before_s - b.before_s) / since_s;
         let way = |a: &SweepEcho, b: &SweepEcho| {
@@ -279,13 +284,15 @@ impl SweepComparison {
     }
 }
 
-/// Result of two sweeps without motion input; the speed in metres a second.
+/// Result of the comparison of two sweeps without motion input: finding, and steady forward speed, m/s, if one
+/// explains the echoes.
 struct SteadySpeed {
     finding: Finding,
     speed: Option<f32>,
 }
 
-/// Returns the strongest echoes of a sweep; `placed` moves them to where they lie at the last row.
+/// Returns the strongest echoes of a sweep for the comparison; `placed` moves them to where they lie at the
+/// last row.
 fn sweep_echoes(
     echoes: &[Echo],
     map: &PolarMap,
@@ -315,8 +322,8 @@ fn same_height(a: &SweepEcho, b: &SweepEcho) -> bool {
     (a.y_m - b.y_m).abs() <= reach
 }
 
-/// Returns the share of the weight of `new` that has an echo of `old` at its height and `shift` metres away
-/// forward, within `tolerance_m`.
+/// Returns the weight of those echoes of `new` that lie `shift` metres forward of an echo of `old` at their
+/// height, within `tolerance_m`, as a share of the weight of all of `new`.
 fn share(
     old: &[SweepEcho],
     new: &[SweepEcho],
@@ -336,8 +343,8 @@ fn share(
     found / math::max(all, 1.0)
 }
 
-/// Refines the travel from sweep to sweep, about `most` metres: weighted least squares over all pairs that
-/// agree with it, each of which covers a share (`between`) of the travel.
+/// Returns a refined travel from sweep to sweep, metres, of which `most` is an estimate: weighted least squares
+/// over all pairs that agree with it, each of which covers a share (`between`) of the travel.
 fn refine(
     old: &[SweepEcho],
     new: &[SweepEcho],
@@ -359,7 +366,8 @@ fn refine(
     if squares > 0.0 { sum / squares } else { most }
 }
 
-/// Histogram of the distances between the sweeps' echoes, by weight of the pairs.
+/// Histogram of the distances between the sweeps' echoes: entry k is the weight of the pairs about (k -
+/// [`BINS`]) · [`BIN_M`] metres apart.
 struct Votes([f32; 2 * BINS + 1]);
 
 impl Votes {
@@ -390,7 +398,8 @@ impl Votes {
         votes
     }
 
-    /// Returns the travel of the fullest bin, metres, at least `beyond_m` from zero.
+    /// Returns the distance of the histogram's fullest bin, metres, among those at least `beyond_m` from zero;
+    /// 0 if all are empty.
     fn peak(&self, beyond_m: f32) -> f32 {
         let mut best = (0.0, 0.0);
         for (k, &votes) in self.0.iter().enumerate() {

@@ -13,7 +13,7 @@ const ROWS: u16 = 281;
 const TURN_S: f32 = 0.1;
 const CHIRP_S: f32 = 0.001;
 
-/// Corners of a flight and of objects around it: x and y in metres, level in dB.
+/// Corners of a flight and of objects around it: x and y in metres, SNR in dB.
 const SCENE: [(f32, f32, f32); 7] = [
     (1.3, 0.17, 35.0),
     (1.58, 0.34, 30.0),
@@ -29,7 +29,7 @@ const SCENE: [(f32, f32, f32); 7] = [
 struct Chair {
     speed: f32,
     rad_s: f32,
-    /// Whether motion input and phases show that it stood.
+    /// Whether motion input and the phases of the echoes show that the chair stood.
     stood: bool,
 }
 
@@ -112,8 +112,8 @@ fn under(agreement: Agreement) -> Outcome {
     outcome
 }
 
-/// Returns the outcome of the last of `sweeps` sweeps over an `ok` answer, and its echoes; `said` turns the
-/// true travel into that of the odometer.
+/// Returns the outcome of the last of `sweeps` sweeps over an answer that is otherwise `ok`, and its
+/// compensated echoes; `said` turns the true travel into that of the odometer.
 fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outcome, Echoes) {
     let config = Config::default();
     let map = tests::map(&config, |_, _| 80);

@@ -30,52 +30,55 @@ use crate::signal::echoes::Echo;
 /// range of 3 m.
 pub const WALL_M: core::ops::RangeInclusive<f32> = 0.6..=2.5;
 
-/// Maximum angle offset of a mounting, radians: more is a wrong bracket or a misplaced switch.
+/// Maximum angle offset that calibration accepts for a mounting, radians: more is a wrong bracket or a
+/// misplaced switch.
 const MAX_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
-/// Maximum error of the range scale: five times the drift of a chirp's slope.
+/// Maximum error of the range scale, as a share of the range: five times the drift of a chirp's slope.
 const MAX_SCALE_ERROR: f32 = 0.05;
-/// Maximum error of the mounting height, metres.
+/// Maximum difference of the fitted mounting height from the configured one, metres.
 const MAX_HEIGHT_ERROR_M: f32 = 0.15;
-/// Minimum level of a flash above the noise, dB: that of a plaster wall at 1.5 m is 50.
+/// Minimum SNR of a wall's flash (specular reflection), dB: that of a plaster wall at 1.5 m is 50.
 const FLASH_DB: f32 = 25.0;
-/// Minimum level of the corner above the noise, dB: that of plaster and concrete is 49.
+/// Minimum SNR of the echo of the corner of wall and ground, dB: that of plaster and concrete is 49.
 const CORNER_DB: f32 = 20.0;
-/// Maximum level below the flash of an echo that counts as a second reflector, dB: weaker ones may be side
-/// lobes or multiple reflections of the flash.
+/// Maximum level below the wall's flash of an echo that counts as a second reflector, dB: weaker ones may be
+/// side lobes or multiple reflections of the flash.
 const LESSER_DB: f32 = 30.0;
-/// Maximum range difference of echoes of one wall, metres: two bins.
+/// Maximum range difference of echoes of one wall, metres: two range bins.
 const SAME_M: f32 = 0.03;
-/// Maximum distance of the corner from the wall's distance, metres.
+/// Maximum horizontal distance of the corner's echo from the measured wall before the fit, metres.
 const CORNER_M: f32 = 0.08;
 /// Maximum height of a ground echo above or below the ground, metres, by the flash's angle and the nominal
 /// height: the error of the height itself remains.
 const FLOOR_M: f32 = MAX_HEIGHT_ERROR_M;
-/// Minimum distance of a ground echo from the wall, metres: nearer echoes belong to the corner.
+/// Minimum horizontal distance of a ground echo from the wall, metres: nearer echoes belong to the corner.
 const CORNER_MARGIN_M: f32 = 0.1;
-/// Minimum number of ground echoes.
+/// Minimum number of ground echoes for a calibration.
 const MIN_GROUND_ECHOES: u8 = 5;
 /// Distance from the fitted ground, in standard deviations, beyond which a ground echo is an outlier.
 const OUTLIER_SIGMAS: f32 = 4.0;
-/// Maximum share of outliers among the ground echoes.
+/// Maximum share of outliers among the ground echoes of a calibration.
 const OUTLIER_SHARE: f32 = 0.34;
-/// Maximum distance of the corner from its place after the fit, metres: the shape of the main lobe, and the
-/// wall's base.
+/// Maximum range error of the corner's echo after the fit, metres: the shape of the main lobe, and the wall's
+/// base.
 const CORNER_OFF_M: f32 = 0.01;
-/// Maximum angle of the corner from its place after the fit, radians.
+/// Maximum angle error of the corner's echo after the fit, radians.
 const CORNER_OFF_RAD: f32 = 0.5 * RAD_PER_DEG;
-/// Standard deviation of a flash's or a corner's range beyond its noise, metres: the chirp's slope.
+/// Standard deviation of the range of the flash or the corner in addition to that by noise, metres: the chirp's
+/// slope.
 const RANGE_MODEL_M: f32 = 0.0005;
-/// Standard deviation of the wall's distance, metres: a steel tape from the mirror to the wall.
+/// Standard deviation of the wall's measured distance, metres: a steel tape from the mirror to the wall.
 const TAPE_M: f32 = 0.001;
-/// Standard deviation of the mirror echo's range, bins: resolution of 1/16 bin, half of it over √3.
+/// Standard deviation of the range of the mirror's own echo, bins of the transform: resolution of 1/16 bin,
+/// half of it over √3.
 const MIRROR_BINS: f32 = 0.018;
-/// Number of linearised fits; the third one already changes nothing.
+/// Number of linearised least-squares fits; the third one already changes nothing.
 const ROUNDS: usize = 5;
 
-/// Reason why there is no calibration.
+/// Reason why calibration on command gives no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The scan is of the height plane.
+    /// The scan is of the height plane; calibration needs the depth plane.
     Plane,
     /// The given distance of the wall is outside [`WALL_M`].
     Distance,
@@ -91,12 +94,12 @@ pub enum Refusal {
     FewEchoes,
     /// The echoes do not lie on one level ground with a wall on it.
     Misfit,
-    /// The fitted mounting is outside the limits that calibration corrects.
+    /// The fitted mounting differs from the configured one by more than calibration corrects.
     TooFar,
 }
 
 impl Refusal {
-    /// Returns the expected property of the scene, for people.
+    /// Returns the property of the scene that was expected and is missing, as a text for people.
     pub const fn expected(self) -> &'static str {
         match self {
             Self::Plane => "plane: expected depth",
@@ -134,7 +137,7 @@ pub struct Mounting {
     /// Offset that is added to all angles, radians: positive where the beam is lower than configured. Errors of
     /// homing and the pitch of the chair cannot be separated.
     pub offset_rad: Estimate,
-    /// Factor on ranges from the radar.
+    /// Factor by which ranges from the radar have to be multiplied.
     pub scale: Estimate,
     /// Range of the mirror's own echo, metres from the radar: the value of the setting `mirror-echo`.
     pub mirror_echo_m: Estimate,
@@ -152,7 +155,7 @@ enum Part {
     Floor,
 }
 
-/// Parameters of the fit: height, angle offset, and the range scale minus 1.
+/// Parameters of the fit: mirror's height, angle offset, and (`stretch`) the range scale minus 1.
 #[derive(Clone, Copy, Debug)]
 struct MountState {
     height_m: f32,
@@ -167,31 +170,34 @@ struct CalibrationScene {
     mirror_m: f32,
 }
 
-/// A residual with its derivatives by height, offset and stretch, and its variance.
+/// A residual of the fit (metres or radians), its derivatives by height, angle offset and range scale (`by`, in
+/// this order), and its variance.
 struct Equation {
     residual: f32,
     by: [f32; 3],
     variance: f32,
-    /// Whether the equation loses weight with its residual (Cauchy).
+    /// Whether the equation loses weight if its residual is large (Cauchy).
     robust: bool,
 }
 
 impl CalibrationScene {
-    /// Returns the true range from the mirror, metres, and the true angle below the horizontal, radians.
+    /// Returns an echo's true range from the mirror, metres, and its true angle below the horizontal, radians,
+    /// if the mounting is `s`.
     fn real(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let from_radar = (1.0 + s.stretch) * (e.range_m + self.mirror_m);
         (from_radar - self.mirror_m, e.angle_rad + s.offset_rad)
     }
 
-    /// Returns the horizontal distance from the mirror and the height above the ground, metres.
+    /// Returns an echo's horizontal distance from the mirror and its height above the ground, metres, if the
+    /// mounting is `s`.
     fn point(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let (range, angle) = self.real(e, s);
         let (sin, cos) = math::sin_cos(angle);
         (range * cos, s.height_m - range * sin)
     }
 
-    /// Calls `each` with the equations of one echo: one of a ground echo, two (range, angle) of flash and
-    /// corner.
+    /// Calls `each` with the equations of one echo, linearised at the mounting `s`: one of a ground echo, two
+    /// (range, angle) of flash and corner.
     fn equations(
         &self,
         e: &Echo,
@@ -260,16 +266,17 @@ fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
     Some(inverse)
 }
 
-/// Result of the fit.
+/// Result of the fit: mounting, and number of ground echoes (`floor`) and of outliers among them.
 struct MountFit {
     state: MountState,
-    /// Standard errors of height, offset and stretch.
+    /// Standard errors of height (metres), angle offset (radians) and range scale.
     sigmas: [f32; 3],
     floor: u8,
     outliers: u8,
 }
 
-/// Flash and corner, and the start of the fit that follows from them.
+/// Echoes of the wall's flash and of the corner of wall and ground, and the start of the fit that follows from
+/// them.
 struct ReferenceEchoes<'e> {
     flash: &'e Echo,
     corner: &'e Echo,
@@ -328,7 +335,7 @@ impl CalibrationScene {
         })
     }
 
-    /// Returns whether an echo is one of the ground before the wall.
+    /// Returns whether an echo comes from the ground before the wall, if the mounting is `s`.
     fn is_floor(&self, e: &Echo, s: &MountState, p: &Params) -> bool {
         let (x, y) = self.point(e, s);
         let ahead = x > p.floor_from_m && x < self.wall_m - CORNER_MARGIN_M;

@@ -8,9 +8,9 @@ use crate::math;
 use crate::params::Params;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 
-/// Power n of (1 - q/n)^n, which approximates exp(-q) well enough at a tenth of the instructions.
+/// Power n of (1 - q/n)^n, by which an echo's weight exp(-q) is approximated at a tenth of the instructions.
 const REACH: f32 = 4.0;
-/// Maximum number of height steps to each side.
+/// Maximum number of tested ground heights to each side of the configured one.
 const MAX_HEIGHT_STEPS: usize = 24;
 
 /// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
@@ -31,9 +31,9 @@ pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
 struct GroundEcho {
     x_m: f32,
     y_m: f32,
-    /// Half of the inverse variance of the echo's height, 1/m².
+    /// Half of the inverse variance of the echo's height above the ground, 1/m².
     half_precision: f32,
-    /// Distance in height beyond which the echo has no weight, metres.
+    /// Height difference from a ground beyond which the echo has no weight for it, metres.
     reach_m: f32,
     weight: f32,
 }
@@ -52,8 +52,8 @@ impl GroundEcho {
         }
     }
 
-    /// Adds to `supports` the echo's weight for a ground at each height, in steps of `step_m` metres from
-    /// `lowest_m` on, that is inclined by `slope`.
+    /// Adds the echo's weight to `supports`: entry k is for a ground that has the height `lowest_m` + k ·
+    /// `step_m` metres below the mirror and falls forward by `slope` (radians).
     fn support(&self, slope: f32, lowest_m: f32, step_m: f32, supports: &mut [f32]) {
         let above_m = self.y_m + slope * self.x_m - lowest_m;
         let first = math::max(math::ceil((above_m - self.reach_m) / step_m), 0.0) as usize;
@@ -67,12 +67,12 @@ impl GroundEcho {
     }
 }
 
-/// Evidence for the ground at and away from its configured place, as sums of the echoes' weights.
+/// Evidence for the ground at and away from its configured place, each a sum of echoes' weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroundEvidence {
-    /// Maximum over the heights and slopes that are within the tolerance.
+    /// Maximum of the evidence over the heights and slopes of the ground that are within the tolerance.
     pub configured: f32,
-    /// Maximum over the others: at another height, or inclined.
+    /// Maximum of the evidence over all other tested grounds: at another height, or inclined.
     pub other: f32,
 }
 
@@ -84,7 +84,8 @@ impl GroundEvidence {
         self.other - self.configured <= p.floor_elsewhere && !alone
     }
 
-    /// Returns whether the evidence confirms the configured mounting.
+    /// Returns whether the evidence confirms the configured mounting: it is clearly larger than for any other
+    /// ground.
     pub fn confirmed(&self, p: &Params) -> bool {
         self.configured > self.other + p.floor_firm
     }

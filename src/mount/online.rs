@@ -13,22 +13,23 @@ pub struct Calibration {
     pub bias_rad: f32,
     /// Height error, subtracted from all heights, metres.
     pub height_m: f32,
-    /// Standard deviation of the remaining bias, radians.
+    /// Standard deviation of the angle bias that remains, radians.
     pub bias_sigma_rad: f32,
     /// Sum of the squares of both errors, each in units of its prior standard deviation.
     pub chi_square: f32,
 }
 
 impl Calibration {
-    /// Returns whether both errors are within the tolerance of tyres, brackets and homing switch.
+    /// Returns whether angle bias and height error are within the tolerance of tyres, brackets and homing
+    /// switch.
     pub fn fits(&self, p: &Params) -> bool {
         self.chi_square <= p.calibration_strain
     }
 }
 
-/// Estimates both errors by least squares over the echoes that can only be ground, subtracts them from
-/// `echoes`, and returns them. Each height error is modelled as -(range · cos angle) · bias + height, with
-/// priors; echoes off the ground lose weight (Cauchy).
+/// Estimates angle bias and height error by least squares over the echoes that can only be ground, subtracts
+/// them from `echoes`, and returns them. Each height error is modelled as -(range · cos angle) · bias + height,
+/// with priors; echoes off the ground lose weight (Cauchy).
 pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibration {
     let precision = |sigma: f32| 1.0 / (sigma * sigma);
     let prior = [

@@ -11,11 +11,11 @@ use crate::config::{MAX_MODES, ParticleConfig, Spread};
 use crate::math;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 
-/// Maximum number of bins of a row.
+/// Maximum number of range bins of a row.
 const MAX_BINS: usize = 256;
 
-/// Range of high-intensity cells below the strongest cell, dB. A nosing is about 10 dB weaker than the corner under
-/// it, and that of the first step, seen obliquely, is weaker still.
+/// Maximum difference from the strongest cell's level at which a cell is of high intensity, dB. A nosing is about 10
+/// dB weaker than the corner under it, and that of the first step, seen obliquely, is weaker still.
 pub const HIGH_INTENSITY_DB: f32 = 25.0;
 
 /// Level below the strongest echo at the same range at which an echo counts as that one's side lobe, dB. It keeps a
@@ -23,23 +23,24 @@ pub const HIGH_INTENSITY_DB: f32 = 25.0;
 /// step look like a pillar.
 const SIDE_LOBE_DB: f32 = 25.0;
 
-/// Converts dB to units of a cell.
+/// Converts dB to map units, 1/8 octave.
 const fn units(db: f32) -> u8 {
     (db / DB_PER_UNIT) as u8
 }
 
-/// Levels of the map, collected row by row during the scan, in any order of the rows.
+/// Extreme levels of the map's cells and detections, map units, collected row by row during the scan, in any order of
+/// the rows.
 #[derive(Clone, Debug)]
 pub struct MapLevels {
-    /// Minimum of all cells: the minimum received power.
+    /// Minimum of all cells, the minimum received power, map units.
     floor: u8,
-    /// Maximum of all cells.
+    /// Maximum of all cells, map units.
     peak: u8,
-    /// Maximum of the CA-CFAR detections.
+    /// Maximum of the cells with a CA-CFAR detection, map units.
     detection_peak: u8,
-    /// Maximum of the CA-CFAR detections in each range bin.
+    /// Entry k: maximum of the cells with a CA-CFAR detection in range bin k, map units.
     column_peak: [u8; MAX_BINS],
-    /// Number of CA-CFAR detections.
+    /// Number of CA-CFAR detections of the map.
     detections: u32,
 }
 
@@ -55,7 +56,7 @@ impl MapLevels {
         }
     }
 
-    /// Removes all rows.
+    /// Removes all rows, before a scan.
     pub fn clear(&mut self) {
         self.floor = u8::MAX;
         self.peak = 0;
@@ -64,12 +65,12 @@ impl MapLevels {
         self.detections = 0;
     }
 
-    /// Returns the number of CA-CFAR detections.
+    /// Returns the number of CA-CFAR detections of the map.
     pub fn hits(&self) -> u32 {
         self.detections
     }
 
-    /// Adds row `row` of `map`.
+    /// Takes row `row` of `map` into account.
     pub fn add_row(&mut self, map: &PolarMap, row: usize) {
         for &cell in map.row(row) {
             self.floor = self.floor.min(cell);
@@ -84,7 +85,8 @@ impl MapLevels {
         }
     }
 
-    /// Returns the strongest detection within one bin of `bin`, the width of a range lobe.
+    /// Returns the level of the strongest detection within one range bin of `bin`, the width of a range lobe, map
+    /// units; 0 without one.
     fn column(&self, bin: usize) -> u8 {
         let near = self.column_peak.get(bin.saturating_sub(1)..);
         near.unwrap_or(&[])
@@ -112,7 +114,8 @@ pub struct IntensityMap<'a> {
 }
 
 impl<'a> IntensityMap<'a> {
-    /// Returns the field for the distribution `spread`; `levels` are those of `map`.
+    /// Returns the map from which the particles of the distribution `spread` are weighted; `levels` are those of
+    /// `map`.
     pub fn new(map: &'a PolarMap, levels: &'a MapLevels, spread: Spread) -> Self {
         Self {
             map,
@@ -121,7 +124,7 @@ impl<'a> IntensityMap<'a> {
         }
     }
 
-    /// Returns the minimum level of a high-intensity cell.
+    /// Returns the minimum level of a high-intensity cell, map units.
     fn min_high_intensity(&self) -> u8 {
         let peak = match self.cfar {
             true => self.levels.detection_peak,
@@ -130,8 +133,8 @@ impl<'a> IntensityMap<'a> {
         peak.saturating_sub(units(HIGH_INTENSITY_DB)).max(1)
     }
 
-    /// Returns the power above the minimum at a particle's place (angle, range), in units of a cell. It is 0 outside
-    /// the map and, on the CFAR map, below the threshold and at side lobes.
+    /// Returns the power above the minimum at a particle's place (angle, range), in map units of 1/8 octave. It is 0
+    /// outside the map and, on the CFAR map, below the threshold and at side lobes.
     pub fn weight(&self, particle: &PointParticle) -> u16 {
         let Some((row, bin)) = particle.cell() else {
             return 0;
@@ -198,7 +201,7 @@ impl<'a> IntensityMap<'a> {
         modes
     }
 
-    /// Returns a mode around the cell (`row`, `bin`), as wide across the beam as along it.
+    /// Returns a mode around the cell (`row`, `bin`), as wide across the beam as along it, in particle coordinates.
     fn gaussian(&self, config: &ParticleConfig, row: usize, bin: usize) -> Gaussian {
         let geometry = self.map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
@@ -214,7 +217,8 @@ impl<'a> IntensityMap<'a> {
         }
     }
 
-    /// Returns a random place on the map, evenly distributed over the area of the sagittal plane.
+    /// Returns a random place on the map, evenly distributed over the area of the sagittal plane: angle and range,
+    /// units of 1/64 cell.
     pub fn anywhere(&self, rng: &mut impl Rng) -> [i16; 2] {
         let geometry = self.map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
@@ -236,7 +240,7 @@ mod tests {
     use rand_core::SeedableRng;
     use rand_xoshiro::Xoshiro128PlusPlus;
 
-    /// The default scan with cells of level 40 and these detections: row, bin, level.
+    /// The default scan with cells of level 40 and these detections: row, range bin, level in map units.
     fn scan(hits: &[(usize, usize, u8)]) -> (PolarMap, MapLevels) {
         let mut map = PolarMap::new();
         map.begin(&Config::default()).unwrap();

@@ -8,29 +8,29 @@ pub const MAX_CLUSTERS: usize = 64;
 /// Mark of a particle without a cluster.
 pub const NO_CLUSTER: u16 = u16::MAX;
 
-/// Category of an input.
+/// Result of [`FuzzyArt`] for one input: the category that it belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Match {
-    /// Index of the category.
+    /// Index of the category in [`FuzzyArt::categories`].
     pub category: u16,
     /// Whether the category is new or had to grow.
     pub learned: bool,
 }
 
-/// One category: the bounding box of all its inputs, which is equivalent to a weight vector of complement-coded
-/// inputs with fast learning.
+/// One category of [`FuzzyArt`], a cluster: the bounding box of all its inputs, which is equivalent to a weight
+/// vector of complement-coded inputs with fast learning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Category<const F: usize> {
-    /// Minimum of each feature.
+    /// Minimum of each feature over the inputs.
     pub low: [u8; F],
-    /// Maximum of each feature.
+    /// Maximum of each feature over the inputs.
     pub high: [u8; F],
-    /// |w| = Σ low + (255 - high): the smaller, the larger the box.
+    /// |w| = Σ low + (255 - high) over the features: the smaller, the larger the box.
     norm: u16,
 }
 
 impl<const F: usize> Category<F> {
-    /// Maximum |w|: that of a point.
+    /// Maximum |w|: that of a box which is a single point.
     const NORM: u16 = 255 * F as u16;
 
     fn point(input: &[u8; F]) -> Self {
@@ -152,7 +152,7 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
     }
 }
 
-/// Result of the rejection rules for a cluster.
+/// Result of the paper's rejection rules for a cluster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ClusterVerdict {
     /// The cluster is a step.
@@ -160,22 +160,24 @@ pub enum ClusterVerdict {
     Kept,
     /// Too few particles: scatter that did not converge.
     Outlier,
-    /// Part of the same object as the cluster of this number, and fused with it.
+    /// Part of the same object as the cluster with this index, and fused with it.
     Fused(u16),
-    /// Part of an object that another cluster represents.
+    /// Part of an object that another, larger cluster represents.
     Redundant,
 }
 
-/// Quantities by which a cluster is rejected.
+/// Particle count and mean position of a cluster, by which the rejection rules decide, and their result.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extent {
-    /// Number of its particles.
+    /// Number of the cluster's particles.
     pub count: u16,
-    /// Place along the axis of the beam's angle (the depth of stairs going up), metres.
+    /// Mean position along the axis from which the mirror's angle is measured (the depth of stairs going up; for
+    /// stairs going down the height, positive downwards), metres from the mirror.
     pub along_m: f32,
-    /// Place across that axis (the height of stairs going up), metres.
+    /// Mean position across the axis from which the mirror's angle is measured (the height of stairs going up,
+    /// positive upwards; for stairs going down the depth, negative forward), metres from the mirror.
     pub across_m: f32,
-    /// Result of the rejection rules.
+    /// Result of the rejection rules for the cluster.
     pub verdict: ClusterVerdict,
 }
 
@@ -187,7 +189,7 @@ impl Extent {
     }
 }
 
-/// Marks the clusters that hold fewer than 10 % of the mean particle count as outliers.
+/// Marks the clusters that hold fewer than 10 % of the mean particle count as outliers, in `clusters`.
 pub fn reject_outliers(clusters: &mut [Extent]) {
     const SHARE: u32 = 10;
     let total: u32 = clusters.iter().map(|c| u32::from(c.count)).sum();
@@ -199,7 +201,8 @@ pub fn reject_outliers(clusters: &mut [Extent]) {
     }
 }
 
-/// Calls `judge` with the number of each kept cluster, the largest first, and sets the fate that it returns.
+/// Calls `judge` with the number of each kept cluster, the largest first, and sets the result that it returns as that
+/// cluster's.
 fn by_precedence(
     clusters: &mut [Extent],
     mut judge: impl FnMut(&[Extent], usize, &Extent) -> ClusterVerdict,
@@ -219,8 +222,9 @@ fn by_precedence(
     }
 }
 
-/// Fuses clusters along the axis. Each kept cluster that is closer than `spacing_m` to one with more particles is
-/// fused with the nearest of those: a riser is one object, whatever its height and however uneven its echoes.
+/// Marks clusters that are close along the axis of the mirror's angle as fused. Each kept cluster that is closer than
+/// `spacing_m` to one with more particles is fused with the nearest of those: a riser is one object, whatever its
+/// height and however uneven its echoes.
 pub fn fuse(clusters: &mut [Extent], spacing_m: f32) {
     let mut objects: u64 = 0;
     by_precedence(clusters, |clusters, k, cluster| {
@@ -265,7 +269,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns the categories of `inputs` in their order, and the trained network.
+    /// Returns the category index of each of `inputs` in their order, and the trained network.
     fn settle<const F: usize>(
         inputs: &[[u8; F]],
         vigilance: u16,

@@ -8,28 +8,29 @@ use crate::math;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 
-/// Number of gaps below the topmost particle over which the density of particles is measured.
+/// Number of gaps between neighbouring particles, from the topmost one down, whose mean measures the particles'
+/// density.
 const TOP_GAPS: usize = 4;
 
-/// Statistics of one cluster's particles, in units of their coordinates.
+/// Statistics of one cluster's particles, in units of their coordinates (1/64 range bin) from the mirror.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClusterShape {
-    /// Number of particles.
+    /// Number of the cluster's particles.
     count: u16,
-    /// Power-weighted mean along the axis (eq. 5).
+    /// Power-weighted mean along the axis from which the mirror's angle is measured (eq. 5).
     along: f32,
-    /// Standard deviation along the axis.
+    /// Standard deviation along the axis from which the mirror's angle is measured, weighted by power.
     along_sigma: f32,
-    /// Mean across the axis.
+    /// Mean across the axis from which the mirror's angle is measured, each particle with the same weight.
     across: f32,
-    /// Coordinate of the topmost particle across the axis.
+    /// Smallest coordinate across the axis: that of the topmost particle, in the height plane of the nearest one.
     top: f32,
-    /// Mean gap between the topmost particles.
+    /// Mean gap across the axis between the particles from the one at `top` on.
     gap: f32,
 }
 
 impl ClusterShape {
-    /// Returns the statistics of `members`, which are sorted with the topmost first.
+    /// Returns the statistics of the particles `members`, which are sorted with the topmost first.
     pub fn of(members: &[PointParticle]) -> Self {
         let peak = members.iter().map(|p| p.weight).max().unwrap_or(0);
         let power = Moments::of(members, |p| linear_power(peak - p.weight.min(peak)));
@@ -50,7 +51,8 @@ impl ClusterShape {
         }
     }
 
-    /// Returns the quantities by which the cluster is rejected.
+    /// Returns particle count and mean position of the cluster, metres, for the rejection rules; `unit_m` is the unit
+    /// of the particles' coordinates, metres.
     pub fn extent(&self, unit_m: f32) -> Extent {
         Extent {
             count: self.count,
@@ -61,7 +63,7 @@ impl ClusterShape {
         }
     }
 
-    /// Returns the cluster as a step.
+    /// Returns the step that the cluster represents; `unit_m` is the unit of the particles' coordinates, metres.
     fn step(&self, geometry: &Geometry, unit_m: f32, config: &ParticleConfig) -> Step {
         let along = self.along * unit_m;
         let (sin, cos) = math::sin_cos(0.5 * geometry.beamwidth_rad);
@@ -100,15 +102,15 @@ impl ClusterShape {
     }
 }
 
-/// Returns the power `below` cell units (eighths of an octave) below 1, Q15.
+/// Returns the linear power, Q15, that lies `below` map units (eighths of an octave) below 1.
 fn linear_power(below: u16) -> u16 {
-    /// 2^(-k/8), Q15.
+    /// Entry k: 2^(-k/8), Q15.
     const EIGHTHS: [u16; 8] = [32768, 30048, 27554, 25268, 23170, 21247, 19484, 17867];
     let eighth = EIGHTHS.get(usize::from(below % 8)).copied().unwrap_or(0);
     eighth.checked_shr(u32::from(below / 8)).unwrap_or(0)
 }
 
-/// Writes the clusters `kept` into `answer`, the nearest step first.
+/// Adds the step of each cluster of `kept` to `answer`, the nearest step first.
 pub fn steps<'a>(
     kept: impl Iterator<Item = &'a ClusterShape>,
     geometry: &Geometry,
@@ -132,7 +134,7 @@ pub fn steps<'a>(
 mod tests {
     use super::*;
 
-    /// A mirror 40 cm above the ground with a 5° beam and bins of 1.28 cm: 64 units of 0.2 mm.
+    /// A mirror 40 cm above the ground with a 5° beam and range bins of 1.28 cm: 64 coordinate units of 0.2 mm.
     fn geometry(plane: Plane) -> Geometry {
         Geometry {
             first_range_m: 0.15,

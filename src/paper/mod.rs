@@ -33,24 +33,27 @@ use cluster::{ClusterVerdict, Extent, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
 use particles::{Moments, PointCloud, PointParticle, UNITS_PER_CELL};
 
-/// Minimum distance of two clusters in depth and in height, metres (III-B): one of a closer pair is redundant.
+/// Minimum distance of two clusters along and across the axis of the mirror's angle (depth and height), metres
+/// (III-B): of a closer pair one is redundant.
 const REDUNDANT_M: f32 = 0.1;
 
 /// Maximum number of epochs of Fuzzy ART. Boxes only grow, so that most cases settle in two or three.
 const EPOCHS: u8 = 6;
 
-/// Minimum number of detections for an answer, relative to the expected number of false alarms of noise alone.
+/// Minimum number of CA-CFAR detections for an answer, relative to the expected number of false alarms of noise
+/// alone.
 const FALSE_ALARM_MARGIN: f32 = 3.0;
-/// Distance from a cluster's mean, along or across, beyond which a particle is an outlier, standard deviations.
+/// Distance of a particle from its cluster's mean, along or across, beyond which it is an outlier, standard
+/// deviations.
 const STRAY_SIGMAS: f32 = 3.5;
 
 /// Coordinate system of clustered particles, with its origin in the mirror's centre. The first coordinate is along
 /// the axis from which the mirror's angle is measured (forward in the depth plane, down in the height plane), the
-/// second one across it (down, forward). Depth and height exchange their roles between the planes, so all that
-/// follows is the same for both.
+/// second one across it (down, forward). Depth and height exchange their roles between the planes, so clustering and
+/// rejection are the same for both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Places {
-    /// Unit of the coordinates, metres.
+    /// Unit of the coordinates, metres: 1/64 range bin.
     pub unit_m: f32,
 }
 
@@ -62,7 +65,7 @@ impl Places {
         }
     }
 
-    /// Converts a particle from cells of `map` to these coordinates.
+    /// Converts a particle's coordinates from cells of `map` (angle, range) to this system, in place.
     fn place(self, map: &PolarMap, particle: &mut PointParticle) {
         let geometry = map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
@@ -76,7 +79,7 @@ impl Places {
     }
 }
 
-/// Memory of the estimator: the map's levels during the scan, the particles after it.
+/// The paper's estimator with its memory: the map's levels during the scan, the particles after it.
 #[derive(Debug)]
 pub struct Paper {
     levels: MapLevels,
@@ -158,7 +161,7 @@ impl Default for Paper {
     }
 }
 
-/// Reports the particles after a stage to the observer.
+/// Reports the particles after the stage `stage` to the observer, with their map and clusters.
 fn show(
     observer: &mut dyn Observer,
     stage: CloudStage,
@@ -220,7 +223,8 @@ fn vigilance(sensitivity: u16) -> u16 {
     1000 - 4 * (1000 - sensitivity.min(1000)) / 5
 }
 
-/// Assigns the particles to clusters.
+/// Assigns the particles to clusters by Fuzzy ART: a particle's `mark` becomes the index of its cluster. Removes each
+/// cluster's outliers.
 fn form_clusters(cloud: &mut PointCloud, sensitivity: u16) {
     cloud.sort_by_key(|p| (p.at, p.weight));
     cloud.merge_duplicates();
@@ -254,8 +258,8 @@ fn form_clusters(cloud: &mut PointCloud, sensitivity: u16) {
     reject_strays(cloud);
 }
 
-/// Removes a cluster's outliers, so that the rest is evenly spread: the paper's "outliers detection and removal
-/// applied to particles in each cluster".
+/// Removes the outliers among the particles of each cluster, so that the rest is evenly spread: the paper's "outliers
+/// detection and removal applied to particles in each cluster".
 fn reject_strays(cloud: &mut PointCloud) {
     let mut rest = cloud.particles_mut();
     while let Some((members, after)) = rest.split_at_mut_checked(cluster_len(rest))
@@ -275,7 +279,7 @@ fn reject_strays(cloud: &mut PointCloud) {
     sort_by_cluster(cloud);
 }
 
-/// Sorts the particles by cluster, in each cluster the topmost first.
+/// Sorts the particles by cluster, and in each cluster with the topmost first.
 fn sort_by_cluster(cloud: &mut PointCloud) {
     cloud.sort_by_key(|p| (p.mark, p.at[1], p.at[0], p.weight));
 }
@@ -287,7 +291,7 @@ fn cluster_len(particles: &[PointParticle]) -> usize {
     same.count()
 }
 
-/// Returns the particles of each cluster, sorted by [`sort_by_cluster`].
+/// Returns the particles of each cluster, from `particles` sorted by [`sort_by_cluster`].
 fn members(mut particles: &[PointParticle]) -> impl Iterator<Item = &[PointParticle]> {
     // `chunk_by` has a path to a panic.
     core::iter::from_fn(move || {
@@ -297,7 +301,7 @@ fn members(mut particles: &[PointParticle]) -> impl Iterator<Item = &[PointParti
     })
 }
 
-/// Returns the shape of each cluster. Empty clusters are included, so that the numbers of clusters do not change.
+/// Returns the shape of each cluster; entry k is cluster k. Clusters without particles are included.
 fn shapes(cloud: &PointCloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
     let mut shapes = Vec::new();
     for members in members(cloud.particles()) {
@@ -311,7 +315,8 @@ fn shapes(cloud: &PointCloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
     shapes
 }
 
-/// Returns the quantities by which clusters are rejected.
+/// Returns particle count and mean position (metres) of each cluster, for the rejection rules; `unit_m` is the unit
+/// of the particles' coordinates, metres.
 fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
     let mut extents = Vec::new();
     // Cannot fail: there are as many places as shapes.
@@ -321,7 +326,8 @@ fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
     extents
 }
 
-/// Moves the particles of fused clusters to the cluster with which they are fused.
+/// Moves the particles of fused clusters to the cluster with which they are fused, and updates `extents` and
+/// `shapes`.
 fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterShape], unit_m: f32) {
     for particle in cloud.particles_mut() {
         let extent = extents.get(usize::from(particle.mark));

@@ -21,20 +21,21 @@ pub const MAX_CLOUD_MODES: usize = 64;
 /// the largest map within 16 bits.
 pub const UNITS_PER_CELL: i16 = 64;
 
-/// One sample.
+/// One particle: a weighted sample in two coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PointParticle {
-    /// The two coordinates.
+    /// Coordinates: angle and range in 1/64 cell of the map, or, once clustered, along and across the axis of the
+    /// mirror's angle in 1/64 range bin.
     pub at: [i16; 2],
     /// Weight, not normalised.
     pub weight: u16,
-    /// Number of copies during resampling; number of the cluster afterwards.
+    /// Number of copies during resampling; index of the particle's cluster afterwards.
     pub mark: u16,
 }
 
 impl PointParticle {
-    /// Returns the cell (row, bin) of the map that holds a particle with coordinates (angle, range); `None` before
-    /// the first one.
+    /// Returns the cell (row, bin) of the map in which a particle with the coordinates angle and range lies; `None`
+    /// if a coordinate is before the first cell.
     pub fn cell(&self) -> Option<(usize, usize)> {
         let unit = i32::from(UNITS_PER_CELL);
         let [row, bin] = self
@@ -44,17 +45,17 @@ impl PointParticle {
     }
 }
 
-/// A normal density without correlation, from which particles are drawn.
+/// A normal density in two coordinates without correlation, from which particles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gaussian {
-    /// Mean of each coordinate.
+    /// Mean of each coordinate, units of 1/64 cell.
     pub mean: [i16; 2],
-    /// Standard deviation of each coordinate.
+    /// Standard deviation of each coordinate, units of 1/64 cell.
     pub sigma: [u16; 2],
 }
 
 impl Gaussian {
-    /// Draws one sample; coordinates saturate.
+    /// Draws the coordinates of one particle; they saturate at 16 bits.
     pub fn draw(&self, rng: &mut impl Rng) -> [i16; 2] {
         let mut at = self.mean;
         for (c, &sigma) in at.iter_mut().zip(&self.sigma) {
@@ -86,14 +87,14 @@ pub fn uniform(rng: &mut impl Rng, below: u32) -> u32 {
     ((u64::from(rng.next_u32()) * u64::from(below)) >> 32) as u32
 }
 
-/// Weighted particles in modes, with the capacity of a scan.
+/// Weighted particles in modes (subsets that are resampled separately), with the capacity of a scan.
 pub type PointCloud = SizedCloud<MAX_PARTICLES>;
 
-/// Weighted particles in modes, at most `N`.
+/// Weighted particles in modes (subsets that are resampled separately), at most `N` particles.
 #[derive(Debug, Default)]
 pub struct SizedCloud<const N: usize> {
     particles: Vec<PointParticle, N>,
-    /// End of each mode.
+    /// Index of the first particle behind each mode.
     ends: Vec<u16, MAX_CLOUD_MODES>,
 }
 
@@ -150,7 +151,7 @@ impl<const N: usize> SizedCloud<N> {
         })
     }
 
-    /// Sets each particle's weight.
+    /// Sets each particle's weight to that which `weight` returns for it.
     pub fn weigh(&mut self, mut weight: impl FnMut(&PointParticle) -> u16) {
         for particle in &mut self.particles {
             particle.weight = weight(particle);
@@ -228,7 +229,8 @@ impl<const N: usize> SizedCloud<N> {
     }
 }
 
-/// Copies `from` down to `to`; returns the end of the copy.
+/// Copies the particles `from` to the places from index `to` on, which is not behind their own; returns the index
+/// behind the copy.
 fn move_down(particles: &mut [PointParticle], from: core::ops::Range<usize>, to: usize) -> usize {
     let count = from.len();
     if from.start != to {
@@ -284,21 +286,21 @@ fn resample_mode(mode: &mut [PointParticle], rng: &mut impl Rng) -> bool {
     true
 }
 
-/// Mean and covariance of particles.
+/// Weighted mean and covariance of particles' coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// Sum of the weights.
+    /// Sum of the particles' weights.
     pub weight: u32,
-    /// Mean of each coordinate, units.
+    /// Mean of each coordinate, in units of the coordinates.
     pub mean: [f32; 2],
-    /// Variance of each coordinate, units².
+    /// Variance of each coordinate, in squared units of the coordinates.
     pub variance: [f32; 2],
-    /// Covariance of the two, units².
+    /// Covariance of the two coordinates, in squared units of the coordinates.
     pub covariance: f32,
 }
 
 impl Moments {
-    /// Returns the moments of `particles` under `weight`; `None` if all weights are zero.
+    /// Returns the moments of `particles` with the weights that `weight` returns; `None` if all weights are zero.
     pub fn of<'a>(
         particles: impl IntoIterator<Item = &'a PointParticle>,
         mut weight: impl FnMut(&PointParticle) -> u16,

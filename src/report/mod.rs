@@ -1,4 +1,4 @@
-//! Sentences of the report UART, and the motion sentence. Commands on the same UART:
+//! Sentences of the report UART from the scanner, and the motion sentence to it. Commands on the same UART:
 //! [`crate::scanner::command`].
 
 pub mod motion;

@@ -65,18 +65,18 @@ pub use lines::{DropLine, MaybeLine, ScanLine, StepLine};
 pub use live::LiveLine;
 pub(crate) use writer::Writer;
 
-/// Any sentence; its text is borrowed from the parsed line.
+/// Any sentence of the scanner; its text is borrowed from the parsed line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sentence<'a> {
     /// Head of a scan's answer.
     Scan(ScanLine),
     /// One step of a scan.
     Step(StepLine),
-    /// Edge where the ground ends.
+    /// Edge where the ground ends, if no staircase going down is reported.
     Drop(DropLine),
     /// Possible step or drop that the answer does not contain.
     Maybe(MaybeLine),
-    /// Free distance by a guard sweep.
+    /// Free distance ahead by a guard sweep.
     Guard(GuardLine),
     /// First sentence after boot.
     Boot {
@@ -84,30 +84,31 @@ pub enum Sentence<'a> {
         version: &'a str,
         /// Git revision of the build.
         revision: &'a str,
-        /// Cause of the reset.
+        /// Cause of the reset, such as `power-on` or `watchdog`.
         reset: &'a str,
         /// Clock source of the core: `hse-168` or `hsi-16`.
         clock: &'a str,
         /// Number of boots since power-on, including this one.
         boots: u32,
-        /// Hash of the settings at boot.
+        /// Hash ([`Settings::hash`](crate::scanner::Settings::hash)) of the settings at boot.
         settings: u32,
-        /// Serial number of the chip, 96 bits, in the order of its memory.
+        /// Unique number of the chip, 96 bits, in the order of its memory.
         serial: [u32; 3],
     },
     /// Answer to `status`.
     State {
-        /// State of the scanner.
+        /// Name of the scanner's state, such as `idle` or `scanning`.
         state: &'a str,
-        /// Clock source of the core.
+        /// Clock source of the core: `hse-168` or `hsi-16`.
         clock: &'a str,
-        /// Scans since boot.
+        /// Number of scans begun since boot.
         scans: u32,
-        /// Estimator in use.
+        /// Name of the estimator in use.
         estimator: &'a str,
-        /// Reasons at present.
+        /// Reasons of the last answer, guard sweep or failed self-test; before the first of these, those of the
+        /// reset.
         reasons: Reasons,
-        /// State of the motion input.
+        /// State of the motion input, such as `absent` or `good`.
         motion: &'a str,
         /// Number of motion sentences that were wrong or too late, since boot.
         motion_faults: u16,
@@ -116,30 +117,30 @@ pub enum Sentence<'a> {
     },
     /// State and counters of the scanner, five times a second.
     Live(LiveLine<'a>),
-    /// One value of the configuration.
+    /// Value of one setting or diagnostic value, or the version.
     Config {
-        /// Key.
+        /// Key of the setting or diagnostic value, or `version`.
         key: &'a str,
-        /// Value.
+        /// The value as text.
         value: &'a str,
     },
     /// A command was executed.
     Done {
-        /// Command.
+        /// Word of the command that was executed.
         command: &'a str,
     },
     /// A command was refused; nothing changed.
     Fail {
-        /// Command, or `-`.
+        /// Word of the command that was refused; `-` if the line has no known one.
         command: &'a str,
-        /// Field that is wrong, or `-`.
+        /// Argument or condition that is wrong, or `-`.
         field: &'a str,
-        /// Expected value.
+        /// Value or condition that is expected in its place.
         expected: &'a str,
     },
     /// The firmware stopped and is about to reset the chip.
     Halt {
-        /// Reason of the stop.
+        /// Reason for which the firmware stopped.
         reason: Reason,
     },
 }
@@ -156,7 +157,7 @@ impl Status {
 }
 
 impl Direction {
-    /// Returns the direction as it appears in a sentence.
+    /// Returns the direction of the stairs as it appears in a sentence.
     pub const fn as_str(self) -> &'static str {
         match self {
             Direction::None => "none",
@@ -167,7 +168,7 @@ impl Direction {
 }
 
 impl Sentence<'_> {
-    /// Returns the line, with its CRC and line end.
+    /// Returns the sentence as a line, with its CRC and line end.
     pub fn write(&self) -> Line {
         match *self {
             Sentence::Scan(s) => s.write(),
@@ -316,8 +317,8 @@ impl Sentence<'_> {
     }
 }
 
-/// Returns sentence `k` (from 0) of a scan with this number and settings hash: head, steps, drop, possible
-/// further steps; `None` beyond the last.
+/// Returns sentence `k` (from 0) of the answer `outcome` to a scan with this number and settings hash: head,
+/// steps, drop, possible further steps, in this order; `None` beyond the last.
 pub fn of_scan(
     (scan, settings): (u32, u32),
     lost_rows: u16,
@@ -342,7 +343,8 @@ pub fn of_scan(
     Some(Sentence::Maybe(line))
 }
 
-/// Passes the sentences of one scan to `sink`, in order; `of` is its number and its settings' hash.
+/// Passes all sentences of the answer to a scan to `sink`, in order; `of` is the scan's number and the hash of
+/// its settings.
 pub fn write_scan(of: (u32, u32), lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
     for k in 0..=u8::MAX {
         match of_scan(of, lost_rows, outcome, k) {

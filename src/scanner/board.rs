@@ -10,22 +10,23 @@ use crate::verdict::{Reason, Reasons};
 pub trait Board {
     /// Whether `stop` was the last of `start` and `stop`; survives a reset.
     fn stopped(&self) -> bool;
-    /// Retains whether the scanner stays idle.
+    /// Retains over a reset whether the scanner stays idle: `true` after `stop`, `false` after `start`.
     fn set_stopped(&mut self, stopped: bool);
-    /// Returns the hash of the settings that were in force before the reset; `None` after a power-up.
+    /// Returns the hash that [`Board::retain_settings_hash`] retained before the reset; `None` if none has been
+    /// retained since power-up.
     fn retained_settings_hash(&self) -> Option<u32>;
-    /// Retains the hash of the settings in force over a reset.
+    /// Retains `hash`, that of the settings in force, over a reset.
     fn retain_settings_hash(&mut self, hash: u32);
     /// Saves `settings` in flash. May block for as long as flash takes to erase; so it may be called only when
     /// nothing moves.
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
-    /// Clears the count of crashes before this boot: the firmware has run long enough.
+    /// Sets the number of consecutive crashes to 0: the firmware has run long enough since the last one.
     fn clear_crashes(&mut self);
-    /// Resets the chip into its boot loader, which takes a new image; returns where there is none.
+    /// Resets the chip into its boot loader, which takes a new image; returns if the chip has no boot loader.
     fn enter_loader(&mut self) {}
     /// Called when the self-test has passed: an image on trial resets the chip here, and the boot loader confirms it.
     fn self_test_passed(&mut self) {}
-    /// Returns a diagnostic value.
+    /// Returns the diagnostic value that `measure` selects, such as the size of the stack in bytes.
     fn measure(&self, measure: Measure) -> u32;
 }
 
@@ -67,26 +68,27 @@ impl<B: Board + ?Sized> Board for &mut B {
     }
 }
 
-/// Content of the boot sentence, and state of the board at boot.
+/// Content of the sentence `BOOT`, and state of the board at boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BootInfo {
     /// Version of the firmware.
     pub version: &'static str,
-    /// Git revision that it was built from.
+    /// Git revision from which the firmware was built.
     pub revision: &'static str,
-    /// Cause of the reset.
+    /// Cause of the reset as text, such as `power-on` or `watchdog`.
     pub reset: &'static str,
-    /// Clock source of the core.
+    /// Clock source of the core as text: `hse-168` (crystal, 168 MHz) or `hsi-16` (internal oscillator, 16 MHz).
     pub clock: &'static str,
     /// Number of boots since power-up, this one included.
     pub boots: u32,
-    /// The chip's unique number.
+    /// Unique number of the chip, 96 bits, in the order of its memory.
     pub serial: [u32; 3],
-    /// Cause of the reset as a reason, if it was a crash, the watchdog or the supply.
+    /// Cause of the reset as a reason for `status`; `None` unless it was a crash, the watchdog or the supply.
     pub cause: Option<Reason>,
-    /// Whether such resets followed one another: the scanner then stays idle until a command starts it.
+    /// Whether several resets by crash, watchdog or supply followed one another: the scanner then stays idle
+    /// until a command starts it.
     pub crash_loop: bool,
-    /// State of processor, memory, clock and supply.
+    /// State of image, memory, supply and clock at boot.
     pub health: BoardHealth,
 }
 

@@ -14,7 +14,8 @@ use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
-    /// `calibrate`: makes a scan when idle or in a fault; [`Machine::calibrated`] turns it into settings.
+    /// Executes `calibrate`: begins a scan if the scanner is idle or in a fault; when the scan has ended,
+    /// [`Machine::calibrated`] makes settings of it.
     #[inline(never)]
     pub fn calibrate(&mut self, now: Micros, task: CalibrationRequest) {
         if !self.stands() {
@@ -33,7 +34,8 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         }
     }
 
-    /// Handles the finished scan: saves the settings, or reports an error and changes nothing.
+    /// Handles the finished scan of `calibrate`: sets and saves the settings of the mounting, or reports an error
+    /// and changes nothing.
     #[inline(never)]
     pub(super) fn calibrated(&mut self, rows: &Rows, task: CalibrationRequest) {
         match self.take_calibration(rows, task) {

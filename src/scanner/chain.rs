@@ -11,25 +11,28 @@ use crate::verdict::{Conditions, GuardResult, Outcome};
 /// The sweep fills [`DataPath::samples`], has them processed by [`DataPath::row`] while the mirror moves on,
 /// and requests the outcome after the last row. Rows may come in either direction.
 pub trait DataPath {
-    /// Empties the map for scan number `scan` of `config`.
+    /// Begins scan number `scan` with the settings `config`: empties the map.
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError>;
     /// Returns the buffer for the next chirp's samples; its length is set by the configuration.
     fn samples(&mut self) -> &mut [Iq];
-    /// Processes the samples as row `row`, received while the shaft was at its microstep.
+    /// Processes the samples in the buffer as those of row `row`, an index of the map: they were received while
+    /// the shaft was at the scheduled position of this row.
     fn row(&mut self, row: u16);
-    /// Marks row `row` as lost: its chirp was not received after all retries.
+    /// Marks row `row` of the map as lost: no chirp was received for it in all attempts, or it could not be
+    /// triggered in time.
     fn lost(&mut self, row: u16);
     /// Returns the outcome after the last row, from the chair's motion during the scan and the scan's
     /// conditions.
     fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome;
-    /// [`DataPath::conclude`] for a chair that is known to stand, under good conditions.
+    /// Returns the outcome as [`DataPath::conclude`] does, for a chair that is known to stand, under good
+    /// conditions.
     fn finish(&mut self) -> Outcome {
         self.conclude(&Drive::STANDING, Conditions::GOOD)
     }
-    /// [`DataPath::begin`] for guard sweep number `sweep`.
+    /// Begins guard sweep number `sweep` with the settings `config`, as [`DataPath::begin`] begins a scan.
     ///
     /// # Errors
-    /// Names the field that is not valid.
+    /// Names the field of `config` that is not valid.
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError>;
     /// Returns the result of a guard sweep after its last row, instead of [`DataPath::conclude`]: the free
     /// distance by this and the previous guard sweeps. Sweep number 1 of [`DataPath::begin_guard`] discards all

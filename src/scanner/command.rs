@@ -50,7 +50,7 @@ pub enum Command<'a> {
     Scan,
     /// Switches repeated guard sweeps on or off.
     Guard(bool),
-    /// Switches repeated guard sweeps on or off, with a full scan of a near rise or drop.
+    /// Switches repeated guard sweeps on or off, with one full scan when a rise or drop comes near.
     Watch(bool),
     /// Reports state, clock and number of scans.
     Status,
@@ -58,7 +58,7 @@ pub enum Command<'a> {
     Version,
     /// Runs the self-test.
     SelfTest,
-    /// Discards the evidence of earlier scans.
+    /// Discards the evidence of earlier scans; the chip is not reset.
     Reset,
     /// Reports every setting.
     GetAll,
@@ -66,15 +66,15 @@ pub enum Command<'a> {
     Measure(Measure),
     /// Reports one setting.
     Get(&'static str),
-    /// Changes one setting: key and value.
+    /// Changes one setting: its key, and its new value as text.
     Set(&'static str, &'a str),
     /// Saves the settings in flash.
     Save,
-    /// Resets into the boot loader.
+    /// Resets the chip into the boot loader, which then takes a new image.
     Update,
     /// Calibrates the mounting.
     Calibrate(CalibrationRequest),
-    /// Motion input of the chair.
+    /// Travel and pitch of the chair, from its controller.
     Motion(Reading),
 }
 
@@ -97,7 +97,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// Returns its key.
+    /// Returns the key by which `get` reads this diagnostic value.
     pub const fn key(self) -> &'static str {
         match self {
             Measure::StackUsed => "stack-used",
@@ -113,7 +113,7 @@ impl Measure {
 }
 
 impl Command<'_> {
-    /// Returns the word that identifies it in `DONE` and `FAIL`.
+    /// Returns the word that names this command in the sentences `DONE` and `FAIL`.
     pub const fn word(&self) -> &'static str {
         match self {
             Command::Start => "start",
@@ -138,7 +138,7 @@ impl Command<'_> {
 /// A line that is no valid command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadCommand {
-    /// The command word, or `-`.
+    /// The command word; `-` if the line has no known one.
     pub command: &'static str,
     /// The invalid field and its expected value.
     pub error: ConfigError,
@@ -149,21 +149,22 @@ fn bad(command: &'static str, field: &'static str, expected: &'static str) -> Ba
     BadCommand { command, error }
 }
 
-/// Iterator over the words of a line.
+/// Iterator over the words of a line, which commas and spaces separate.
 type CommandWords<'a> = Filter<Split<'a, [char; 2]>, fn(&&'a str) -> bool>;
 
-/// Returns the next word.
+/// Returns the next word; `None` at the end of the line.
 fn next<'a>(words: &mut CommandWords<'a>) -> Option<&'a str> {
     words.next()
 }
 
-/// Returns the next word as a whole number; `None` if it is none.
+/// Returns the next word as a whole number; `None` if there is no next word, or it is no number of 32 bits
+/// without sign.
 fn next_number(words: &mut CommandWords<'_>) -> Option<u32> {
     let number: i64 = next(words)?.parse().ok()?;
     number.try_into().ok()
 }
 
-/// Parses one line without its line end.
+/// Parses one line, framed or not, which is given without its line end.
 pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
     let body = unframe(line)?;
     if is_motion(line) {
@@ -228,17 +229,18 @@ pub fn framed(words: &[&str]) -> Line {
         .finish()
 }
 
-/// Whether a line that [`parse`] accepts has a CRC, which is then right.
+/// Whether `line` has a frame with a CRC. The line must be one that [`parse`] accepts: then the CRC is right.
 pub fn is_framed(line: &str) -> bool {
     line.starts_with('$')
 }
 
-/// Whether a line is a motion sentence, possibly a damaged one: these come too often to be answered.
+/// Whether a line is a motion sentence, possibly a damaged one: up to a hundred of these come in a second, and
+/// none is answered.
 pub fn is_motion(line: &str) -> bool {
     line.starts_with(motion::PREFIX)
 }
 
-/// Parses the argument of `guard` and `watch`.
+/// Parses the argument of `guard` and `watch`: `on` gives `true`, `off` gives `false`.
 fn switch(command: &'static str, words: &mut CommandWords<'_>) -> Result<bool, BadCommand> {
     match next(words) {
         Some("on") => Ok(true),
@@ -247,7 +249,7 @@ fn switch(command: &'static str, words: &mut CommandWords<'_>) -> Result<bool, B
     }
 }
 
-/// Parses the arguments of `calibrate`.
+/// Parses the arguments of `calibrate`: distance of the wall, and date.
 fn calibration(words: &mut CommandWords<'_>) -> Result<CalibrationRequest, BadCommand> {
     let wall_mm = next_number(words).and_then(|wall| wall.try_into().ok());
     let wall_mm = wall_mm.ok_or(bad("calibrate", "wall", "a distance in mm"))?;
@@ -265,7 +267,8 @@ fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadComman
     Settings::key(key).ok_or(bad(command, "key", "a key listed by get"))
 }
 
-/// Returns the content of the frame, or the whole line if it has none.
+/// Returns the text of a framed line between `$PSTC,` and `*`, if its CRC is right; returns a line without a
+/// frame whole.
 fn unframe(line: &str) -> Result<&str, BadCommand> {
     let Some(body) = line.strip_prefix('$') else {
         return Ok(line);
@@ -288,14 +291,14 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
         .ok_or(bad("-", "frame", "$PSTC at the beginning"))
 }
 
-/// Result of one byte.
+/// Result of one received byte, by [`LineReader::push`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParserEvent {
-    /// The line is not complete.
+    /// The line is not complete yet.
     Partial,
     /// [`LineReader::line`] holds a line.
     Line,
-    /// The line cannot be a command; it is skipped up to its end.
+    /// The line is too long, or has a byte that is not printable ASCII: the rest of it is skipped.
     Bad(ConfigError),
 }
 
@@ -308,7 +311,7 @@ pub struct LineReader {
 }
 
 impl LineReader {
-    /// Takes one byte.
+    /// Takes one received byte; returns whether it completes a line, or makes the line invalid.
     pub fn push(&mut self, byte: u8) -> ParserEvent {
         if self.complete {
             self.complete = false;

@@ -14,34 +14,34 @@ use crate::scanner::settings::{self, Settings};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 
-/// Maximum number of bytes read in one call, so that a continuous sender cannot block the scanner: more than a
-/// port's queue holds.
+/// Maximum number of bytes that one call of `Console::read` takes from the report port, so that a continuous
+/// sender cannot block the scanner: more than the port's queue holds.
 const MAX_READ: u32 = 1024;
 
-/// Reader of the report port's lines, and progress of the listing.
+/// Reader of the report port's lines, and progress in listing all settings for `get`.
 #[derive(Debug)]
 pub(super) struct Console {
     reader: LineReader,
-    /// Next key that `get` lists.
+    /// Index in [`Settings::KEYS`] of the next setting that `get` lists; `None` if no listing is under way.
     listing: Option<usize>,
-    /// Input that waits for room for its answer.
+    /// Received line that waits until there is room for its answer; no other line is read until then.
     held: Option<Held>,
-    /// Number of refused lines.
+    /// Number of lines of the report port since boot that were damaged or no command; saturates.
     refused: u16,
     live_timer: LiveTimer,
 }
 
-/// Input that is to be answered.
+/// Received line that is still to be executed and answered.
 #[derive(Clone, Copy, Debug)]
 enum Held {
     /// A complete line.
     Line,
-    /// A line that cannot be a command.
+    /// A line that cannot be a command, and the error to report.
     Bad(ConfigError),
 }
 
 impl Console {
-    /// Creates a console without any input.
+    /// Creates a console that has received nothing, at the boot time `now`.
     pub fn new(now: Micros) -> Self {
         Self {
             reader: LineReader::default(),
@@ -52,7 +52,8 @@ impl Console {
         }
     }
 
-    /// Executes the received commands, and hands queued sentences to the port.
+    /// Executes the received motion sentences and at most one other command, and hands queued sentences to the
+    /// report port.
     pub(super) fn step<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
@@ -64,8 +65,8 @@ impl Console {
         machine.reports.pump(&mut machine.hardware.port);
     }
 
-    /// Sends `LIVE` when it is due and nothing else waits for the port, so that a slow or blocked port gets no
-    /// additional load.
+    /// Queues the sentence `LIVE` when it is due and nothing else waits for the port, so that a slow or blocked
+    /// port gets no additional load.
     fn send_live<M, L, P: BytePort, B, D>(
         &mut self,
         now: Micros,
@@ -216,7 +217,7 @@ impl Console {
         }
     }
 
-    /// Queues the next sentence of `get`'s listing.
+    /// Queues the sentence of the next setting if `get` is listing all of them, and `DONE` after the last.
     #[inline(never)]
     fn list<M, L, P, B, D>(&mut self, machine: &mut Machine<'_, M, L, P, B, D>) {
         let Some(next) = self.listing else { return };
@@ -236,8 +237,8 @@ impl Console {
     }
 }
 
-/// `save`: only when idle or in a fault, since nothing runs while flash is erased; and only settings that are
-/// configured.
+/// Executes `save`: writes the settings to flash. Refused unless the scanner is idle or in a fault, since nothing
+/// runs while flash is erased, and until every setting of the mounting has been set.
 #[inline(never)]
 fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
     let refused = if !machine.stands() {
@@ -254,7 +255,7 @@ fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
     }
 }
 
-/// `update`: only from a standstill. Where there is a boot loader, the chip is reset.
+/// Executes `update`: resets the chip into its boot loader if nothing moves; refused if there is no boot loader.
 #[inline(never)]
 fn update<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
     let (field, expected) = if machine.stands() {

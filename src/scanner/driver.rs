@@ -5,7 +5,7 @@ use core::task::Poll;
 use super::settings::MotorConfig;
 use crate::time::Micros;
 
-/// Error of a driver.
+/// Error of a motor driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverError {
     /// The driver does not answer, or does not accept a write.
@@ -16,15 +16,15 @@ pub enum DriverError {
     Fault,
 }
 
-/// A driver that can be set up and read. No call waits: each proceeds as far as possible.
+/// A motor driver that can be configured and read. No call waits: each proceeds as far as possible.
 pub trait MotorDriver {
-    /// Begins the set-up, whatever is under way.
+    /// Begins to configure the driver as `motor` requests, even if a set-up or a reading is under way.
     fn set_up(&mut self, motor: &MotorConfig);
-    /// Begins a reading of the status, unless something is under way.
+    /// Begins to read the driver's status, unless a set-up or a reading is under way.
     fn read_status(&mut self);
-    /// Continues the current activity; ready if there is none.
+    /// Continues the set-up or reading; returns its result when it ends. Ready at once if none is under way.
     fn poll(&mut self, now: Micros) -> Poll<Result<(), DriverError>>;
-    /// Returns the time after EN for which no pulse may be sent, µs.
+    /// Returns the time after EN has switched the driver on in which no STEP pulse may be sent, µs.
     fn tuning_us(&self) -> u32 {
         0
     }
@@ -48,7 +48,7 @@ impl<D: MotorDriver + ?Sized> MotorDriver for &mut D {
     }
 }
 
-/// A driver without a UART: every request fails as silent.
+/// Stand-in for a driver without a UART: every poll fails with [`DriverError::Silent`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NoUart;
 

@@ -35,7 +35,8 @@ pub enum EncoderError {
 
 /// A sensor of the shaft's absolute angle, valid from power-up.
 pub trait AngleEncoder {
-    /// Returns the angle of the shaft in 1/65536 turn, from any zero; it grows with the position.
+    /// Returns the angle of the shaft in 1/65536 turn, counted from an arbitrary zero; it grows with the position
+    /// by pulses.
     ///
     /// # Errors
     /// Returns the cause if there is no angle. The call must end by itself: the caller has no timeout.
@@ -52,33 +53,34 @@ impl<E: AngleEncoder + ?Sized> AngleEncoder for &mut E {
 /// and noise of 0.015° rms (data sheet); homing repeats to two microsteps; the rest is for temperature, and for
 /// a shaft that is held by a magnetic field.
 pub const MAX_REPEAT_ERROR: u16 = 91;
-/// Maximum difference of a position's first reading from the value expected from home, 1/65536 turn: 2.25°. An
-/// AS5600 may be off by 1° at either of the two positions (data sheet, INL), plus [`MAX_REPEAT_ERROR`].
+/// Maximum difference of the first reading at a position from the reading that home lets expect there, 1/65536
+/// turn: 2.25°. An AS5600 may be off by 1° at either of the two positions (data sheet, INL), plus
+/// [`MAX_REPEAT_ERROR`].
 pub const MAX_NONLINEARITY: u16 = 410;
 /// Time for which the shaft has rested before a reading, µs: twice the default of `settle`; the AS5600's
 /// slowest filter takes 2.2 ms (data sheet).
 pub(super) const REST_US: u32 = 10_000;
-/// Maximum number of readings, each after the same rest, of which one must be right: one disturbed byte is no
-/// slip.
+/// Maximum number of readings in one check, each after the same rest; one that matches passes the check, so that
+/// one disturbed byte on the bus is not taken for a slip.
 const READINGS: u8 = 3;
 /// Maximum distance of two positions that count as one, microsteps: a tenth of a degree.
 const SAME_PLACE: u32 = (MICROSTEPS_PER_TURN / 3600) as u32;
 /// Number of positions with a stored reading: home, and both ends of a sweep in each plane.
 const PLACES: usize = 5;
 
-/// Ratio of a microstep to 1/65536 turn, in lowest terms.
+/// A microstep in units of 1/65536 turn: 65,536 / 51,200 in lowest terms, numerator and denominator.
 const MICROSTEP: (i32, i32) = (32, 25);
 const _: () = assert!(MICROSTEPS_PER_TURN * MICROSTEP.0 == 65_536 * MICROSTEP.1);
-/// Ratio of 1/65536 turn to 0.001°, in lowest terms.
+/// 1/65536 turn in units of 0.001°: 360,000 / 65,536 in lowest terms, numerator and denominator.
 const THOUSANDTHS: (i32, i32) = (5_625, 1_024);
 const _: () = assert!(65_536 / THOUSANDTHS.1 * THOUSANDTHS.0 == 360_000);
 
-/// Converts a reading to 0.001°, at least 0.
+/// Converts a reading of the encoder, 1/65536 turn, to an angle from 0 to a turn, 0.001°.
 fn thousandths(reading: u16) -> i32 {
     i32::from(reading) * THOUSANDTHS.0 / THOUSANDTHS.1
 }
 
-/// Converts an angle in 0.001°, up to a turn, to a reading.
+/// Converts an angle from 0 to a turn, 0.001°, to a reading of the encoder, 1/65536 turn.
 fn reading_of(angle: u32) -> u16 {
     (angle.saturating_mul(THOUSANDTHS.1 as u32) / THOUSANDTHS.0 as u32) as u16
 }
@@ -93,12 +95,13 @@ fn distance(a: u16, b: u16) -> u16 {
 struct ShaftReading {
     /// Position by the pulse count, microsteps from the horizontal.
     position: i32,
-    /// Reading, 1/65536 turn.
+    /// Angle that the encoder read there, 1/65536 turn.
     reading: u16,
 }
 
 impl ShaftReading {
-    /// Returns the expected reading at `position`.
+    /// Returns the reading, 1/65536 turn, expected at `position` (microsteps) if the shaft has turned from this
+    /// reading's position as the pulses say.
     fn expected_reading(&self, position: i32) -> u16 {
         let way = position.wrapping_sub(self.position);
         let turned = way.wrapping_mul(MICROSTEP.0) / MICROSTEP.1;
@@ -106,31 +109,32 @@ impl ShaftReading {
     }
 }
 
-/// State of an encoder check.
+/// State of one check of the shaft's position by the encoder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct EncoderCheck {
     /// Time at which the shaft has rested long enough; `None` until it stands.
     until: Option<Micros>,
-    /// Number of readings that failed or did not match.
+    /// Number of readings in this check that failed or did not match.
     failed: u8,
 }
 
-/// A mirror whose shaft an encoder checks, where the setting `encoder` says so.
+/// A mirror whose position by pulses is checked by an encoder on its shaft, if the setting `encoder` selects one.
 #[derive(Debug)]
 pub struct EncodedMirror<M, E> {
     mirror: M,
     encoder: E,
-    /// Type of the encoder at the last homing.
+    /// Type of the encoder that the settings selected at the last homing.
     kind: Encoder,
-    /// Expected reading at home; `None` until it is known.
+    /// Encoder reading expected at home, 1/65536 turn: that of the calibration, or else of the first homing;
+    /// `None` until it is known.
     home: Option<u16>,
-    /// Readings since the last homing: at home, then at the ends of sweeps.
+    /// Accepted readings since the last homing, one for each position: first at home, then at the ends of sweeps.
     seen: heapless::Vec<ShaftReading, PLACES>,
     check: Option<EncoderCheck>,
 }
 
 impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
-    /// Creates a mirror with the encoder that may be on its shaft.
+    /// Creates a mirror with `encoder`, which is read only if the settings select one.
     pub fn new(mirror: M, encoder: E) -> Self {
         Self {
             mirror,
@@ -142,7 +146,8 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         }
     }
 
-    /// Whether the reading matches the expected one; stores the first reading of a position.
+    /// Whether the reading `now` matches the one expected at its position; stores it if it is the first at this
+    /// position.
     fn agrees(&mut self, now: ShaftReading) -> bool {
         let near = |seen: &&ShaftReading| seen.position.abs_diff(now.position) <= SAME_PLACE;
         let known = self.seen.iter().find(near);
@@ -163,7 +168,7 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         agrees
     }
 
-    /// Reads the encoder while the shaft rests, and checks the reading.
+    /// Reads the encoder once while the shaft rests, and checks the reading against the pulse count.
     #[inline(never)]
     fn read(&mut self) -> Result<(), MirrorError> {
         let reading = self.encoder.angle().map_err(|_| MirrorError::Encoder)?;
@@ -174,7 +179,8 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
         }
     }
 
-    /// Continues an encoder check while the shaft stands.
+    /// Continues `check` while the shaft stands: [`Motion::Moving`] until a reading matches or [`READINGS`] of
+    /// them have failed.
     fn continue_check(&mut self, now: Micros, check: EncoderCheck) -> Result<Motion, MirrorError> {
         let until = check.until.unwrap_or(now.plus(REST_US));
         let next = |until, failed| EncoderCheck {

@@ -1,24 +1,24 @@
-//! Whether processor, memory, clock and supply are fit to scan.
+//! Whether image, memory, supply and clock are fit to scan.
 
 use crate::scanner::seal::ImageState;
 use crate::scanner::settings::{Settings, Switch};
 use crate::verdict::{Reason, Reasons};
 
-/// State of processor, memory, clock and supply at boot, valid until a reset.
+/// State of image, memory, supply and clock at boot, valid until a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoardHealth {
-    /// State of the image in flash.
+    /// State of the image in flash, by comparison with its seal.
     pub image: ImageState,
     /// Whether the march test of the memory has failed.
     pub memory_damaged: bool,
-    /// Whether the supply is too low.
+    /// Whether the supply voltage was too low at boot.
     pub supply_low: bool,
     /// Whether the internal oscillator drives the core, because the crystal does not run.
     pub internal_clock: bool,
 }
 
 impl BoardHealth {
-    /// No fault.
+    /// Board without any fault.
     pub const GOOD: Self = Self {
         image: ImageState::Whole,
         memory_damaged: false,
@@ -26,7 +26,8 @@ impl BoardHealth {
         internal_clock: false,
     };
 
-    /// Returns the reason that prevents scans, if any. A setting allows the internal oscillator.
+    /// Returns the first reason that prevents scans, if any. The internal oscillator prevents them unless the
+    /// setting `internal-clock` allows it.
     pub(super) fn fault(self, settings: &Settings) -> Option<Reason> {
         let allowed = settings.timing.internal_clock == Switch::On;
         let faults = [
@@ -39,7 +40,7 @@ impl BoardHealth {
         found.map(|(_, reason)| reason)
     }
 
-    /// Returns the reasons that prevent `ok`.
+    /// Returns the reasons for which no answer may be `ok`: at most one, for an image without a seal.
     pub(super) fn degrading_faults(self) -> Reasons {
         match self.image {
             ImageState::Blank => Reasons::NONE.with(Reason::ImageUnsealed),

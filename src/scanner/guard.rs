@@ -22,7 +22,7 @@ pub(super) enum GuardMode {
     Off,
     /// Guard sweeps.
     Guard,
-    /// Guard sweeps, with a full scan of a near hazard.
+    /// Guard sweeps, with a full scan of each hazard that comes near.
     Watch,
 }
 
@@ -34,39 +34,40 @@ const SCAN_COUNTS_US: u32 = 5_000_000;
 const STANDING_M_S: f32 = 0.03;
 /// Ratio of a chair's speed to its mean over some sweeps below which it counts as slowing.
 const SLOWING: f32 = 0.8;
-/// Weight of a sweep's speed in that mean.
+/// Weight of the newest sweep in the mean speed of the chair.
 const NEWEST: f32 = 0.25;
 
-/// The guard between two sweeps.
+/// State of the guard between two sweeps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GuardState {
     pub mode: GuardMode,
-    /// Whether a full scan comes next.
+    /// Whether a full scan comes next instead of a guard sweep.
     pub asked: bool,
-    /// Whether the near hazard has had its full scan.
+    /// Whether a full scan has been requested for the hazard that is near now: each gets only one.
     pub hazard_scanned: bool,
     /// Whether the mirror may still be moving after the last sweep.
     pub mirror_moving: bool,
-    /// Number of the last sweep.
+    /// Number of the last guard sweep since the guard was switched on; 0 before the first.
     pub sweep: u32,
-    /// Mean speed over some sweeps, m/s.
+    /// Mean speed of the chair over the last sweeps, in which newer sweeps weigh more, m/s.
     speed_m_s: f32,
-    /// Nearest hazard of the last full scan.
+    /// Nearest hazard of the last full scan; `None` without one, or once it is older than 5 s.
     hazard: Option<Hazard>,
 }
 
 /// The nearest hazard that a full scan has reported.
 #[derive(Clone, Copy, Debug)]
 struct Hazard {
-    /// Time of the end of the scan.
+    /// Time at which the full scan ended.
     at: Micros,
-    /// Nearest position, metres from the mirror at the scan's last row.
+    /// Shortest distance at which the hazard may be, by its uncertainty, metres from the mirror at the scan's
+    /// last row.
     from_m: f32,
     kind: HazardKind,
 }
 
 impl GuardState {
-    /// No guard.
+    /// The guard switched off.
     pub const OFF: Self = Self {
         mode: GuardMode::Off,
         asked: false,
@@ -146,8 +147,9 @@ impl GuardState {
     }
 }
 
-/// Checks whether the scanner can guard with these settings: the swept ground, and the sweep rate by motor and
-/// link. `times` are those of a row, if the module can be triggered while the mirror turns.
+/// Checks whether the scanner can guard with these settings: whether the guard's angles cover the ground ahead,
+/// and whether motor and link reach the minimum sweep rate `guard-rate`. `times` are those of a row; `None` if
+/// the module cannot be triggered while the mirror turns.
 #[inline(never)]
 pub(super) fn fit(settings: &Settings, times: Option<RowTimes>) -> Result<(), ConfigError> {
     settings.guard.check(&settings.config)?;
@@ -185,7 +187,8 @@ pub(super) fn fit(settings: &Settings, times: Option<RowTimes>) -> Result<(), Co
 /// Microseconds in a second.
 const SECOND_US: u32 = 1_000_000;
 
-/// Returns the duration of a guard sweep, µs; `settings` must have the angles of the guard.
+/// Returns the time from one guard sweep to the next, µs, with the check by the encoder; `settings.config.sweep`
+/// must have the angles of the guard.
 fn period_us(settings: &Settings, times: RowTimes) -> Result<u32, ConfigError> {
     let schedule = Schedule::in_plane(settings.config.sweep, crate::config::Plane::Depth)?;
     let cruise = Cruise::new(settings, &schedule, times).ok_or(ConfigError {

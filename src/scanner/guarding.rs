@@ -15,7 +15,7 @@ use crate::time::Micros;
 use crate::verdict::{Conditions, GuardResult};
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
-    /// `guard` and `watch`: switches guard sweeps on or off.
+    /// Executes `guard` and `watch`: switches guard sweeps on or off.
     #[inline(never)]
     pub fn guard(&mut self, now: Micros, on: bool, mode: GuardMode) {
         let command = match mode {
@@ -57,7 +57,8 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         self.resume(now);
     }
 
-    /// Turns a finished guard sweep into its result.
+    /// Turns a finished guard sweep into its result, which the hazard of the last full scan limits, and reports
+    /// it.
     #[inline(never)]
     pub(super) fn guarded(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish_guard(now);

@@ -5,31 +5,31 @@
 
 use crate::crc;
 
-/// Words of a message.
+/// Number of 32-bit words of a message.
 pub const WORDS: usize = 3;
-/// Word that a message begins with.
+/// First word of a message, which identifies it as one.
 const MAGIC: u32 = u32::from_le_bytes(*b"STHO");
 
-/// A message.
+/// Message that boot loader and image leave for each other over a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Handover {
-    /// Image to loader: take a new image.
+    /// Image to boot loader: take a new image.
     Update = 1,
-    /// Image to loader: the self-test has passed on trial.
+    /// Image to boot loader: the self-test of the image on trial has passed, so confirm this image.
     Confirm = 2,
-    /// Loader to image: it is on trial.
+    /// Boot loader to image: the image is on trial until it is confirmed.
     Trial = 3,
 }
 
 impl Handover {
-    /// The words of the message.
+    /// Returns the words of the message: identification, number of the message, and CRC-32 of both.
     pub fn words(self) -> [u32; WORDS] {
         let kind = self as u32;
         [MAGIC, kind, crc::of_words(&[MAGIC, kind])]
     }
 
-    /// The message of these words, if they are one.
+    /// Returns the message that `words` contain; `None` if they are no message.
     pub fn from_words(words: [u32; WORDS]) -> Option<Self> {
         [Self::Update, Self::Confirm, Self::Trial]
             .into_iter()

@@ -12,13 +12,13 @@ pub(super) struct ActiveSettings {
     settings: Settings,
     /// Checksum of `settings`, to detect memory corruption.
     checksum: u32,
-    /// Hash of `settings`.
+    /// [`Settings::hash`] of `settings`.
     hash: u32,
-    /// Bit mask of the entries of [`MOUNTING`] that are not set yet.
+    /// Bit mask of the settings of the mounting that count as not set yet: bit k for entry k of [`MOUNTING`].
     missing: u8,
 }
 
-/// Error of settings that memory has corrupted.
+/// Error that is reported if memory has corrupted the settings in force.
 const DAMAGED: ConfigError = ConfigError {
     field: "settings",
     expected: "a reset: the settings in memory are corrupted",
@@ -41,12 +41,12 @@ impl ActiveSettings {
         }
     }
 
-    /// Returns the settings.
+    /// Returns the settings in force.
     pub fn get(&self) -> &Settings {
         &self.settings
     }
 
-    /// Returns their hash.
+    /// Returns the hash of the settings in force.
     pub fn hash(&self) -> u32 {
         self.hash
     }
@@ -56,14 +56,14 @@ impl ActiveSettings {
         self.missing == 0
     }
 
-    /// Whether the settings are unchanged in memory.
+    /// Whether memory still holds the settings unchanged, by their checksum.
     #[inline(never)]
     pub fn intact(&self) -> bool {
         self.settings.checksum() == self.checksum
     }
 
-    /// Takes `settings`, in which `key` has changed. Fails if memory has corrupted the settings in force: other
-    /// values could be wrong, too.
+    /// Puts `settings` in force, in which `key` has changed. Fails if memory has corrupted the settings in force
+    /// before: other values could be wrong, too.
     #[inline(never)]
     pub fn change(&mut self, key: &'static str, settings: &Settings) -> Result<(), ConfigError> {
         if !self.intact() {
@@ -76,8 +76,8 @@ impl ActiveSettings {
         Ok(())
     }
 
-    /// Takes over the module's data, so that commands are checked against it. Ignores data with which no scan
-    /// is possible: the scan reports that, and commands must still work.
+    /// Puts in force the radar data that the module has reported, so that commands are checked against them.
+    /// Ignores data with which no scan is possible: the scan reports that, and commands must still work.
     #[inline(never)]
     pub fn adopt(&mut self, radar: RadarConfig) {
         let mut settings = self.settings;
@@ -113,26 +113,27 @@ impl ActiveSettings {
 /// in the meantime.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ScanSettings {
-    /// Hash of the settings.
+    /// Hash of the settings with which the scan began.
     pub hash: u32,
-    /// Whether the settings are configured.
+    /// Whether the settings were configured when the scan began.
     pub configured: bool,
-    /// Mode of the motion input.
+    /// Mode of the motion input, the setting `motion`.
     pub motion: Mode,
-    /// Whether evidence of earlier scans is used.
+    /// Whether evidence of earlier scans is used, the setting `fusion`.
     pub fusion: Switch,
-    /// Duration of a chirp, µs.
+    /// Duration of a chirp by the setting `chirp-duration`, µs; 0: unknown.
     pub chirp_us: u32,
     /// The setting `plane`.
     pub planes: Planes,
     /// Plane of this scan.
     pub plane: Plane,
-    /// Whether it is a guard sweep.
+    /// Whether the scan is a guard sweep.
     pub guard: bool,
 }
 
 impl ScanSettings {
-    /// Returns the data of a scan that begins now; `height_requested` if the previous answer requests the height plane.
+    /// Returns these settings for a scan that begins now; `height_requested` if the previous answer requests the
+    /// height plane.
     pub fn of(active: &ActiveSettings, height_requested: bool) -> Self {
         let planes = active.get().config.mount.plane;
         Self {
@@ -147,12 +148,12 @@ impl ScanSettings {
         }
     }
 
-    /// Whether the scan is in the other plane than the regular scans.
+    /// Whether the scan is in the other plane than the regular scans: with `plane both` the height plane.
     pub fn is_other_plane(&self) -> bool {
         self.plane != self.planes.first()
     }
 
-    /// Returns the plane, if the settings alone do not determine it.
+    /// Returns the plane for the sentence `SCAN`; `None` if the setting `plane` alone determines it.
     pub fn reported_plane(&self) -> Option<Plane> {
         (self.planes == Planes::Both).then_some(self.plane)
     }

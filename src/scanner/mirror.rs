@@ -20,7 +20,7 @@ pub enum Motion {
     Still,
 }
 
-/// Error of the mirror's motor.
+/// Error of the mirror's motor, its driver, or a sensor of its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MirrorError {
     /// The driver reported a stall: the position is lost.
@@ -37,7 +37,7 @@ pub enum MirrorError {
     NotHomed,
 }
 
-/// The mirror's shaft.
+/// The shaft of the mirror: homing, moves and checks of its position.
 pub trait Mirror {
     /// Starts the search for the home switch.
     fn start_home(&mut self, motor: &MotorConfig);
@@ -47,22 +47,22 @@ pub trait Mirror {
     /// [`Motion::Moving`], and new moves wait. Homing holds for one driver configuration: if `motor` has
     /// another, the home position is lost.
     fn check(&mut self, _motor: &MotorConfig) {}
-    /// Starts a check that the home switch is still where homing found it. Until it ends [`Mirror::poll`]
+    /// Starts a check that the home switch is still where homing found it. Until the check ends [`Mirror::poll`]
     /// returns [`Motion::Moving`]; it returns an error if the switch is elsewhere.
     fn check_home(&mut self, _motor: &MotorConfig) {}
-    /// Starts a check that the shaft is where the pulses should have brought it, once it stands. Until it ends
-    /// [`Mirror::poll`] returns [`Motion::Moving`]; it returns an error if the shaft is elsewhere. Returns
-    /// whether a check was started: `false` without a sensor for it.
+    /// Starts a check, once the shaft stands, that it is where the pulses should have brought it. Until the check
+    /// ends [`Mirror::poll`] returns [`Motion::Moving`], or an error if the shaft is elsewhere. Returns whether a
+    /// check was started: `false` without a sensor of the shaft's angle.
     fn check_position(&mut self) -> bool {
         false
     }
-    /// Encoder reading at home, 0.001°, at least 0; `None` without an encoder, or before homing.
+    /// Returns the encoder's reading at home, 0.001°, at least 0; `None` without an encoder, or before homing.
     fn home_reading(&self) -> Option<i32> {
         None
     }
-    /// Returns whether the shaft stands. An error also switches the driver off.
+    /// Continues homing, move or check; returns whether the shaft stands. An error also switches the driver off.
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError>;
-    /// Position of the shaft at the last [`Mirror::poll`], microsteps from the horizontal.
+    /// Returns the position of the shaft at the last [`Mirror::poll`], microsteps from the horizontal.
     fn position(&self) -> i32;
     /// Whether homing has succeeded, so that the position is valid.
     fn homed(&self) -> bool;
@@ -70,20 +70,20 @@ pub trait Mirror {
     fn disable(&mut self);
 }
 
-/// State of the step generator at one moment.
+/// State of the step generator and its two inputs, home switch and stall.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PulseState {
-    /// Position of the shaft, microsteps.
+    /// Position of the shaft by the pulse count, microsteps.
     pub position: i32,
     /// Whether pulses are still to come.
     pub moving: bool,
-    /// Whether an edge of the home switch has come since it was armed; it ended the move.
+    /// Whether an edge of the home switch has ended the current move, which was to end by it.
     pub home_edge: bool,
     /// Whether the driver reported a stall; that ended the move and switched the driver off.
     pub stalled: bool,
 }
 
-/// A step generator with its two inputs: the chip's timer and edge interrupts.
+/// A generator of step pulses with two inputs, home switch and stall: on the chip a timer and edge interrupts.
 pub trait StepPort {
     /// Begins a move to `target`, microsteps. With `until_home` an edge of the home switch ends it at once.
     fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool);
@@ -91,7 +91,7 @@ pub trait StepPort {
     fn state(&mut self) -> PulseState;
     /// Whether the home switch is pressed now.
     fn home_pressed(&mut self) -> bool;
-    /// Sets the current position to `position`, microsteps.
+    /// Counts the current position of the shaft as `position`, microsteps, from now on.
     fn set_position(&mut self, position: i32);
     /// Switches the driver on or off; on also clears a previous stall.
     fn set_enabled(&mut self, on: bool);
@@ -99,36 +99,37 @@ pub trait StepPort {
     fn configure(&mut self, _driver: &DriverConfig) {}
 }
 
-/// State of homing.
+/// Phase of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Homing {
-    /// Leaves a switch that was pressed from the start.
+    /// Moves off a switch that was pressed from the start. `tries` counts the earlier moves after which it still
+    /// was.
     Leave { tries: u8 },
     /// Moves towards the switch, at search speed.
     Search,
-    /// Moves off the switch. `tries` counts the moves made so far without a release of the switch.
+    /// Moves off the switch. `tries` counts the earlier moves after which it was still pressed.
     BackOff { tries: u8 },
-    /// Moves slowly towards the switch: this edge defines home.
+    /// Moves slowly towards the switch, whose edge then defines home.
     Approach,
-    /// An edge has ended the move: waits for a stable level.
+    /// An edge of the switch has ended the move: waits for a stable level.
     Confirm(Confirm),
 }
 
-/// Check of the switch level after an edge.
+/// Check of the home switch's level after an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Confirm {
     /// Whether the edge came on the slow approach.
     slow: bool,
-    /// Time of the first reading.
+    /// Time at which the edge was seen.
     begun: Micros,
-    /// Time of the last reading that found the switch released, or of the first reading.
+    /// Time of the last reading that found the switch open; before any, the time at which the edge was seen.
     since: Micros,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum MirrorState {
     Unknown,
-    /// The driver is being configured over its UART; EN follows.
+    /// The driver is being configured over its UART; it is switched on by EN afterwards.
     SettingUp,
     /// EN is on. Time at which the driver is awake; `None` before the first poll.
     Waking(Option<Micros>),
@@ -139,25 +140,26 @@ enum MirrorState {
     Failed(MirrorError),
 }
 
-/// State of a check of the home switch.
+/// State of a check that the home switch is where homing found it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Crossing {
-    /// Whether the shaft approaches the switch slowly; otherwise it moves fast to a position before it.
+    /// Whether the shaft approaches the switch slowly; otherwise it moves fast to a position 1° before the
+    /// switch.
     slow: bool,
-    /// Failed tries so far: the switch was elsewhere.
+    /// Number of tries so far that found the switch elsewhere.
     tries: u8,
 }
 
-/// Intermediate results of the search for home.
+/// Intermediate results of homing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct HomeSearch {
-    /// Position at which the search fails, microsteps.
+    /// Position at which the search ends without a switch, microsteps.
     end: i32,
-    /// Position of the last edge that was not rejected, microsteps; `None` before the first.
+    /// Position of the last edge of the switch that was not rejected, microsteps; `None` before the first.
     edge: Option<i32>,
-    /// Number of consecutive slow approaches that ended at one position.
+    /// Number of consecutive slow approaches that ended at the position of the edge before.
     agreeing: u8,
-    /// Number of spurious edges.
+    /// Number of spurious edges of the home switch so far.
     spurious: u8,
 }
 
@@ -177,16 +179,16 @@ pub struct Stepper<P, D = NoUart> {
     port: P,
     driver: D,
     state: MirrorState,
-    /// Position at the last reading of the port, microsteps from the horizontal.
+    /// Position of the shaft at the last reading of the step generator, microsteps from the horizontal.
     position: i32,
     motor: MotorConfig,
     found: HomeSearch,
-    /// Whether the switch's level has ever been high.
+    /// Whether the input of the home switch has ever read as pressed.
     level_seen: bool,
     /// Whether a check of the driver is under way. A move waits for it, since a driver that was reset makes
     /// steps of another size from its pulses.
     driver_check: bool,
-    /// Pending move: target in microsteps, and ramp.
+    /// Move that waits for the check of the driver: target, microsteps, and ramp.
     next: Option<(i32, Ramp)>,
 }
 
@@ -194,25 +196,27 @@ pub struct Stepper<P, D = NoUart> {
 const BACK_OFF: i32 = MICROSTEPS_PER_TURN / 72;
 /// Maximum travel of the search for the switch, microsteps: a whole turn is more than the shaft's range.
 const SEARCH: i32 = MICROSTEPS_PER_TURN;
-/// Maximum number of moves of [`BACK_OFF`] until a pressed switch opens.
+/// Maximum number of moves by [`BACK_OFF`], after the first one, until a pressed switch opens.
 const LEAVE_TRIES: u8 = 6;
-/// Time for which the level must be stable after an edge, µs: contacts bounce for a few ms, spikes last less.
+/// Time for which the switch must read as pressed after an edge, µs: contacts bounce for a few ms, spikes last
+/// less.
 const LEVEL_US: u32 = 5_000;
-/// Timeout of a stable level after an edge, µs.
+/// Timeout of the level check after an edge, µs: by then the switch must have read as pressed for [`LEVEL_US`].
 const BOUNCE_US: u32 = 20_000;
-/// Maximum distance between the end of the fast search and of the first slow approach, microsteps: 2.5°, since
-/// a search does not stop dead.
+/// Maximum distance between the switch positions by the fast search and by the first slow approach, microsteps:
+/// 2.5°, since the shaft does not stop dead at the end of a search.
 const NEAR_SEARCH: i32 = BACK_OFF / 2;
-/// Distance from the expected switch position at which a check of the switch begins, and by which it may
-/// overrun it, microsteps: 1°.
+/// Distance before the expected switch position at which the slow approach of a check begins, and beyond it at
+/// which the approach ends, microsteps: 1°.
 const CROSSING: i32 = BACK_OFF / 5;
 /// Maximum deviation of the switch position in a check, microsteps: repeatability of motors and switches.
 const REPEATABILITY: u32 = 2;
 /// Number of failed tries after which a check of the switch fails: one spike on its wire is no slip.
 const CROSSING_TRIES: u8 = 2;
-/// Maximum distance between the ends of two slow approaches, microsteps: 1°.
+/// Maximum distance between the switch positions by two slow approaches, microsteps: 1°.
 const NEAR_APPROACH: i32 = BACK_OFF / 5;
-/// Number of slow approaches to one position that prove a switch whose high level was never seen.
+/// Number of slow approaches that must end at one position to prove a switch whose input has never read as
+/// pressed.
 const AGREEING: u8 = 2;
 /// Maximum number of spurious edges in one homing. The moves after all of them, and the search, stay within the
 /// three turns that the self-test allows.
@@ -226,7 +230,7 @@ impl<P: StepPort> Stepper<P> {
 }
 
 impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
-    /// Creates a motor that has not been homed.
+    /// Creates a motor that has not been homed, with `driver` for the settings that select one with a UART.
     pub fn with_driver(port: P, driver: D) -> Self {
         Self {
             port,
@@ -246,7 +250,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         &self.port
     }
 
-    /// Reads the state of the port, and stores its position.
+    /// Returns the state of the step generator, and stores its position.
     fn read_port(&mut self) -> PulseState {
         let pulses = self.port.state();
         self.position = pulses.position;
@@ -264,7 +268,8 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.port.begin(target, ramp, until_home);
     }
 
-    /// Ramp of the slow approach, whose edge defines home.
+    /// Returns the ramp of the slow approach, whose edge defines home: an eighth of the search speed, without
+    /// acceleration.
     fn slow(&self) -> Ramp {
         Ramp {
             speed: self.motor.search_speed / 8,
@@ -304,7 +309,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.enter(Homing::Search);
     }
 
-    /// Switches EN on; the driver then wakes.
+    /// Switches the driver on by EN; then it wakes.
     fn enable(&mut self) {
         self.port.set_enabled(true);
         self.state = MirrorState::Waking(None);
@@ -337,7 +342,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// Continues the check of the driver; then begins the pending move.
+    /// Continues the check of the driver; when it has passed, begins the pending move, if there is one.
     fn look_on(&mut self, now: Micros) -> Result<Motion, MirrorError> {
         match self.driver.poll(now) {
             Poll::Pending => return Ok(Motion::Moving),
@@ -362,7 +367,8 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// Begins the next move of a check of the switch after the current one has ended.
+    /// Continues a check of the home switch after a move of it has ended, by an edge of the switch if `edge`:
+    /// begins the next move, or ends the check.
     #[inline(never)]
     fn cross_on(&mut self, at: Crossing, edge: bool) -> Result<Motion, MirrorError> {
         let off = self.position.abs_diff(microsteps(self.motor.home_angle));
@@ -380,7 +386,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         Ok(Motion::Moving)
     }
 
-    /// Rejects a spurious edge: the search continues from the current position.
+    /// Rejects the last edge of the home switch as spurious: the search continues from the current position.
     #[inline(never)]
     fn refute(&mut self) -> Result<Motion, MirrorError> {
         self.found.spurious += 1;
@@ -393,7 +399,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         Ok(Motion::Moving)
     }
 
-    /// Begins the next move of homing after the current one has ended.
+    /// Begins the next move of homing after that of phase `homing` has ended, by an edge of the switch if `edge`.
     fn advance(&mut self, now: Micros, homing: Homing, edge: bool) -> Result<Motion, MirrorError> {
         match homing {
             Homing::Leave { tries } if self.pressed() => {
@@ -442,7 +448,8 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         }
     }
 
-    /// Accepts the edge at which the shaft stands, after its level has passed the check.
+    /// Accepts the edge of the switch at the current position, on the slow approach if `slow`: as home if it
+    /// confirms the edge before, otherwise as a position that the next slow approach must confirm.
     fn accept_edge(&mut self, slow: bool) -> Result<Motion, MirrorError> {
         let HomeSearch { edge, agreeing, .. } = self.found;
         let near = match agreeing {

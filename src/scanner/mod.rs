@@ -101,7 +101,7 @@ use crate::signal::radar::module::RadarModule;
 use commands::Console;
 use states::Machine;
 
-/// The scanner over its hardware.
+/// The scanner: its state machine and the commands of the report port, over its hardware.
 ///
 /// Its larger parts, the outgoing sentences ([`Reports`]) and the motion input ([`Odometry`]), are borrowed, so
 /// that a scanner on a small stack can keep them elsewhere.
@@ -140,7 +140,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
         self.machine.drive()
     }
 
-    /// Returns the serial port.
+    /// Returns the report port.
     pub fn port_mut(&mut self) -> &mut P {
         &mut self.machine.hardware.port
     }
@@ -155,7 +155,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
         self.machine.guard.sweep
     }
 
-    /// Returns the name of the current state.
+    /// Returns the name of the scanner's current state, such as `idle` or `scanning`.
     pub fn state(&self) -> &'static str {
         self.machine.state()
     }
@@ -165,7 +165,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
         self.machine.healthy(now)
     }
 
-    /// Proceeds as far as possible without waiting.
+    /// Advances state machine and commands as far as possible without waiting.
     pub fn step(&mut self, now: Micros) {
         // The state first: the boot sentence precedes any command's answer.
         self.machine.run(now);

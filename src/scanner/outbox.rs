@@ -4,8 +4,8 @@ use crate::port::BytePort;
 use crate::report::sentence::MAX_SENTENCE;
 use crate::report::{Line, Sentence};
 
-/// Capacity of the queue, bytes: four of the longest sentences, 90 ms at 115,200 baud. A scan's sentences are
-/// queued as the port takes them.
+/// Capacity of the queue, bytes: four of the longest sentences, 90 ms at 115,200 baud. A scan has more sentences,
+/// which are queued as the port takes them.
 const CAPACITY: usize = 1024;
 
 /// A queue of whole sentences for a port that never blocks.
@@ -27,7 +27,7 @@ impl Outbox {
         self.bytes.is_empty()
     }
 
-    /// Whether another sentence fits.
+    /// Whether another sentence of the maximum length fits.
     pub fn has_room(&self) -> bool {
         CAPACITY - self.bytes.len() >= MAX_SENTENCE
     }
@@ -44,7 +44,7 @@ impl Outbox {
         true
     }
 
-    /// Hands over as many bytes as the port takes.
+    /// Hands over as many queued bytes as the port takes, without waiting.
     pub fn pump(&mut self, port: &mut impl BytePort) {
         loop {
             let (front, _) = self.bytes.as_slices();

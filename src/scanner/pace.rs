@@ -10,40 +10,43 @@ use crate::signal::radar::wire::{RowTimes, SLACK_US};
 /// Time for processing a row, µs, with a module that takes one request at a time: its budget of 25,000
 /// instructions at 168 MHz, and a third more.
 const WORK_US: u32 = 200;
-/// Reciprocal of the share by which a row takes longer than the wire needs: the baud rates of both ends may be
-/// 2 % off. The motor's steps come later than their timer by the interrupt's own time, which adds margin.
+/// Reciprocal of the share, 5 %, by which the time of a row exceeds that which the wire needs: the baud rates of
+/// both ends may be 2 % off. The motor's steps come later than their timer by the interrupt's own time, which
+/// adds margin.
 const MARGIN: u32 = 20;
-/// Reciprocal of the share of a row's time by which an answer's timeout ends before its buffer is needed again.
+/// Reciprocal of a share of a row's time, 2 %: by that a chirp's timeout ends before its buffer is needed for
+/// another row.
 const TIMEOUT_MARGIN: u32 = 50;
 /// Time at constant speed before the first row, µs: oscillations from the ramp decay as they do after a move.
 const SETTLE_US: u32 = 5_000;
 
-/// A sweep at constant speed: ramps outside the sector, every row in passing.
+/// Speeds and times of a sweep at constant speed: ramps outside the sector, every row in passing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cruise {
     /// Speed inside the sector, microsteps/s.
     pub speed: u32,
     /// Time from row to row, µs.
     pub period_us: u32,
-    /// Timeout of a chirp, µs: after it, another row's trigger needs its buffer.
+    /// Timeout of a chirp, µs: when it ends, the trigger of a later row needs the buffer of this chirp.
     pub chirp_timeout_us: u32,
     /// Distance from an end of the shaft's travel to the nearest row, microsteps: ramp, settling, and the
     /// duration of a chirp.
     pub run_up: i32,
-    /// Distance before a row's position at which its trigger becomes due, microsteps.
+    /// Distance of the shaft before a row's position at which the delay of the row's trigger begins, microsteps.
     pub lead: i32,
-    /// Delay of the trigger after that microstep, µs, so that the row's position is reached in mid chirp.
+    /// Delay of a row's trigger after the shaft is `lead` before the row's position, µs, so that this position is
+    /// reached in mid chirp.
     pub delay_us: u32,
 }
 
 /// Minimum speed of a sweep, microsteps/s: also the minimum of the setting `speed`.
 const MIN_SPEED: u32 = 100;
-/// Acceleration assumed for the ramps of a motor that stops without one, microsteps/s².
+/// Acceleration that stands for the setting 0, microsteps/s²: such a motor starts and stops without a ramp.
 const DEAD_STOP: f32 = 1e9;
 
 impl Cruise {
-    /// Returns the cruise of `settings` with a module whose rows take `times`; `None` if the shaft has no room
-    /// for the ramps, or the speed would be below `MIN_SPEED`.
+    /// Returns the sweep at constant speed by `settings`, with a module whose rows take `times`; `None` if the
+    /// shaft has no room for the ramps, or the speed would be below `MIN_SPEED`.
     pub fn new(settings: &Settings, schedule: &Schedule, times: RowTimes) -> Option<Self> {
         let (motor, timing) = (&settings.motor, &settings.timing);
         let chirp_us = times.chirp_us.unwrap_or(timing.chirp_duration);
@@ -106,15 +109,16 @@ impl Cruise {
         (seconds * 1e6) as u32
     }
 
-    /// Returns the direction of the shaft from the sweep's first row to its last, 1 or -1.
+    /// Returns the direction of the shaft from the sweep's first row to its last: 1 if the position grows, else
+    /// -1.
     pub fn direction(schedule: &Schedule, backward: bool) -> i32 {
         let last = schedule.rows().saturating_sub(1);
         let down = schedule.scheduled_shaft(last) >= schedule.scheduled_shaft(0);
         if down != backward { 1 } else { -1 }
     }
 
-    /// Returns start and end of the shaft's travel, microsteps. The end of one direction is the start of the
-    /// other.
+    /// Returns start and end of the shaft's travel in a sweep, microsteps, ramps included. The end in one
+    /// direction is the start in the other.
     pub fn ends(&self, schedule: &Schedule, backward: bool) -> (i32, i32) {
         let last = schedule.rows().saturating_sub(1);
         let (first, last) = match backward {

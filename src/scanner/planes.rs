@@ -15,8 +15,8 @@ use crate::schedule::Schedule;
 use crate::signal::grid::BinWindow;
 use crate::verdict::{Outcome, Reason};
 
-/// Angle beyond which the height plane covers ground that the depth plane covers, too, 0.001°: H tan α > H /
-/// tan α.
+/// Angle of a row, 0.001°, beyond which the height plane covers ground that the depth plane covers, too: H tan α
+/// > H / tan α with mounting height H.
 const COMMON_GROUND: i32 = 45_000;
 
 /// Returns the plane of a scan; `height_requested` if the previous answer requests the height plane.
@@ -61,7 +61,7 @@ pub(super) fn check_planes(config: &Config) -> Result<(), ConfigError> {
     )
 }
 
-/// Returns the maximum range of the map, metres from the mirror.
+/// Returns the range of the map's last range bin, metres from the mirror.
 fn range_m(config: &Config) -> f32 {
     let window = BinWindow::of_scan(config);
     let end = f32::from(window.first.saturating_add(window.count));

@@ -1,14 +1,14 @@
-//! Due time of `LIVE`, and the times that it reports.
+//! Due time of the sentence `LIVE`, and the times that it reports.
 
 use crate::time::Micros;
 
-/// Period of `LIVE`, ms.
+/// Period of the sentence `LIVE`, ms.
 const PERIOD_MS: u32 = 200;
 
-/// Time since boot and since the last answer.
+/// Time since boot, time since the last answer, and whether the sentence `LIVE` is due.
 #[derive(Debug)]
 pub(super) struct LiveTimer {
-    /// Time up to which the counters are updated.
+    /// Time up to which the milliseconds below have been counted.
     counted: Micros,
     uptime_ms: u32,
     age_ms: Option<u32>,
@@ -18,7 +18,7 @@ pub(super) struct LiveTimer {
 }
 
 impl LiveTimer {
-    /// Starts the counters at boot.
+    /// Starts to count at boot, which is at `now`.
     pub const fn new(now: Micros) -> Self {
         Self {
             counted: now,
@@ -29,7 +29,7 @@ impl LiveTimer {
         }
     }
 
-    /// Updates the counters up to `now`.
+    /// Counts the milliseconds up to `now`.
     pub fn count(&mut self, now: Micros) {
         let ms = now.since(self.counted) / 1000;
         self.counted = self.counted.plus(ms * 1000);
@@ -43,13 +43,13 @@ impl LiveTimer {
         }
     }
 
-    /// Notes that the last row of an answered scan was processed at `at`.
+    /// Sets the time since the last answer to 0 at `at`, when the last row of an answered scan was processed.
     pub fn answered(&mut self, at: Micros) {
         self.count(at);
         self.age_ms = Some(0);
     }
 
-    /// Whether `LIVE` is due.
+    /// Whether the sentence `LIVE` is due.
     pub fn due(&self) -> bool {
         self.due
     }
@@ -64,7 +64,7 @@ impl LiveTimer {
         self.uptime_ms
     }
 
-    /// Returns the time since the last row of the last answered scan, ms.
+    /// Returns the time since the last row of the last answered scan, ms; `None` before the first answer.
     pub fn age_ms(&self) -> Option<u32> {
         self.age_ms
     }

@@ -16,7 +16,7 @@ use super::ramp::{self, Ramp};
 use super::settings::WireLevel;
 use crate::schedule::scaled;
 
-/// Generator of the pulses of consecutive moves.
+/// Generator of STEP pulses, DIR and EN for consecutive moves.
 #[derive(Debug)]
 pub struct Pulser<S, D, E> {
     step: S,
@@ -24,16 +24,16 @@ pub struct Pulser<S, D, E> {
     enable: E,
     /// Level of EN that switches the driver on.
     on: WireLevel,
-    /// Ratio of the driver's own steps to microsteps.
+    /// Ratio of the driver's own steps to microsteps of 51,200 a turn: numerator and denominator.
     ratio: (i32, i32),
-    /// Position that was set last, microsteps.
+    /// Position at which `steps` was last set to 0, microsteps.
     origin: i32,
-    /// Number of the driver's own steps from there.
+    /// Number of the driver's own steps from `origin`, negative backward.
     steps: i32,
     forward: bool,
     done: u32,
     total: u32,
-    /// Top speed and acceleration of the current move, in own steps/s and own steps/s².
+    /// Top speed and acceleration of the current move, in the driver's own steps/s and steps/s².
     ramp: (f32, f32),
     tick_hz: u32,
 }
@@ -45,7 +45,8 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         Self::with_enable(step, dir, (enable, WireLevel::Low), tick_hz)
     }
 
-    /// Creates a pulser with the level of EN that switches the driver on.
+    /// Creates a pulser at position 0 with its driver off, which the level `on` of EN switches on; `tick_hz` is
+    /// the timer's frequency.
     pub fn with_enable(step: S, dir: D, (enable, on): (E, WireLevel), tick_hz: u32) -> Self {
         let mut pulser = Self {
             step,
@@ -65,8 +66,8 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         pulser
     }
 
-    /// Sets the ratio of own steps to microsteps, and the level of EN that switches the driver on. The level
-    /// takes effect with the next [`Pulser::set_enabled`].
+    /// Sets `ratio`, the driver's own steps over microsteps, and `on`, the level of EN that switches the driver
+    /// on. The level takes effect with the next [`Pulser::set_enabled`].
     pub fn configure(&mut self, ratio: (i32, i32), on: WireLevel) {
         let origin = self.position();
         self.ratio = ratio;
@@ -89,7 +90,8 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         };
     }
 
-    /// Begins a move to `target`; returns the ticks until the first pulse, or `None` if it is already there.
+    /// Begins a move to `target`, microsteps; returns the timer ticks until the first pulse, or `None` if the
+    /// shaft is already there.
     pub fn begin(&mut self, target: i32, ramp: Ramp) -> Option<u32> {
         let (own, of) = self.ratio;
         let target = scaled(target.saturating_sub(self.origin), self.ratio);
@@ -113,14 +115,14 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         ramp::interval(self.ramp, (self.done, self.total), self.tick_hz)
     }
 
-    /// Emits one pulse; returns the ticks until the next, or `None` if the move is done.
+    /// Emits one pulse; returns the timer ticks until the next, or `None` if the move is done.
     ///
     /// The next interval is computed while STEP is high, after the last pulse, too.
     pub fn tick(&mut self) -> Option<u32> {
         self.tick_wide(|| ())
     }
 
-    /// Emits one pulse whose high time ends when `hold` returns.
+    /// Emits one pulse as [`Pulser::tick`] does; STEP stays high until `hold` returns.
     #[inline]
     pub fn tick_wide(&mut self, hold: impl FnOnce()) -> Option<u32> {
         if !self.moving() {
@@ -137,7 +139,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         self.moving().then_some(interval)
     }
 
-    /// Ends the move where it is.
+    /// Ends the move at the current position.
     pub fn stop(&mut self) {
         self.total = self.done;
     }
@@ -147,13 +149,13 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         self.done < self.total
     }
 
-    /// Returns the position, microsteps.
+    /// Returns the current position of the shaft by the pulses, microsteps.
     pub fn position(&self) -> i32 {
         let (own, of) = self.ratio;
         self.origin.saturating_add(scaled(self.steps, (of, own)))
     }
 
-    /// Sets the current position to `position`, microsteps.
+    /// Ends the move, and counts the current position of the shaft as `position`, microsteps, from now on.
     pub fn set_position(&mut self, position: i32) {
         self.stop();
         (self.origin, self.steps) = (position, 0);

@@ -2,7 +2,7 @@
 
 use crate::math;
 
-/// Speed limits of a move.
+/// Top speed and acceleration of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ramp {
     /// Top speed, microsteps/s.
@@ -18,20 +18,22 @@ std::thread_local! {
 }
 
 impl Ramp {
-    /// Returns the time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
+    /// Returns the time from microstep `k` (from 0) to the next in a move of `total` microsteps, in ticks of
+    /// `tick_hz`.
     pub fn interval(&self, k: u32, total: u32, tick_hz: u32) -> u32 {
         let (top, acceleration) = self.scaled(1.0);
         interval((top, acceleration), (k, total), tick_hz)
     }
 
-    /// Returns top speed and acceleration in steps of which `scale` make a microstep.
+    /// Returns top speed and acceleration in steps of another size, of which `scale` are one microstep, per s and
+    /// s².
     pub(super) fn scaled(&self, scale: f32) -> (f32, f32) {
         let top = self.speed.max(1) as f32;
         (top * scale, self.acceleration as f32 * scale)
     }
 
-    /// Returns an upper limit of the duration of a move of `total` steps, µs: 1.5 times a trapezoid, whose s/v
-    /// + v/a is never below a triangle's 2√(s/a).
+    /// Returns an upper limit of the duration of a move of `total` microsteps, µs: 1.5 times the s/v + v/a of a
+    /// trapezoidal speed profile, which is never below the 2√(s/a) of a triangular one.
     pub fn bound_us(&self, total: u32) -> u32 {
         let speed = self.speed.max(1) as f32;
         let ramps = match self.acceleration {
@@ -42,7 +44,7 @@ impl Ramp {
         (seconds * 1e6) as u32
     }
 
-    /// Returns the duration of a move of `total` steps, µs.
+    /// Returns the duration of a move of `total` microsteps, µs: the sum of all intervals.
     pub fn duration_us(&self, total: u32) -> u32 {
         const TICK_HZ: u32 = 1_000_000;
         (0..total).fold(0, |sum: u32, k| {

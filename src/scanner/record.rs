@@ -8,7 +8,7 @@ use crate::setting::Effect;
 /// answer is `ok`.
 pub const MOUNTING: [&str; 4] = ["plane", "mirror-offset", "mount-height", "home-angle"];
 
-/// Number of values of a record, one 32-bit word each.
+/// Number of values of a stored record, one 32-bit word for each setting.
 pub const WORDS: usize = Settings::KEYS.len();
 
 /// Hash of all keys in their order (FNV-1a): a record with other keys was written by another firmware.

@@ -9,7 +9,7 @@ use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
 use crate::verdict::{Conditions, Outcome, Reasons};
 
-/// The last scan's answer and the queue of sentences to the port: some 3 KB.
+/// The last scan's answer and the queue of sentences to the report port: some 3 KB.
 #[derive(Debug)]
 pub struct Reports {
     outbox: Outbox,
@@ -17,16 +17,16 @@ pub struct Reports {
     pub(super) outcome: Outcome,
 }
 
-/// Progress of the sentences of a scan.
+/// Progress in queueing the sentences of a scan's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ReportProgress {
     /// Number of the scan.
     pub scan: u32,
     /// Hash of the scan's settings.
     pub settings: u32,
-    /// Plane of the scan, if the settings alone do not determine it.
+    /// Plane of the scan for the sentence `SCAN`; `None` if the settings alone determine it.
     pub plane: Option<Plane>,
-    /// Number of lost rows.
+    /// Number of rows whose chirp was lost.
     pub lost: u16,
     /// Whether a hardware fault ended the scan or prevented it.
     pub broken: bool,
@@ -43,22 +43,22 @@ impl Reports {
         }
     }
 
-    /// Whether another sentence fits.
+    /// Whether another sentence fits into the queue.
     pub(super) fn has_room(&self) -> bool {
         self.outbox.has_room()
     }
 
-    /// Hands over as many bytes as the port takes.
+    /// Hands over as many queued bytes as the port takes, without waiting.
     pub(super) fn pump(&mut self, port: &mut impl BytePort) {
         self.outbox.pump(port);
     }
 
-    /// Answers a command: done.
+    /// Queues `DONE`: `command` has been executed.
     pub(super) fn done(&mut self, command: &str) {
         self.outbox.push(&Sentence::Done { command });
     }
 
-    /// Refuses a command.
+    /// Queues `FAIL`: `command` is refused, since `field` is not as `expected`.
     #[inline(never)]
     pub(super) fn refuse(&mut self, command: &str, field: &str, expected: &str) {
         self.outbox.push(&Sentence::Fail {
@@ -68,7 +68,8 @@ impl Reports {
         });
     }
 
-    /// Answers a command that must be framed: with the framed sentence, to be sent instead.
+    /// Refuses a command without a frame that must have one: queues `FAIL` with the framed sentence of `parts`,
+    /// to be sent instead.
     #[inline(never)]
     pub(super) fn offer(&mut self, command: &str, parts: &[&str]) {
         let framed = command::framed(parts);
@@ -79,13 +80,13 @@ impl Reports {
         self.refuse(command, "crc", &expected);
     }
 
-    /// Answers a request for a value.
+    /// Queues `CONF` with `key` and `value`, the answer to `get` and `set`.
     #[inline(never)]
     pub(super) fn value(&mut self, key: &str, value: &str) {
         self.outbox.push(&Sentence::Config { key, value });
     }
 
-    /// Answers `version`.
+    /// Queues `CONF` with version and git revision of the firmware, the answer to `version`.
     pub(super) fn version(&mut self, identity: &BootInfo) {
         let mut value = heapless::String::<64>::new();
         for part in [identity.version, " ", identity.revision] {
@@ -95,18 +96,18 @@ impl Reports {
         self.value("version", &value);
     }
 
-    /// Answers `status`.
+    /// Queues the sentence `status`, the answer to the command of this name.
     pub(super) fn status(&mut self, status: &Sentence<'_>) {
         self.outbox.push(status);
     }
 
-    /// Queues `LIVE` if nothing else waits for the port; returns whether it was queued.
+    /// Queues the sentence `LIVE` if nothing else waits for the port; returns whether it was queued.
     #[inline(never)]
     pub(super) fn live(&mut self, live: LiveLine<'_>) -> bool {
         self.outbox.is_empty() && self.outbox.push(&Sentence::Live(live))
     }
 
-    /// Queues the boot sentence.
+    /// Queues the sentence `BOOT`; `settings` is the hash of the settings in force.
     pub(super) fn boot(&mut self, identity: &BootInfo, settings: u32) {
         self.outbox.push(&Sentence::Boot {
             version: identity.version,
@@ -119,20 +120,21 @@ impl Reports {
         });
     }
 
-    /// Queues a failed self-test as scan 0; `false` if there is no room yet.
+    /// Queues the reasons of a failed self-test as the sentence `SCAN` of scan 0; returns `false` if there is no
+    /// room yet.
     pub(super) fn failed_test(&mut self, reasons: Reasons, settings: u32) -> bool {
         let failed = Outcome::broken(reasons, Conditions::GOOD);
         self.outbox
             .push(&Sentence::Scan(ScanLine::new(0, 0, &failed, settings)))
     }
 
-    /// Queues the result of a guard sweep; `false` if there is no room yet.
+    /// Queues the sentence `GUARD` of a guard sweep; returns `false` if there is no room yet.
     #[inline(never)]
     pub(super) fn guard(&mut self, line: GuardLine) -> bool {
         self.outbox.push(&Sentence::Guard(line))
     }
 
-    /// Queues the sentences of the answer as they fit; `true` when all are queued.
+    /// Queues the sentences of the answer as they fit; returns `true` when all are queued.
     pub(super) fn queue_answer(&mut self, progress: &mut ReportProgress) -> bool {
         let of = (progress.scan, progress.settings);
         while let Some(mut sentence) = of_scan(of, progress.lost, &self.outcome, progress.queued) {

@@ -14,38 +14,38 @@
 
 use crate::crc;
 
-/// Words of a seal.
+/// Number of 32-bit words of a seal.
 pub const WORDS: usize = 4;
-/// What a seal is, before one is put in.
+/// Words in the place of the seal before one is put in: all ones.
 pub const BLANK: [u32; WORDS] = [u32::MAX; WORDS];
-/// Name of its section in the image.
+/// Name of the seal's section in the image.
 pub const SECTION: &str = ".seal";
-/// Start of the header of a slot's image, in the slot that the image is linked for (`memory.x`).
+/// Address of slot A, where the header of its image begins (`memory.x`).
 pub const SLOT: u32 = 0x0802_0000;
-/// Where the vector table begins.
+/// Address of the vector table, behind the header of 512 bytes.
 pub const VECTORS: u32 = SLOT + 0x200;
-/// Where it ends at the latest: before the seal itself (`memory.x`).
+/// Maximum end of the vector table: the seal itself begins at this address (`memory.x`).
 pub const VECTORS_END: u32 = VECTORS + 0x200;
-/// Where code begins.
+/// Address of code and constants, behind the seal.
 pub const CODE: u32 = VECTORS + 0x210;
-/// Where it ends at the latest.
+/// Maximum end of code and constants: the end of the slot of 384 KB.
 pub const CODE_END: u32 = SLOT + 384 * 1024;
-/// Word that a seal begins with.
+/// First word of a seal, which identifies it as one.
 const MAGIC: u32 = u32::from_le_bytes(*b"STCI");
 
-/// What a seal says of its image.
+/// State of an image by comparison with its seal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageState {
-    /// The image is what was sealed.
+    /// The image is the one that was sealed.
     Whole,
-    /// Nobody has sealed it.
+    /// The image has not been sealed.
     Blank,
-    /// It is not what was sealed, or the seal is damaged.
+    /// The image has changed since it was sealed, or its seal is damaged.
     Damaged,
 }
 
-/// The seal of an image of this vector table, which lies at [`VECTORS`], and this code, which lies at
-/// [`CODE`]; `None` where they are longer than there is room.
+/// Returns the seal of an image with vector table `vectors`, which lies at [`VECTORS`], and `code`, which lies at
+/// [`CODE`]; `None` if either is longer than its room.
 pub fn seal(vectors: &[u8], code: &[u8]) -> Option<[u32; WORDS]> {
     let vectors_end = end(VECTORS, vectors.len(), VECTORS_END)?;
     let code_end = end(CODE, code.len(), CODE_END)?;
@@ -54,8 +54,8 @@ pub fn seal(vectors: &[u8], code: &[u8]) -> Option<[u32; WORDS]> {
     Some([MAGIC, first, second, sum(ends, vectors, code)])
 }
 
-/// Compares an image with its seal; `read` gives the bytes between two addresses, the first of which is
-/// [`VECTORS`] or [`CODE`] and the second within the bounds above.
+/// Compares an image with its seal. `read` returns the image's bytes from a first address, [`VECTORS`] or
+/// [`CODE`], up to a second one, at most [`VECTORS_END`] or [`CODE_END`].
 pub fn judge<'a>(seal: [u32; WORDS], read: impl Fn(u32, u32) -> &'a [u8]) -> ImageState {
     let [magic, vectors_end, code_end, crc] = seal;
     if seal == BLANK {

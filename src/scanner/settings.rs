@@ -25,16 +25,16 @@ pub use motor::{
 };
 pub use words::{SweepMode, Sweeping, Switch};
 
-/// Maximum time that can be set, µs: differences of [`super::Micros`] stay unambiguous, with room for the
-/// retries.
+/// Largest maximum of a setting that is a time, µs: differences of [`super::Micros`] stay unambiguous, with room
+/// for the retries.
 pub const MAX_TIME: u32 = 600_000_000;
 // The limits in the table are literals, since messages are made of them.
 const _: () = assert!(MAX_TIME == 600_000_000 && SHAFT_LIMIT == 170_000);
 
-/// One turn, 0.001°.
+/// One turn of the shaft, 0.001°.
 const TURN: u32 = 360_000;
-/// Minimum microsteps a turn in continuous mode: one of them is then four of 51,200, so that no row's position
-/// is passed by more than the three at which its trigger is still in time.
+/// Minimum of `microsteps-per-turn` in continuous mode: one of these is then four of 51,200 a turn, so that no
+/// row's position is passed by more than the three at which its trigger is still in time.
 const MIN_STEPS_IN_PASSING: u32 = 12_800;
 
 settings! {
@@ -85,7 +85,8 @@ settings! {
 }
 
 impl Calibrated {
-    /// Whether the calibration may belong to the scanner with this chip.
+    /// Whether the calibration may belong to the scanner whose chip's number has the CRC-32 `chip`; always
+    /// without a calibration.
     pub fn fits(&self, chip: u32) -> bool {
         self.date == 0 || self.chip == chip
     }
@@ -123,12 +124,12 @@ settings! {
 }
 
 impl Settings {
-    /// Returns the key as it stands in [`Settings::KEYS`].
+    /// Returns the key `text` as it stands in [`Settings::KEYS`]; `None` if no setting has it.
     pub fn key(text: &str) -> Option<&'static str> {
         Self::KEYS.iter().copied().find(|key| *key == text)
     }
 
-    /// Returns the value of `key` as text.
+    /// Returns the value of setting `key` as text; `None` if there is no such setting.
     pub fn get(&self, key: &str) -> Option<ValueText> {
         let mut found = None;
         self.see(&mut |row, value| {
@@ -139,7 +140,8 @@ impl Settings {
         found
     }
 
-    /// Returns every value to the last bit, in the order of the keys: the values of a record.
+    /// Returns the values of all settings in the order of the keys, each as a 32-bit word without rounding, as a
+    /// stored record has them.
     pub fn words(&self) -> [u32; Self::KEYS.len()] {
         let mut words = [0; Self::KEYS.len()];
         let mut places = words.iter_mut();
@@ -164,7 +166,7 @@ impl Settings {
         (valid && settings.validate().is_ok()).then_some(settings)
     }
 
-    /// Sets `key`; on an error all settings keep their values.
+    /// Sets the setting `key` to `value`; on an error all settings keep their values.
     pub fn set(&mut self, key: &'static str, value: &str) -> Result<(), ConfigError> {
         let mut next = *self;
         let mut read = Err(ConfigError {
@@ -182,7 +184,8 @@ impl Settings {
         Ok(())
     }
 
-    /// Checks every field by itself, and that shaft and map hold such a scan.
+    /// Checks the limits of every setting, and that shaft, map, module, motor and guard permit these settings
+    /// together.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.limits()?;
         self.config.validate()?;
@@ -199,7 +202,7 @@ impl Settings {
         self.check_microsteps()
     }
 
-    /// Checks that the map holds the scan that the radar module's current settings make.
+    /// Checks that the map has room for a scan with the radar module's current samples and bandwidth.
     fn check_map(&self) -> Result<(), ConfigError> {
         let window = BinWindow::of_scan(&self.config);
         let cells = usize::from(window.count) * usize::from(self.config.sweep.angle_count);
@@ -215,8 +218,8 @@ impl Settings {
         )
     }
 
-    /// Checks that rows are not closer together than the driver's own microsteps, and that in continuous mode a
-    /// microstep is within the tolerance of a row's position, three of 51,200.
+    /// Checks that rows are not closer together than the driver's own microsteps, and that in continuous mode one
+    /// of these is within the tolerance of a row's position, three microsteps of 51,200 a turn.
     fn check_microsteps(&self) -> Result<(), ConfigError> {
         const KEY: &str = "microsteps-per-turn";
         let microsteps = u32::from(self.motor.driver.microsteps);

@@ -23,12 +23,13 @@ use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 use crate::verdict::{Conditions, GuardResult, Outcome, Reason, Reasons, Status};
 
-/// Stage of the self-test.
+/// Stage of the self-test: arithmetic, homing of the mirror, then radar module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Test {
     Arithmetic,
     Home,
-    /// The module is queried: timeout of its answer, and time of the next query.
+    /// The radar module is queried: `until` is the timeout of its first answer, `again` the time of the next
+    /// query after one that failed.
     Link {
         until: Micros,
         again: Option<Micros>,
@@ -44,7 +45,7 @@ pub(super) enum Activity {
     Once,
     /// One guard sweep.
     Guard,
-    /// Answer the `selftest` command.
+    /// Answer the command `selftest`.
     Answer,
 }
 
@@ -59,7 +60,7 @@ enum ScannerState {
     Idle,
     Scanning(Sweep),
     Reporting(ReportProgress),
-    /// The result of a guard sweep waits for the port; `true` if a hardware fault ended the sweep.
+    /// The sentence of a guard sweep waits for room; `true` if a hardware fault prevented or ended the sweep.
     ReportingGuard(GuardLine, bool),
     Fault {
         until: Until,
@@ -67,16 +68,16 @@ enum ScannerState {
     },
 }
 
-/// Duration of a fault.
+/// End of the state `fault`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Until {
     /// Until this time; then the self-test runs again.
     Time(Micros),
-    /// Until a command starts something: automatic retries have only led back to the fault.
+    /// Until a command starts something: after a series of crashes the scanner does not begin by itself.
     Command,
 }
 
-/// The scanner's state machine over its hardware; `commands` handles the lines of the report port.
+/// The scanner's state machine over its hardware; `commands` executes the lines of the report port with it.
 #[derive(Debug)]
 pub(super) struct Machine<'a, M, L, P, B, D> {
     pub hardware: Hardware<M, L, P, B>,
@@ -94,7 +95,7 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub(super) connected: bool,
     reasons: Reasons,
     deadline: Micros,
-    /// Time of the boot, until the scanner has run for [`SURVIVED_US`].
+    /// Time of the boot; `None` once the count of earlier crashes has been cleared.
     booted: Option<Micros>,
     /// Whether the next answer discards the evidence of earlier scans.
     discard_evidence: bool,
@@ -102,15 +103,16 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     height_requested: bool,
     /// Time when the last row of an answer was processed, until `LIVE` has taken it over.
     pub answered: Option<Micros>,
-    /// Number of requests that the module did not answer correctly.
+    /// Number of requests since boot that the radar module did not answer correctly; saturates.
     pub link_errors: u16,
     /// Calibration request that the next scan serves; such a scan gives no answer.
     pub(super) calibration: Option<CalibrationRequest>,
 }
 
-/// Run time, µs, after which an answered scan clears the count of earlier crashes: 60 s.
+/// Time since boot, µs, after which a scan or guard sweep without a fault clears the count of earlier crashes: 60
+/// s.
 const SURVIVED_US: u32 = 60_000_000;
-/// Time limit of a poll in idle, and of any other step without a limit of its own, µs.
+/// Time within which the state machine must run again when idle, or in any step without a limit of its own, µs.
 const POLL_US: u32 = 500_000;
 
 impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
@@ -124,7 +126,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         self.odometry.drive(self.scan.motion, self.scan.chirp_us)
     }
 
-    /// Discards the evidence of earlier scans from the next answer on.
+    /// Has the next answer discard the evidence of earlier scans.
     pub fn discard_evidence(&mut self) {
         self.discard_evidence = true;
     }
@@ -134,7 +136,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         self.scans
     }
 
-    /// Returns the name of the current state.
+    /// Returns the name of the scanner's current state, such as `idle` or `scanning`.
     pub fn state(&self) -> &'static str {
         match self.state {
             ScannerState::Boot => "boot",
@@ -148,7 +150,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         }
     }
 
-    /// Whether the scanner is idle or in a fault, so that nothing moves.
+    /// Whether the scanner is idle or in the state `fault`, so that nothing moves.
     pub fn stands(&self) -> bool {
         matches!(self.state, ScannerState::Idle | ScannerState::Fault { .. })
     }
@@ -158,7 +160,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         !now.reached(self.deadline)
     }
 
-    /// Returns the content of the answer to `status`.
+    /// Returns the answer to the command `status`.
     pub fn status(&self, now: Micros) -> Sentence<'static> {
         Sentence::State {
             state: self.state(),
@@ -215,8 +217,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         machine
     }
 
-    /// Lets the board retain the hash of configured settings, and of no others. If a reset loses these
-    /// settings, `unconfigured` is reported until they are set again.
+    /// Has the board retain the hash of the settings if they are configured. If a reset loses these settings,
+    /// `unconfigured` is reported until they are set again.
     fn note(&mut self) {
         if self.settings.configured() {
             let hash = self.settings.hash();
@@ -224,7 +226,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// `set`: replaces the settings by `settings`, in which `key` has changed.
+    /// Executes `set`: replaces the settings in force by `settings`, in which `key` has changed.
     pub fn change(&mut self, key: &'static str, settings: &Settings) -> Result<(), ConfigError> {
         if self.guard.is_on() {
             self.fit_to_guard(settings)?;
@@ -234,7 +236,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         Ok(())
     }
 
-    /// `start`: scans repeatedly, from now on if nothing is under way.
+    /// Executes `start`: scans repeatedly, from now on if nothing is under way.
     pub fn start(&mut self, now: Micros) {
         self.hardware.board.set_stopped(false);
         self.guard.mode = GuardMode::Off;
@@ -242,7 +244,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.wake(now);
     }
 
-    /// Begins the next activity if the scanner is idle or in a fault that waits for a command.
+    /// Begins the next activity if the scanner is idle, or in a fault that waits for a command.
     pub(super) fn wake(&mut self, now: Micros) {
         let until = Until::Command;
         if matches!(self.state, ScannerState::Idle)
@@ -252,8 +254,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// `stop`: ends any activity and switches the motor driver off. The position is lost with it, and the next
-    /// scan homes.
+    /// Executes `stop`: ends any activity and switches the motor driver off. The position is lost with it, and
+    /// the next scan homes.
     pub fn stop(&mut self) {
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
@@ -264,7 +266,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.reports.done("stop");
     }
 
-    /// `scan` and `selftest`: only when idle or in a fault; while guarding, `scan` is deferred.
+    /// Executes `scan` or `selftest`, by `errand`: only when idle or in a fault; while guarding, a scan follows
+    /// the current sweep.
     pub fn errand(&mut self, now: Micros, command: &str, errand: Activity) {
         if errand == Activity::Once && self.guard.is_on() && !self.stands() {
             // The current sweep ends first.
@@ -282,7 +285,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Runs the current state once. The state that follows sets the next deadline.
+    /// Runs the current state once, without waiting. The state that follows sets the next deadline.
     pub fn run(&mut self, now: Micros) {
         match &mut self.state {
             ScannerState::Boot => self.boot(now),
@@ -334,7 +337,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Continues scanning unless stopped. A scan in the height plane that an answer requests is made even then.
+    /// Continues after an activity: with a full scan that has been requested, with guard sweeps while guarding,
+    /// or else with scans unless stopped. A scan in the height plane that an answer requests is made even when
+    /// stopped.
     pub(super) fn resume(&mut self, now: Micros) {
         let guards = self.guard.is_on();
         if core::mem::take(&mut self.guard.asked) || (guards && self.height_requested) {
@@ -349,7 +354,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Begins a scan, or the self-test if home or link is unknown.
+    /// Begins a scan or guard sweep, or the self-test before it if home or link is unknown. `errand` is the
+    /// activity after that self-test.
     #[inline(never)]
     pub(super) fn begin(&mut self, now: Micros, errand: Activity) {
         self.deadline = now.plus(POLL_US);
@@ -439,8 +445,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Returns the time limit of homing, µs: a turn to the switch at most, and a few short moves at an eighth
-    /// of the speed.
+    /// Returns the time limit of homing, µs: three turns at search speed and a second. Homing takes at most a
+    /// turn to the switch, and a few short moves at an eighth of the speed.
     fn home_bound_us(&self) -> u32 {
         let speed = self.settings.get().motor.search_speed.max(1);
         let seconds = 3 * MICROSTEPS_PER_TURN as u32 / speed + 1;
@@ -502,7 +508,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Handles a failed self-test, which is reported as scan 0 without an answer.
+    /// Handles a self-test that has failed for `reason`; it is reported as scan 0 without an answer.
     fn fail_test(&mut self, now: Micros, reason: Reason, errand: Activity) {
         if self.calibration.take().is_some() {
             self.refuse_calibration(ConfigError {
@@ -548,7 +554,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Turns a finished scan into its outcome.
+    /// Turns a finished scan into its outcome, or into settings for `calibrate`, and begins to report it.
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
         let aside = self.scan.is_other_plane();
@@ -595,7 +601,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.enter_reporting(outcome, rows.lost, false);
     }
 
-    /// Reports that a hardware fault prevented the scan or ended it.
+    /// Begins to report that a hardware fault prevented the scan or guard sweep, or ended it.
     // Out of line: its outcome would otherwise be on the stack beneath the estimator, beside the estimator's
     // own.
     #[inline(never)]
@@ -607,13 +613,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
     }
 
-    /// Reports the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
+    /// Begins to report the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
     pub(super) fn enter_reporting_guard(&mut self, word: &GuardResult, broken: bool) {
         self.reasons = word.reasons();
         self.state = ScannerState::ReportingGuard(GuardLine::new(self.guard.sweep, word), broken);
     }
 
-    /// Queues the result of a guard sweep once it fits, and continues.
+    /// Queues the sentence of a guard sweep once it fits, and continues.
     #[inline(never)]
     fn report_guard(&mut self, now: Micros, line: GuardLine, broken: bool) {
         self.deadline = now.plus(POLL_US);
@@ -661,7 +667,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Clears the count of crashes after the first scan without a fault that ends a minute or more after boot.
+    /// Clears the count of crashes at the first scan or guard sweep without a fault that ends a minute or more
+    /// after boot.
     fn forget_crashes(&mut self, now: Micros, fault: bool) {
         if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
             self.booted = None;

@@ -24,15 +24,15 @@ use super::record::{LAYOUT, WORDS};
 use super::settings::Settings;
 use crate::crc;
 
-/// Size of a slot, bytes.
+/// Size of a slot, the place of one record in flash, bytes.
 pub const SLOT: u32 = 1024;
-/// Number of words before the values.
+/// Number of words of a record before its values.
 const HEAD: usize = 4;
 /// First word of a record: identifies the format.
 const MAGIC: u32 = u32::from_le_bytes(*b"STC1");
 /// Number of words of a slot.
 const MAX_WORDS: usize = SLOT as usize / 4;
-/// Number of words of a record.
+/// Number of words of a record: those before the values, the values, and the CRC.
 const RECORD: usize = HEAD + WORDS + 1;
 const _: () = assert!(RECORD <= MAX_WORDS, "a slot holds a record");
 
@@ -48,7 +48,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Returns the expected condition, for `FAIL`.
+    /// Returns the condition that the flash did not meet, for the field `expected` of the sentence `FAIL`.
     pub const fn expected(self) -> &'static str {
         match self {
             StoreError::Controller => "a responding flash controller",
@@ -58,18 +58,18 @@ impl StoreError {
     }
 }
 
-/// The records in a flash of two sectors.
+/// The stored records of settings in a flash of two sectors.
 #[derive(Debug)]
 pub struct Store<F> {
     flash: F,
 }
 
-/// A complete record.
+/// A complete record in flash, whose CRC is right.
 #[derive(Clone, Copy, Debug)]
 struct ValidRecord {
     slot: u32,
     number: u32,
-    /// Values of the record; `None` if it has other keys.
+    /// Values of the record, one for each setting; `None` if another firmware with other keys wrote it.
     values: Option<[u32; WORDS]>,
 }
 
@@ -120,7 +120,7 @@ impl<F: NorFlash> Store<F> {
         self.write(slot, number, &values)
     }
 
-    /// Erases `sector` and returns its first slot.
+    /// Erases `sector` (0 or 1) and returns the index of its first slot.
     fn erase(&mut self, sector: u32) -> Result<u32, StoreError> {
         let (from, to) = (sector * Self::SECTOR, (sector + 1) * Self::SECTOR);
         self.flash.erase(from, to).map_err(|_| StoreError::Erase)?;
@@ -156,14 +156,15 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Returns the first slot after `slot` in its sector from which on all slots are blank.
+    /// Returns the first slot after `slot` in its sector from which on all slots are blank; `None` if there is
+    /// none.
     fn free_behind(&mut self, slot: u32) -> Option<u32> {
         let end = (slot / Self::SLOTS + 1) * Self::SLOTS;
         let blank = (slot + 1..end).rev().take_while(|&k| self.is_blank(k));
         blank.last()
     }
 
-    /// Returns word `k` of `slot`; 0 if the flash cannot be read.
+    /// Returns word `k` of slot `slot`, from 0; 0 if the flash cannot be read.
     fn word(&mut self, slot: u32, k: usize) -> u32 {
         let mut bytes = [0; 4];
         match self.flash.read(slot * SLOT + 4 * k as u32, &mut bytes) {
@@ -176,7 +177,7 @@ impl<F: NorFlash> Store<F> {
         (0..MAX_WORDS).all(|k| self.word(slot, k) == u32::MAX)
     }
 
-    /// Returns the valid record with the highest number.
+    /// Returns the valid record with the highest sequence number; `None` if no slot has a valid one.
     fn newest(&mut self) -> Option<ValidRecord> {
         let mut newest: Option<ValidRecord> = None;
         for slot in 0..2 * Self::SLOTS {
@@ -189,7 +190,7 @@ impl<F: NorFlash> Store<F> {
         newest
     }
 
-    /// Returns the record in `slot`, if it is valid.
+    /// Returns the record in slot `slot`; `None` if it is not complete or its CRC is wrong.
     fn record(&mut self, slot: u32) -> Option<ValidRecord> {
         if self.word(slot, 0) != MAGIC {
             return None;

@@ -49,16 +49,16 @@ pub struct Sweep {
     scan: u32,
     backward: bool,
     at: RowState,
-    /// Number of finished rows, in the order of the sweep.
+    /// Number of rows received or lost so far, in the order of the sweep.
     done: u16,
     attempt: u8,
     lost: u16,
     streak: u16,
-    /// Row whose samples have been received and not processed yet.
+    /// Row, as an index of the map, whose samples have been received and not processed yet.
     pending: Option<u16>,
-    /// Row that has just been triggered, and the time.
+    /// Row, as an index of the map, that was triggered last, and when; until [`Sweep::triggered`] takes it.
     triggered: Option<(u16, Micros)>,
-    /// Number of requests without a correct answer since the last call of [`Sweep::failed`].
+    /// Number of requests to the radar module without a correct answer since the last call of [`Sweep::failed`].
     failed: u16,
     deadline: Micros,
     /// Deadline of the mirror's current move.
@@ -70,24 +70,25 @@ pub struct Sweep {
     /// Whether the mirror's current move has another target than the row needs; a second move follows when it
     /// stands.
     needs_second_move: bool,
-    /// Time since which the shaft has been seen at rest at its target.
+    /// Time at which the shaft was first seen at rest at its target; `None` while it moves.
     rest: Option<Micros>,
     /// State of a continuous sweep; `None` if the mirror stops at every row.
     turning: Option<ContinuousSweep>,
     /// Whether it is a guard sweep, after which the next one follows at once.
     guard: bool,
-    /// Whether the encoder check before the turn has been started.
+    /// Whether the encoder check at the turning point before a guard sweep has been started.
     encoder_checked: bool,
 }
 
-/// Number, plane and kind of a sweep.
+/// Number, plane and kind of a sweep that is to begin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
     /// Number of the scan or guard sweep.
     pub number: u32,
-    /// Plane of the scan.
+    /// Plane in which the mirror sweeps.
     pub plane: Plane,
-    /// Whether it is a guard sweep: over the angles of [`GuardConfig`](super::settings::GuardConfig).
+    /// Whether it is a guard sweep, over the angles of [`GuardConfig`](super::settings::GuardConfig), or else a
+    /// scan.
     pub guard: bool,
     /// Whether the mirror may still be moving after a guard sweep.
     pub mirror_moving: bool,
@@ -165,7 +166,8 @@ impl Sweep {
         }
     }
 
-    /// Plans the motion of the mirror from the settings and the timing of module and link.
+    /// Decides whether the mirror turns at constant speed, and how fast, by the settings and the timing of module
+    /// and link.
     fn plan(&mut self, link: &impl RadarModule) {
         let cruise = match self.settings.sweep_mode {
             SweepMode::Stop => None,
@@ -177,22 +179,23 @@ impl Sweep {
         self.turning = cruise.map(ContinuousSweep::new);
     }
 
-    /// Returns the time by which the row must have progressed.
+    /// Returns the time by which the sweep must have left its current state.
     pub fn deadline(&self) -> Micros {
         self.deadline
     }
 
-    /// Returns the settings, with the radar module's data read at the beginning of this scan.
+    /// Returns the settings of this sweep, with the radar module's data read at its beginning.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Returns the row that was triggered since the last call, and the time.
+    /// Returns the row that was triggered since the last call, as an index of the map, and when; `None` if there
+    /// was none.
     pub fn triggered(&mut self) -> Option<(u16, Micros)> {
         self.triggered.take()
     }
 
-    /// Returns the number of requests without a correct answer since the last call.
+    /// Returns the number of requests to the radar module without a correct answer since the last call.
     pub fn failed(&mut self) -> u16 {
         core::mem::take(&mut self.failed)
     }
@@ -212,7 +215,7 @@ impl Sweep {
         self.nth(self.done)
     }
 
-    /// Returns the position that the mirror needs next, microsteps.
+    /// Returns the position to which the mirror must move next, microsteps from the horizontal.
     fn target(&self) -> i32 {
         match &self.turning {
             Some(turning) => turning.start(&self.schedule, self.backward),
@@ -256,9 +259,9 @@ impl Sweep {
         })
     }
 
-    /// Ends the sweep after all rows. If the sweep has ended on the side of the home switch and the switch is
-    /// to be checked, or an encoder is to be read, the answer waits for the check: after a slip the rows belong
-    /// to other angles.
+    /// Ends the sweep after all rows. If it was backward, towards the home switch in the depth plane, and the
+    /// switch is to be checked, or an encoder is to be read, the answer waits for the check: after a slip the
+    /// rows belong to other angles.
     #[inline(never)]
     fn finish(&mut self, now: Micros, mirror: &mut impl Mirror) -> Poll<Rows> {
         let motor = &self.settings.motor;
@@ -277,7 +280,7 @@ impl Sweep {
         Poll::Pending
     }
 
-    /// Proceeds as far as possible without waiting.
+    /// Advances the sweep as far as possible without waiting; ready with its result at the end.
     // Out of line, like the functions it calls: its stack frame would otherwise stay beneath the estimator.
     #[inline(never)]
     pub fn poll(
@@ -314,8 +317,8 @@ impl Sweep {
         Poll::Pending
     }
 
-    /// Handles a mirror that stands: begins the second move if the position is not the target, else the
-    /// settling time.
+    /// Handles a mirror that stands: begins the second move if the position is not the one that the row needs,
+    /// else the settling time.
     fn arrived(&mut self, now: Micros, mirror: &mut impl Mirror) {
         if core::mem::take(&mut self.needs_second_move) {
             let target = self.target();
@@ -328,7 +331,8 @@ impl Sweep {
         self.deadline = now.plus(settle).plus(MARGIN_US);
     }
 
-    /// Sends the mirror on once the chirp is captured, whether or not its samples have been received.
+    /// Sends the mirror to the next row once the chirp is captured, whether or not its samples have been
+    /// received.
     fn move_on(
         &mut self,
         now: Micros,
@@ -442,8 +446,7 @@ impl Sweep {
         Poll::Pending
     }
 
-    /// Triggers the row once more at its position. If the mirror has moved on, it first ends that move and
-    /// returns.
+    /// Triggers the current row once more. If the mirror has moved on, the trigger waits until it has returned.
     fn again(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarModule) {
         if core::mem::take(&mut self.moved_on) {
             self.needs_second_move = true;
@@ -454,7 +457,7 @@ impl Sweep {
         }
     }
 
-    /// Processes the last chirp while the mirror moves to the next row.
+    /// Processes the samples of the last chirp while the mirror moves to the next row.
     #[inline(never)]
     fn work(
         &mut self,

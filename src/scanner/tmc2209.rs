@@ -33,14 +33,14 @@ use super::settings::{DriverConfig, MotorConfig};
 use crate::port::BytePort;
 use crate::time::Micros;
 
-/// Baud rate of the wire. The chip accepts 9600 to 500,000 and detects it (section 4).
+/// Baud rate of the TMC2209's wire. The chip accepts 9600 to 500,000 and detects it (section 4).
 pub const BAUD: u32 = 115_200;
 
 /// First byte of a datagram (section 4.1).
 const SYNC: u8 = 0x05;
-/// The chip's address: its pins MS1 and MS2 are low.
+/// Address of the TMC2209 on the wire: its pins MS1 and MS2 are low.
 const CHIP: u8 = 0;
-/// Address of the master in an answer.
+/// Address of the master, which is the scanner, in an answer.
 const MASTER: u8 = 0xff;
 /// Bit of a register address that marks a write datagram.
 const WRITE: u8 = 0x80;
@@ -58,33 +58,35 @@ const SGTHRS: u8 = 0x40;
 const CHOPCONF: u8 = 0x6c;
 const DRV_STATUS: u8 = 0x6f;
 
-/// GCONF: `pdn_disable`, `mstep_reg_select`, `multistep_filt` (section 5.1).
+/// Value for GCONF: `pdn_disable`, `mstep_reg_select`, `multistep_filt` (section 5.1).
 const GCONF_VALUE: u32 = 1 << 6 | 1 << 7 | 1 << 8;
-/// GSTAT: `reset` (section 5.1).
+/// Flag `reset` of GSTAT: the chip was reset (section 5.1).
 const WAS_RESET: u32 = 1;
-/// GSTAT: `drv_err`, `uv_cp`.
+/// Flags `drv_err` and `uv_cp` of GSTAT: the driver has switched itself off, or its charge pump has undervoltage.
 const FAILED: u32 = 1 << 1 | 1 << 2;
-/// TPOWERDOWN after power-up (section 5.2).
+/// Value of TPOWERDOWN after power-up (section 5.2).
 const TPOWERDOWN_VALUE: u32 = 20;
-/// CHOPCONF after power-up: `intpol`, HSTRT 5, TOFF 3 (section 5.5.1). MRES is 0, 256 microsteps.
+/// Value of CHOPCONF after power-up: `intpol`, HSTRT 5, TOFF 3 (section 5.5.1). MRES is 0, 256 microsteps.
 const CHOPCONF_VALUE: u32 = 0x1000_0053;
 /// Bit position of MRES in CHOPCONF.
 const MRES: u32 = 24;
-/// CHOPCONF: sense voltage 0.18 V at full scale instead of 0.325 V.
+/// Bit VSENSE of CHOPCONF: sense voltage 0.18 V at full scale instead of 0.325 V.
 const VSENSE: u32 = 1 << 17;
-/// DRV_STATUS: `ot`, `s2ga`, `s2gb`, `s2vsa`, `s2vsb` (section 5.5.3).
+/// Flags of DRV_STATUS at which the driver switches itself off: `ot`, `s2ga`, `s2gb`, `s2vsa`, `s2vsb` (section
+/// 5.5.3).
 const FATAL: u32 = 0b11_1110;
 
-/// Maximum current with 0.325 V and with 0.18 V over 0.11 Ω and the chip's own 0.02 Ω, mA rms: V / (0.13 Ω ·
-/// √2) (section 9).
+/// Full-scale current of a phase with a sense voltage of 0.325 V and of 0.18 V, mA rms: V / (0.13 Ω · √2), with
+/// 0.11 Ω on the board and 0.02 Ω in the chip (section 9).
 const FULL_SCALE: [u32; 2] = [1_767, 979];
-/// Number of steps of the current scale.
+/// Number of steps of the current scale, to which IHOLD and IRUN refer.
 const SCALE: u32 = 32;
 
-/// The chip's clock, Hz, times 1.25, so that StallGuard works from a little below the speed on. TSTEP counts
-/// this clock from microstep to microstep, of 256, and TCOOLTHRS is compared with it (section 5.2).
+/// The chip's clock of 12 MHz times 1.25, Hz: divided by `search-speed` it gives TCOOLTHRS, so that StallGuard
+/// works from 0.8 of this speed on. TCOOLTHRS is compared with TSTEP, the clocks from one of 256 microsteps to
+/// the next (section 5.2).
 const CLOCK_AND_QUARTER: u32 = 15_000_000;
-/// Maximum of TCOOLTHRS, which has 20 bits.
+/// Maximum of TCOOLTHRS and TSTEP, which have 20 bits.
 const MAX_TSTEP: u32 = 0xf_ffff;
 
 /// Timeout of an answer, µs. The answer begins 8 bits after the request and takes 64 (section 4.1.2): 0.7 ms.
@@ -93,7 +95,7 @@ const ANSWER_US: u32 = 10_000;
 /// Number of attempts after which the chip counts as silent: within 30 ms, less than the margin of a move's
 /// deadline.
 const TRIES: u8 = 3;
-/// Maximum number of bytes taken in one call: more than can have been received.
+/// Maximum number of received bytes that one poll takes from the port: more than can have come.
 const BURST: u8 = 64;
 /// Time of StealthChop's automatic tuning after EN, µs: the chip measures the motor at standstill for up to 130
 /// ms (section 6.1).
@@ -103,7 +105,7 @@ const TUNING_US: u32 = 140_000;
 // Out of line and not unrolled: speed does not matter here.
 #[inline(never)]
 pub fn crc(bytes: &[u8]) -> u8 {
-    /// x⁸ + x² + x + 1.
+    /// The polynomial x⁸ + x² + x + 1 without its highest term.
     const POLYNOMIAL: u8 = 0x07;
     let mut crc = 0_u8;
     for &byte in bytes {
@@ -115,8 +117,8 @@ pub fn crc(bytes: &[u8]) -> u8 {
     crc
 }
 
-/// Returns the current scale (0 to 31) and whether VSENSE is set, for a current in mA rms: the nearest value
-/// below it, on the finer range if that suffices (section 9).
+/// Returns the current scale (IRUN and IHOLD, 0 to 31) and whether VSENSE is set, for a phase current in mA rms:
+/// the nearest value not above it, on the finer range if that suffices (section 9).
 pub fn current_scale(milliamperes: u16) -> (u32, bool) {
     let [coarse, fine] = FULL_SCALE;
     let current = u32::from(milliamperes);
@@ -126,7 +128,7 @@ pub fn current_scale(milliamperes: u16) -> (u32, bool) {
     (steps - 1, vsense)
 }
 
-/// Content of one datagram.
+/// Request of one datagram: to read the register at an address, or to write a value to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Datagram {
     Read(u8),
@@ -140,26 +142,26 @@ enum DriverStep {
     Idle,
     /// Reads IFCNT before the set-up.
     Before,
-    /// Writes the register of this index.
+    /// Writes the register with this index in the list of `Tmc2209::registers`.
     Write(u8),
     /// Reads IFCNT to check that all registers were received.
     Written,
-    /// Reads the flags since the set-up.
+    /// Reads GSTAT: the flags since the set-up.
     Flags,
-    /// Reads the driver status.
+    /// Reads DRV_STATUS, the driver's status.
     Status,
 }
 
-/// A TMC2209 connected to `port`.
+/// A TMC2209 whose wire is connected to `port`.
 #[derive(Debug)]
 pub struct Tmc2209<P> {
     port: P,
     motor: MotorConfig,
     step: DriverStep,
-    /// Step to which a retry returns.
+    /// First step of the set-up or reading under way, to which a retry returns.
     first: DriverStep,
     tries: u8,
-    /// IFCNT before the set-up.
+    /// IFCNT before the set-up: the chip's count of valid writes.
     count: u8,
     frame: heapless::Vec<u8, DATAGRAM>,
     sent: usize,
@@ -191,7 +193,7 @@ impl<P: BytePort> Tmc2209<P> {
         &mut self.port
     }
 
-    /// Returns addresses and values of the registers that a set-up writes.
+    /// Returns address and value of each register that a set-up writes, in the order of writing.
     fn registers(motor: &MotorConfig) -> [(u8, u32); 7] {
         let DriverConfig {
             stall_threshold,
@@ -218,7 +220,7 @@ impl<P: BytePort> Tmc2209<P> {
         ]
     }
 
-    /// Returns the datagram of the current step.
+    /// Returns the datagram of the current step; `None` if nothing is under way, or after the last register.
     fn datagram(&self) -> Option<Datagram> {
         Some(match self.step {
             DriverStep::Idle => return None,
@@ -233,7 +235,7 @@ impl<P: BytePort> Tmc2209<P> {
         })
     }
 
-    /// Begins the datagram of `step`; IFCNT follows after the last register.
+    /// Begins `step` with its datagram; after the last register that is the reading of IFCNT.
     #[inline(never)]
     fn enter(&mut self, step: DriverStep) {
         self.step = step;
@@ -260,7 +262,7 @@ impl<P: BytePort> Tmc2209<P> {
         self.enter(step);
     }
 
-    /// Repeats the sequence from its first step, up to [`TRIES`] attempts.
+    /// Repeats the set-up or reading from its first step; an error after [`TRIES`] attempts.
     fn again(&mut self) -> Result<(), DriverError> {
         self.tries += 1;
         if self.tries >= TRIES {
@@ -270,7 +272,8 @@ impl<P: BytePort> Tmc2209<P> {
         Ok(())
     }
 
-    /// Reads the received bytes, which include the echo of the sent ones, up to an answer about `register`.
+    /// Reads received bytes, which include the echo of the sent ones, and returns the value in an answer about
+    /// `register`; `None` if no such answer is complete.
     fn receive(&mut self, register: u8) -> Option<u32> {
         for _ in 0..BURST {
             self.last_bytes = self.last_bytes << u8::BITS | u64::from(self.port.read()?);
@@ -286,7 +289,7 @@ impl<P: BytePort> Tmc2209<P> {
         None
     }
 
-    /// Handles the answer to the current step.
+    /// Handles the value in the answer to the current step, and begins the next step.
     fn answered(&mut self, value: u32) -> Result<(), DriverError> {
         match self.step {
             DriverStep::Before => {
@@ -311,7 +314,7 @@ impl<P: BytePort> Tmc2209<P> {
         Ok(())
     }
 
-    /// Advances the sequence by one step, without waiting.
+    /// Advances the set-up or reading by one step at most, without waiting.
     fn advance(&mut self, now: Micros) -> Result<(), DriverError> {
         let register = match self.datagram() {
             None => return Ok(()),

@@ -1,14 +1,14 @@
-//! Inputs of a status, as plain values.
+//! Inputs of a scan's status, as plain values.
 
 use super::reasons::{Reason, Reasons};
 use crate::motion::Agreement;
 
-/// All inputs of a status. The default, without any evidence, leads to a `fault`.
+/// All inputs of a scan's status. The default, without any evidence, leads to a `fault`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
     /// Faults of board, motor or link that prevented the scan or ended it.
     pub faults: Reasons,
-    /// Signal fault that makes the chirps unusable.
+    /// Signal fault that makes the scan's chirps unusable, if there is one.
     pub unusable: Option<Reason>,
     /// Instrument faults: health checks of the signal beyond their limits.
     pub health_faults: Reasons,
@@ -18,14 +18,14 @@ pub struct Evidence {
     pub assessment: Option<Assessment>,
 }
 
-/// Conditions of a scan that are known to the scanner, not to its data path.
+/// Conditions of a scan that the scanner knows and its chirps do not show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Conditions {
     /// Degrading faults of processor and image, which last until a reset.
     pub board: Reasons,
     /// Whether the mounting has been configured.
     pub configured: bool,
-    /// Whether rows were lost.
+    /// Whether the chirps of any row were lost.
     pub lost_rows: bool,
 }
 
@@ -77,11 +77,13 @@ pub struct Assessment {
     pub drop_m: Option<f32>,
     /// Whether the floor, or the first riser's corner, is not where the mounting puts it.
     pub mounting_off: bool,
-    /// Whether the lobes of echoes are narrower or broader over the rows than the beam.
+    /// Whether the lobes of echoes over the rows are narrower or broader than the beam: the rows are not at their
+    /// angles.
     pub lobe_width_off: bool,
-    /// Agreement of this sweep with the one before.
+    /// Agreement of the scan with the sweep before and with the motion input: whether the chair stood or moved as
+    /// reported.
     pub agreement: Agreement,
-    /// Weaknesses of the answer.
+    /// Reasons that the answer is uncertain; they are reported and leave the status as it is.
     pub weaknesses: Reasons,
 }
 

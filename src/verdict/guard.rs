@@ -20,13 +20,13 @@ pub enum HazardKind {
     Drop,
     /// An obstacle taller than a step, or a wall.
     Obstacle,
-    /// The ground beyond is unknown.
+    /// The ground beyond the free distance is unknown.
     #[default]
     Unknown,
 }
 
 impl HazardKind {
-    /// All kinds.
+    /// All kinds of hazard.
     pub const ALL: [Self; 5] = [
         Self::None,
         Self::Rise,
@@ -35,7 +35,7 @@ impl HazardKind {
         Self::Unknown,
     ];
 
-    /// Returns the word for it in a sentence.
+    /// Returns the word for the kind in a `GUARD` sentence.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -52,9 +52,9 @@ impl HazardKind {
 pub struct FreeGround {
     /// Free distance, metres from the mirror at the sweep's last row.
     pub free_m: f32,
-    /// Kind of the hazard that ends it.
+    /// Kind of the hazard that ends the free distance.
     pub hazard: HazardKind,
-    /// Probability that no hazard is nearer.
+    /// Probability that no hazard is nearer than `free_m`.
     pub confidence: f32,
 }
 
@@ -71,9 +71,9 @@ pub struct GuardEvidence {
     pub health_faults: Reasons,
     /// Conditions of the sweep that its chirps do not show.
     pub conditions: Conditions,
-    /// Quality of the motion input.
+    /// Quality of the sweep's motion input.
     pub motion: MotionQuality,
-    /// Result of the inference; `None` if it has not run.
+    /// Free ground as estimated by the sweep's inference; `None` if it has not run.
     pub ground: Option<FreeGround>,
 }
 
@@ -161,7 +161,8 @@ impl GuardResult {
         result
     }
 
-    /// Adds instrument faults: the free distance and the confidence become 0.
+    /// Adds instrument faults to the reasons: with any, the free distance and the confidence become 0, and `ok` becomes
+    /// `degraded`.
     fn add_instrument_fault(&mut self, faults: Reasons) {
         self.reasons = self.reasons.and(faults);
         if !faults.is_empty() && self.status != Status::Fault {
@@ -171,7 +172,7 @@ impl GuardResult {
         }
     }
 
-    /// Prevents `ok` and keeps the free distance.
+    /// Adds a reason that makes `ok` `degraded` and keeps the free distance.
     fn degrade(&mut self, reason: Reason) {
         self.reasons.add(reason);
         if self.status == Status::Ok {
@@ -203,7 +204,7 @@ impl GuardResult {
         self.hazard
     }
 
-    /// Returns the probability that no hazard is nearer.
+    /// Returns the probability that no hazard is nearer than the free distance.
     pub fn confidence(&self) -> f32 {
         self.confidence
     }

@@ -25,7 +25,7 @@ pub fn free_m(
     )
 }
 
-/// Outcome of one scan.
+/// Outcome of one scan: its answer, and the verdict on it.
 ///
 /// ```
 /// use stairscan::answer::{Direction, Step};
@@ -97,7 +97,7 @@ impl Outcome {
         self.verdict.valid.map(|valid| valid.horizon_m)
     }
 
-    /// Returns the free distance: [`free_m`] of status, horizon and answer.
+    /// Returns the free distance, metres from the mirror: [`free_m`] of status, horizon and answer.
     pub fn free_m(&self) -> Option<f32> {
         let first = self.answer.steps.first().map(|step| step.distance_m);
         free_m(

@@ -19,7 +19,7 @@ pub enum ReasonEffect {
 }
 
 impl ReasonEffect {
-    /// Returns its name in documents.
+    /// Returns the effect's name in documents.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Fault => "fault",
@@ -234,7 +234,7 @@ pub struct Reasons(u64);
 const _: () = assert!(Reason::ALL.len() <= u64::BITS as usize);
 
 impl Reasons {
-    /// No reason.
+    /// The empty set.
     pub const NONE: Self = Self(0);
 
     /// Adds one reason.
@@ -242,7 +242,7 @@ impl Reasons {
         *self = self.with(reason);
     }
 
-    /// Returns this set and one more reason.
+    /// Returns this set with one more reason.
     #[must_use]
     pub const fn with(self, reason: Reason) -> Self {
         Self(self.0 | 1 << reason as u8)
@@ -264,7 +264,7 @@ impl Reasons {
         self.0 == 0
     }
 
-    /// Returns the first reason of the set.
+    /// Returns the first reason of the set, in the order of [`Reason::ALL`]; `None` if it is empty.
     pub fn first(self) -> Option<Reason> {
         Reason::ALL.get(self.0.trailing_zeros() as usize).copied()
     }
@@ -276,7 +276,7 @@ impl Reasons {
 }
 
 impl fmt::Display for Reasons {
-    /// The codes joined by `+`; nothing for the empty set.
+    /// Writes the codes of the reasons joined by `+`; nothing for the empty set.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, reason) in self.iter().enumerate() {
             if k > 0 {

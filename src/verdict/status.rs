@@ -18,18 +18,18 @@ pub const MIN_FIRST_STEP: f32 = 0.9;
 /// Permitted use of a scan by a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Valid; zero steps then means that there are no stairs.
+    /// The answer is valid; zero steps then means that there are no stairs.
     Ok,
-    /// Usable; the reasons name the weaknesses.
+    /// The answer is usable, but not `ok`; the reasons say why.
     Degraded,
-    /// No answer; the reasons name the faults. Never contains steps.
+    /// There is no answer, and never a step; the reasons name the faults.
     Fault,
 }
 
 /// Status, validity and reasons of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// Permitted use.
+    /// Permitted use of the scan by a controller.
     pub status: Status,
     /// Horizon and confidence; `None` if the estimator computes none.
     pub valid: Option<Validity>,
@@ -122,8 +122,8 @@ impl Verdict {
         verdict
     }
 
-    /// Adds instrument faults. No estimator can correct its instrument's faults, so horizon and confidence
-    /// become 0.
+    /// Adds instrument faults to the reasons. No estimator can correct its instrument's faults, so with any of them
+    /// horizon and confidence become 0, and `ok` becomes `degraded`.
     fn add_instrument_fault(&mut self, faults: Reasons) {
         self.reasons = self.reasons.and(faults);
         if !faults.is_empty() && self.status != Status::Fault {
@@ -132,7 +132,7 @@ impl Verdict {
         }
     }
 
-    /// Prevents `ok` and keeps the horizon.
+    /// Adds a reason that makes `ok` `degraded` and keeps the horizon.
     fn degrade(&mut self, reason: Reason) {
         self.reasons.add(reason);
         if self.status == Status::Ok {

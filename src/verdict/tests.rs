@@ -35,7 +35,8 @@ fn one_of(reason: Reason) -> [Reasons; 2] {
     [Reasons::NONE, Reasons::NONE.with(reason)]
 }
 
-/// Horizons and near edges of drops, metres: the horizon reaches the drop, or ends before it.
+/// Pairs of a horizon and a drop's near edge, metres from the mirror: the horizon reaches the drop, ends before it, or
+/// one or both are missing.
 const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
     (None, None),
     (None, Some(0.8)),
@@ -103,7 +104,7 @@ fn all() -> Vec<Evidence> {
     all
 }
 
-/// Whether one of the reasons may have this effect.
+/// Whether any reason of the set may have this effect.
 fn may(reasons: Reasons, effect: ReasonEffect) -> bool {
     reasons.iter().any(|r| r.effects().contains(&effect))
 }

@@ -6,7 +6,7 @@ use crate::scene::spec::{FloorSpec, PostSpec, SceneSpec, StairsSpec, Way};
 
 /// Diameter of the post, metres: a bollard or the leg of a table.
 const POST_M: f64 = 0.06;
-/// Height of the post, metres: above the mirror, so that no row looks over it.
+/// Height of the post, metres: half a metre above the mirror.
 const POST_TOP_M: f64 = 0.90;
 /// Rise and going of the stairs, metres: 2 rise + going = 63 cm.
 const FLIGHT_M: [f64; 2] = [0.17, 0.29];
@@ -18,16 +18,17 @@ const BEYOND_M: f64 = 2.5;
 const SLAB_M: f64 = 0.04;
 /// End of level ground, metres: beyond the range.
 const LEVEL_M: f64 = 4.0;
-/// Minimum height of a rise or depth of a drop that a scan must name, centimetres. From here on
-/// single rises count as steps.
+/// Minimum height of a rise or depth of a drop, centimetres, that a scan must name at its place to detect it: from this
+/// height on a single rise counts as a step.
 const MIN_STEP_CM: u32 = 6;
 
 /// A test body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Body {
-    /// A platform of this height, centimetres, that begins at the body's place and goes on.
+    /// A platform of this height, centimetres, whose front edge is at the body's place and which continues beyond the
+    /// range.
     Rise(u32),
-    /// A drop of this depth, centimetres, to a floor that goes on.
+    /// A drop of this depth, centimetres, to a lower floor that continues beyond the range.
     Drop(u32),
     /// An upright round steel post in the plane of the beam.
     Post,
@@ -65,7 +66,7 @@ impl Body {
         }
     }
 
-    /// Returns the name with the size.
+    /// Returns the name with the size, such as `rise of 10 cm`.
     pub fn name(self) -> String {
         match self {
             Self::Rise(cm) => format!("rise of {cm} cm"),
@@ -100,7 +101,7 @@ impl Body {
         }
     }
 
-    /// Returns the hazard that a guard sweep should name; `None` of level ground.
+    /// Returns the hazard that a guard sweep should name at the end of its free distance; `None` for level ground.
     pub const fn ending(self) -> Option<HazardKind> {
         match self {
             Self::Rise(_) | Self::Closed | Self::Open => Some(HazardKind::Rise),
@@ -110,8 +111,8 @@ impl Body {
         }
     }
 
-    /// Whether a scan detects the body by reporting a step or a drop at its place. For the others a
-    /// free distance that ends before the body is enough.
+    /// Whether a scan detects the body only by reporting a step or a drop at its place. For other bodies a free
+    /// distance that ends at or before the body is enough.
     pub const fn needs_named_detection(self) -> bool {
         match self {
             Self::Rise(cm) | Self::Drop(cm) => cm >= MIN_STEP_CM,
@@ -120,8 +121,8 @@ impl Body {
         }
     }
 
-    /// Adds the body to `spec` with its front at `at_m`, metres, ground and body of the material
-    /// `ground`.
+    /// Adds body and ground to `spec`, with the body's front `at_m` metres ahead. `ground` is the material of both,
+    /// except of a post, which is of metal.
     pub fn place(self, spec: &mut SceneSpec, at_m: f64, ground: &str) {
         let flight = |count, rise_m| flight(count, rise_m, at_m, ground);
         match self {
@@ -164,7 +165,7 @@ impl Body {
     }
 }
 
-/// Returns a flight going up.
+/// Returns a flight going up of `count` risers of `rise_m`, whose first is at `distance_m`, metres.
 fn flight(count: usize, rise_m: f64, distance_m: f64, material: &str) -> StairsSpec {
     // Gratings have front plates (EN ISO 14122-3).
     let riser = (material == "grating").then(|| "metal".to_owned());

@@ -10,8 +10,8 @@ use crate::scene::spec::{MaterialSpec, SceneSpec};
 
 use super::body::Body;
 
-/// Dry grounds, used in turn where a condition names none: the simulator's wood, glazed tiles,
-/// concrete, carpet and grating.
+/// Materials of dry ground, used in turn where a condition names none: the simulator's wood, glazed tiles, concrete,
+/// carpet and grating.
 pub const GROUNDS: [&str; 5] = [
     "painted-wood",
     "dark-ceramic",
@@ -19,7 +19,7 @@ pub const GROUNDS: [&str; 5] = [
     "carpet",
     "grating",
 ];
-/// Ground under a film of water.
+/// Material of ground under a film of water.
 pub const WET: &str = "wet";
 /// Distance of the reference condition, metres.
 pub const REFERENCE_M: f64 = 1.0;
@@ -31,31 +31,33 @@ const CLEAN_DB: f64 = 15.0;
 const PLACE_M: f64 = 0.025;
 /// Maximum deviation of the chair's heading from the condition's yaw, degrees either way.
 const YAW_DEG: f64 = 1.0;
-/// Standard deviation and maximum of the unknown pitch error, degrees: homing of the mirror, tyres.
+/// [Standard deviation, maximum] of the pitch error that the scanner does not know, degrees: homing of the mirror,
+/// tyres.
 const PITCH_DEG: [f64; 2] = [0.15, 0.4];
-/// Standard deviation and maximum of the mirror's height error, metres.
+/// [Standard deviation, maximum] of the error of the mirror's height, metres.
 const HEIGHT_M: [f64; 2] = [0.002, 0.005];
-/// Range of the level of the beam's first side lobes, dB below its peak.
+/// Range of the level of the beam's first side lobes from which each scene's is drawn, dB below the beam's peak.
 const SIDE_LOBES_DB: [f64; 2] = [18.0, 24.0];
-/// Maximum deviation of a material's diffuse level, dB either way.
+/// Maximum deviation of a material's diffuse level from the built-in one, dB either way.
 const TEXTURE_DB: f64 = 4.0;
-/// Maximum deviation of a material's roughness, a factor either way.
+/// Maximum deviation of a material's roughness from the built-in one, a factor either way.
 const ROUGHNESS: f64 = 2.0;
 /// Maximum roughness, metres. The facet model does not hold for a relief of a wavelength.
 const ROUGHEST_M: f64 = 1.2e-3;
-/// Stream of the random numbers of these draws, apart from those of surfaces and chirps.
+/// Stream of the random numbers from which a scene's deviations are drawn; the streams of surfaces and chirps are
+/// others.
 const STREAM: u64 = 0x4341_5041;
 
-/// Condition of one cell.
+/// Condition under which all scenes of a cell are measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Condition {
     /// Distance of the body's front from the mirror, metres.
     pub distance_m: f64,
-    /// Heading relative to the perpendicular of the body's edge, degrees.
+    /// Heading of the chair relative to the perpendicular of the body's edge, degrees.
     pub yaw_deg: f64,
     /// Pitch of the chair as the inclinometer reports it, degrees, nose up positive.
     pub pitch_deg: f64,
-    /// Two-way loss beyond that of a clean window, dB.
+    /// Two-way loss of the window beyond that of a clean one, dB.
     pub loss_db: f64,
     /// Material of ground and body; `None` uses [`GROUNDS`] in turn.
     pub ground: Option<&'static str>,
@@ -80,11 +82,12 @@ impl Condition {
 pub struct Setup {
     /// The scene.
     pub spec: SceneSpec,
-    /// Distance of the body's front, metres.
+    /// Distance of the body's front from the mirror, metres.
     pub at_m: f64,
 }
 
-/// Returns scene number `turn` of a cell, with its own seed.
+/// Returns scene number `turn` of a cell, with its deviations drawn from `seed`. `turn` selects the ground where the
+/// condition names none.
 pub fn scene(body: Body, condition: &Condition, turn: usize, seed: u64) -> Setup {
     let rng = &mut Random::new(seed, STREAM);
     let mut spec = SceneSpec::default();
@@ -103,7 +106,8 @@ fn clipped([deviation, most]: [f64; 2], rng: &mut Random) -> f64 {
     (deviation * rng.normal()).clamp(-most, most)
 }
 
-/// Sets the scanner and its mounting on the chair.
+/// Sets the window's loss, the beam's side lobes, the chair's yaw and pitch, and the mounting errors; errors and side
+/// lobes are drawn.
 fn instrument(spec: &mut SceneSpec, condition: &Condition, rng: &mut Random) {
     spec.radar.system_loss_db = CLEAN_DB + condition.loss_db;
     spec.mirror.sidelobe_db = rng.between(SIDE_LOBES_DB[0], SIDE_LOBES_DB[1]);
@@ -114,7 +118,7 @@ fn instrument(spec: &mut SceneSpec, condition: &Condition, rng: &mut Random) {
     mount.height_error_m = clipped(HEIGHT_M, rng);
 }
 
-/// Draws one piece of a built-in material.
+/// Returns the built-in material `name` with a random deviation of its diffuse level and roughness.
 fn piece(name: &str, rng: &mut Random) -> MaterialSpec {
     debug_assert!(NAMES.contains(&name));
     let plain = builtin(name).unwrap_or_default();

@@ -9,7 +9,7 @@ use crate::html;
 pub struct Table {
     /// Names of the columns.
     pub head: Vec<String>,
-    /// Rows.
+    /// Rows from top to bottom, each with one text a column.
     pub rows: Vec<Vec<String>>,
 }
 
@@ -36,16 +36,16 @@ pub enum Part {
     Table(Table),
     /// A drawing.
     Figure {
-        /// Name of its file.
+        /// File name of the drawing, without a directory.
         file: String,
-        /// Alternative text.
+        /// Alternative text; the HTML page also prints it below the drawing.
         alt: String,
-        /// The SVG text.
+        /// The drawing's SVG text.
         svg: String,
     },
 }
 
-/// Returns the document as Markdown. Its drawings lie in `directory`.
+/// Returns the document as Markdown, which refers to its drawings as files in `directory`.
 pub fn markdown(parts: &[Part], directory: &str) -> String {
     let blocks = parts.iter().map(|part| match part {
         Part::Heading(level, text) => format!("{} {text}\n", "#".repeat(*level)),
@@ -64,7 +64,7 @@ fn rows_of(table: &Table) -> String {
     line(&table.head) + &rule + &rows
 }
 
-/// Returns the document as one HTML page that needs no network.
+/// Returns the document as one HTML page that contains its drawings and needs no network.
 pub fn page(title: &str, parts: &[Part]) -> String {
     let mut body = String::new();
     for part in parts {
@@ -105,7 +105,7 @@ fn cells_of(table: &Table) -> String {
     )
 }
 
-/// Escapes a text for HTML, with its `code` marked.
+/// Returns a text escaped for HTML, in which pieces between backticks become `<code>` elements.
 fn marked(text: &str) -> String {
     let pieces = text.split('`').enumerate();
     let piece = |(k, piece): (usize, &str)| match k % 2 {

@@ -1,5 +1,5 @@
-//! One drawing for each body: shares over distance, yaw, pitch, window and ground, and over size
-//! where the body has one.
+//! One drawing for each test body: the shares of scenes in which scan and guard detect it, and in which they report
+//! free ground beyond it, over distance, yaw, pitch, window and ground, and over size where the body has one.
 
 use crate::hardware::sheet::{Anchor, FAINT, INK, Place, Sheet};
 use crate::score::Share;
@@ -9,7 +9,7 @@ use super::plan::{Series, sizes};
 use super::results::Measured;
 use super::tally::{Counts, Tally, lower, upper};
 
-/// Size of a panel with its margins, and the margins (left, top, right, bottom), pixels.
+/// Size (width, height) of a panel with its margins, and the margins (left, top, right, bottom), pixels.
 const PANEL: [f64; 2] = [380.0, 250.0];
 const MARGIN: [f64; 4] = [52.0, 34.0, 14.0, 44.0];
 /// Height of the legend, pixels.
@@ -23,13 +23,13 @@ const COLOURS: [&str; 2] = ["#0072b2", "#d55e00"];
 const MARK: f64 = 4.0;
 const ASIDE: f64 = 6.0;
 
-/// Values of one panel.
+/// One panel of a drawing: its title, and the counts for each value on its horizontal axis.
 struct Panel {
     title: String,
     values: Vec<(String, Tally)>,
 }
 
-/// Returns the drawing of a body.
+/// Returns the drawing of a body, all its panels, as SVG text.
 pub fn of(measured: &Measured, body: Body) -> String {
     sheet_of(&panels(measured, body)).svg()
 }
@@ -74,7 +74,7 @@ fn sheet_of(panels: &[Panel]) -> Sheet {
     sheet
 }
 
-/// Returns the plot area of a panel: left, top, right, bottom.
+/// Returns the plot area of the panel whose top left is at `corner`: left, top, right, bottom, pixels.
 fn area(corner: Place) -> [f64; 4] {
     let [left, top, right, bottom] = MARGIN;
     [
@@ -128,7 +128,7 @@ fn draw(sheet: &mut Sheet, corner: Place, panel: &Panel) {
     }
 }
 
-/// Draws a dot for the scan, or a square for the guard.
+/// Draws a dot for the scan (channel 0) or a square for the guard (channel 1), centred on (x, y).
 fn mark(sheet: &mut Sheet, channel: usize, (x, y): Place, colour: &str) {
     match channel {
         0 => sheet.ellipse((x, y), (MARK, MARK), colour),
@@ -136,7 +136,7 @@ fn mark(sheet: &mut Sheet, channel: usize, (x, y): Place, colour: &str) {
     }
 }
 
-/// Draws the cross for answers that are `ok` with free ground beyond the body.
+/// Draws a cross centred on (x, y): the mark of answers that are `ok` with free ground beyond the body.
 fn cross(sheet: &mut Sheet, (x, y): Place, colour: &str) {
     let style = format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"");
     for side in [-1.0, 1.0] {

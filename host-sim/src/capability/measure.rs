@@ -1,5 +1,5 @@
-//! Measures the scenes of a cell: each is simulated, scanned and swept by the scanner's own loop,
-//! and gives one outcome.
+//! Measures the scenes of a cell: each is simulated, scanned and swept by the scanner's own loop, and the answers are
+//! classified.
 
 use anyhow::{Context, Result};
 
@@ -15,7 +15,7 @@ use super::outcome::{GuardOutcome, ScanOutcome};
 use super::plan::Cell;
 use super::standing;
 
-/// Number of guard sweeps of a chair that stands: 0.8 s.
+/// Number of guard sweeps in a scene in which the chair stands: 0.8 s at ten sweeps a second.
 pub const SWEEPS: usize = 8;
 
 /// The outcomes of one scene.
@@ -41,7 +41,7 @@ pub fn measure(cell: &Cell, turn: usize, seed: u64) -> Result<SceneOutcome> {
     outcomes.with_context(|| format!("{name}: {:?}", cell.condition))
 }
 
-/// Simulates one scan, and [`SWEEPS`] guard sweeps.
+/// Simulates one full scan and [`SWEEPS`] guard sweeps of a chair that stands, and classifies the answers.
 fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<SceneOutcome> {
     let Setup { spec, at_m } = setup;
     let recording = Scene::new(spec.clone())?.simulate(name, seed);
@@ -53,7 +53,8 @@ fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<Sc
     })
 }
 
-/// Simulates the guard sweeps of a chair that approaches the body.
+/// Simulates the guard sweeps of a chair that approaches the body at `speed`, m/s, and classifies the answers. There is
+/// no full scan.
 fn driving(
     cell: &Cell,
     setup: Setup,
@@ -76,7 +77,7 @@ fn driving(
     })
 }
 
-/// Returns the answers on the sweeps of a recording.
+/// Returns the scanner's answer to each guard sweep of a recording, in order.
 fn words(recording: &Recording) -> Result<Vec<GuardAnswer>> {
     let words = replay::guarded(recording, &Options::default())?;
     Ok(words.iter().map(GuardAnswer::of).collect())

@@ -12,14 +12,13 @@ use super::body::Body;
 /// Maximum distance between a reported step or drop and the body's place for a detection, metres:
 /// as in the score.
 const AT_PLACE_M: f64 = 0.10;
-/// Tolerance by which free ground may end beyond a body and still count as ending at it, metres:
-/// the guard's contract.
+/// Tolerance by which the free distance may end beyond a body and still count as ending at it, metres: that of the
+/// guard's contract.
 const BEYOND_M: f64 = 0.05;
-/// Number of sweeps at the beginning of a recording whose free distance is not counted: as in
-/// `cargo sim guard`.
+/// Number of guard sweeps at the beginning of a recording whose free distance is not counted: as in `cargo sim guard`.
 const FIRST_SWEEPS: usize = 2;
 
-/// Whether an `ok` answer has a free distance that ends beyond a body at `at_m`, metres.
+/// Whether an answer is `ok` and its free distance ends beyond a body at `at_m`, metres, by more than [`BEYOND_M`].
 fn is_beyond(is_ok: bool, free_m: Option<f64>, at_m: f64) -> bool {
     is_ok && free_m.is_some_and(|free_m| free_m > at_m + BEYOND_M)
 }
@@ -29,9 +28,10 @@ fn is_beyond(is_ok: bool, free_m: Option<f64>, at_m: f64) -> bool {
 pub struct ScanOutcome {
     /// Whether the answer is `ok`.
     pub ok: bool,
-    /// Whether the body is detected.
+    /// Whether the body is detected: by a step or drop reported at its place, or, where the body needs no name, by a
+    /// free distance that ends at or before it.
     pub detected: bool,
-    /// Whether the answer is `ok` and its free ground ends beyond the body.
+    /// Whether the answer is `ok` and its free distance ends more than 5 cm beyond the body.
     pub free_beyond_body: bool,
     /// Whether a step or a drop is reported at any place.
     pub alarm: bool,
@@ -40,7 +40,7 @@ pub struct ScanOutcome {
 }
 
 impl ScanOutcome {
-    /// Classifies an answer to a scene with `body` at `at_m`, metres.
+    /// Classifies the answer to a scene with `body` at a distance of `at_m` from the mirror, metres.
     pub fn of(answer: &Answer, body: Body, at_m: f64) -> Self {
         let answered = !answer.is_fault();
         let near = |m: f64| (m - at_m).abs() <= AT_PLACE_M;
@@ -71,23 +71,23 @@ impl ScanOutcome {
 /// The outcome of consecutive guard sweeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardOutcome {
-    /// Whether the last sweep is `ok`.
+    /// Whether the answer to the last sweep is `ok`.
     pub ok: bool,
-    /// Number (from 1) of the first sweep that names the body and whose free distance ends at or
-    /// before it.
+    /// Number (from 1) of the first sweep that names the body and whose free distance ends at or before it, 5 cm
+    /// allowed; `None` if no sweep does.
     pub named_at: Option<usize>,
-    /// Distance of the body at that sweep, metres.
+    /// Distance of the body from the mirror at sweep `named_at`, metres.
     pub named_m: Option<f64>,
-    /// Whether a sweep from the third on is `ok` with free ground beyond the body.
+    /// Whether any sweep from the third on is `ok` and its free distance ends more than 5 cm beyond the body.
     pub free_beyond_body: bool,
-    /// Whether a sweep names a rise, a drop or an obstacle.
+    /// Whether any sweep names a rise, a drop or an obstacle.
     pub alarm: bool,
-    /// Free distance of the last sweep, metres.
+    /// Free distance reported by the last sweep, metres.
     pub free_m: Option<f64>,
 }
 
 impl GuardOutcome {
-    /// Classifies the answers on sweeps. `at_m` is the distance of `body` at each sweep, metres.
+    /// Classifies the answers to consecutive guard sweeps. `at_m` is the distance of `body` at each sweep, metres.
     pub fn of(answers: &[GuardAnswer], body: Body, at_m: &[f64]) -> Self {
         let detects = |(answer, at_m): (&GuardAnswer, &f64)| {
             let ends = answer
@@ -115,7 +115,7 @@ fn is_ok(answer: &GuardAnswer) -> bool {
     answer.status == stairscan::verdict::Status::Ok
 }
 
-/// Whether an ending names a hazard.
+/// Whether the kind at the end of a free distance is a hazard: a rise, a drop or an obstacle.
 fn names(ending: HazardKind) -> bool {
     matches!(
         ending,
@@ -123,8 +123,7 @@ fn names(ending: HazardKind) -> bool {
     )
 }
 
-/// Whether two endings name the same hazard. Rise and obstacle count as the same, because they
-/// differ by height only.
+/// Whether two kinds of hazard count as the same. Rise and obstacle do, because they differ by height only.
 fn same_hazard(a: HazardKind, b: HazardKind) -> bool {
     let stands = |e| matches!(e, HazardKind::Rise | HazardKind::Obstacle);
     a == b || stands(a) && stands(b)

@@ -1,11 +1,11 @@
-//! Plan of a measurement: bodies, conditions, numbers of scenes and seeds.
+//! Plan of the capability sheet's measurement: bodies, conditions, numbers of scenes and seeds.
 
 use crate::seeds::Draw;
 
 use super::body::Body;
 use super::condition::{Condition, GROUNDS, REFERENCE_M, WET};
 
-/// Kinds of bodies, as [`Body::kind`] returns them.
+/// Short names of all test bodies without their sizes, as [`Body::kind`] returns them.
 pub const KINDS: [&str; 7] = [
     "rise",
     "drop",
@@ -15,34 +15,34 @@ pub const KINDS: [&str; 7] = [
     "stairs-down",
     "level",
 ];
-/// Heights of the rises, centimetres.
+/// Heights of the rises that are measured, centimetres.
 pub const RISES_CM: [u32; 8] = [2, 4, 6, 8, 10, 15, 20, 25];
-/// Depths of the drops, centimetres.
+/// Depths of the drops that are measured, centimetres.
 pub const DROPS_CM: [u32; 7] = [4, 6, 8, 10, 15, 30, 50];
-/// Distances other than the reference, metres.
+/// Measured distances of a body other than the reference distance, metres.
 const DISTANCES_M: [f64; 6] = [0.4, 0.6, 0.8, 1.25, 1.5, 2.0];
-/// Yaws other than the reference, degrees. The simulator takes up to 15°, and each scene deviates
-/// by up to 1°.
+/// Measured yaws of the chair other than the reference 0°, degrees. The simulator takes up to 15°, and each scene
+/// deviates by up to 1°.
 const YAWS_DEG: [f64; 3] = [5.0, 10.0, 14.0];
-/// Pitches other than the reference, degrees: up to a ramp of 1:14.
+/// Measured pitches of the chair other than the reference 0°, degrees: up to a ramp of 1:14.
 const PITCHES_DEG: [f64; 4] = [-4.0, -2.0, 2.0, 4.0];
-/// Window losses other than the reference, dB.
+/// Measured losses of the window other than the reference 0 dB, dB, out and back together.
 pub const LOSSES_DB: [f64; 3] = [3.0, 10.0, 20.0];
-/// Speeds, m/s.
+/// Speeds at which a chair drives towards a body, m/s.
 const SPEEDS: [f64; 2] = [0.3, 0.8];
 /// Bodies that a chair drives towards.
 const DRIVEN: [Body; 3] = [Body::Rise(10), Body::Drop(15), Body::Post];
 
-/// Factor from the scenes of another cell to those of level ground.
+/// Number of scenes of a cell of level ground as a multiple of most cells'.
 const LEVEL_TIMES: usize = 4;
-/// Divisor from the scenes of another cell to the drives of one: a drive takes as long as 40
-/// scenes.
+/// Divisor from the number of scenes of most cells to the number of drives of a cell with a driving chair: a drive
+/// takes as long to simulate as 40 scenes.
 const DRIVE_SHARE: usize = 4;
 /// Number of seeds reserved for each cell.
 const CELL_SEEDS: u64 = 1000;
-/// Maximum number of scenes of a cell.
+/// Maximum number of scenes of most cells: level ground has four times as many, and its seeds must suffice.
 pub const MAX_SCENES: u64 = CELL_SEEDS / LEVEL_TIMES as u64;
-/// Maximum number of scenes of a size at the reference condition.
+/// Maximum number of scenes of one rise or drop at the reference condition.
 pub const MAX_OF_A_SIZE: u64 = CELL_SEEDS;
 
 /// The quantity that changes within a group of cells.
@@ -50,19 +50,19 @@ pub const MAX_OF_A_SIZE: u64 = CELL_SEEDS;
 pub enum Series {
     /// Height of a rise or depth of a drop, at the reference condition.
     Size,
-    /// Height or depth behind a window with loss.
+    /// Height of a rise or depth of a drop, behind a window with loss.
     SizeAndWindow,
     /// Material of ground and body. The dry materials together are the reference condition.
     Ground,
-    /// Distance of the body.
+    /// Distance of the body from the mirror.
     Distance,
     /// Yaw of the chair.
     Yaw,
     /// Pitch of the chair.
     Pitch,
-    /// Loss of the window.
+    /// Two-way loss of the window.
     Window,
-    /// Speed of the chair.
+    /// Speed of a chair that drives towards the body.
     Speed,
 }
 
@@ -85,9 +85,9 @@ impl Series {
 /// One cell: a number of scenes of a body under a condition.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// Number in the whole plan, which selects the seeds.
+    /// Index of the cell in the plan of all bodies, from 0, which selects its seeds.
     pub number: u64,
-    /// Quantity that changes.
+    /// Quantity that changes within the group of cells to which this one belongs.
     pub series: Series,
     /// The body.
     pub body: Body,
@@ -98,7 +98,7 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Returns the value that changes, as text.
+    /// Returns the cell's value of the quantity that changes in its series, as text with the unit.
     pub fn value(&self) -> String {
         let c = &self.condition;
         match self.series {
@@ -113,14 +113,14 @@ impl Cell {
         }
     }
 
-    /// Returns the seeds of the scenes.
+    /// Returns the seeds of the cell's scenes on a draw: consecutive ones that no other cell uses.
     pub fn seeds(&self, draw: Draw) -> impl Iterator<Item = u64> {
         let first = draw.seeds().start + self.number * CELL_SEEDS;
         (0..self.scenes as u64).map(move |k| first + k)
     }
 }
 
-/// Returns the printed name of a ground; `None` gives that of all dry grounds together.
+/// Returns the printed name of a ground's material; `None` gives that of all dry grounds together.
 pub fn ground_name(ground: Option<&str>) -> &'static str {
     match ground {
         Some("painted-wood") => "wood",
@@ -133,8 +133,8 @@ pub fn ground_name(ground: Option<&str>) -> &'static str {
     }
 }
 
-/// Returns the plan with `scenes` scenes in most cells, and `of_a_size` for each size at the
-/// reference condition.
+/// Returns all cells of the plan, with `scenes` scenes in most, and `of_a_size` for each rise and drop at the reference
+/// condition.
 pub fn cells(scenes: usize, of_a_size: usize) -> Vec<Cell> {
     let mut all = Vec::new();
     let mut add = |series, body, condition, scenes| {
@@ -170,7 +170,7 @@ pub fn cells(scenes: usize, of_a_size: usize) -> Vec<Cell> {
     all
 }
 
-/// Returns the bodies of every size.
+/// Returns a rise of every height, then a drop of every depth.
 pub fn sizes() -> impl Iterator<Item = Body> {
     let drops = DROPS_CM.into_iter().map(Body::Drop);
     RISES_CM.into_iter().map(Body::Rise).chain(drops)
@@ -190,7 +190,8 @@ fn windows() -> impl Iterator<Item = Condition> {
     })
 }
 
-/// Returns the conditions that differ from the reference in one quantity.
+/// Returns the conditions that differ from the reference in distance, yaw, pitch or window loss alone, each with the
+/// series to which it belongs.
 fn changed() -> impl Iterator<Item = (Series, Condition)> {
     debug_assert!(!DISTANCES_M.contains(&REFERENCE_M));
     let plain = Condition::REFERENCE;

@@ -9,45 +9,47 @@ use super::condition::{Condition, WET};
 use super::plan::{Cell, Series, ground_name};
 use super::tally::Tally;
 
-/// Times from the timing model, seconds.
+/// Durations of scan and guard sweep by the timing model, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Times {
-    /// Time from a full scan's first row to the end of its report.
+    /// Time from a full scan's first row to the end of its report, seconds.
     pub scan_s: f64,
-    /// Period of guard sweeps.
+    /// Period of guard sweeps, seconds.
     pub sweep_s: f64,
 }
 
-/// Head of a sheet.
+/// Head of the capability sheet: its command, its draw of seeds, and the scanner's durations.
 #[derive(Clone, Debug)]
 pub struct Heading {
     /// The command that makes the sheet.
     pub command: String,
-    /// The draw of the seeds.
+    /// The draw from which the scenes' seeds are.
     pub draw: Draw,
-    /// Times of the scanner.
+    /// Durations of the scanner's scan and guard sweep.
     pub times: Times,
 }
 
-/// All measured results.
+/// All results of the capability sheet.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Head of the sheet.
     pub head: Heading,
-    /// Cells with their counts.
+    /// Cells with their counts on the head's draw.
     pub cells: Vec<(Cell, Tally)>,
-    /// Cells with their counts of a second draw.
+    /// Cells with their counts on a second draw of seeds, by which the first draw's bounds are tested; `None` without
+    /// it.
     pub second: Option<Vec<(Cell, Tally)>>,
 }
 
 impl Measured {
-    /// Returns the cells of a body within a series.
+    /// Returns the cells of a body within a series, with their counts.
     pub fn series(&self, series: Series, body: Body) -> Vec<&(Cell, Tally)> {
         let own = |(cell, _): &&(Cell, Tally)| cell.series == series && cell.body == body;
         self.cells.iter().filter(own).collect()
     }
 
-    /// Returns the counts of a body under the reference condition: all dry grounds together.
+    /// Returns the counts of a body under the reference condition, all dry grounds together; `None` if it was not
+    /// measured.
     pub fn reference(&self, body: Body) -> Option<Tally> {
         let grounds = self.series(Series::Ground, body);
         let dry = grounds
@@ -57,7 +59,8 @@ impl Measured {
         (!all.is_empty()).then(|| Tally::sum(all))
     }
 
-    /// Returns the counts of a size behind a window.
+    /// Returns the counts of a rise or drop at 1 m behind a window with a loss of `loss_db`, dB (0 for a clean one);
+    /// `None` if it was not measured.
     pub fn size(&self, body: Body, loss_db: f64) -> Option<&Tally> {
         let series = match loss_db {
             0.0 => Series::Size,
@@ -70,7 +73,8 @@ impl Measured {
         found.map(|(_, tally)| tally)
     }
 
-    /// Returns the values of a series with their counts, including the reference condition.
+    /// Returns the values of a series, as text, with their counts. Except for grounds they are in ascending order and
+    /// include the reference condition.
     pub fn line(&self, series: Series, body: Body) -> Vec<(String, Tally)> {
         let cells = self.series(series, body);
         let mut line: Vec<(f64, String, Tally)> = cells
@@ -97,7 +101,7 @@ impl Measured {
     }
 }
 
-/// Returns the sort key of a cell within its series.
+/// Returns the sort key of a cell within its series: its distance, yaw, pitch or window loss; 0 in other series.
 fn place(cell: &Cell) -> f64 {
     let c = &cell.condition;
     match cell.series {
@@ -109,7 +113,7 @@ fn place(cell: &Cell) -> f64 {
     }
 }
 
-/// Returns all cells as JSON.
+/// Returns all cells with their conditions and counts as JSON.
 pub fn json(measured: &Measured) -> Value {
     let cell = |(cell, tally): &(Cell, Tally)| {
         let c = &cell.condition;

@@ -14,7 +14,7 @@ mod words;
 
 pub use words::head;
 
-/// Returns the whole sheet.
+/// Returns the headings, texts, tables and drawings of the whole sheet, in order.
 pub fn parts(measured: &Measured) -> Vec<Part> {
     [
         head(&measured.head),
@@ -30,7 +30,7 @@ pub fn parts(measured: &Measured) -> Vec<Part> {
     .concat()
 }
 
-/// Returns the table of each body under the reference condition.
+/// Returns the section with one row for each body under the reference condition; empty if none was measured.
 fn reference_table(measured: &Measured) -> Vec<Part> {
     let lines: Vec<(Body, Tally)> = Body::STANDARD
         .into_iter()
@@ -48,7 +48,7 @@ fn reference_table(measured: &Measured) -> Vec<Part> {
     ]
 }
 
-/// Returns a section for each body: its drawing and its table.
+/// Returns a section for each measured body: heading, drawing and table.
 fn bodies(measured: &Measured) -> Vec<Part> {
     let of = |body: Body| -> Vec<Part> {
         let series = [

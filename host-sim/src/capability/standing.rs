@@ -15,29 +15,29 @@ use crate::scene::spec::SceneSpec;
 use crate::setup;
 use crate::sweeps::scenes::coarse;
 
-/// Time from row to row, and period of the sweeps, seconds: those of the random guard recordings.
+/// Time from row to row, and period of the guard sweeps, seconds: those of the random guard recordings.
 const ROW_S: f64 = 0.0028;
 const SWEEP_S: f64 = 0.1;
-/// Noise figure of a receiver without noise, dB.
+/// Noise figure at which the simulated receiver's noise is negligible, dB.
 const NOISELESS_DB: f64 = -300.0;
 /// Boltzmann's constant times the reference temperature of noise figures, W/Hz.
 const KT0: f64 = 1.380_649e-23 * 290.0;
-/// Full scale of a sample.
+/// Full scale of I and of Q in a recording, whose samples have 16 bits.
 const FULL_SCALE: f64 = 32768.0;
-/// Stream of the random numbers of the noise, apart from those of the scene.
+/// Stream of the random numbers from which the receiver's noise is drawn; the scene's streams are others.
 const STREAM: u64 = 0x4e4f_4953_4500;
 
 /// The receiver's thermal noise and quantisation.
 struct Noise {
-    /// Standard deviation of I and of Q, at a full scale of 32768.
+    /// Standard deviation of the noise in I and in Q, at a full scale of 32768.
     deviation: f64,
     /// Step of the converter's codes, at a full scale of 32768.
     step: f64,
 }
 
 impl Noise {
-    /// Computes the noise power k T₀ F f_s relative to the power that fills the converter. Half of
-    /// it is in each channel.
+    /// Returns noise and quantisation of a scene's receiver. The noise power k T₀ F f_s is relative to the power that
+    /// fills the converter, and half of it is in each channel.
     fn of(spec: &SceneSpec) -> Self {
         let receiver = &spec.receiver;
         let watts = KT0 * power(receiver.noise_figure_db) * spec.radar.sample_rate_hz;
@@ -48,14 +48,15 @@ impl Noise {
         }
     }
 
-    /// Returns a sample with noise, rounded to the converter's codes.
+    /// Returns one channel's sample plus noise, rounded and clipped to the converter's codes. `normal` is a standard
+    /// normal deviate.
     fn on(&self, sample: i16, normal: f64) -> i16 {
         let noisy = f64::from(sample) + self.deviation * normal;
         let code = libm::floor(noisy / self.step + 0.5) * self.step;
         code.clamp(-FULL_SCALE, FULL_SCALE - self.step) as i16
     }
 
-    /// Returns a chirp with noise.
+    /// Returns a chirp with new noise in every sample, rounded to the converter's codes.
     fn added(&self, chirp: &[Iq], random: &mut Random) -> Vec<Iq> {
         let mut drawn = vec![0.0; 2 * chirp.len()];
         random.normals(&mut drawn);

@@ -6,8 +6,8 @@ use crate::score::{Share, at_most, upper_bound};
 
 use super::measure::{SWEEPS, SceneOutcome};
 
-/// Probability of the second draw under a bound of the first below which that bound is
-/// contradicted.
+/// Significance level: the second draw contradicts a bound of the first if its count had a lower probability than this
+/// with the bound as the true probability.
 const UNLIKELY: f64 = 0.05;
 
 /// Returns the lower 95 % confidence bound of the probability behind a share (Clopper and Pearson).
@@ -20,29 +20,29 @@ pub fn upper(share: Share) -> f64 {
     upper_bound(share.hits, share.of)
 }
 
-/// Whether a probability of at least `bound` may have given `second`.
+/// Whether a true probability of at least `bound` is consistent with the share of the second draw.
 fn keeps_lower(bound: f64, second: Share) -> bool {
     at_most(second.hits, second.of, bound) >= UNLIKELY
 }
 
-/// Whether a probability of at most `bound` may have given `second`.
+/// Whether a true probability of at most `bound` is consistent with the share of the second draw.
 fn keeps_upper(bound: f64, second: Share) -> bool {
     at_most(second.of - second.hits, second.of, 1.0 - bound) >= UNLIKELY
 }
 
-/// Counts of the answers of scan or guard.
+/// Counts of scenes by the answer of the full scan, or by the answers of the guard sweeps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Counts {
-    /// Bodies detected.
+    /// Scenes in which the body is detected.
     pub detected: Share,
-    /// Answers that are `ok` with free ground beyond the body.
+    /// Scenes in which an answer is `ok` with free ground beyond the body.
     pub free_beyond_body: Share,
-    /// Answers that are `ok`.
+    /// Scenes in which the answer is `ok`; of guard sweeps, the last one.
     pub ok: Share,
-    /// Answers with an alarm.
+    /// Scenes in which a step, drop, rise or obstacle is reported, wherever it is.
     pub alarm: Share,
-    /// Answers whose free ground ends no farther than a body at the reference distance would end
-    /// it.
+    /// Scenes whose free distance, of guard sweeps the last one's, ends no farther than a body at the reference
+    /// distance would end it.
     pub short: Share,
 }
 
@@ -73,24 +73,25 @@ impl Counts {
     }
 }
 
-/// Counts of one cell, or of several together.
+/// Counts of the scenes of one cell, or of several cells together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
     /// Counts of full scans; empty for drives.
     pub scan: Counts,
     /// Counts of scenes with guard sweeps, or of drives.
     pub guard: Counts,
-    /// Number of sweeps until the guard named the body, sorted, of the scenes in which it did.
+    /// Number (from 1) of the sweep at which the guard first named the body, in ascending order, without the scenes in
+    /// which it never did.
     named_at: Vec<usize>,
-    /// Distances at which the body was named, centimetres, nearest first.
+    /// Distances at which the guard first named the body, centimetres, nearest first.
     named_cm: Vec<u32>,
 }
 
-/// Maximum free distance before a body at the reference distance, metres, with the tolerance.
+/// Maximum free distance that ends before or at a body at the reference distance, metres: with the tolerance of 5 cm.
 const SHORT_M: f64 = super::condition::REFERENCE_M + 0.05;
 
 impl Tally {
-    /// Counts the outcomes of scenes.
+    /// Returns the counts over the outcomes of scenes.
     pub fn of(outcomes: &[SceneOutcome]) -> Self {
         let scans: Vec<_> = outcomes.iter().filter_map(|s| s.scan).collect();
         let short = |free_m: Option<f64>| free_m.is_some_and(|m| m <= SHORT_M);
@@ -122,7 +123,7 @@ impl Tally {
         }
     }
 
-    /// Returns the sum of several tallies.
+    /// Returns the counts of several tallies together.
     pub fn sum<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Self {
         let mut all = Self::default();
         for part in parts {
@@ -151,7 +152,7 @@ impl Tally {
         self.named_cm.get(place).copied()
     }
 
-    /// Returns the number of counted sweeps of level ground.
+    /// Returns the number of guard sweeps of all counted scenes, [`SWEEPS`] in each.
     pub fn swept(&self) -> usize {
         SWEEPS * self.guard.alarm.of
     }
@@ -166,7 +167,8 @@ impl Tally {
         })
     }
 
-    /// Returns the bounds that a second draw contradicts, as text, and the number of bounds tested.
+    /// Returns the bounds of this tally that the tally `second` of another draw contradicts, as text, and the number of
+    /// bounds tested.
     pub fn contradicted(&self, second: &Self) -> (Vec<String>, usize) {
         let parts = [
             ("scan", &self.scan, &second.scan),

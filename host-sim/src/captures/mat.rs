@@ -9,20 +9,20 @@ use byteorder::{ByteOrder, LittleEndian as LE};
 use flate2::read::ZlibDecoder;
 use num_complex::Complex64;
 
-/// Number of bytes before the first element.
+/// Number of bytes of the file's header, before the first data element.
 const HEADER: usize = 128;
-/// Data types (table 1-1).
+/// Data types of elements, matrix and compressed data (table 1-1).
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-/// Flag of a complex matrix (table 1-3).
+/// Array flag that marks a complex matrix (table 1-3).
 const COMPLEX: f64 = 2048.0;
-/// Maximum size of an unpacked file, bytes.
+/// Maximum size of a file's decompressed data, bytes.
 const MAX_BYTES: u64 = 256 << 20;
 
-/// Returns the matrices of a file by their names, each in column order.
+/// Returns the values of each numeric matrix of a MAT-file by the matrix's name, in column order.
 ///
 /// # Errors
-/// The file is not of this kind.
+/// The bytes are no little-endian MAT-file of level 5.
 pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, Vec<Complex64>>> {
     let header = bytes.get(..HEADER).context("too short for a MAT-file")?;
     ensure!(
@@ -53,7 +53,8 @@ pub fn read(bytes: &[u8]) -> Result<BTreeMap<String, Vec<Complex64>>> {
     Ok(found)
 }
 
-/// Takes the next element off `rest`: its type and data.
+/// Removes the next data element from the beginning of `rest` and returns its type and data; `None`
+/// at the end.
 fn element<'a>(rest: &mut &'a [u8]) -> Result<Option<(u32, &'a [u8])>> {
     if rest.len() < 8 {
         return Ok(None);
@@ -75,8 +76,8 @@ fn element<'a>(rest: &mut &'a [u8]) -> Result<Option<(u32, &'a [u8])>> {
     Ok(Some((kind, data)))
 }
 
-/// Returns the name and the values of a numeric matrix; `None` for another element, such as a
-/// structure.
+/// Returns name and values (in column order) of a matrix from its element's data; `None` if it is
+/// not numeric, such as a structure.
 fn matrix(mut data: &[u8]) -> Result<Option<(String, Vec<Complex64>)>> {
     let mut part = || {
         element(&mut data)

@@ -1,4 +1,4 @@
-//! Captures of a SiRad: bytes from its port, or files that programs wrote.
+//! Reads captures of a SiRad radar module: bytes from its port, or files that other programs wrote.
 
 use std::fs;
 use std::path::Path;
@@ -11,16 +11,16 @@ use super::mat;
 use crate::modules::sirad::Sample;
 use crate::recording;
 
-/// Chirps recorded with one setting.
+/// Chirps recorded from a SiRad module with one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Capture {
     /// Swept bandwidth that was set, kHz; `None` if the capture does not contain it.
     pub bandwidth_khz: Option<u32>,
-    /// Chirps of equal length.
+    /// Samples of each chirp, in order of time; all chirps have equal length.
     pub chirps: Vec<Vec<Sample>>,
 }
 
-/// A capture in JSON: bandwidth in MHz, and a list of I, Q, I, Q … for each chirp.
+/// Content of a capture in JSON: bandwidth in MHz, and a list I, Q, I, Q … for each chirp.
 #[derive(Deserialize)]
 struct Listed {
     #[serde(rename = "Bandwidth")]
@@ -49,7 +49,7 @@ impl Capture {
         Ok(capture)
     }
 
-    /// Returns the number of samples of a chirp.
+    /// Returns the number of samples of each chirp.
     pub fn samples(&self) -> usize {
         self.chirps.first().map_or(0, Vec::len)
     }
@@ -115,7 +115,7 @@ fn listed(bytes: &[u8]) -> Result<Capture> {
     })
 }
 
-/// Returns the complete raw frames among the bytes of a port.
+/// Returns the chirps of the complete raw frames among the bytes of a port.
 fn logged(bytes: &[u8]) -> Capture {
     let (mut reader, mut values, mut chirps) = (Reader::new(), Vec::new(), Vec::new());
     for &byte in bytes {

@@ -16,9 +16,9 @@ use crate::recording::Recording;
 use crate::score::{Change, Comparison, SceneScore};
 use crate::seeds::Draw;
 
-/// Number of scenes of each kind: about two thousand in all.
+/// Default number of scenes of each kind: about two thousand in all.
 const SCENES: u64 = 106;
-/// Number of scenes of each kind to which faults of the instrument are applied.
+/// Default number of scenes of each kind to which faults of the instrument are applied.
 const FAULTY: u64 = 2;
 /// Significance level: an effect with a larger p-value counts as none.
 const SIGNIFICANT: f64 = 0.05;
@@ -47,7 +47,7 @@ pub struct Args {
     cost: bool,
 }
 
-/// Rules that are turned off together.
+/// Rules that are turned off together, with the estimator's parameters without them.
 struct Ablation {
     group: &'static str,
     names: Vec<&'static str>,
@@ -56,7 +56,7 @@ struct Ablation {
 }
 
 impl Ablation {
-    /// From one rule of `listed`, or from several.
+    /// Turns off all rules of `listed`, each of which is given by group, name and meaning.
     fn new(listed: &[(&'static str, &'static str, &'static str)]) -> Self {
         let mut params = Params::DEFAULT;
         let names: Vec<&'static str> = listed.iter().map(|(_, name, _)| *name).collect();
@@ -82,7 +82,7 @@ impl Ablation {
         }
     }
 
-    /// Whether the rules detect faults of the instrument. These are then measured, too.
+    /// Whether the rules detect faults of the instrument; they are then also measured on scans with faults.
     fn detects_faults(&self) -> bool {
         matches!(self.group, "mount" | "health" | "together")
     }
@@ -106,7 +106,7 @@ fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     listed
 }
 
-/// Returns the rules to measure.
+/// Returns the rules to measure: each named one by itself, or all of them together.
 fn chosen(args: &Args) -> Result<Vec<Ablation>> {
     let mut listed = listed();
     let names: Vec<&str> = listed.iter().map(|(_, name, _)| *name).collect();
@@ -184,22 +184,23 @@ fn mentions(line: &str, word: &str) -> bool {
     })
 }
 
-/// Formats a change as `+3 -5`, in bold if it is significant.
+/// Formats a change as `+3 -5 (0.45)`: scenes gained, scenes lost, and the p-value; the counts are in bold if it is
+/// significant.
 fn change_text(change: Change) -> String {
     let p = change.p();
     let bold = if p < SIGNIFICANT { "**" } else { "" };
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
 }
 
-/// Average number of instructions of rules over some scans.
+/// Counts, in the emulator, the instructions that rules take in the first scan of each kind.
 struct Costs {
     cost: Cost,
-    /// Instructions after the last row with all rules on, for each scan.
+    /// Instructions from the last row to the end of the report with all rules on, for each scan.
     base: Vec<u64>,
 }
 
 impl Costs {
-    /// Uses the first scan of each kind.
+    /// Takes the first scan of each kind in `clean`, and counts its instructions with all rules on.
     fn new(args: &Args, clean: &[Recording]) -> Result<Self> {
         let first = clean.iter().step_by(args.scenes.max(1) as usize);
         let cost = Cost::new(&first.cloned().collect::<Vec<_>>())?;
@@ -207,8 +208,8 @@ impl Costs {
         Ok(Self { cost, base })
     }
 
-    /// Returns the instructions a scan that are saved by turning the rules off, in thousands: mean and
-    /// maximum.
+    /// Returns the instructions that a scan saves without the rules, in thousands, as text: mean and maximum over the
+    /// scans.
     fn saved(&self, ablation: &Ablation) -> Result<String> {
         let off = self.cost.post(ablation.params)?;
         let saved = self.base.iter().zip(&off);
@@ -221,7 +222,7 @@ impl Costs {
     }
 }
 
-/// Measures, and prints the table.
+/// Measures the effect of turning off each chosen rule, and prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let ablations = chosen(args)?;
     let scans = Scans::new(args)?;

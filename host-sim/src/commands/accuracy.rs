@@ -72,10 +72,10 @@ pub struct Row {
     pub scenes: Vec<SceneScore>,
 }
 
-/// The scenes of a table.
+/// The random scenes on which estimators are measured.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Draw whose seeds they use.
+    /// Draw from which the scenes' seeds are.
     pub draw: Draw,
     /// Number of scenes of each kind; the draw's own if `None`.
     pub scenes: Option<u64>,
@@ -84,7 +84,7 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// All kinds of a draw, with its own numbers of scenes.
+    /// Returns the selection of all kinds of a draw, with its own numbers of scenes.
     pub fn of(draw: Draw) -> Self {
         Self {
             draw,
@@ -92,7 +92,7 @@ impl Selection {
         }
     }
 
-    /// Returns the number of scenes of a kind.
+    /// Returns the number of scenes of a kind; 0 if it is not selected.
     fn count(&self, kind: Kind) -> u64 {
         match self.kinds.is_empty() || self.kinds.contains(&kind) {
             true => self.scenes.unwrap_or(self.draw.scenes(kind)),
@@ -105,7 +105,7 @@ impl Selection {
         Kind::ALL.into_iter().filter(|&kind| self.count(kind) > 0)
     }
 
-    /// Returns the command-line options that select it, except the draw.
+    /// Returns the options of `accuracy` that make this selection, except the draw, each after a space.
     fn options(&self) -> String {
         let scenes = self
             .scenes
@@ -115,7 +115,8 @@ impl Selection {
     }
 }
 
-/// Simulates and scans the selected scenes with every estimator.
+/// Simulates and scans the selected scenes with every estimator. Returns a row for each estimator and kind, estimator
+/// by estimator.
 ///
 /// # Errors
 /// Names a scene that cannot be scanned.
@@ -139,7 +140,7 @@ pub fn measure(selection: &Selection, instrument: &Instrument) -> Result<Vec<Row
         .collect())
 }
 
-/// Scans and scores one scene with every estimator.
+/// Scans and scores one scene with every estimator, in the order of [`EstimatorKind::ALL`].
 fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
     let recording = drawn.scan_by(instrument)?;
     let truth = recording.meta.truth.clone().unwrap_or_default();
@@ -158,7 +159,7 @@ fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
     EstimatorKind::ALL.iter().map(score).collect()
 }
 
-/// Returns the head of a table: the measured scenes and the command.
+/// Returns the head of the report: the measured scenes, the command and the rules of counting.
 pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
     let draw = selection.draw;
     let of = |kind| format!("{} {kind}", selection.count(kind));
@@ -180,16 +181,16 @@ pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
     )
 }
 
-/// Scores of one estimator.
+/// Scores of one estimator, by kind of scene and for all scenes.
 struct Sums {
     estimator: EstimatorKind,
-    /// By kind of scene, with the share of harmless height errors.
+    /// Scores by kind of scene, each with the share of height errors that are harmless or within 2σ.
     kinds: Vec<(Kind, SetScore, Share)>,
-    /// All kinds together.
+    /// Scores of the scenes of all kinds together.
     all: SetScore,
 }
 
-/// Returns the scores of every estimator.
+/// Returns the scores of every estimator, by kind and for all scenes.
 fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
     EstimatorKind::ALL.iter().map(|&estimator| {
         let rows = || rows.iter().filter(|row| row.estimator == estimator);
@@ -205,7 +206,7 @@ fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
     })
 }
 
-/// Returns heading and tables.
+/// Returns the report: its head, and three tables for each estimator.
 pub fn report(selection: &Selection, instrument: &Instrument, rows: &[Row]) -> String {
     let mut out = heading(selection, instrument);
     for Sums {
@@ -226,7 +227,7 @@ pub fn report(selection: &Selection, instrument: &Instrument, rows: &[Row]) -> S
     out
 }
 
-/// Returns the figures as one JSON object.
+/// Returns the scores of every estimator as one JSON object.
 pub fn report_json(draw: Draw, rows: &[Row]) -> Value {
     let estimator = |sums: Sums| {
         let kind = |(_, set, harmless): &(Kind, SetScore, Share)| {
@@ -247,7 +248,7 @@ pub fn report_json(draw: Draw, rows: &[Row]) -> Value {
     })
 }
 
-/// Returns the table of figures for whole scenes.
+/// Returns the table of scores of whole scenes by kind: shares of exact, missed, `ok` and wrong answers.
 fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
     let mut out = String::from(
         "| scenes | exact | false stairs | false steps | missed steps | of 15 dB and more | `ok` \
@@ -274,7 +275,7 @@ fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
     out
 }
 
-/// Returns the table of figures for matched steps.
+/// Returns the table of errors of reported steps that match true steps, by kind of scene.
 fn steps(sets: &[(Kind, SetScore, Share)]) -> String {
     let mut out = String::from(
         "| scenes | distance error: median | 95 % | height error: median | 95 % \
@@ -302,7 +303,7 @@ fn steps(sets: &[(Kind, SetScore, Share)]) -> String {
     out
 }
 
-/// Formats metres as `0.43 cm (0.39–0.48)`.
+/// Formats a length in metres with its interval as `0.43 cm (0.39–0.48)`.
 fn centimetres(value: f64, (low, high): (f64, f64)) -> String {
     format!(
         "{:.2} cm ({:.2}–{:.2})",
@@ -312,14 +313,14 @@ fn centimetres(value: f64, (low, high): (f64, f64)) -> String {
     )
 }
 
-/// Returns the share of reported heights whose error is harmless or within 2σ.
+/// Returns the share of reported heights whose error is harmless (up to 1.5 cm) or within 2σ.
 fn harmless(scenes: &[SceneScore]) -> Share {
     Share::count(scenes.iter().flat_map(|s| &s.matches), |m| {
         m.height_error.abs() <= HARMLESS_M || m.height_z.abs() <= 2.0
     })
 }
 
-/// Prints the tables.
+/// Measures the estimators and prints their scores.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !((args.list || args.each.is_some()) && args.draw == Draw::Reporting),
@@ -360,7 +361,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the tables and, if requested, the list of scenes that are not exact or are wrong.
+/// Returns the report and, if requested, the list of scenes that are not exact or are wrong.
 fn text(args: &Args, selection: &Selection, rows: &[Row]) -> String {
     let mut out = report(selection, &args.instrument, rows);
     for row in rows.iter().filter(|_| args.list) {

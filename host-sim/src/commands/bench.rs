@@ -30,7 +30,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Maximum number of instructions of a stage.
+/// Stages with the maximum number of instructions that each may take.
 const BUDGETS: [(&str, u64); 5] = [
     ("fft256", FFT256),
     ("chirp", CHIRP),
@@ -39,7 +39,7 @@ const BUDGETS: [(&str, u64); 5] = [
     ("guard", GUARD),
 ];
 
-/// Description of each stage.
+/// Stages with the descriptions that the table prints.
 const MEANING: [(&str, &str); 16] = [
     (
         "fft256",
@@ -83,7 +83,7 @@ const MEANING: [(&str, &str); 16] = [
     ),
 ];
 
-/// Stages after the last row, for the worst recording, in the image's order of output.
+/// Stages of the processing after the last row, in the image's order of output.
 const POST_STAGES: [&str; 4] = [
     "post/echoes",
     "post/search",
@@ -91,7 +91,7 @@ const POST_STAGES: [&str; 4] = [
     "post/report",
 ];
 
-/// Published figures of other libraries: gcc 12 -O3, counted on the same emulator.
+/// Published numbers of instructions of other libraries: gcc 12 -O3, counted on the same emulator.
 const QUOTED: [(&str, u64); 5] = [
     ("CMSIS-DSP arm_cfft_q15, 256 points", 12_375),
     ("CMSIS-DSP arm_cfft_q31, 256 points", 21_755),
@@ -100,19 +100,19 @@ const QUOTED: [(&str, u64); 5] = [
     ("CMSIS-DSP arm_cmplx_mag_q15, 256 points", 16_017),
 ];
 
-/// Instructions of each stage, followed by one `post/NAME` for each recording.
+/// Name and number of instructions of each stage, followed by one `post/NAME` for each recording.
 type Counts = Vec<(String, u64)>;
 
-/// Counts of one scan.
+/// Numbers of instructions in one scan: of the worst chirp, of the worst row, and after the last row.
 struct Scan {
     chirp: u64,
     row: u64,
     post: u64,
-    /// Counts of [`POST_STAGES`].
+    /// Numbers of instructions of the stages [`POST_STAGES`], in their order.
     stages: Vec<u64>,
 }
 
-/// Counts and prints; fails above a budget.
+/// Counts the instructions of every stage and prints them; exit status 1 if one exceeds its budget.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recordings = if args.recordings.is_empty() {
         recording::list(&image::workspace().join("recordings"))?
@@ -146,7 +146,7 @@ pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
         .context("the bench image printed no `post`")
 }
 
-/// Runs the image over the recordings.
+/// Runs the bench image over the recordings, and returns the instructions of every stage.
 fn count(recordings: &[PathBuf]) -> Result<Counts> {
     let read = recordings.iter().map(|path| Recording::read(path));
     let read: Vec<Recording> = read.collect::<Result<_>>()?;
@@ -155,19 +155,19 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
     Ok(summed(counts, &scans, &bench.names))
 }
 
-/// The image as built, with the scans for it.
+/// The bench image as built, with the scans that it reads.
 struct Bench {
     elf: PathBuf,
     scans: Vec<u8>,
-    /// Names of the scans, without guard sweeps.
+    /// Names of the scans in order, without guard sweeps.
     names: Vec<String>,
     /// Number of scans, including guard sweeps.
     count: usize,
 }
 
 impl Bench {
-    /// Prepares all scans of the recordings before anything is built or run: the image cannot report what it cannot
-    /// scan.
+    /// Encodes all scans of the recordings, then builds the image. A scan that the image could not process is an error
+    /// here, because the image cannot report it.
     fn new(recordings: &[Recording], features: &[&str]) -> Result<Self> {
         let (mut scans, mut names, mut count) = (Vec::new(), Vec::new(), 0);
         for recording in recordings {
@@ -188,7 +188,7 @@ impl Bench {
         })
     }
 
-    /// Returns the output of the image, or of a copy of it.
+    /// Runs `elf`, the image or a patched copy of it, over the scans, and returns its output.
     fn run(&self, elf: &Path) -> Result<String> {
         let directory = elf.with_extension("run");
         std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
@@ -201,7 +201,7 @@ impl Bench {
 pub(super) struct Cost(Bench);
 
 impl Cost {
-    /// For all scans of these recordings.
+    /// Builds the image for all scans of these recordings.
     pub(super) fn new(recordings: &[Recording]) -> Result<Self> {
         Bench::new(recordings, &["ablation"]).map(Self)
     }
@@ -227,7 +227,7 @@ impl Cost {
     }
 }
 
-/// Appends scan `scan` of a recording in the image's input format, and returns its configuration.
+/// Appends scan `scan` of a recording to `scans` in the bench image's input format, and returns its configuration.
 fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<Config> {
     let (config, schedule) = setup::config(recording, scan, &Config::default())?;
     let settings = Settings {
@@ -255,8 +255,9 @@ fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<Con
     Ok(config)
 }
 
-/// Parses the image's output: `STAGE COUNT`; for each of `scans` scans either `scan CHIRP ROW POST` with the stages
-/// of the latter, or `sweep COUNT` for a guard sweep, of which the maximum is used.
+/// Parses the image's output for `scans` scans: `STAGE COUNT` lines; for each scan a line `scan CHIRP ROW POST`,
+/// followed by the counts of the stages after the last row, or `sweep COUNT` for a guard sweep, of which the maximum is
+/// used.
 fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
     let (mut counts, mut read, mut sweeps) = (Counts::new(), Vec::new(), Vec::new());
     for line in output.lines() {
@@ -288,7 +289,8 @@ fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
     Ok((counts, read))
 }
 
-/// Adds the maximum of all scans to the counts of single stages, and the count after the last row of each scan.
+/// Returns the counts of single stages with the maximum over all scans added, and the count after the last row of each
+/// scan.
 fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     let worst = |part: fn(&Scan) -> u64| scans.iter().map(part).max().unwrap_or(0);
     if let Some((_, chirp)) = counts.iter_mut().find(|(s, _)| s == "chirp") {
@@ -305,7 +307,7 @@ fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     counts
 }
 
-/// Returns the stages that exceed their budgets.
+/// Returns one text for each stage, and each kind of memory, that exceeds its budget.
 fn above_budget(counts: &Counts, size: &Image) -> Vec<String> {
     let mut above = Vec::new();
     for (stage, most) in BUDGETS {
@@ -321,7 +323,7 @@ fn above_budget(counts: &Counts, size: &Image) -> Vec<String> {
     above
 }
 
-/// Returns the text table.
+/// Returns the counts of the stages and the sizes of the image's sections as a table of text.
 fn table(counts: &Counts, size: &Image) -> String {
     let mut text = String::from("stage               instructions   at most\n");
     for (stage, count) in counts {

@@ -34,14 +34,14 @@ pub struct Args {
     format: Format,
 }
 
-/// One line of the table.
+/// A resource of the chip: the amount that the image uses, and the limit.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Name of the resource.
+    /// Name of the resource with its unit.
     pub what: String,
-    /// Amount used.
+    /// Amount that is used.
     pub used: u64,
-    /// Maximum amount.
+    /// Maximum amount that may be used.
     pub limit: u64,
 }
 
@@ -54,13 +54,14 @@ impl Figure {
         }
     }
 
-    /// Whether it is within its limit.
+    /// Whether the used amount is within the limit.
     pub fn holds(&self) -> bool {
         self.used <= self.limit
     }
 }
 
-/// Flash, static RAM and symbols of an image.
+/// Returns an image's flash, static RAM, and numbers of symbols and functions that must not occur: allocator, double
+/// precision, panics.
 pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     let image = Image::read(elf)?;
     for function in &image.may_panic {
@@ -106,7 +107,7 @@ pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> R
     }
 }
 
-/// Prints the table; exit status 1 if a budget is exceeded.
+/// Measures the image's use of every resource and prints the table; exit status 1 if a budget is exceeded.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let elf = match &args.elf {
         Some(elf) => elf.clone(),

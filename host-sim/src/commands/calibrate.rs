@@ -43,7 +43,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Calibrates and prints.
+/// Estimates the mounting from a recording, and prints it with the commands that set it.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     let options = args.settings.options(args.settings.config()?);
@@ -108,7 +108,8 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
     calibrate(&echoes, config, mirror, wall_m).map_err(refused)
 }
 
-/// Returns the commands, with CRC, that make the settings.
+/// Returns the `set` commands, with CRC, that give a scanner the estimated mounting. `home_angle` is its present
+/// setting, 0.001°.
 fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
     let mut settings = scanner::Settings::default();
     settings.motor.home_angle = home_angle;
@@ -122,7 +123,7 @@ fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
     Ok(keys.iter().filter_map(line).collect())
 }
 
-/// Returns value and standard error of an estimate, times `unit`.
+/// Returns value and standard error of an estimate, each multiplied by `unit`.
 fn pair(estimate: Estimate, unit: f32) -> (f32, f32) {
     (unit * estimate.value, unit * estimate.sigma())
 }

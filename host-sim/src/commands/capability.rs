@@ -18,15 +18,15 @@ use crate::capability::tally::Tally;
 use crate::output::Overwrite;
 use crate::seeds::Draw;
 
-/// Default number of scenes of most cells.
+/// Default number of scenes of most cells of the measurement.
 pub const SCENES: u64 = 30;
-/// Number of scenes of each size: a bound of 99 % at 95 % confidence needs 299 without a miss.
+/// Default number of scenes of each rise and drop: a bound of 99 % at 95 % confidence needs 299 without a miss.
 pub const OF_A_SIZE: u64 = 300;
-/// Factor of the number of scenes of a size in the second draw.
+/// Number of scenes of each rise and drop on the second draw, as a multiple of most cells'.
 const SECOND_TIMES: u64 = 10;
-/// The draw against which the bounds are checked.
+/// The second draw, by which the confidence bounds of the first are tested.
 const SECOND: Draw = Draw::Validation;
-/// Rate of the link, baud.
+/// Rate of the radar link for which the response times are calculated, baud.
 const BAUD: u32 = 3_000_000;
 /// Acceleration of the mirror for the guard's eight sweeps a second, microsteps/s².
 const ACCELERATION: u32 = 4_000_000;
@@ -68,7 +68,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the selected cells, with `scenes` scenes in most, and `of_a_size` of each size.
+    /// Returns the cells of the selected bodies, with `scenes` scenes in most, and `of_a_size` for each rise and drop.
     fn cells(&self, scenes: u64, of_a_size: u64) -> Vec<Cell> {
         let wanted = |cell: &Cell| {
             let kind = cell.body.kind();
@@ -95,8 +95,8 @@ impl Args {
     }
 }
 
-/// Returns the head of the sheet of a draw, with the numbers of scenes of most cells and of each size. A test
-/// compares the document with it.
+/// Returns the head of the sheet of a draw as Markdown, with the numbers of scenes of most cells and of each rise and
+/// drop. A test compares the document with it.
 ///
 /// # Errors
 /// Those of the timing model.
@@ -147,7 +147,7 @@ fn times() -> Result<Times> {
     })
 }
 
-/// Returns the tallies of cells on a draw, in their order.
+/// Simulates and classifies all scenes of the cells on a draw. Returns one tally for each cell, in their order.
 fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     let of = |(k, cell): (usize, &Cell)| {
         let seeds = cell.seeds(draw).enumerate();
@@ -169,7 +169,7 @@ fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     tallies.ok_or_else(|| anyhow!("fewer outcomes than scenes"))
 }
 
-/// Measures, prints the sheet and writes the page and the drawings.
+/// Measures the cells, prints the sheet, and writes the page and the drawings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading::<&str>([]);
     args.output

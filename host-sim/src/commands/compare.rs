@@ -20,7 +20,7 @@ pub struct Args {
     after: PathBuf,
 }
 
-/// One scene's scored answer.
+/// One scene's scored answer, a line in the files of `accuracy --each`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Line {
     scene: String,
@@ -36,7 +36,7 @@ impl Line {
     }
 }
 
-/// Returns one line of JSON for each scene.
+/// Returns the text of a file of `accuracy --each`: one line of JSON for each scene.
 ///
 /// # Errors
 /// None with the fields of a score.
@@ -63,7 +63,7 @@ fn read(path: &Path) -> Result<Vec<Line>> {
     lines.collect()
 }
 
-/// Compares, and prints.
+/// Compares the answers in two files and prints the table by kind of scene.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let (before, after) = (read(&args.before)?, read(&args.after)?);
     let same = before.iter().zip(&after).all(|(a, b)| a.scene == b.scene);

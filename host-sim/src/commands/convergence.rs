@@ -42,7 +42,7 @@ const SPREADS: [(Spread, &str, &str); 3] = [
     (Spread::GmmCfar, "gmm-cfar", "GMM, CFAR map"),
 ];
 
-/// Convergence criterion: fraction of the final share of particles in high-intensity cells.
+/// Convergence criterion: fraction of the last round's share of particles in high-intensity cells.
 const CONVERGED: f64 = 0.9;
 
 const SCENES: [(&str, &str); 3] = [
@@ -51,11 +51,11 @@ const SCENES: [(&str, &str); 3] = [
     ("Stair C", include_str!("../../../scenes/stair_c.toml")),
 ];
 
-/// Counts the particles in high-intensity cells of the CFAR map, the targets of convergence in the
-/// paper, for all distributions.
+/// Observer that counts the particles in high-intensity cells of the CFAR map. For all initial distributions, as in the
+/// paper, these cells are the targets of convergence.
 struct Count<'a> {
     bright: IntensityMap<'a>,
-    /// Share after 0, 1, … rounds.
+    /// Share of particles in high-intensity cells after 0, 1, … rounds.
     shares: Vec<f64>,
 }
 
@@ -77,7 +77,8 @@ impl Observer for Count<'_> {
     }
 }
 
-/// Returns the shares after 0, 1, … `rounds` rounds on `map`.
+/// Returns the shares of particles in high-intensity cells of `map` after 0, 1, … `rounds` rounds of resampling, from
+/// the initial distribution `spread`.
 fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f64> {
     let mut config = *config;
     config.particles.spread = spread;
@@ -97,7 +98,8 @@ fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f6
     count.shares
 }
 
-/// Returns the shares of the three distributions for scan `k` of a scene.
+/// Returns, for scan `k` of a scene, the shares of particles in high-intensity cells after 0, 1, … rounds, for each of
+/// the [`SPREADS`].
 fn scan(name: &str, scene: &Scene, k: u32, args: &Args) -> Result<[Vec<f64>; 3]> {
     let recording = scene.simulate(name, k.into());
     let config = Config {
@@ -117,7 +119,7 @@ fn scan(name: &str, scene: &Scene, k: u32, args: &Args) -> Result<[Vec<f64>; 3]>
     Ok(result)
 }
 
-/// Mean shares of one distribution over all scans.
+/// Mean share of particles in high-intensity cells over all scans, after 0, 1, … rounds from one initial distribution.
 struct Curve {
     shares: Vec<f64>,
 }
@@ -133,7 +135,7 @@ impl Curve {
         }
     }
 
-    /// Returns the round after which the particles have converged.
+    /// Returns the number of rounds after which the particles have converged.
     fn converged(&self) -> usize {
         let last = self.shares.last().copied().unwrap_or(0.0);
         let there = self.shares.iter().position(|s| *s >= CONVERGED * last);
@@ -171,7 +173,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the text table.
+/// Returns the table of shares by round and initial distribution as text.
 fn text(args: &Args, curves: &[Curve]) -> String {
     let mut out = format!(
         "Share of particles in high-intensity cells, mean over {} scans each of stairs A, B and C.\n\n\
@@ -210,7 +212,7 @@ fn text(args: &Args, curves: &[Curve]) -> String {
     out
 }
 
-/// Returns one JSON object for each distribution.
+/// Returns one JSON object, in a line, for each initial distribution.
 fn lines(args: &Args, curves: &[Curve]) -> String {
     let objects = curves
         .iter()

@@ -61,7 +61,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// Output format, from the suffix.
+/// Output format, selected by the suffix of the file's name.
 enum Output {
     Recording,
     Array,
@@ -84,7 +84,7 @@ impl Output {
     }
 }
 
-/// Reads, converts, and reports the written files.
+/// Converts the inputs to the output file, and prints the number of chirps, rows or messages in it.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let output = Output::of(&args.output)?;
     let paths = inputs(&args.inputs)?;
@@ -128,7 +128,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the inputs: foreign files unchanged, recordings as in other commands.
+/// Returns the paths of the inputs: foreign files as given, recordings as other commands find them.
 fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if let Some(archive) = paths.iter().find(|path| suffix(path) == "npz") {
         bail!(
@@ -163,7 +163,7 @@ fn read(args: &Args, path: &Path) -> Result<Recording> {
     source(args, path).read(&convert::name(path))
 }
 
-/// Returns the answers to all recordings.
+/// Scans all recordings. Returns every scan with its answer, and with its map if the output is a table of maps.
 fn scan_all(args: &Args, paths: &[PathBuf]) -> Result<Vec<Scan>> {
     let options = Options {
         single: args.single,

@@ -39,7 +39,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Collects the replies, evaluates them, prints the list.
+/// Collects a scanner's replies, evaluates them, and prints the list of findings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let findings = match Talk::open(&args.port, args.baud) {
         Err(broken) => doctor::unusable(&broken),
@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// Formats a finding as a line of JSON.
+/// Formats the finding of one check as a line of JSON.
 fn line(finding: &Finding) -> String {
     let Finding {
         check,

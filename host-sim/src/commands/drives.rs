@@ -48,7 +48,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Returns the number of scenes of a kind: a thousand in all for the reporting draw, for the others as many as two
+/// Returns the number of scenes of each kind: a thousand in all for the reporting draw, for the others as many as two
 /// cores compute in five minutes.
 const fn scenes(draw: Draw) -> u64 {
     match draw {
@@ -58,7 +58,7 @@ const fn scenes(draw: Draw) -> u64 {
 }
 
 impl Args {
-    /// Returns the scenes by kind and seed, kind by kind.
+    /// Returns kind and seed of every selected scene, kind by kind.
     fn jobs(&self) -> Vec<(Kind, u64)> {
         let wanted = |kind: &Kind| self.kinds.is_empty() || self.kinds.contains(kind);
         let count = self.scenes.unwrap_or(scenes(self.draw)) as usize;
@@ -82,7 +82,7 @@ impl Args {
     }
 }
 
-/// Runs all drives through one scene.
+/// Drives `drives` times through one random scene, and returns the log of each drive.
 fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     let course = Course::new(kind, seed)?;
     let ways = course.ways();
@@ -90,7 +90,8 @@ fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     (0..drives).map(|number| Ok(drive(number)?.log)).collect()
 }
 
-/// Drives once through each of the first scenes, cycling through the kinds, with the firmware image.
+/// Drives once through each of the first `drives` scenes, cycling through the kinds, and replays each drive with the
+/// firmware image in the emulator. A sentence that differs from the host's is an error.
 fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     let elf = image::build(&[])?;
     let kinds = jobs.chunk_by(|a, b| a.0 == b.0).collect::<Vec<_>>();
@@ -125,7 +126,7 @@ fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the rows: each kind, then the total.
+/// Returns the rows of the table: name and tally of each kind, then those of all drives.
 fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tally)> {
     let of = |kind: Kind| {
         let own = jobs.iter().zip(logs).filter(move |((k, _), _)| *k == kind);
@@ -141,7 +142,7 @@ fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tall
     rows
 }
 
-/// Returns heading and tables.
+/// Returns the heading, and the tables of outcomes, causes and halts.
 fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     let mut out = format!(
         "# Drives, {} scenes\n\nMade by `{}`: chairs whose joystick asks for 0.2 to 0.8 m/s drive \
@@ -156,7 +157,7 @@ fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     out + "\n" + &table::causes_text(logs) + "\n" + &table::halts_text(logs)
 }
 
-/// Formats one drive in one line.
+/// Formats one drive in one line: outcome, hazard, travel and last answer.
 fn line(log: &DriveLog) -> String {
     let last = log.sweeps.last();
     let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.0}", 100.0 * m));
@@ -173,7 +174,7 @@ fn line(log: &DriveLog) -> String {
     )
 }
 
-/// Returns the drives to inspect.
+/// Returns one line for each drive over a hazard, and for each that stopped without one or unnecessarily early.
 fn listed(logs: &[DriveLog]) -> Vec<String> {
     let flawed = logs.iter().filter(|log| match Outcome::of(log) {
         Outcome::DroveOver { .. } | Outcome::StoppedWithoutHazard => true,
@@ -186,7 +187,7 @@ fn listed(logs: &[DriveLog]) -> Vec<String> {
     flawed.map(line).collect()
 }
 
-/// Prints the tables.
+/// Drives through all scenes, and prints the tables of outcomes.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !(args.list && args.draw == Draw::Reporting),

@@ -58,7 +58,8 @@ pub struct Args {
     format: Format,
 }
 
-/// Scans every recording. A bad recording or a fault sets the exit status to 1; the others are still scanned.
+/// Scans every recording with the image. A bad recording or a fault sets the exit status to 1; the others are still
+/// scanned.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let elf = match &args.elf {
         Some(elf) => {
@@ -93,7 +94,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// Returns the answers of all scans of a recording.
+/// Scans a recording with the image, and calls `answered` with the answer to each scan.
 fn emulate(
     elf: &Path,
     recording: &Recording,
@@ -146,7 +147,8 @@ fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded
     Ok(words.map(named).collect())
 }
 
-/// Runs one boot: configures while the module withholds its handshake, then scans.
+/// Boots the image once, configures it while the module withholds its handshake, then scans. `answered` is called with
+/// index and sentences of each scan.
 fn boot(
     elf: &Path,
     recording: &Recording,
@@ -179,7 +181,7 @@ fn boot(
     done.with_context(|| name.clone())
 }
 
-/// Returns the image's timeouts of the radar module.
+/// Returns the timeouts for the radar module that the image is configured with; they depend on the injected faults.
 fn waits(args: &Args) -> Waits {
     let mut waits = Waits::default();
     if !args.faults.is_empty() {
@@ -192,7 +194,7 @@ fn waits(args: &Args) -> Waits {
     waits
 }
 
-/// Shows the image on the screen of `live`, until the user ends it.
+/// Shows the image on the screen of `live` while it scans a recording repeatedly, until the user ends it.
 fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
     ensure!(
         args.recordings.len() == 1,

@@ -67,7 +67,8 @@ pub struct Args {
     format: Format,
 }
 
-/// Numbers of runs by outcome.
+/// Numbers of runs by outcome, in the order of [`Fate`]. A run is one fault of one strength on one recording or guard
+/// sweep.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     counts: [u32; 5],
@@ -102,7 +103,7 @@ impl Tally {
     }
 }
 
-/// Prints the table.
+/// Applies the faults to recordings, scores the answers, and prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let faults = chosen(&args.kind)?;
     let options = args.settings.options(args.settings.config()?);
@@ -185,7 +186,8 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Fault>> {
     }
 }
 
-/// Returns single scans with ground truth. Sequences are left out: their faults are those of single scans.
+/// Returns recordings of single scans with ground truth. Sequences are left out: their faults are those of single
+/// scans.
 fn single(args: &Args) -> Result<Vec<Recording>> {
     let read = |path: &PathBuf| Recording::read(path);
     let whole: Vec<Recording> = match &args.on {
@@ -205,7 +207,7 @@ fn single(args: &Args) -> Result<Vec<Recording>> {
     Ok(whole.into_iter().filter(single).collect())
 }
 
-/// Returns the recordings to which faults are applied.
+/// Returns the recordings that are `ok` and correct without a fault, to which faults are then applied.
 fn clean(args: &Args, options: &Options) -> Result<Clean> {
     let single = single(args)?;
     let judged: Result<Vec<(bool, bool, i32)>> = single
@@ -273,7 +275,7 @@ fn one(
     Ok(Run { fate, named, words })
 }
 
-/// Returns the text table.
+/// Returns the table of outcomes by fault, and by strength if `strengths`.
 fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bool) -> String {
     let mut out = format!(
         "{} recordings, {} ok without a fault, {} of them right: faults are applied to these.\n\n| \

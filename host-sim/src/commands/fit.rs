@@ -24,11 +24,11 @@ use crate::recording::{self, Recording};
 use crate::scene::random::{Kind, random_with};
 use crate::seeds::Draw;
 
-/// Number of scenes of each kind for fitting the hazards.
+/// Default number of scenes of each kind for fitting the hazards.
 const TRAINING: u64 = 300;
 
-/// Returns the number of scenes of a kind for fitting the hazards. The height plane has two kinds, the depth plane
-/// seventeen.
+/// Returns the number of scenes of a kind for fitting the hazards: twice `scenes` for the height plane, which has two
+/// kinds only.
 fn training(kind: Kind, scenes: u64) -> u64 {
     match kind {
         Kind::Descending | Kind::Downstairs => 2 * scenes,
@@ -54,7 +54,8 @@ fn testing(kind: Kind, scenes: u64) -> u64 {
     }
 }
 
-/// Offset of the seeds for testing thresholds in the calibration draw.
+/// Offset of the seeds for testing thresholds from the first seed of the calibration draw; those before it are for
+/// calibration.
 const BEFORE_TESTING: u64 = 100_000;
 
 /// Arguments of `fit`.
@@ -86,14 +87,14 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// A simulated scan, and the construction of its stairs.
+/// A simulated scan, and the construction of its stairs (open risers, overhang) where it has any.
 type Sample = (Recording, Option<Build>);
 
-/// Source of the samples.
+/// Source of the scans to which the tables are fitted.
 enum Source {
-    /// Scenes of every kind: for training, for calibration, and for thresholds.
+    /// Simulated scenes of every kind: for training, for calibration, and for thresholds.
     Simulated([Vec<Sample>; 3]),
-    /// Recordings.
+    /// Paths of recordings: of every six, four are for training, one for calibration, one for thresholds.
     Recorded(Vec<PathBuf>),
 }
 
@@ -104,7 +105,7 @@ struct TrainingSamples {
     testing: Vec<TrainingSample>,
 }
 
-/// Number of scenes of each kind for the checksum of the tables.
+/// Number of scenes of each kind to which the tables are fitted for their checksum.
 const CHECKED: u64 = 2;
 const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -124,7 +125,7 @@ pub fn checksum() -> Result<u32> {
     Ok(CHECK.checksum((text + &fit::write(&up, &down, 0)).as_bytes()))
 }
 
-/// Fits, prints and writes the tables.
+/// Fits the measurement model and the hazards, prints reports, and writes the tables.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let output = match &args.output {
         Some(path) => path.clone(),
@@ -163,7 +164,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 impl TrainingSamples {
-    /// From all scans, with the measurement model `model`.
+    /// Computes the samples of all scans of `source`, with the measurement model `model`.
     fn new(source: &Source, model: &'static Generative) -> Result<Self> {
         let [training, calibration, testing] =
             source.parts(3, |recording, _| fit::sample(recording, model))?;
@@ -175,7 +176,7 @@ impl TrainingSamples {
     }
 }
 
-/// Fits the measurement model. Returns it with its source file and a report.
+/// Fits the measurement model. Returns it with the text of its source file and a report.
 fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
     let [training, held_back, _] = source.parts(2, fit::measurement_sample)?;
     let measured = measurement::measure(&training);
@@ -205,7 +206,7 @@ fn write(outputs: &Outputs, path: &Path, text: &str) -> Result<()> {
 }
 
 impl Source {
-    /// Simulates scenes: `scenes` of each kind for fitting, and the other parts in proportion.
+    /// Simulates scenes: `scenes` of each kind for fitting, and those for calibration and thresholds in proportion.
     fn simulated(scenes: u64) -> Result<Self> {
         let held_back = harness::scenes(Draw::Calibration, |kind| calibrating(kind, scenes));
         let seeds = Draw::Calibration.seeds();
@@ -219,7 +220,7 @@ impl Source {
         ]))
     }
 
-    /// The recordings of some directories.
+    /// Takes all recordings of these directories.
     fn recorded(directories: &[PathBuf]) -> Result<Self> {
         let mut paths = Vec::new();
         for directory in directories {
@@ -228,7 +229,8 @@ impl Source {
         Ok(Self::Recorded(paths))
     }
 
-    /// Applies `look` to each scan of the first `wanted` parts: for fitting, for calibration, and for thresholds.
+    /// Applies `look` to each scan of the first `wanted` of three parts: for fitting, for calibration, and for
+    /// thresholds. Returns the results of each part.
     fn parts<R: Send>(
         &self,
         wanted: usize,
@@ -254,7 +256,7 @@ impl Source {
     }
 }
 
-/// Simulates the scans of these scenes.
+/// Simulates the scans of these scenes, in their order.
 fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
     harness::each(scenes, |drawn| {
         let (kind, seed) = (drawn.kind, drawn.seed);
@@ -263,17 +265,17 @@ fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
     })
 }
 
-/// Fit of one plane.
+/// Weights fitted for one plane, with the logistic fits from which they are.
 struct Counted {
     weights: Weights,
     hazards: LogisticFit,
-    /// For answers without and with steps: number of scans, and slope and offset.
+    /// Calibration of the hazard for answers without steps, then with: number of scans, and fit of slope and offset.
     maps: Vec<(usize, LogisticFit)>,
-    /// Calibration of the `MAYBE`s' probabilities.
+    /// Calibration of the probabilities of `MAYBE`s: fit of slope and offset.
     maybe: LogisticFit,
 }
 
-/// Fits the hazards and their calibration; the threshold is determined later.
+/// Fits the hazards to `training` and their calibration to `calibration`; the threshold of `ok` is determined later.
 fn count(training: &[&TrainingSample], calibration: &[&TrainingSample]) -> Counted {
     let hazards = fit::hazards(training);
     let mut weights = Weights {
@@ -311,7 +313,7 @@ fn count(training: &[&TrainingSample], calibration: &[&TrainingSample]) -> Count
     }
 }
 
-/// Returns the weights of one plane with a report.
+/// Returns the fitted weights of one plane with a report.
 fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
     let parts = [&samples.training, &samples.calibration, &samples.testing];
     let [training, calibration, testing] =
@@ -346,7 +348,8 @@ fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
     (weights, log)
 }
 
-/// Adds weights with their standard errors, and their numbers of `scans` and `samples`.
+/// Adds a fit to a report: numbers of `scans` and of samples, which are named `samples`, and weights with their
+/// standard errors.
 fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &LogisticFit) {
     let _ = writeln!(
         out,
@@ -358,7 +361,7 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
     }
 }
 
-/// Returns the samples as text.
+/// Returns the samples as text: for each scan a line with one JSON object.
 fn dump(samples: &TrainingSamples) -> String {
     let mut text = String::new();
     for (part, samples) in [

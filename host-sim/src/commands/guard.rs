@@ -35,7 +35,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Returns the number of recordings of a kind.
+    /// Returns the number of recordings of a kind; 0 if it is not selected.
     fn count(&self, kind: Kind) -> u64 {
         match self.kinds.is_empty() || self.kinds.contains(&kind) {
             true => self.recordings.unwrap_or(kind.recordings(self.draw)),
@@ -43,7 +43,7 @@ impl Args {
         }
     }
 
-    /// Returns the recordings by kind and seed, kind by kind.
+    /// Returns kind and seed of every selected recording, kind by kind.
     fn jobs(&self) -> Vec<(Kind, u64)> {
         let of = |kind: Kind| {
             let seeds = kind.seeds(self.draw).take(self.count(kind) as usize);
@@ -79,10 +79,11 @@ fn one(kind: Kind, seed: u64) -> Result<Scored> {
     ))
 }
 
-/// A row of the table: name and sums.
+/// A row of the table: its name, and the sums over its guard sweeps.
 type Group<'a> = (&'a str, Sums);
 
-/// Returns the rows: each kind, then all, with a hazard near, and without one.
+/// Returns the rows of the table: each kind, then all sweeps, those with a hazard within 1.5 m, and those without a
+/// hazard.
 fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     let of = |kind: Kind| {
         let own = jobs
@@ -110,7 +111,7 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     rows
 }
 
-/// Returns heading and table.
+/// Returns heading and table of the scores.
 fn text(args: &Args, rows: &[Group<'_>]) -> String {
     let mut out = format!(
         "# Guard, {} sweeps\n\nMade by `{}`: {} sweeps of 31 rows in each recording, ten a second, \
@@ -131,14 +132,14 @@ fn text(args: &Args, rows: &[Group<'_>]) -> String {
     out
 }
 
-/// Returns the sweeps to inspect.
+/// Returns one text for each sweep whose free distance ends beyond a hazard, or that reports a false rise or drop.
 fn listed(scored: &[Scored]) -> Vec<String> {
     let sweeps = scored.iter().flat_map(|one| &one.sweeps);
     let flawed = sweeps.filter(|sweep| sweep.free_beyond_hazard() || sweep.false_detection());
     flawed.map(Sweep::text).collect()
 }
 
-/// Prints the table.
+/// Simulates the recordings, scores the answers to their guard sweeps, and prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         !(args.list && args.draw == Draw::Reporting),

@@ -37,7 +37,7 @@ enum What {
     Optics,
 }
 
-/// Prints it, or writes it to a file.
+/// Prints the requested table or drawing, or writes it to a file.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let text = match args.what {
         What::Parts => tables::parts(table()),

@@ -17,17 +17,17 @@ use crate::scene::random::{Kind, random_with};
 use crate::score::{self, SceneScore};
 use crate::seeds::Draw;
 
-/// A scene of a draw.
+/// A random scene of a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drawn {
     /// Kind of scene.
     pub kind: Kind,
-    /// Random seed.
+    /// Seed of the scene, and of the noise of its scan.
     pub seed: u64,
 }
 
 impl Drawn {
-    /// Scans it with the kind's own instrument.
+    /// Simulates a scan of the scene with the instrument of its kind.
     ///
     /// # Errors
     /// The scene cannot be built; the message names the cause.
@@ -35,7 +35,7 @@ impl Drawn {
         random_scan(self.kind, self.kind.variety(), self.seed)
     }
 
-    /// Scans it with another instrument.
+    /// Simulates a scan of the scene with another radar module.
     ///
     /// # Errors
     /// The scene cannot be built; the message names the cause.
@@ -45,18 +45,18 @@ impl Drawn {
         scan_of(spec, &self.name(), self.seed)
     }
 
-    /// Returns the name of its recording.
+    /// Returns the name of the scene's recording.
     pub fn name(&self) -> String {
         format!("{}_{:03}", self.kind, self.seed)
     }
 }
 
-/// Returns the first scenes of a draw, kind by kind, `count` of each.
+/// Returns the first scenes of a draw, kind by kind, `count(kind)` of each.
 pub fn scenes(draw: Draw, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
     scenes_of(draw.seeds(), count)
 }
 
-/// Returns the first scenes with these seeds, kind by kind, `count` of each.
+/// Returns the scenes with the first of these seeds, kind by kind, `count(kind)` of each.
 pub fn scenes_of(seeds: Range<u64>, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
     let of = |kind: Kind| {
         let seeds = seeds.clone().take(count(kind) as usize);
@@ -84,7 +84,7 @@ pub fn each<J: Sync, R: Send>(
     made
 }
 
-/// Scans all recordings with these parameters and scores the answers.
+/// Scans all recordings with these parameters of the estimator, and scores the answers against the ground truth.
 ///
 /// # Errors
 /// A scan cannot be processed; the message names it.

@@ -234,7 +234,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("man", &["man target/man"]),
 ];
 
-/// The commands that print reasons.
+/// The commands whose `--help` also lists the report's reasons.
 const WITH_REASONS: &[&str] = &["replay", "emulate", "inspect", "report", "convert"];
 
 /// Arguments of `completions`.
@@ -307,7 +307,7 @@ fn examples(name: &str) -> String {
     text
 }
 
-/// Returns every reason with its meaning.
+/// Returns every reason with its meaning, as text.
 pub fn reasons() -> String {
     let mut text = "Reasons that accompany a status:".to_owned();
     for reason in Reason::ALL {

@@ -34,7 +34,8 @@ pub struct Args {
     format: Format,
 }
 
-/// Shows every recording. A bad one sets the exit status to 1; the others are still shown.
+/// Prints for every recording how its answers came about. A bad recording sets the exit status to 1; the others are
+/// still shown.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
     let paths = recordings(&args.recordings)?;

@@ -29,7 +29,7 @@ fn above_nothing(text: &str) -> Result<f64, String> {
 }
 
 impl Instrument {
-    /// Applies the module to a scene.
+    /// Replaces the properties of a scene's radar module and beam by the given ones.
     pub fn apply(&self, spec: &mut SceneSpec) {
         let Self {
             carrier,

@@ -58,7 +58,7 @@ enum What {
     },
 }
 
-/// Makes, signs, or shows.
+/// Makes a pair of keys, signs an image, or prints the content of a file.
 pub fn run(args: &Args) -> Result<ExitCode> {
     match &args.what {
         What::New { file, overwrite } => {

@@ -15,7 +15,8 @@ use crate::answer::Answer;
 use crate::live::ports;
 pub use watching::{Args, begin};
 
-/// Shows the port, or the demonstration, or lists the ports.
+/// Shows the scanner at the port, or the demonstration; publishes it if a service is requested; lists the ports without
+/// either.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let started = Instant::now();
     if let Some(served) = serving::run(args, started)? {

@@ -191,7 +191,7 @@ fn parse_estimator(name: &str) -> Result<EstimatorKind, String> {
 }
 
 impl Settings {
-    /// Returns the configuration that a recording's own values override.
+    /// Returns the default configuration with the chosen estimator and seed; the values in a recording override it.
     pub fn config(&self) -> Result<Config> {
         Ok(Config {
             estimator: self.estimator,
@@ -200,7 +200,7 @@ impl Settings {
         })
     }
 
-    /// Returns the options of the scan.
+    /// Returns the default options of replay with this configuration.
     pub fn options(&self, config: Config) -> Options {
         Options {
             config,
@@ -213,7 +213,7 @@ impl Settings {
         self.estimator.as_str()
     }
 
-    /// Returns the first seed.
+    /// Returns the chosen seed of the particles' random numbers.
     pub fn seed(&self) -> u32 {
         self.seed
     }

@@ -17,11 +17,11 @@ use crate::scene::random::{Kind, random_with};
 use crate::score::{self, SceneScore, SetScore};
 use crate::seeds::Draw;
 
-/// Random stream of the phase of a shaft's vibration.
+/// Random stream from which the phase of a shaft's vibration is drawn.
 const PHASES: u64 = 0x4D4F_4445;
 /// Maximum loss of exact scenes with the continuous sweep, as a share of all scenes.
 const COUNTS: f64 = 0.01;
-/// Maximum relative increase of a median error.
+/// Maximum relative increase of the median error of distance or height with the continuous sweep.
 const ERRORS: f64 = 0.10;
 
 /// Scans the same scenes with a mirror that stops at every angle and with one that turns, smear and vibration
@@ -51,10 +51,10 @@ pub struct Args {
     format: Format,
 }
 
-/// Returns the speed of a continuous sweep with the default settings, degrees/s.
+/// Returns the speed of the mirror in a continuous sweep with the default settings, degrees/s.
 ///
 /// # Errors
-/// There is none.
+/// The link is too slow for a continuous sweep.
 pub fn speed_deg_s(baud: u32) -> Result<f64> {
     let settings = Settings::default();
     let schedule = Schedule::new(&settings.config).map_err(|e| anyhow!("{e}"))?;
@@ -72,7 +72,7 @@ pub fn speed_deg_s(baud: u32) -> Result<f64> {
 /// Motion of the mirror: speed, degrees/s, and amplitude of its vibration, degrees.
 type Turning = (f64, f64);
 
-/// Scores one scene with a stopping or a turning mirror.
+/// Scans and scores one scene with a mirror that turns, or that stops at every angle if `turning` is `None`.
 fn one(kind: Kind, seed: u64, turning: Option<Turning>) -> Result<SceneScore> {
     let mut spec = random_with(kind, kind.variety(), seed);
     if let Some((speed, vibration)) = turning {
@@ -92,15 +92,15 @@ fn one(kind: Kind, seed: u64, turning: Option<Turning>) -> Result<SceneScore> {
     Ok(score::scene(&replay::answer(&recording, &options)?, &truth))
 }
 
-/// Scores of the same scenes in both modes.
+/// Scores of the same scenes in both sweep modes.
 pub struct Comparison {
-    /// With a mirror that stops at every angle.
+    /// Scores with a mirror that stops at every angle.
     pub stop: SetScore,
-    /// With a mirror that turns continuously.
+    /// Scores with a mirror that turns continuously.
     pub continuous: SetScore,
 }
 
-/// Scans `scenes` scenes in both modes.
+/// Scans `scenes` scenes in both sweep modes and scores the answers.
 ///
 /// # Errors
 /// A scene cannot be scanned; the message names it.
@@ -115,7 +115,7 @@ pub fn compare(draw: Draw, kind: Kind, scenes: u32, turning: Turning) -> Result<
     })
 }
 
-/// Returns the median errors of distance and height, metres.
+/// Returns the median errors of distance and height, metres; NaN without a matched step.
 fn medians(set: &SetScore) -> [f64; 2] {
     [set.distance[0], set.height[0]].map(|s| s.map_or(f64::NAN, |s| s.median))
 }
@@ -131,7 +131,8 @@ impl Comparison {
         [lost, b[0] / a[0] - 1.0, b[1] / a[1] - 1.0]
     }
 
-    /// Whether the degradation is within the limits.
+    /// Whether the degradation by the continuous sweep is within the limits: 1 % of the scenes, and 10 % of each median
+    /// error.
     pub fn holds(&self) -> bool {
         let [lost, distance, height] = self.worse();
         // NaN, without a single match, does not pass.
@@ -173,7 +174,7 @@ impl Comparison {
     }
 }
 
-/// Prints the comparison.
+/// Compares the sweep modes and prints the scores.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
         (0.0..=1.0).contains(&args.vibration),

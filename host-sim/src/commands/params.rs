@@ -13,9 +13,9 @@ use super::harness::{self, Drawn};
 use crate::score::SceneScore;
 use crate::seeds::Draw;
 
-/// Number of scenes of each kind for the effect of a number.
+/// Default number of scenes of each kind on which the effect of changing a number is measured.
 const SCENES: u64 = 4;
-/// Factors applied to each number: plus and minus a fifth.
+/// Factors applied to each tuned number: less a fifth and plus a fifth.
 const FACTORS: [f32; 2] = [0.8, 1.2];
 
 /// Arguments of `params`.
@@ -29,7 +29,7 @@ pub struct Args {
     scenes: u64,
 }
 
-/// Scores of all scans with a set of numbers.
+/// Numbers of scans that are exact, `ok`, and `ok` and wrong, with one set of parameters.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     exact: i64,
@@ -49,7 +49,7 @@ impl Tally {
     }
 }
 
-/// Prints the table.
+/// Prints the table of tuned numbers, with the effects of changing them if requested.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let scans = match args.sensitivity {
         true => harness::each(&harness::scenes(Draw::Tuning, |_| args.scenes), Drawn::scan)?,

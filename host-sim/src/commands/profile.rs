@@ -51,20 +51,20 @@ pub struct Args {
     format: Format,
 }
 
-/// A profile in physical units: ranges from the radar, powers relative to full scale.
+/// Range profile of one chirp in physical units: ranges from the radar, powers relative to full scale.
 #[derive(Clone, Debug)]
 pub struct RangeProfile {
     /// Range of every bin, metres.
     pub range_m: Vec<f32>,
-    /// Power of every bin, dB.
+    /// Power of every bin, dB relative to full scale.
     pub power_db: Vec<f32>,
-    /// CFAR threshold of every bin, dB.
+    /// CFAR threshold of every bin, dB relative to full scale; 10 dB where a bin is not tested.
     pub threshold_db: Vec<f32>,
-    /// Range and power of every detection, interpolated between bins.
+    /// Range, metres, and power, dB relative to full scale, of every detection, interpolated between bins.
     pub detections: Vec<(f32, f32)>,
 }
 
-/// Returns the range processor for a recording of any radar.
+/// Returns the range processor for a recording of any radar, with or without a mirror.
 fn processor(recording: &Recording) -> Result<RangeProcessor> {
     let radar = setup::radar(recording)?;
     let (mount, cfar) = match &recording.meta.mirror {
@@ -93,7 +93,7 @@ fn processor(recording: &Recording) -> Result<RangeProcessor> {
     RangeProcessor::new(&radar, &mount, &cfar).map_err(|e| anyhow!("{}: {e}", recording.name))
 }
 
-/// Returns the profile of chirp `k`.
+/// Returns the range profile of chirp `k` of a recording, counted from 0.
 pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
     let radar = setup::radar(recording)?;
     let mut processor = processor(recording)?;
@@ -121,8 +121,8 @@ pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
     })
 }
 
-/// Returns the chirp with the strongest echo in the tested bins, without leakage and the mirror's echo.
-/// Of equal ones it is the first.
+/// Returns the index of the chirp with the strongest echo in the tested bins, which exclude leakage and mirror echo. Of
+/// equal ones it is the first.
 pub fn strongest(recording: &Recording) -> Result<usize> {
     let mut processor = processor(recording)?;
     let mut profile = Profile::default();
@@ -143,7 +143,8 @@ pub fn strongest(recording: &Recording) -> Result<usize> {
     Ok(best.0)
 }
 
-/// Returns the complex spectra of all chirps by the scanner's own transform, in frames of `frame`.
+/// Returns the complex spectra of all chirps by the scanner's own transform, in frames of `frame` chirps; all are one
+/// frame if `None`.
 fn spectra(recording: &Recording, frame: Option<u32>) -> Result<Spectra> {
     let radar = setup::radar(recording)?;
     let mut processor = processor(recording)?;
@@ -172,7 +173,7 @@ fn spectra(recording: &Recording, frame: Option<u32>) -> Result<Spectra> {
 }
 
 impl RangeProfile {
-    /// Returns the profile of chirp `k` as one JSON object.
+    /// Returns the range profile as one JSON object; `chirp` is its index.
     pub fn json(&self, chirp: usize) -> Value {
         // The shortest decimals of the f32 values, not those of their f64 conversions.
         let list = |values: &[f32]| {
@@ -191,7 +192,7 @@ impl RangeProfile {
         })
     }
 
-    /// Returns the detections and a table of all bins.
+    /// Returns the detections and a table of all bins as text.
     fn text(&self, recording: &Recording, chirp: usize) -> String {
         let angle = match recording.meta.angles_deg.get(chirp) {
             Some(angle) => format!(" at {angle:.2}°"),
@@ -222,12 +223,12 @@ impl RangeProfile {
     }
 }
 
-/// Rounds to millionths: an f32 has no more significant digits.
+/// Rounds a range or power to millionths: an f32 has no more significant digits.
 fn decimal(value: f32) -> f64 {
     (f64::from(value) * 1e6).round() / 1e6
 }
 
-/// Prints the profile.
+/// Prints the range profile of one chirp, or the statistics over all chirps.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading([&args.recording]);
     args.plot.iter().try_for_each(|file| outputs.check(file))?;

@@ -8,7 +8,7 @@ use stairscan::verdict::{Reason, ReasonEffect};
 
 use super::emit;
 
-/// Heading and introduction of the page.
+/// Heading and introduction of docs/reasons.md.
 const HEAD: &str = "# Reasons
 
 Made by `cargo sim reasons` from the table [`src/verdict/reasons.rs`](../src/verdict/reasons.rs).
@@ -27,13 +27,13 @@ A reason with two effects has a condition for each.
 
 ";
 
-/// Prints the page.
+/// Prints docs/reasons.md.
 pub fn run() -> Result<ExitCode> {
     emit(&page());
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the page: each reason with its effect and its condition.
+/// Returns docs/reasons.md: each reason with its effect on the answer and its condition.
 fn page() -> String {
     let mut out = format!("{HEAD}| reason | effect | condition |\n|---|---|---|\n");
     for reason in Reason::ALL {

@@ -33,10 +33,10 @@ use crate::tap::gather::{Gather, Mounting, Part};
 use crate::tap::scans::{Scan, Tap, Wire};
 use crate::tap::unfinished::Unfinished;
 
-/// Time without a frame after which a scan is complete, ms; a module may take 0.6 s of retries.
+/// Time without a frame on the radar link after which a scan is complete, ms; a module may take 0.6 s of retries.
 const QUIET: Ms = 3_000;
-/// Wait for the last answer after the end. The longest answer takes 0.14 s at 115,200 baud (23 sentences of 70
-/// bytes); a busy host adds to it.
+/// Time for which the scanner's last answer is awaited after the end of the recording. The longest answer takes 0.14 s
+/// at 115,200 baud (23 sentences of 70 bytes); a busy host adds to it.
 const LINGER: Duration = Duration::from_millis(1_000);
 
 /// Maximum delay of a `GUARD` sentence after its last row, ms: 5 ms (design contract), 6 ms on the wire, and a margin
@@ -105,25 +105,25 @@ fn angles(text: &str) -> Result<SweepConfig, String> {
     Ok(sweep)
 }
 
-/// Data or event of a port.
+/// Bytes received from a port, of the radar link or of the scanner's reports, or the cause of a port's end.
 enum PortEvent {
     Link(Wire, Vec<u8>),
     Report(Vec<u8>),
     Gone(String),
 }
 
-/// Data received so far.
+/// Traffic of the radar link and sentences of the scanner received so far.
 #[derive(Default)]
 struct Received {
     tap: Tap,
     beside: Beside,
     splitter: Splitter,
-    /// Cause of the end, if it is to be reported.
+    /// Cause for which a port has ended, if it is to be reported.
     gone: Option<String>,
 }
 
 impl Received {
-    /// Processes the data of a port; returns `false` at its end.
+    /// Processes bytes that a port received at the time `at`, or its end; returns `false` at the end.
     fn take(&mut self, at: Ms, event: PortEvent) -> bool {
         match event {
             PortEvent::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
@@ -140,7 +140,8 @@ impl Received {
         true
     }
 
-    /// Moves the complete scans to `scans`, stores them in case the session is interrupted, and reports them.
+    /// Moves the complete scans from the received traffic to `scans`, stores each in case the session is interrupted,
+    /// and prints its number of rows.
     fn scans_into(&mut self, session: &mut Session<'_>, scans: &mut Vec<Scan>) {
         while let Some(scan) = self.tap.scan() {
             let (mounting, _) = beside::mounting(&session.args.said, &self.beside);
@@ -156,15 +157,15 @@ impl Received {
     }
 }
 
-/// A running session.
+/// A running session of `record`.
 struct Session<'a> {
     args: &'a Args,
-    /// The angles that this program requests, if it does.
+    /// Angles at which this program itself requests chirps; `None` if it only listens.
     sweep: Option<SweepConfig>,
     unfinished: Unfinished,
 }
 
-/// Listens, or acquires scans, and writes the recordings.
+/// Listens to the radar link, or acquires scans from the module itself, and writes the recordings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.demo);
     outputs.check_recording(&args.output)?;
@@ -198,7 +199,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     write(session, &outputs, received, scans)
 }
 
-/// Listens until the end. Returns the received data and the scans.
+/// Listens to all ports until the end. Returns the received traffic and the scans.
 fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received, Vec<Scan>)> {
     let (started, args) = (Instant::now(), session.args);
     let (sender, events) = mpsc::channel();
@@ -244,7 +245,7 @@ fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>> {
     })
 }
 
-/// Reads a port in a thread.
+/// Starts a thread that reads a port and sends what `event` makes of the bytes, each with its time since `started`, ms.
 fn follow(
     path: &str,
     mut port: Box<dyn SerialPort>,
@@ -272,7 +273,7 @@ fn follow(
     })
 }
 
-/// Collects data until there are enough scans, a port disappears, or the user ends it.
+/// Collects the events of all ports until there are enough scans, a port disappears, or the user ends the session.
 fn collect(
     session: &mut Session<'_>,
     events: &Receiver<(Ms, PortEvent)>,
@@ -362,7 +363,7 @@ fn ask_module(
     Ok((received, scans))
 }
 
-/// Writes recordings and sentences and reports their contents.
+/// Writes the recordings, and the sentences beside them, and prints their contents.
 fn write(
     session: Session<'_>,
     outputs: &Outputs,
@@ -407,7 +408,7 @@ fn write(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the reason why there is nothing to write.
+/// Returns the reason why no scan can be written.
 fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     match (tap.received(), tap.damaged()) {
         (None, 0) => format!(
@@ -422,7 +423,7 @@ fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     }
 }
 
-/// Whether the scanner was in guard mode during a part: it then sends `GUARD` instead of `SCAN`.
+/// Whether the scanner was in guard mode during the scans of one recording: it then sends `GUARD` instead of `SCAN`.
 fn guarded(part: &Part, beside: &Beside) -> bool {
     let (Some(first), Some(last)) = (part.times.first(), part.times.last()) else {
         return false;
@@ -440,7 +441,7 @@ fn sentences(path: &Path) -> PathBuf {
     path.with_file_name(format!("{name}.sentences"))
 }
 
-/// Writes the scanner's own answers beside a recording, and whether replay gives the same.
+/// Writes the scanner's sentences and those of replay beside a recording, and prints whether they are equal.
 fn write_answers(
     args: &Args,
     outputs: &Outputs,
@@ -493,7 +494,8 @@ fn write_answers(
     written(outputs, path, &text, (beside, &word, &kept))
 }
 
-/// Writes the sentences of the report port and of replay, and prints a summary.
+/// Writes the sentences of the report port and of replay, `kept`, to the file beside a recording, and prints the
+/// summary `text`.
 fn written(
     outputs: &Outputs,
     path: &Path,

@@ -101,8 +101,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// Scans one recording and prints the results. Returns whether there are answers without a fault, and
-/// pictures.
+/// Scans one recording and prints the answers. Returns whether all answers are without a fault, and all requested
+/// pictures written.
 fn scan(path: &Path, args: &Args, options: &replay::Options, outputs: &Outputs) -> Result<bool> {
     let recording = Recording::read(path)?;
     if setup::kind(&recording)? == Kind::Guard {
@@ -150,7 +150,7 @@ fn scan(path: &Path, args: &Args, options: &replay::Options, outputs: &Outputs) 
     Ok(good)
 }
 
-/// Draws a scan's pictures.
+/// Draws the paper's figures of a scan into the directory `dir`, and returns the paths of the files.
 fn draw(outputs: &Outputs, dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
     let Scanned {
         config,
@@ -173,7 +173,8 @@ fn draw(outputs: &Outputs, dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<Path
     plots::write_scan((outputs, dir), &scan)
 }
 
-/// Lists the pictures, or prints why there are none. Returns whether there are any.
+/// Prints the paths of all pictures, or the first error if one could not be written. Returns whether all were written.
+/// `pictures` are the files of each scan.
 fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
     match pictures.into_iter().collect::<Result<Vec<_>>>() {
         Ok(files) => {

@@ -43,7 +43,8 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// Writes the page. A recording that cannot be read is listed with the cause, and sets the exit status to 1.
+/// Writes all scans as one page. A recording that cannot be read is listed with the cause, and sets the exit status to
+/// 1.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let options = Options {
         single: args.single,
@@ -84,7 +85,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// Writes the page of two sides, and prints the differences.
+/// Writes the page that compares two sides, and prints the differences.
 fn beside(
     args: &Args,
     options: &Options,

@@ -36,7 +36,7 @@ enum What {
     Code,
 }
 
-/// Prints the requested list.
+/// Prints the requested list of crates.
 ///
 /// # Errors
 /// Cargo, the lock file or the image do not contain the data; the message names them.
@@ -57,13 +57,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the text of docs/image.cdx.json.
+/// Returns the text of docs/image.cdx.json, the list of crates as a CycloneDX document.
 fn document(root: &Path) -> Result<String> {
     let document = cyclonedx::document(&graph::linked(root)?, &toolchain(root)?);
     Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
 }
 
-/// Returns the version of Rust for the image.
+/// Returns the version of Rust with which the image is built.
 fn toolchain(root: &Path) -> Result<String> {
     let path = root.join("rust-toolchain.toml");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;

@@ -35,7 +35,7 @@ pub struct Args {
     format: Format,
 }
 
-/// Scores every recording and prints the figures; fails if one could not be read.
+/// Scores every recording and prints the scores; exit status 1 if a recording could not be read.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let base = args.settings.config()?;
     let is_guard = |path: &PathBuf| {
@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
-/// Returns the score of the recordings of guard sweeps; those without ground truth are left out.
+/// Returns the score of all recordings of guard sweeps together, as text; those without ground truth are left out.
 fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<String> {
     let one = |path: &PathBuf| {
         let recording = Recording::read(path)?;
@@ -157,7 +157,8 @@ fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Vec<Sc
     Ok(scores.collect())
 }
 
-/// Returns the output.
+/// Returns the scores of the scenes as text: one table, or one JSON object, for each seed, and the medians over the
+/// seeds.
 fn text(args: &Args, runs: &[Vec<SceneScore>]) -> String {
     let scored: Vec<Vec<SetScore>> = runs.iter().map(|run| score::by_set(run)).collect();
     let estimator = args.settings.estimator_name();

@@ -25,12 +25,13 @@ pub struct Args {
 
 /// Program that flashes the board.
 const PROBE: &str = "probe-rs";
-/// The board's chip, as that program names it.
+/// Arguments of probe-rs that select the board's chip.
 const CHIP: [&str; 2] = ["--chip", "STM32F405RGTx"];
-/// Orders confirmations of an image that is not flashed at once.
+/// Confirmation number of an image that is not flashed at once. Of two confirmed images the one with the higher number
+/// runs.
 const FIRST: u32 = 1;
 
-/// Seals the image, and flashes it if requested.
+/// Adds checksum and signature to the image, and flashes it if requested; or compares two images.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(other) = &args.compare {
         let bytes = same(&args.elf, other)?;

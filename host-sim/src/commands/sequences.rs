@@ -52,7 +52,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// Motion of the chair.
+/// Motion of the chair in a sequence of scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
     /// Stops for each scan: number of scans, distance between stops, metres.
@@ -65,8 +65,8 @@ enum Way {
 const SCANS: [usize; 2] = [5, 4];
 /// Distance between the stops of an approach, metres.
 const STEP_M: f64 = 0.1;
-/// Speeds of drives, m/s, and scan durations, s. With 5.7 s at the highest speed the stairs would be out of
-/// sight at the beginning.
+/// Speeds of drives, m/s, each with the duration of a scan, s. With 5.7 s at the highest speed the stairs would be out
+/// of sight at the beginning.
 const DRIVES: [(f64, f64); 8] = [
     (0.05, 1.3),
     (0.05, 5.7),
@@ -91,11 +91,11 @@ const KINDS: [Kind; 10] = [
     Kind::Clutter,
 ];
 
-/// A sequence with the rows of the table that it belongs to.
+/// A sequence to simulate or to read, with the sets of the table to which its scans belong.
 struct Job {
-    /// Set with the number of the scan.
+    /// Name of the set; each scan belongs to the row with this name and the scan's number.
     set: String,
-    /// Set of all scans except the first, which is never `ok`.
+    /// Name of a further row, to which all scans except the first belong, which is never `ok`.
     later: Option<String>,
     source: Source,
 }
@@ -166,7 +166,7 @@ fn in_parallel<R: Send>(
     harness::each(jobs, |job| make(job, &job.recording()?))
 }
 
-/// Fits or measures, and prints.
+/// Fits the table of combined scans, or measures the answers to sequences, and prints the result.
 pub fn run(args: &Args) -> Result<ExitCode> {
     if args.fit {
         return fit(args);
@@ -217,7 +217,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Scores the scans of a recording one by one: with the evidence of earlier scans, and independently.
+/// Scores the scans of a recording twice: with the evidence of earlier scans, then each by itself.
 fn scores(recording: &Recording) -> Result<[Vec<SceneScore>; 2]> {
     let judge = |single: bool| {
         let options = Options {
@@ -229,14 +229,15 @@ fn scores(recording: &Recording) -> Result<[Vec<SceneScore>; 2]> {
     Ok([judge(false)?, judge(true)?])
 }
 
-/// Scores the scans of a recording, each against its own ground truth.
+/// Scores the scans of a recording in their order, each against its own ground truth.
 fn judged(recording: &Recording, options: &Options) -> Result<Vec<SceneScore>> {
     let answers: Vec<Answer> = replay::answers(recording, options, |_| ())?;
     let pairs = answers.iter().zip(&recording.meta.sequence.truth);
     Ok(pairs.map(|(a, t)| score::scene(a, t)).collect())
 }
 
-/// Measures `count` of the sequences with motion, with each fault of the motion input and without any.
+/// Scores `count` of the sequences in which the chair moves, with each fault of the motion input and without any, and
+/// prints the table.
 fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
     let moves =
         |job: &Job| !matches!(job.source, Source::Drawn(_, _, Way::Stops(_, step)) if step == 0.0);
@@ -281,7 +282,7 @@ fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Fits, prints and writes the table.
+/// Fits hazards and correlations for combining scans, prints the fit, and writes the firmware's table.
 fn fit(args: &Args) -> Result<ExitCode> {
     let path = match &args.output {
         Some(path) => path.clone(),

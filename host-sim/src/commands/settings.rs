@@ -17,7 +17,7 @@ use crate::recording;
 use crate::setting_file::profile::{self, Profile};
 use crate::setting_file::table;
 
-/// Timeout of a command. `save` may erase a sector of flash, during which the scanner does not reply.
+/// Timeout of the commands for saving. `save` may erase a sector of flash, during which the scanner does not reply.
 const PATIENCE: Duration = Duration::from_secs(15);
 
 /// Arguments of `settings`.
@@ -57,7 +57,7 @@ struct What {
     diff: Option<PathBuf>,
 }
 
-/// Reads, writes or compares.
+/// Reads the scanner's settings into a file, sends it those of a file, or compares both.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let open = || Talk::open(&args.port, args.baud);
     match &args.what {
@@ -123,7 +123,7 @@ fn read(path: &Path) -> Result<Profile> {
     Ok(profile)
 }
 
-/// Sends the file's settings, reads all back, and saves them if requested.
+/// Sends the file's settings to the scanner, reads all back, and saves them if requested.
 fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<ExitCode> {
     let before = talk.settings()?;
     let (changes, wanted) = profile.changes(&path.display().to_string(), &before)?;
@@ -182,7 +182,8 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the settings of the scanner that differ from the wanted ones, one line each.
+/// Returns one line for each setting of the scanner that differs from the wanted value. `after` are the scanner's
+/// values by key.
 fn deviations(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
     let rows = table::rows().iter().filter(|row| !row.read_only);
     let lines = rows.filter_map(|row| {
@@ -201,7 +202,7 @@ fn deviations(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String
     lines.collect()
 }
 
-/// Saves at standstill, and resumes scanning if the scanner was scanning.
+/// Saves the scanner's settings in flash at standstill, and resumes scanning if the scanner was scanning.
 fn keep(talk: &mut Talk) -> Result<()> {
     let status = talk.status()?;
     let stood = status.contains(",STAT,idle,");

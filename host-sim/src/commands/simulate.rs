@@ -22,9 +22,9 @@ const SPEED: f64 = 0.2;
 /// Arguments of `simulate`: those of full scans, or of guard sweeps.
 #[derive(Debug)]
 pub enum Args {
-    /// Full scans.
+    /// Arguments for full scans.
     Scans(SimulateArgs),
-    /// Guard sweeps.
+    /// Arguments for guard sweeps.
     Guard(Guard),
 }
 
@@ -92,7 +92,8 @@ impl FromArgMatches for Args {
 }
 
 impl Guard {
-    /// Returns the recording, named `name`.
+    /// Simulates the guard sweeps. The recording of a scene file is named `name`; that of a random scene has its own
+    /// name.
     fn recording(&self, name: &str) -> Result<Recording> {
         if let Some(kind) = self
             .scene
@@ -142,7 +143,7 @@ impl Guard {
     }
 }
 
-/// Returns the scene of a file.
+/// Reads the scene of a file, and checks that it can be built.
 fn spec(path: &Path) -> Result<SceneSpec> {
     // Building it reports errors with their place.
     Scene::read(path)?;
@@ -150,7 +151,7 @@ fn spec(path: &Path) -> Result<SceneSpec> {
     toml::from_str(&text).with_context(|| format!("{}", path.display()))
 }
 
-/// Runs the command.
+/// Simulates full scans or guard sweeps, and writes the recordings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     match args {
         Args::Scans(scans) => simulate(scans).map(|()| ExitCode::SUCCESS),

@@ -19,7 +19,7 @@ use super::{Format, emit};
 use crate::captures::sirad::Capture;
 use crate::modules::sirad::SiRadPort;
 
-/// Polling interval of the module, µs; `TIMEOUT_US` is the timeout of an answer.
+/// Simulated time between two polls of the module, µs; `TIMEOUT_US` is the timeout of an answer.
 const STEP_US: u32 = 1_000;
 const TIMEOUT_US: u32 = 500_000;
 
@@ -37,17 +37,18 @@ pub struct Args {
     format: Format,
 }
 
-/// Contents of a capture.
+/// Content of a capture, as the scanner's driver and range processing evaluate it.
 struct Found {
     radar: RadarConfig,
     swept_khz: u32,
     chirps: usize,
-    /// Range in metres and power in dB of each chirp's strongest echo, nearest first.
+    /// Range in metres and power in dB of each chirp's strongest echo, nearest first; chirps without an echo are left
+    /// out.
     echoes: Vec<(f32, f32)>,
 }
 
 impl Found {
-    /// Returns the echo with the median range.
+    /// Returns range and power of the echo with the median range; `None` without echoes.
     fn median(&self) -> Option<(f32, f32)> {
         self.echoes.get(self.echoes.len() / 2).copied()
     }
@@ -85,7 +86,7 @@ impl Player<'_> {
     }
 }
 
-/// Processes a capture as the scanner would from the module that made it.
+/// Processes the chirps of a capture as the scanner would from the module that made it.
 fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     let capture = Capture::read(path)?;
     let swept_khz = capture.bandwidth_khz.unwrap_or(1_000 * bandwidth_mhz);
@@ -133,7 +134,7 @@ fn look(path: &Path, bandwidth_mhz: u32) -> Result<Found> {
     })
 }
 
-/// Prints the contents of each capture.
+/// Prints for each capture its settings and the median of the strongest echoes.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(!args.captures.is_empty(), "no capture");
     for path in &args.captures {

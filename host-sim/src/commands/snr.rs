@@ -30,12 +30,13 @@ pub struct Args {
     format: Format,
 }
 
-/// Minimum signal-to-error ratio, dB.
+/// Minimum signal-to-error ratio of any chirp, dB.
 const MIN_DB: f64 = 60.0;
-/// Published figures of CMSIS-DSP's q15 transform on the same kind of chirp: level, ratio.
+/// Published results of CMSIS-DSP's q15 transform on the same kind of chirp: level, dBFS, and signal-to-error ratio,
+/// dB.
 const QUOTED: [(i32, f64); 4] = [(-1, 52.0), (-20, 34.0), (-40, 15.0), (-60, -5.0)];
 
-/// One level's result.
+/// Signal-to-error ratios of the fixed-point transform for chirps of one level.
 struct Level {
     dbfs: i32,
     /// Whether the chirps are real-valued.
@@ -46,7 +47,7 @@ struct Level {
     worst_db: f64,
 }
 
-/// Measures and prints; fails below the minimum ratio.
+/// Measures the signal-to-error ratios and prints them; exit status 1 below the minimum.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut levels = measure(args.seed, args.chirps, false)?;
     levels.extend(measure(args.seed, args.chirps, true)?);
@@ -110,11 +111,11 @@ fn values(chirp: &[Iq], real: bool) -> Vec<Complex<f64>> {
     }
 }
 
-/// Reference: mean removal, Hann window and zero-padded transform in double precision.
+/// Reference for the fixed-point transform: mean removal, Hann window and zero-padded transform in double precision.
 struct Reference {
     real: bool,
     window: Vec<f64>,
-    /// exp(-2πik / N) for k = 0…N-1.
+    /// exp(-2πik / N) for k = 0…N-1, where N is the number of points of the transform.
     phasors: Vec<Complex<f64>>,
 }
 
@@ -171,7 +172,7 @@ fn powers(
     Ok((signal, error))
 }
 
-/// Returns three tones and noise 50 dB below them, with a peak at `dbfs`, quantised.
+/// Returns a chirp of three tones, and noise 50 dB below their peak of `dbfs` dB relative to full scale, quantised.
 fn tones(radar: &RadarConfig, dbfs: f64, random: &mut Xoshiro128PlusPlus) -> Vec<Iq> {
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
     let peak = 32_767.0 * 10f64.powf(dbfs / 20.0);

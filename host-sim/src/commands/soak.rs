@@ -8,8 +8,8 @@ use anyhow::Result;
 use super::{emit, progress};
 use crate::soak::{Tally, soak};
 
-/// Maximum growth of the peak memory from the first half of the scans to the second, bytes: the allocator keeps
-/// memory of the largest recording.
+/// Maximum growth of the peak memory from the first half of the scans to the second, bytes: the allocator keeps memory
+/// of the largest recording.
 const GROWTH: u64 = 32 << 20;
 /// Maximum number of differing scans that are listed.
 const NAMED: usize = 10;
@@ -25,7 +25,8 @@ pub struct Args {
     seed: u64,
 }
 
-/// Runs the test and prints; fails if an answer differs or memory grows.
+/// Runs the endurance test and prints the result; exit status 1 if an answer differs from a new scanner's or memory
+/// grows.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let bar = progress(args.scans);
     let tally = soak(args.scans, args.seed, |scans| bar.set_position(scans))?;

@@ -32,13 +32,13 @@ pub struct Args {
     format: Format,
 }
 
-/// Number of steps of each staircase.
+/// Number of steps of each of the paper's staircases.
 const STEPS: usize = 3;
 
 /// Maximum distance of a reported step from the true one, metres (as in `score`).
 const NEAR_M: f64 = 0.10;
 
-/// A staircase of the paper: its scene, and its row of table I in centimetres.
+/// A staircase of the paper: its scene, and its row of table I, errors of the steps' depth and height in centimetres.
 struct Stair {
     name: &'static str,
     scene: &'static str,
@@ -67,7 +67,8 @@ const STAIRS: [Stair; 3] = [
     },
 ];
 
-/// Results of one staircase.
+/// Results of one staircase: number of exact scans, and for each step the number of scans in which it was found and the
+/// sums of its absolute errors, metres.
 #[derive(Default)]
 struct Row {
     exact: u32,
@@ -91,13 +92,15 @@ impl Row {
         }
     }
 
-    /// Returns the mean absolute error of step `k`, cm; `None` if it was never found.
+    /// Returns the mean absolute error of step `k`, cm, of depth or height as `sums` is; `None` if the step was never
+    /// found.
     fn mean_cm(&self, sums: &[f64; STEPS], k: usize) -> Option<f64> {
         (self.found[k] > 0).then(|| 100.0 * sums[k] / f64::from(self.found[k]))
     }
 }
 
-/// Returns the absolute errors of the reported step nearest to a true one.
+/// Returns the absolute errors of depth and height, metres, of the reported step nearest to a true one; `None` if there
+/// is none within 10 cm.
 fn errors(answer: &Answer, truth: &TrueStep) -> Option<(f64, f64)> {
     let off = answer.steps.iter().map(|s| {
         let depth = (metres(s.distance) - truth.distance_m).abs();
@@ -144,7 +147,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the text table.
+/// Returns the table of errors, beside the paper's, as text.
 fn text(args: &Args, rows: &[Row]) -> String {
     let mut out = format!(
         "Mean absolute errors over {} scans each, estimator {}{}; in brackets the paper's table I.\n\n\
@@ -207,7 +210,7 @@ fn text(args: &Args, rows: &[Row]) -> String {
     out
 }
 
-/// Returns one JSON object for each staircase.
+/// Returns one JSON object, in a line, for each staircase.
 fn lines(args: &Args, rows: &[Row]) -> String {
     let objects = STAIRS.iter().zip(rows).map(|(stair, row)| {
         let means = |sums| [0, 1, 2].map(|k| row.mean_cm(sums, k));

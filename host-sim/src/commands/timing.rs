@@ -53,18 +53,18 @@ const CHAIR: [f64; 2] = [0.2, 0.5];
 /// Duration of a scan by parts, in the order of output; their sum is the duration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScanTime {
-    /// Sweep mode.
+    /// Sweep mode, `stop` or `continuous`; `bound` for the lower bound.
     pub mode: &'static str,
-    /// The setting `module`; `None` if it has no effect.
+    /// Value of the setting `module`; `None` if it has no effect.
     pub module: Option<&'static str>,
-    /// Rate of the link; `None` for SPI, and if it has no effect.
+    /// Rate of the radar link, baud; `None` for SPI, and if it has no effect.
     pub baud: Option<u32>,
-    /// Name and microseconds.
+    /// Name and duration of each part, microseconds.
     pub parts: Vec<(&'static str, u64)>,
 }
 
 impl ScanTime {
-    /// Lower bound: consecutive chirps without pauses.
+    /// Returns the lower bound of a scan's duration: consecutive chirps without pauses.
     pub fn bound(settings: &Settings) -> Self {
         let rows = u64::from(settings.config.sweep.angle_count);
         let chirps = rows * u64::from(settings.timing.chirp_duration);
@@ -76,7 +76,8 @@ impl ScanTime {
         }
     }
 
-    /// Duration with a mirror that stops at every row; a chirp is transmitted while it moves on.
+    /// Returns the duration with a mirror that stops at every row; the answer to a chirp is transmitted while the
+    /// mirror moves on.
     pub fn stop(settings: &Settings, schedule: &Schedule, wire: Wire) -> Self {
         let ramp = settings.motor.ramp();
         let rows = u64::from(schedule.rows());
@@ -112,7 +113,8 @@ impl ScanTime {
         }
     }
 
-    /// Duration with a turning mirror and rows over `wire`; `None` if the shaft has no room for the ramps.
+    /// Returns the duration with a turning mirror and rows over the link `wire`; `None` if the shaft has no room for
+    /// the ramps.
     pub fn continuous(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
         let times = wire.row_times(settings.config.radar.samples);
         let time = Self::passing(settings, schedule, ("pstr", times))?;
@@ -122,7 +124,8 @@ impl ScanTime {
         })
     }
 
-    /// Duration with a turning mirror and a BGT60TR13C on SPI.
+    /// Returns the duration with a turning mirror and a BGT60TR13C on SPI; `None` if the shaft has no room for the
+    /// ramps.
     fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
         let requested = RequestedSettings {
             kind: ModuleKind::Bgt60,
@@ -209,7 +212,7 @@ fn travel_mm(time: &ScanTime, speed: f64) -> f64 {
     (ms(time.total()) * speed * 10.0).round() / 10.0
 }
 
-/// Returns the durations of every mode at every rate.
+/// Returns the durations of a scan: the lower bound, each sweep mode at each rate of the link, and SPI.
 ///
 /// # Errors
 /// No scan is possible with the settings; the message names the cause.
@@ -230,7 +233,7 @@ pub fn modes(settings: &Settings, wires: &[Wire]) -> Result<Vec<ScanTime>> {
     Ok(times)
 }
 
-/// Prints the table.
+/// Prints the durations of scans and guard sweeps with the given settings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut settings = Settings::default();
     for (key, value) in &args.settings {
@@ -303,8 +306,8 @@ mod tests {
         );
     }
 
-    /// Compares with the measurements of the simulated bench in `src/scanner/sweep/tests`, where steps, bytes and
-    /// arithmetic take time.
+    /// Compares the calculated durations with those measured by the simulated bench in `src/scanner/sweep/tests`, where
+    /// steps, bytes and arithmetic take time.
     #[test]
     fn they_are_those_of_the_sweep_over_simulated_time() {
         let times = times(false);

@@ -12,8 +12,8 @@ use super::emit;
 use crate::emulate::image;
 use crate::images;
 
-/// Processes the same 20,000 random and adversarial chirps three times: in the emulator with the
-/// instructions and with their definitions, on the host with the definitions.
+/// Processes the same 20,000 random and adversarial chirps three times: in the emulator with the DSP instructions and
+/// with their portable definitions, on the host with the definitions. Any difference is an error.
 pub fn run() -> Result<ExitCode> {
     let elf = image::build_bin("bench-image", "twins", &[])?;
     let directory = elf.with_extension("run");

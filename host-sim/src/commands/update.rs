@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(tell(&outcome))
 }
 
-/// Neither sends: goes back, or leaves the loader.
+/// Ends a session in which no image is sent: goes back to the image before, or leaves the boot loader.
 fn finish<W: crate::update::wire::Wire>(args: &Args, mut client: Client<W>) -> Result<ExitCode> {
     if args.back {
         client.back()?;

@@ -26,7 +26,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// Builds the scanner for WebAssembly and writes the page.
+/// Builds the scanner for WebAssembly, and writes the page that contains it and the recordings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let root = image::workspace();
     let paths = match args.recordings.as_slice() {
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns a sequence for the page: a chair that approaches stairs, with scene and seed as in `simulate`.
+/// Simulates a sequence for the page: a chair that approaches stairs, with scene and seed as in `simulate`.
 fn approach(scenes: &Path) -> Result<Recording> {
     const SEED: u64 = 0;
     const SCANS: usize = 3;
@@ -61,7 +61,7 @@ fn approach(scenes: &Path) -> Result<Recording> {
     scene.simulate_approach("approach", SEED, &Approach::new(SEED, SCANS, STEP_M))
 }
 
-/// Returns the bytes of a WebAssembly module.
+/// Reads the bytes of a WebAssembly module.
 fn wasm(path: &Path) -> Result<Vec<u8>> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     ensure!(

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 
-/// Returns the angles of a file's text: the first column, without a heading.
+/// Returns the angles in a file's text, degrees: one in each row, without a heading.
 ///
 /// # Errors
 /// Names the line.

@@ -11,16 +11,16 @@ use super::npy::{self, Axes};
 use super::{samples, sigmf};
 use crate::recording::Recording;
 
-/// Chirps in memory.
+/// Chirps of another program's file, in memory.
 #[derive(Clone, Debug)]
 pub struct Chirps {
     /// Samples, one chirp after another.
     pub(super) samples: Vec<Iq>,
-    /// Complex samples of one chirp, or pairs of real ones.
+    /// Number of complex samples of one chirp, or of pairs of real ones.
     pub(super) samples_per_chirp: usize,
-    /// Whether the samples are real, in pairs.
+    /// Whether the samples are real: I and Q of each are then two consecutive samples.
     pub(super) real: bool,
-    /// Metadata of the source; null of an array.
+    /// SigMF metadata of the source; null for an array.
     pub(super) metadata: Value,
 }
 

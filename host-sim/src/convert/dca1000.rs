@@ -19,7 +19,7 @@ use stairscan::Iq;
 /// Number of lanes of the 4-lane devices, and maximum number of receivers.
 const MAX_RECEIVERS: usize = 4;
 
-/// Order of I and Q within a sample.
+/// Order of I and Q within a complex sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Order {
@@ -30,25 +30,25 @@ pub enum Order {
     Qi,
 }
 
-/// Content of the TOML file.
+/// Content of the TOML file: the radar's settings during the capture.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
-    /// Bits of the converter: 12, 14 or 16.
+    /// Number of bits of the converter: 12, 14 or 16.
     pub adc_bits: u32,
-    /// LVDS lanes of the device: 2 or 4.
+    /// Number of LVDS lanes of the device: 2 or 4.
     pub lanes: usize,
-    /// Receivers that were on: 1 to 4.
+    /// Number of receivers that were on: 1 to 4.
     pub receivers: usize,
     /// The receiver to take, from 0; with four lanes the number of its lane.
     pub receiver: usize,
-    /// Complex samples of one chirp.
+    /// Number of complex samples of one chirp.
     pub samples_per_chirp: usize,
-    /// Chirps of one frame.
+    /// Number of chirps of one frame.
     pub chirps_per_frame: usize,
     /// The one chirp of each frame to take, from 0; all chirps if absent.
     pub chirp: Option<usize>,
-    /// Whether samples are complex; real ones are rejected.
+    /// Whether the captured samples are complex; real ones are rejected.
     pub complex: bool,
     /// Order of I and Q.
     #[serde(default)]
@@ -56,11 +56,10 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Parses a file's text.
+    /// Parses the text of a TOML file.
     ///
     /// # Errors
-    /// Begins with line and message if the text is no TOML; else names the key and the expected
-    /// value.
+    /// Begins with line and message if the text is no TOML; else names the key and the expected value.
     pub fn parse(text: &str) -> Result<Self> {
         let setup: Self = toml::from_str(text).map_err(|e| {
             let start = e.span().map_or(0, |s| s.start);
@@ -127,7 +126,7 @@ impl Setup {
         Ok(())
     }
 
-    /// Returns the number of receivers stored in the file.
+    /// Returns the number of receivers that the file has words of.
     fn stored_receivers(&self) -> usize {
         if self.lanes == 4 {
             MAX_RECEIVERS
@@ -136,7 +135,7 @@ impl Setup {
         }
     }
 
-    /// Returns the indices of the words of I and Q of sample `n` of chirp `k` of the file.
+    /// Returns the indices of the words that hold I and Q of sample `n` of chirp `k`, counted in the file.
     fn place(&self, k: usize, n: usize) -> (usize, usize) {
         let (ns, all) = (self.samples_per_chirp, self.stored_receivers());
         let (i, q) = match self.lanes {
@@ -156,7 +155,7 @@ impl Setup {
         }
     }
 
-    /// Converts a word of the converter to the recording's full scale.
+    /// Scales a word of the converter to the full scale of a recording.
     fn value(&self, word: [u8; 2]) -> i16 {
         // Shifted to the upper bits, which puts the sign bit in place and drops the bits above it.
         i16::from_le_bytes(word) << (16 - self.adc_bits)

@@ -41,7 +41,7 @@ pub struct Given {
 const BANDWIDTH: (&str, &str) = ("stairscan:bandwidth_hz", "--bandwidth-hz");
 pub(super) const SAMPLES: &str = "stairscan:samples_per_chirp";
 const ANGLE: &str = "stairscan:mirror_angle_deg";
-/// Keys of the mirror that a scan needs, with their options.
+/// Keys of the mirror that a recording of a scan must have, with their options.
 const MIRROR: [(&str, &str); 4] = [
     ("stairscan:mirror_offset_m", "--mirror-offset-m"),
     ("stairscan:beamwidth_deg", "--beamwidth-deg"),
@@ -50,7 +50,7 @@ const MIRROR: [(&str, &str); 4] = [
 ];
 
 impl Given {
-    /// Returns the given keys in the form of `global`.
+    /// Returns the given keys and their values in the form of a recording's `global` object.
     fn global(&self) -> Vec<(&'static str, Value)> {
         let number = |value: Option<f64>| value.map(|v| json!(v));
         let keys = [
@@ -71,7 +71,7 @@ impl Given {
             .collect()
     }
 
-    /// Whether any key is given.
+    /// Whether any key is given on the command line.
     pub fn any(&self) -> bool {
         !self.global().is_empty() || self.carrier_hz.is_some() || self.samples_per_chirp.is_some()
     }

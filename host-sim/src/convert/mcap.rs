@@ -11,7 +11,7 @@ use mcap::records::MessageHeader;
 use super::messages::{FRAME, Topic};
 use super::scans::Scan;
 
-/// Returns the file of these scans.
+/// Returns the MCAP file of these scans.
 ///
 /// # Errors
 /// None: writing to memory does not fail.

@@ -26,14 +26,16 @@ use super::staircase::{Staircase, across, free_m, level, number};
 use super::tables::SCAN;
 use crate::plots::colour;
 
-/// Default name of the frame of all coordinates.
+/// Default name of the frame of all coordinates: x forward, y to the left, z up, with the origin on the ground under
+/// the mirror.
 pub const FRAME: &str = "stairscan";
 /// Depth of a drawn step whose tread was not measured, metres.
 const TREAD_M: f64 = 0.28;
-/// Width of lines and height of letters, metres.
+/// Width of drawn lines, metres.
 const LINE_M: f64 = 0.01;
+/// Height of letters and size of spheres, metres.
 const LETTER_M: f64 = 0.06;
-/// Values of a cloud's point besides its place, named as by `inspect --format json`.
+/// Fields of an echo in the point cloud besides its place, named as by `inspect --format json`.
 const FIELDS: [&str; 6] = [
     "snr_db",
     "range_m",
@@ -42,7 +44,7 @@ const FIELDS: [&str; 6] = [
     "angle_sigma_deg",
     "width",
 ];
-/// Datatype code and length, bytes, of a 32-bit floating-point number in a cloud.
+/// Datatype code, and length in bytes, of a 32-bit floating-point field of the point cloud.
 const FLOAT32: (u8, u32) = (7, 4);
 
 /// A topic with its schema, as MCAP files and servers declare it.
@@ -87,15 +89,15 @@ impl Channel {
 /// Topics of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// The answer.
+    /// The answer as JSON.
     Answer,
-    /// The echoes.
+    /// The echoes as a point cloud.
     Echoes,
     /// The stairs as markers.
     Stairs,
-    /// Status and reasons.
+    /// Status and reasons as diagnostics.
     Status,
-    /// The answer with covariances.
+    /// The answer with covariances, as a message of its own type.
     Staircase,
     /// The free distance.
     Free,
@@ -112,7 +114,7 @@ impl Topic {
         Self::Free,
     ];
 
-    /// Returns the name and the schema.
+    /// Returns the topic's name, schema and encoding.
     pub fn channel(self) -> Channel {
         match self {
             Self::Answer => Channel::json("/stairscan/answer", "stairscan.Answer", &schema()),
@@ -124,8 +126,8 @@ impl Topic {
         }
     }
 
-    /// Returns the scan's encoded message, with its stamp and the name of its frame; `None` if the
-    /// scan has none.
+    /// Returns the topic's encoded message for a scan, with the scan's time and the frame's name; `None` if the scan
+    /// has none.
     ///
     /// # Errors
     /// None: encoding these messages does not fail.
@@ -149,7 +151,7 @@ impl Topic {
     }
 }
 
-/// Returns the header of a message with this stamp, nanoseconds since 1970, and this frame.
+/// Returns the header of a message with this time stamp, nanoseconds since 1970, and this frame's name.
 pub(crate) fn header(stamp_ns: u64, frame: &str) -> Header {
     Header {
         stamp: Time::from_nanos(stamp_ns),
@@ -157,7 +159,7 @@ pub(crate) fn header(stamp_ns: u64, frame: &str) -> Header {
     }
 }
 
-/// Returns the schema of an answer's JSON.
+/// Returns the JSON schema of an answer.
 fn schema() -> Value {
     let (number, optional) = (
         json!({"type": "number"}),
@@ -210,7 +212,7 @@ fn schema() -> Value {
     })
 }
 
-/// Returns the echoes as a cloud, with numbers rounded from the JSON to 32 bits.
+/// Returns the echoes as a point cloud, with values rounded from the JSON to 32-bit floating point.
 fn cloud(header: &Header, echoes: &[Value]) -> PointCloud2 {
     let (datatype, length) = FLOAT32;
     let names = ["x", "y", "z"].into_iter().chain(FIELDS).chain(["against"]);
@@ -260,7 +262,7 @@ fn at(x: f64, z: f64) -> Point {
     Point { x, y: 0.0, z }
 }
 
-/// Returns lines between consecutive pairs of points, in one colour.
+/// Returns a marker of lines between each two points (first and second, third and fourth, …), in one colour.
 fn lines(header: &Header, name: &str, id: usize, colour: RGBColor, points: Vec<Point>) -> Marker {
     Marker {
         scale: Point {
@@ -273,7 +275,8 @@ fn lines(header: &Header, name: &str, id: usize, colour: RGBColor, points: Vec<P
     }
 }
 
-/// Returns the markers of an answer's stairs. The first one deletes those of earlier scans.
+/// Returns the markers of an answer's steps, horizon, drop and possible steps. The first marker deletes those of
+/// earlier scans.
 fn markers(header: &Header, json: &Value) -> Vec<Marker> {
     let list = |key: &str| json[key].as_array().map_or(&[][..], Vec::as_slice);
     let clear = Marker {
@@ -330,8 +333,8 @@ fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
     ]
 }
 
-/// Returns the markers of step `k`, from the height `below` of its foot to the beginning of the
-/// next step: its edges, its 2σ and its numbers.
+/// Returns the markers of step `k`, from the height `below` of its foot to the distance `next` of the next step: its
+/// edges, a cross of ±2σ, and its distance and height as text.
 fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>) -> [Marker; 3] {
     let (x, z) = (number(step, "distance_m"), number(step, "height_m"));
     let end = next.unwrap_or(x + step["tread_m"].as_f64().unwrap_or(TREAD_M));
@@ -373,7 +376,7 @@ fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>)
     ]
 }
 
-/// Returns the status, and every reason with its meaning.
+/// Returns the diagnostics of a scan: its status, and every reason with its meaning.
 fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
     let (answer, json) = (&scan.answer, &scan.json);
     let pair = |key: &str, value: &str| KeyValue {

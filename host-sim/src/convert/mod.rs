@@ -47,7 +47,7 @@ pub use source::Source;
 
 use crate::recording::{self, DATA_SUFFIX, META_SUFFIX};
 
-/// Returns the name of a recording written to `path`, or of any file, without directory and suffix.
+/// Returns the name of a file without directory and, for recordings, arrays and captures, without its suffix.
 pub fn name(path: &Path) -> String {
     match suffix(path) {
         META_SUFFIX | DATA_SUFFIX | "npy" | "bin" => recording::name_of(path),

@@ -16,23 +16,23 @@ const LONGEST_HEADER: usize = 10_000;
 /// Alignment of the header's end, bytes: numpy's alignment of the data.
 const ALIGNMENT: usize = 64;
 
-/// Chirps in an array.
+/// Chirps in a numpy array.
 #[derive(Debug)]
 pub struct Array {
-    /// Format of its numbers.
+    /// Format of the array's numbers.
     pub format: Format,
-    /// Complex samples of one chirp, or pairs of real ones.
+    /// Number of complex samples of one chirp, or of pairs of real ones.
     pub samples_per_chirp: usize,
-    /// The numbers, I before Q, sample after sample, chirp after chirp.
+    /// Bytes of the numbers, I before Q, sample after sample, chirp after chirp.
     pub bytes: Vec<u8>,
 }
 
 /// One axis of an array of real samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Axis {
-    /// Every entry is taken.
+    /// Every entry of the axis is taken.
     Whole,
-    /// Only this entry is taken, such as one receiver.
+    /// Only the entry with this index is taken, such as one receiver.
     One(usize),
 }
 
@@ -71,7 +71,8 @@ impl FromStr for Axes {
 }
 
 impl Axes {
-    /// Returns the chirps of `bytes`, numbers of `item` bytes in an array of this shape.
+    /// Returns the number of sample pairs of a chirp, and the bytes of the chirps that the axes select. `bytes` holds
+    /// an array of this shape with numbers of `item` bytes.
     fn chirps(&self, bytes: &[u8], shape: &[usize], item: usize) -> Result<(usize, Vec<u8>)> {
         let Some((&samples, outer)) = shape.split_last() else {
             bail!("shape (): a single number, expected an array");
@@ -111,7 +112,7 @@ impl Axes {
     }
 }
 
-/// The header's three keys.
+/// Values of the header's three keys.
 struct Header<'a> {
     descr: &'a str,
     fortran_order: bool,
@@ -156,7 +157,7 @@ impl<'a> Text<'a> {
         Ok(text)
     }
 
-    /// Reads a tuple of whole numbers.
+    /// Reads a shape: a tuple of whole numbers.
     fn shape(&mut self) -> Result<Vec<usize>> {
         self.expect("(")?;
         let (inside, rest) = self
@@ -211,7 +212,7 @@ impl<'a> Header<'a> {
         })
     }
 
-    /// Returns the format of a number, and whether an item is a complex pair.
+    /// Returns the format of a number, and whether an item of the array is a complex pair.
     fn format(&self) -> Result<(Format, bool)> {
         let wrong = || {
             format!(
@@ -301,7 +302,7 @@ pub fn read(file: &[u8], real: Option<&Axes>) -> Result<Array> {
     })
 }
 
-/// Returns the header's text and the data.
+/// Returns the header's text and the bytes of the data of a file.
 fn split(file: &[u8]) -> Result<(&str, &[u8])> {
     let rest = file
         .strip_prefix(MAGIC)

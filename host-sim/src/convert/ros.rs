@@ -9,17 +9,17 @@ use serde::Serialize;
 
 /// Header of every encoded message: CDR, little-endian, no options.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// Separator between a definition and those it depends on, as written by rosbag2.
+/// Separator between a message's definition and those of the types it depends on, as written by rosbag2.
 const RULE: &str =
     "================================================================================";
 
-/// A message with its type's name and its definition.
+/// A ROS 2 message with its type's name and its definition.
 pub trait Message: Serialize {
-    /// Package, `msg` and type name.
+    /// Name of the type: package, `msg` and type.
     const NAME: &'static str;
-    /// Definition of its own fields.
+    /// Definition of the message's own fields, in ROS 2's text form.
     const FIELDS: &'static str;
-    /// Types it depends on, with their definitions.
+    /// Names of the types that the message depends on, with their definitions.
     const PARTS: &'static [(&'static str, &'static str)];
 }
 
@@ -43,15 +43,15 @@ pub fn encoded<M: Message>(message: &M) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Definition of a time.
+/// Name and definition of ROS 2's type of a time stamp.
 pub const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const DURATION: (&str, &str) = ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n");
-/// Definition of a header.
+/// Name and definition of ROS 2's type of a message header.
 pub const HEADER: (&str, &str) = (
     "std_msgs/Header",
     "builtin_interfaces/Time stamp\nstring frame_id\n",
 );
-/// Definition of a point.
+/// Name and definition of ROS 2's type of a point.
 pub const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
 
 const VECTOR: (&str, &str) = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n");
@@ -60,7 +60,7 @@ const QUATERNION: (&str, &str) = (
     "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
 );
 
-/// Seconds and nanoseconds: a time or a duration.
+/// ROS 2's time or duration: seconds and nanoseconds.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Time {
     sec: i32,
@@ -68,7 +68,7 @@ pub struct Time {
 }
 
 impl Time {
-    /// Creates a time from nanoseconds since 1970, at most 68 years.
+    /// Creates a time from nanoseconds since 1970. Its seconds end at 2³¹ - 1, in 2038.
     pub fn from_nanos(ns: u64) -> Self {
         Self {
             sec: i32::try_from(ns / 1_000_000_000).unwrap_or(i32::MAX),
@@ -77,29 +77,29 @@ impl Time {
     }
 }
 
-/// Time and frame of a message.
+/// Header of a message: time and frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct Header {
     /// Time of the measurement.
     pub stamp: Time,
-    /// The frame of its coordinates.
+    /// Name of the frame of the message's coordinates.
     pub frame_id: String,
 }
 
-/// Description of one value of each point of a cloud.
+/// Description of one field of the points of a cloud.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointField {
-    /// Its name.
+    /// Name of the field.
     pub name: String,
-    /// Offset within a point, bytes.
+    /// Offset of the field within a point, bytes.
     pub offset: u32,
-    /// 7: 32-bit floating point.
+    /// Type of the field's values; 7: 32-bit floating point.
     pub datatype: u8,
-    /// Number of values.
+    /// Number of values of the field in a point.
     pub count: u32,
 }
 
-/// `sensor_msgs/msg/PointCloud2`.
+/// ROS 2's point cloud, `sensor_msgs/msg/PointCloud2`.
 #[derive(Clone, Debug, Serialize)]
 pub struct PointCloud2 {
     pub header: Header,
@@ -129,7 +129,7 @@ impl Message for PointCloud2 {
     ];
 }
 
-/// `sensor_msgs/msg/Image`.
+/// ROS 2's uncompressed picture, `sensor_msgs/msg/Image`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Image {
     pub header: Header,
@@ -148,7 +148,7 @@ impl Message for Image {
     const PARTS: &'static [(&'static str, &'static str)] = &[HEADER, TIME];
 }
 
-/// A point, metres.
+/// A point or a vector; as a point in metres.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Point {
     pub x: f64,
@@ -156,7 +156,7 @@ pub struct Point {
     pub z: f64,
 }
 
-/// A rotation.
+/// A rotation as a quaternion.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Quaternion {
     pub x: f64,
@@ -165,7 +165,7 @@ pub struct Quaternion {
     pub w: f64,
 }
 
-/// Origin of a marker's coordinates.
+/// Position and rotation, such as the origin of a marker's coordinates.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pose {
     pub position: Point,
@@ -188,7 +188,7 @@ impl Pose {
     }
 }
 
-/// Red, green, blue and opacity, 0 to 1.
+/// Red, green and blue, and opacity, 0 to 1 each.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Colour {
     pub r: f32,
@@ -212,7 +212,7 @@ pub struct MeshFile {
     pub data: Vec<u8>,
 }
 
-/// `visualization_msgs/msg/Marker`.
+/// ROS 2's object to display, `visualization_msgs/msg/Marker`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Marker {
     pub header: Header,
@@ -237,18 +237,18 @@ pub struct Marker {
 }
 
 impl Marker {
-    /// Lines between consecutive pairs of points.
+    /// Kind of marker: lines between each two points (first and second, third and fourth, …).
     pub const LINE_LIST: i32 = 5;
-    /// A sphere.
+    /// Kind of marker: a sphere.
     pub const SPHERE: i32 = 2;
-    /// Text that faces the viewer.
+    /// Kind of marker: text that faces the viewer.
     pub const TEXT: i32 = 9;
-    /// Action: shows the marker until another replaces it.
+    /// Action: shows the marker until another one with its name and number replaces it.
     pub const ADD: i32 = 0;
-    /// Action: deletes all markers.
+    /// Action: deletes all markers shown so far.
     pub const DELETE_ALL: i32 = 3;
 
-    /// Creates an empty marker of this kind.
+    /// Creates an empty marker of this kind; `ns` and `id` identify it.
     pub fn new(header: &Header, ns: &str, id: usize, kind: i32) -> Self {
         let nowhere = Header {
             stamp: Time::default(),
@@ -282,7 +282,7 @@ impl Marker {
     }
 }
 
-/// `visualization_msgs/msg/MarkerArray`.
+/// ROS 2's list of objects to display, `visualization_msgs/msg/MarkerArray`.
 #[derive(Clone, Debug, Serialize)]
 pub struct MarkerArray {
     pub markers: Vec<Marker>,
@@ -331,14 +331,14 @@ impl Message for MarkerArray {
     ];
 }
 
-/// A key with its value.
+/// A key of diagnostics with its value, as text.
 #[derive(Clone, Debug, Serialize)]
 pub struct KeyValue {
     pub key: String,
     pub value: String,
 }
 
-/// `diagnostic_msgs/msg/DiagnosticStatus`.
+/// Status of one device or function, `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Debug, Serialize)]
 pub struct DiagnosticStatus {
     pub level: u8,
@@ -348,7 +348,7 @@ pub struct DiagnosticStatus {
     pub values: Vec<KeyValue>,
 }
 
-/// `diagnostic_msgs/msg/DiagnosticArray`.
+/// Several devices' or functions' statuses, `diagnostic_msgs/msg/DiagnosticArray`.
 #[derive(Clone, Debug, Serialize)]
 pub struct DiagnosticArray {
     pub header: Header,
@@ -371,7 +371,7 @@ impl Message for DiagnosticArray {
     ];
 }
 
-/// `std_msgs/msg/Float32`.
+/// A single number, `std_msgs/msg/Float32`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Float32 {
     pub data: f32,
@@ -392,7 +392,7 @@ pub struct TransformStamped {
     pub transform: Pose,
 }
 
-/// `tf2_msgs/msg/TFMessage`.
+/// ROS 2's list of transformations between frames, `tf2_msgs/msg/TFMessage`.
 #[derive(Clone, Debug, Serialize)]
 pub struct TfMessage {
     pub transforms: Vec<TransformStamped>,

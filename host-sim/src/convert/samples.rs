@@ -9,33 +9,33 @@
 use anyhow::{Result, bail};
 use stairscan::Iq;
 
-/// Full scale of a recording's samples.
+/// Full scale of a recording's samples, which have 16 bits.
 const FULL: f64 = 32768.0;
 
-/// Kind of a number.
+/// Encoding of a file's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
-    /// Two's complement.
+    /// Integers in two's complement.
     Signed,
-    /// Offset binary, with zero in the middle.
+    /// Integers in offset binary, with zero in the middle of the range.
     Unsigned,
-    /// IEEE 754.
+    /// IEEE 754 floating point of 32 or 64 bits.
     Float,
 }
 
 /// Format of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Format {
-    /// Kind of the number.
+    /// Encoding of the numbers.
     pub number: Number,
-    /// Length, bytes: 1, 2 or 4 for integers, 4 or 8 for floating point.
+    /// Length of a number, bytes: 1, 2 or 4 for integers, 4 or 8 for floating point.
     pub bytes: usize,
     /// Whether the most significant byte comes first.
     pub big_endian: bool,
 }
 
 impl Format {
-    /// Returns a supported format; `None` for another one.
+    /// Returns the format; `None` if the length is not supported for this encoding.
     pub fn new(number: Number, bytes: usize, big_endian: bool) -> Option<Self> {
         let known = match number {
             Number::Float => matches!(bytes, 4 | 8),
@@ -48,7 +48,7 @@ impl Format {
         })
     }
 
-    /// Returns the default full scale.
+    /// Returns the default full scale: the range of the integers, or 1.0.
     pub fn full_scale(self) -> f64 {
         match self.number {
             Number::Float => 1.0,
@@ -56,7 +56,7 @@ impl Format {
         }
     }
 
-    /// Returns the value of one number, with zero in the middle of twice the full scale if it is unsigned.
+    /// Returns the value of the number in `bytes`. Unsigned numbers have their zero at `full_scale`.
     fn value(self, bytes: &[u8], full_scale: f64) -> f64 {
         let mut raw = [0; 8];
         for (to, from) in raw.iter_mut().zip(bytes) {
@@ -80,8 +80,7 @@ impl Format {
     }
 }
 
-/// Returns a recording's number for a value with the full scale `full_scale`; `None` if it lies
-/// outside.
+/// Scales `value` from the full scale `full_scale` to that of a recording, 16 bits; `None` if it lies outside.
 pub fn scaled(value: f64, full_scale: f64) -> Option<i16> {
     let scaled = (value * FULL / full_scale).round_ties_even();
     // NaN lies in no range.
@@ -89,8 +88,8 @@ pub fn scaled(value: f64, full_scale: f64) -> Option<i16> {
     inside.then_some(scaled.min(FULL - 1.0) as i16)
 }
 
-/// Returns the complex samples in `bytes`, I before Q, or the pairs of real ones, of chirps of
-/// `samples_per_chirp`.
+/// Returns the samples in `bytes`, scaled to the 16 bits of a recording: complex ones, I before Q, or the pairs of
+/// real ones. Errors count in chirps of `samples_per_chirp`.
 ///
 /// # Errors
 /// Names chirp and sample of a value that is not a number or beyond full scale.

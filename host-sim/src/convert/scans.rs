@@ -1,4 +1,4 @@
-//! The scanner's results of a recording, scan by scan, for the outputs.
+//! The scanner's results of a recording, scan by scan, for the files that `convert` writes.
 
 use anyhow::Result;
 use serde_json::Value;
@@ -17,13 +17,13 @@ pub const SECOND_NS: u64 = 1_000_000_000;
 /// A cell of the polar map.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Row, in the order of the angles.
+    /// Index of the row, in the order of the angles.
     pub row: usize,
     /// Angle of the beam, degrees, with the zero of the scan's plane.
     pub angle_deg: f32,
     /// Range from the mirror's centre, metres.
     pub range_m: f32,
-    /// Distance and height of the cell, metres.
+    /// Distance from the mirror and height above the ground of the cell, metres.
     pub place: (f32, f32),
     /// Power, decibels relative to a tone at the converter's full scale.
     pub power_db: f32,
@@ -31,7 +31,7 @@ pub struct Cell {
     pub detected: bool,
 }
 
-/// One scan.
+/// Results of one scan of a recording.
 #[derive(Clone, Debug)]
 pub struct Scan {
     /// The scanner's answer.
@@ -40,9 +40,9 @@ pub struct Scan {
     pub json: Value,
     /// The echoes, as printed by `inspect --format json`; `None` if the estimator has no echoes.
     pub echoes: Option<Vec<Value>>,
-    /// Cells of the map; empty unless requested.
+    /// Cells of the polar map, row by row; empty unless requested.
     pub cells: Vec<Cell>,
-    /// Time of the scan's end, nanoseconds.
+    /// Time of the scan's end, nanoseconds since 1970.
     pub stamp_ns: u64,
 }
 
@@ -63,7 +63,7 @@ pub fn of(recording: &Recording, options: &Options, with_map: bool) -> Result<Ve
 }
 
 impl Scan {
-    /// Takes the scan that `replay` has just answered, without the map.
+    /// Returns the results of the scan that `replay` has just answered, without the map.
     pub fn of(recording: &Recording, scanned: &Scanned<'_>) -> Self {
         let (answer, config) = (scanned.answer, scanned.config);
         let map = scanned.pipeline.map();
@@ -99,7 +99,7 @@ fn stamp_ns(recording: &Recording, k: usize) -> u64 {
     chirp_ns(recording, last).unwrap_or((k as u64 + 1) * SECOND_NS)
 }
 
-/// Returns the time of chirp `k` (from 0) of a recording with times, nanoseconds.
+/// Returns the time of chirp `k` (from 0) of a recording, nanoseconds; `None` if the recording contains no times.
 pub fn chirp_ns(recording: &Recording, k: usize) -> Option<u64> {
     let seconds = recording.meta.motion.time_s.get(k)?;
     Some((seconds * SECOND_NS as f64).round() as u64)

@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::samples::{Format, Number};
 use crate::recording;
 
-/// Reads a metadata file's document.
+/// Reads the JSON document of a metadata file, `.sigmf-meta`.
 ///
 /// # Errors
 /// Names the file.
@@ -28,7 +28,7 @@ pub fn metadata(path: &Path) -> Result<Value> {
     Ok(document)
 }
 
-/// Returns the format of a document's samples.
+/// Returns the number format of the samples that a metadata document describes.
 ///
 /// # Errors
 /// Names the key, the value found and the expected value.
@@ -57,7 +57,7 @@ pub fn format(document: &Value) -> Result<Format> {
     parse(datatype)
 }
 
-/// Parses a datatype: `c`, number, bits and order of bytes.
+/// Parses a SigMF datatype such as `ci16_le`: `c` for complex, encoding, bits and order of bytes.
 fn parse(datatype: &str) -> Result<Format> {
     ensure!(
         !datatype.starts_with('r'),

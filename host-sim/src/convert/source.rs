@@ -13,22 +13,22 @@ use super::npy::Axes;
 use super::{angles, dca1000, sigmf};
 use crate::recording::{self, DATA_SUFFIX, Recording};
 
-/// Foreign chirps, and the sources of their missing keys.
+/// Chirps of another program's file, and the sources of the recording's keys that it lacks.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
-    /// The file.
+    /// File with the chirps.
     pub path: PathBuf,
-    /// The TOML file of a DCA1000's capture; the default has the capture's name.
+    /// The TOML file that describes a DCA1000's capture; by default it has the capture's name.
     pub setup: Option<PathBuf>,
-    /// Table with one angle per chirp.
+    /// Table with one angle per chirp, if the file contains none.
     pub angles: Option<PathBuf>,
-    /// The recording that supplies keys that are not given.
+    /// The recording that supplies keys that are not given one by one.
     pub keys_of: Option<PathBuf>,
-    /// Keys given one by one.
+    /// Keys of the recording that are given one by one.
     pub given: Given,
-    /// The value that counts as full scale.
+    /// The value of the file's numbers that counts as full scale; `None` for the default of their format.
     pub full_scale: Option<f64>,
-    /// Axes of an array of real samples.
+    /// Axes of an array of real samples; `None` for complex samples.
     pub real: Option<Axes>,
 }
 
@@ -56,7 +56,7 @@ impl Source {
         Ok(ours && !has_options && self.full_scale.is_none())
     }
 
-    /// Reads the recording, with the name `name`.
+    /// Reads the file as a recording with the name `name`.
     ///
     /// # Errors
     /// Names the file, the key or the place, and the expected value.
@@ -83,7 +83,7 @@ impl Source {
         recording.with_context(|| format!("{}", self.path.display()))
     }
 
-    /// Returns the table's angles, one per chirp.
+    /// Returns the angles of the table, one per chirp; `None` without a table. `chirps` is their expected number.
     fn angles(&self, chirps: usize) -> Result<Option<Vec<f64>>> {
         let Some(path) = &self.angles else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! `stairscan_msgs/msg/Staircase`: an answer with covariances.
+//! `stairscan_msgs/msg/Staircase`: the ROS 2 message with an answer and its covariances.
 //!
 //! Each step is a line with two ends and a covariance, as published by packages that model stairs
 //! from depth cameras. The definitions are the files of `ros2/stairscan_msgs/`, from which ROS 2
@@ -12,13 +12,13 @@ use stairscan::verdict::Status;
 use super::ros::{HEADER, Header, Message, POINT, Point, TIME};
 use super::scans::Scan;
 
-/// Half width of drawn steps, metres.
+/// Half width of drawn steps across the way, metres.
 pub const HALF_WIDTH_M: f64 = 0.4;
 
 const STEP: &str = include_str!("../../../ros2/stairscan_msgs/msg/Step.msg");
 const DROP: &str = include_str!("../../../ros2/stairscan_msgs/msg/Drop.msg");
 
-/// One step.
+/// One reported step, as a line from end to end across the way.
 #[derive(Clone, Debug, Serialize)]
 struct Step {
     start: Point,
@@ -29,7 +29,7 @@ struct Step {
     quality: f64,
 }
 
-/// The edge of a drop.
+/// The edge of a reported drop.
 #[derive(Clone, Debug, Serialize)]
 struct Drop {
     edge: Point,
@@ -38,7 +38,7 @@ struct Drop {
     probability: f64,
 }
 
-/// The answer.
+/// The answer of a scan, as the message that ROS 2 receives.
 #[derive(Clone, Debug, Serialize)]
 pub struct Staircase {
     header: Header,
@@ -128,7 +128,7 @@ impl Drop {
     }
 }
 
-/// Returns the level of a status, as in this message and in diagnostics.
+/// Returns the number of a status, as in this message and in diagnostics: `ok` 0, `degraded` 1, `fault` 2.
 pub fn level(status: Status) -> u8 {
     match status {
         Status::Ok => 0,
@@ -137,23 +137,23 @@ pub fn level(status: Status) -> u8 {
     }
 }
 
-/// Returns the free distance of a scan, metres. It is 0 if none is reported, so that no comparison
-/// takes it for free.
+/// Returns the free distance of a scan, metres; 0 if none is reported, so that no comparison takes the way to be
+/// free.
 pub fn free_m(scan: &Scan) -> f64 {
     scan.json["free_m"].as_f64().unwrap_or(0.0)
 }
 
-/// Returns a number of a JSON object; NaN if it is `null`.
+/// Returns the number at `key` of a JSON object; NaN if it is `null`.
 pub fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or(f64::NAN)
 }
 
-/// Returns the left and the right end of a line across the way.
+/// Returns the left and the right end, metres, of a line across the way at distance `x` and height `z`.
 pub fn across(x: f64, z: f64) -> [Point; 2] {
     [HALF_WIDTH_M, -HALF_WIDTH_M].map(|y| Point { x, y, z })
 }
 
-/// Returns the covariance of x, y and z from the standard deviations of x and z.
+/// Returns the covariance matrix of x, y and z, m², row by row, from the standard deviations of x and z, metres.
 fn covariance(sigma_x: f64, sigma_z: f64) -> [f64; 9] {
     let mut matrix = [0.0; 9];
     matrix[0] = sigma_x * sigma_x;

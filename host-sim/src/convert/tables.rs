@@ -18,7 +18,8 @@ pub enum Table {
     Map,
 }
 
-/// Common columns of a scan's rows, with the keys of `replay --format json`.
+/// Columns that the rows of every table begin with, with the keys of `replay --format json`; echoes and cells have
+/// only the first two.
 pub(super) const SCAN: [&str; 6] = [
     "recording",
     "scan",
@@ -27,7 +28,7 @@ pub(super) const SCAN: [&str; 6] = [
     "horizon_m",
     "confidence",
 ];
-/// Columns of a step.
+/// Columns of a step, with the keys of `replay --format json`.
 const STEP: [&str; 7] = [
     "distance_m",
     "height_m",
@@ -82,7 +83,7 @@ fn pick(value: &Value, keys: &[&str]) -> Vec<String> {
     keys.iter().map(|key| cell(&value[*key])).collect()
 }
 
-/// Returns the table of these scans.
+/// Returns the CSV file with a table of these scans.
 ///
 /// # Errors
 /// None: writing to memory does not fail.

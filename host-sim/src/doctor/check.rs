@@ -1,31 +1,31 @@
-//! The checks of the list, in the order of the scanner's start-up.
+//! The checks of the list that `doctor` prints, in the order of the scanner's start-up.
 
-/// One line of the list.
+/// One check of a scanner, a line of the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// The report port opens, and the scanner replies.
     Port,
-    /// Version, and its past operation.
+    /// Firmware version, self-test and stored settings, and crashes or watchdog resets in the past.
     Firmware,
-    /// The checksum of the image.
+    /// The firmware image's checksum.
     Seal,
-    /// Clock, supply and memory.
+    /// The microcontroller's clock, supply and memory are in order.
     Chip,
-    /// The mirror's motor and its driver.
+    /// The mirror's motor and its driver work.
     Motor,
-    /// The home switch.
+    /// The home switch is found, and the mirror has not slipped since.
     Home,
-    /// The encoder on the mirror's shaft.
+    /// The encoder on the mirror's shaft answers.
     Encoder,
-    /// The radar module's answers.
+    /// The radar module answers.
     Module,
-    /// The samples of its chirps.
+    /// The samples of the module's chirps are plausible.
     Signal,
-    /// The mirror's own echo.
+    /// The echo of the scanner's own mirror is there.
     MirrorEcho,
     /// The ground is where the mounting requires it, and the field of view is free.
     Mount,
-    /// The whole answer.
+    /// The status of a scan's answer.
     Answer,
 }
 
@@ -46,7 +46,7 @@ impl Check {
         Self::Answer,
     ];
 
-    /// Its name.
+    /// Returns the check's name.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Port => "port",

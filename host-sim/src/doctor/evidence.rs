@@ -1,4 +1,4 @@
-//! Collects the replies of a scanner for the checks.
+//! Collects the replies of a scanner, from which the checks are evaluated.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -8,47 +8,48 @@ use stairscan::verdict::{Reason, Reasons};
 
 use crate::live::talk::{PortFault, Reply, Talk};
 
-/// Timeout of homing and self-test, including the module's first answer within `connect-timeout`.
+/// Maximum duration of homing and self-test, including the module's first answer within
+/// `connect-timeout`.
 const SELF_TEST: Duration = Duration::from_secs(60);
 
 /// Replies of a scanner to the requests of `doctor`.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
-    /// Name of the port.
+    /// Name of the serial port.
     pub port: String,
-    /// Baud rate.
+    /// Baud rate of the serial port.
     pub baud: u32,
-    /// Cause of a failure of the port or of missing replies.
+    /// Cause for which the port failed or replies are missing; `None` if all came.
     pub broken: Option<PortFault>,
-    /// Number of damaged lines.
+    /// Number of damaged lines received.
     pub damaged: u64,
-    /// Version and revision.
+    /// Version and revision of the firmware; `None` without a reply.
     pub version: Option<String>,
-    /// State of the scanner.
+    /// State of the scanner, such as `idle`; `None` without a reply.
     pub state: Option<String>,
-    /// Clock source of the core.
+    /// Clock source of the core, as reported; `None` without a reply.
     pub clock: Option<String>,
-    /// Reasons that `status` reported.
+    /// Reasons in the reply to `status`.
     pub status_reasons: Reasons,
     /// Whether the self-test has passed since the port was opened.
     pub passed: bool,
-    /// The last scan's head.
+    /// Head of the last scan's answer; `None` without one.
     pub scan: Option<ScanLine>,
-    /// Settings, as commands write them.
+    /// All settings by name, in the notation of commands.
     pub settings: BTreeMap<String, String>,
-    /// Counters of the last `LIVE`: faults of the motion input, refused lines, damaged bytes of the port, errors of
-    /// the link.
+    /// Counters of the last `LIVE` sentence: faults of the motion input, refused lines, damaged
+    /// bytes of the port, errors of the radar link.
     pub counters: [u16; 4],
 }
 
 impl Evidence {
-    /// Returns the value of a setting, as commands write it.
+    /// Returns the value of a setting in the notation of commands; `None` if it was not reported.
     pub fn setting(&self, key: &str) -> Option<&str> {
         self.settings.get(key).map(String::as_str)
     }
 
-    /// Sends the requests. `moves` permits self-test and scans of a stopped scanner; `patience` is the timeout of a
-    /// scan.
+    /// Sends the requests and returns the replies. `moves` permits self-test and scans of a stopped
+    /// scanner; `patience` is the timeout of a scan.
     pub fn gather(talk: &mut Talk, port: &str, moves: bool, patience: Duration) -> Self {
         let mut evidence = Self {
             port: port.to_owned(),
@@ -98,7 +99,7 @@ impl Evidence {
         Ok(())
     }
 
-    /// Runs self-test and scans of a stopped scanner.
+    /// Runs self-test and scans on a stopped scanner.
     fn command_motion(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
         match talk.slow_command(&["selftest"], SELF_TEST)? {
             Some(Reply::Good(_)) => self.passed = true,
@@ -137,7 +138,7 @@ impl Evidence {
         self.scan.is_some_and(unconfirmed)
     }
 
-    /// Waits for the head of a scan.
+    /// Waits for the head of a scan's answer, and stores it.
     fn scan_head(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), PortFault> {
         let until = Instant::now() + patience;
         while let Some(line) = talk.next(until.saturating_duration_since(Instant::now()))? {

@@ -1,10 +1,10 @@
-//! Check and remedy of each reason.
+//! Check and remedy for each reason code.
 
 use stairscan::verdict::Reason;
 
 use super::check::Check;
 
-/// Returns the check that a reason belongs to.
+/// Returns the check in which a reason is reported.
 pub fn check(reason: Reason) -> Check {
     use Reason as R;
     match reason {
@@ -43,7 +43,7 @@ pub fn check(reason: Reason) -> Check {
     }
 }
 
-/// Returns the remedy of a reason.
+/// Returns the remedy for a reason, one sentence for the user.
 pub fn fix(reason: Reason) -> &'static str {
     use Reason as R;
     match reason {

@@ -23,23 +23,23 @@ use crate::setting_file::table;
 pub use check::Check;
 use evidence::Evidence;
 
-/// The result of a check, from good to bad.
+/// The result of a check, from good to bad; results compare in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Nothing is wrong.
+    /// The check found no fault.
     Ok,
-    /// Not fitted, according to the settings.
+    /// The part is not fitted, according to the settings.
     Absent,
-    /// Not checked: no data.
+    /// Not checked, because there are no data.
     Unseen,
-    /// It works, but needs attention.
+    /// The part works, but needs attention.
     Warning,
-    /// It does not work.
+    /// The part does not work.
     Fault,
 }
 
 impl Level {
-    /// Returns the text of the list.
+    /// Returns the result's text in the list.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -51,37 +51,37 @@ impl Level {
     }
 }
 
-/// Result of a check.
+/// Result of a check, with observation and remedies.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// The check.
+    /// The check that was made.
     pub check: Check,
-    /// The result.
+    /// Result of the check.
     pub level: Level,
-    /// The observation.
+    /// Observation on which the result is based, as text.
     pub observed: String,
-    /// Remedies, one line each.
+    /// Remedies, one line each; empty if none is needed.
     pub fixes: Vec<String>,
 }
 
-/// Stage of the start-up that the scanner has reached.
+/// Stage of the start-up that the scanner has reached, by the checks that have passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Reached {
-    /// It replies.
+    /// The scanner replies, and nothing has passed.
     Nothing,
-    /// Arithmetic and chip have passed.
+    /// Arithmetic and chip have passed; the motor is next.
     Motor,
-    /// The shaft is at home, and the encoder agrees.
+    /// The shaft is at home, and the encoder agrees; the radar module is next.
     Module,
-    /// The module answers.
+    /// The radar module answers; its chirps are next.
     Chirps,
-    /// The samples of a scan are plausible.
+    /// The samples of a scan are plausible; the mirror's echo is next.
     Samples,
-    /// The mirror's own echo is there.
+    /// The mirror's own echo is there: everything has been checked.
     Mirror,
 }
 
-/// Returns the list for a port that cannot be used.
+/// Returns the results of all checks for a port that cannot be used.
 pub fn unusable(broken: &PortFault) -> Vec<Finding> {
     let finding = |&check: &Check| match check {
         Check::Port => Finding {
@@ -104,19 +104,19 @@ fn unseen(check: Check, why: &str) -> Finding {
     }
 }
 
-/// Returns the list for the replies of a scanner.
+/// Returns the results of all checks for the replies of a scanner, in the order of the list.
 pub fn examine(evidence: &Evidence) -> Vec<Finding> {
     let findings = Check::ALL.iter().map(|&check| of(check, evidence));
     findings.collect()
 }
 
-/// Returns the worst result.
+/// Returns the worst of several results.
 pub fn worst(findings: &[Finding]) -> Level {
     let levels = findings.iter().map(|finding| finding.level);
     levels.max().unwrap_or(Level::Ok)
 }
 
-/// Returns the list as text.
+/// Returns the list of results as text.
 pub fn text(findings: &[Finding]) -> String {
     let mut text = String::new();
     for Finding {
@@ -153,7 +153,7 @@ pub fn text(findings: &[Finding]) -> String {
     text
 }
 
-/// Returns the level of a reason with this status.
+/// Returns the result that a reason gives a check in an answer with this status.
 fn level(reason: Reason, status: Status) -> Level {
     let has = |effect| reason.effects().contains(&effect);
     if has(ReasonEffect::Fault) && (status == Status::Fault || !has(ReasonEffect::InstrumentFault))
@@ -250,7 +250,7 @@ fn warning(check: Check, observed: String, fix: &str) -> Finding {
     }
 }
 
-/// Returns the stage reached: a reason shows where the start-up stopped.
+/// Returns the stage of the start-up that the scanner has reached: a reason shows where it stopped.
 fn reached(evidence: &Evidence) -> Reached {
     let reasons = evidence.reasons();
     let stopped = |checks: &[Check]| {
@@ -468,7 +468,8 @@ fn mount(evidence: &Evidence) -> Finding {
     good(Check::Mount, text)
 }
 
-/// Checks the whole answer. `mine` are the reasons that concern the scene.
+/// Returns the result of the check of the answer's status. `mine` are the reasons that concern the
+/// scene, `reasons` the texts of all.
 fn answer(evidence: &Evidence, mine: &[Reason], reasons: &[String]) -> Finding {
     let check = Check::Answer;
     let Some(scan) = evidence.scan else {
@@ -496,7 +497,8 @@ fn answer(evidence: &Evidence, mine: &[Reason], reasons: &[String]) -> Finding {
 }
 
 impl Evidence {
-    /// Returns all reported reasons.
+    /// Returns all reported reasons: those of the last scan, and before any scan those in the reply
+    /// to `status`.
     fn reasons(&self) -> Reasons {
         let scan = self.scan.map_or(Reasons::NONE, |scan| scan.reasons);
         // After a scan the earlier reply to `status` is outdated.
@@ -507,7 +509,7 @@ impl Evidence {
         scan.and(before)
     }
 
-    /// Returns a setting with its unit.
+    /// Returns a setting with its unit, as text.
     fn with_unit(&self, key: &str) -> String {
         let with_unit = self.setting(key).map(|value| match table::row(key) {
             Some(row) => row.with_unit(value),

@@ -1,4 +1,4 @@
-//! Tests of the evaluation.
+//! Tests of the checks' evaluation.
 
 use stairscan::answer::Direction;
 use stairscan::report::ScanLine;
@@ -25,7 +25,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> ScanLine {
     }
 }
 
-/// A calibrated scanner that has scanned.
+/// Returns the replies of a calibrated scanner whose last scan is `scan`.
 fn evidence(scan: Option<ScanLine>) -> Evidence {
     let mut settings = Settings::default();
     for (key, value) in [

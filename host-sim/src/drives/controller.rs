@@ -22,21 +22,22 @@ const BRAKES: Brakes = Brakes {
     deceleration_mm_s2: 1000,
     max_age_ms: 400,
 };
-/// Age of the odometer's reading, ms: one control cycle.
+/// Age of the free distance that the speed limit assumes, ms. The odometer carries the distance on,
+/// so that it is as old as the odometer's reading: one control cycle.
 const AGE_MS: u32 = 20;
-/// Lower limit of the speed limit, mm/s. Smaller limits are replaced by 0, because a chair cannot
+/// Minimum speed limit other than 0, mm/s. Smaller limits are replaced by 0, because a chair cannot
 /// creep more slowly.
 const MIN_LIMIT_MM_S: u32 = 100;
 
-/// The content of a `GUARD` sentence that the controller uses.
+/// The content of a `GUARD` sentence (the guard's answer on one sweep) that the controller uses.
 #[derive(Clone, Copy, Debug)]
 pub struct GuardInput {
     /// Free distance from the mirror at the sweep's last row, mm; 0 if the sweep's status is not
     /// `ok`.
     free_mm: i64,
-    /// Reading of the odometer at that row, metres.
+    /// Reading of the odometer at the sweep's last row, metres.
     odometer_m: f64,
-    /// Time of that row, seconds.
+    /// Time of the sweep's last row, seconds.
     time_s: f64,
 }
 
@@ -53,18 +54,19 @@ impl GuardInput {
     }
 }
 
-/// The controller's state.
+/// State of the chair's controller between two control cycles.
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
-    /// The newest sentence received.
+    /// Content of the newest `GUARD` sentence received; `None` before the first.
     pub input: Option<GuardInput>,
-    /// Measured and commanded speeds of the last cycles, mm/s.
+    /// Measured and commanded speeds, mm/s, of the control cycles within one [`AGE_MS`] plus
+    /// latency; the oldest first, two a cycle.
     speeds: VecDeque<u32>,
 }
 
 impl Controller {
-    /// Returns the free distance before the chair's foremost point, mm; 0 without a sentence that
-    /// is young enough.
+    /// Returns the free distance before the chair's foremost point, mm: that of the newest sentence
+    /// less the travel since. 0 without a sentence, or if it is older than the maximum age.
     fn free_mm(&self, now_s: f64, odometer_m: f64) -> u32 {
         let young =
             |input: &&GuardInput| (now_s - input.time_s) * 1e3 <= f64::from(BRAKES.max_age_ms);
@@ -76,7 +78,7 @@ impl Controller {
         u32::try_from(free_mm).unwrap_or(0)
     }
 
-    /// Returns the speed limit, mm/s.
+    /// Returns the speed limit, mm/s: 0, or at least [`MIN_LIMIT_MM_S`].
     fn limit(&self, now_s: f64, odometer_m: f64) -> u32 {
         let ground = FreeAhead {
             free_mm: self.free_mm(now_s, odometer_m),
@@ -89,8 +91,8 @@ impl Controller {
         }
     }
 
-    /// Returns the command of the cycle at `now_s`, m/s, for the odometer reading `odometer_m` and the
-    /// speed `speed_m_s`.
+    /// Returns the speed command of the control cycle at `now_s` (seconds), m/s: the joystick's
+    /// speed, but at most the speed limit. `speed_m_s` is the measured speed.
     pub fn cycle(&mut self, now_s: f64, odometer_m: f64, speed_m_s: f64, joystick_m_s: f64) -> f64 {
         self.push_speed(libm::ceil(speed_m_s * 1e3) as u32);
         let limit = f64::from(self.limit(now_s, odometer_m)) / 1e3;
@@ -99,8 +101,8 @@ impl Controller {
         command
     }
 
-    /// Stores a speed for as long as age and latency together. There are two speeds per cycle: the
-    /// measured one and the command.
+    /// Adds a measured or a commanded speed to `speeds`, and removes those that are older than age
+    /// and latency together.
     fn push_speed(&mut self, speed_mm_s: u32) {
         let cycles = f64::from(AGE_MS + BRAKES.latency_ms) / (1e3 * CYCLE_S);
         self.speeds.push_back(speed_mm_s);

@@ -11,39 +11,43 @@ use crate::sweeps::hazards;
 use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::truth::Hazard;
 
-/// Distance from which the first hazard's distance is drawn, metres: it lies 0.6 to 1.8 m beyond,
-/// far enough for the chair to reach its speed.
+/// Travel at which the first hazard is placed 0.6 to 1.8 m ahead of the mirror, metres; by then the
+/// chair has reached its speed.
 const BEFORE_M: f64 = 1.2;
-/// Travel at the end of a drive where no hazard is nearer, metres.
+/// Travel at the end of a drive without a hazard or a ramp before that, metres.
 const LONGEST_M: f64 = 2.5;
-/// Travel that is simulated beyond the place where the foremost point reaches the hazard, metres.
+/// Travel that is simulated after the chair's foremost point has reached the hazard, metres.
 const BEYOND_M: f64 = 0.03;
-/// Step of travel at which the mirror is checked to lie outside all surfaces, metres.
+/// Step of travel at which the mirror's path is checked for surfaces that it would run into,
+/// metres.
 const CHECKED_M: f64 = 0.05;
-/// Maximum lateral distance between the swept plane and the nearest part of a thing that counts as
-/// in the beam's axis, metres. At half a metre the beam is 4 cm wide.
+/// Maximum distance between the swept plane and the nearest part of an object, to the side, at
+/// which the object still counts as in the beam's axis, metres. At a range of half a metre the beam
+/// is 4 cm wide.
 const ALONG_M: f64 = 0.02;
 
-/// A scene that chairs drive through.
+/// A scene that chairs drive through, with its first hazard and the length of the way.
 pub struct Course {
-    /// Kind and seed, as recordings are named.
+    /// Kind and seed of the scene, as in the names of recordings: `kerb_007`.
     pub name: String,
-    /// Seed of all random parts.
+    /// Seed of the scene and of everything random in drives through it.
     pub seed: u64,
     scene: Scene,
-    /// The scene after a person has stepped in.
+    /// The scene after a person has stepped in; `None` if nobody steps in.
     joined: Option<Scene>,
-    /// The first hazard, from the mirror at the first row. In a scene into which a person steps it
-    /// is that person.
+    /// The first hazard beyond the chair's foremost point, its distance from the mirror at the first
+    /// row; `None` if none is within reach. In a scene into which a person steps, the hazard is that
+    /// person.
     pub hazard: Option<Hazard>,
-    /// Whether the hazard lies beside the beam's axis.
+    /// Whether the first hazard lies beside the beam's axis: no part of it is within 2 cm of the
+    /// swept plane.
     pub beside: bool,
-    /// Travel of the mirror at the end of the way, metres.
+    /// Travel of the mirror at which a drive ends at the latest, metres.
     pub end_m: f64,
 }
 
 impl Course {
-    /// Creates the scene of a kind and seed.
+    /// Creates the course from a kind of scene and a seed.
     ///
     /// # Errors
     /// Names the part from which no scene can be built.
@@ -80,18 +84,19 @@ impl Course {
         })
     }
 
-    /// Returns the way before a person has stepped in, and the way after that.
+    /// Returns the ways on which chirps are simulated: before a person has stepped in, and after
+    /// that (`None` if nobody steps in).
     pub fn ways(&self) -> [Option<Way<'_>>; 2] {
         let way = |scene| Way::new(scene, self.seed, self.end_m);
         [Some(way(&self.scene)), self.joined.as_ref().map(way)]
     }
 
-    /// Returns the scene at the beginning.
+    /// Returns the scene at the beginning of a drive.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Whether a person steps in.
+    /// Whether a person steps into the scene during a drive.
     pub fn is_joined(&self) -> bool {
         self.joined.is_some()
     }
@@ -103,7 +108,7 @@ fn foot_m(spec: &SceneSpec) -> f64 {
     feet.fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the travel, up to `asked_m`, over which the mirror stays outside all surfaces, metres.
+/// Returns the travel, at most `asked_m`, over which the mirror stays outside all surfaces, metres.
 fn passable(scene: &Scene, asked_m: f64) -> f64 {
     let places = (0..).map(|k| f64::from(k) * CHECKED_M);
     let before = places.take_while(|m| *m < asked_m).chain([asked_m]);

@@ -7,28 +7,29 @@
 /// Properties of a chair that its controller assumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Brakes {
-    /// Maximum time from the call to the effect of the next cycle's command, ms.
+    /// Maximum time from the computation of the speed limit until the next cycle's command takes
+    /// effect, ms.
     pub latency_ms: u32,
-    /// Minimum deceleration, mm/s².
+    /// Minimum deceleration when the chair brakes, mm/s².
     pub deceleration_mm_s2: u32,
-    /// Maximum age of a free distance that is used, ms.
+    /// Maximum age of a free distance, ms; with an older one the chair must stop.
     pub max_age_ms: u32,
 }
 
-/// Free distance ahead of a chair.
+/// Free distance ahead of a chair, with its age and the speed since.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FreeAhead {
-    /// Free distance, mm.
+    /// Free distance before the chair's foremost point, mm.
     pub free_mm: u32,
-    /// Time since the measurement, ms.
+    /// Time since the free distance was measured, ms.
     pub age_ms: u32,
-    /// Maximum forward speed over the last age plus latency, mm/s.
+    /// Maximum forward speed over the last `age_ms` plus latency, mm/s.
     pub max_speed_mm_s: u32,
 }
 
 /// Returns the maximum speed `v`, mm/s, for which `fastest · age + max(fastest, v) · latency + v² /
-/// (2 · deceleration) ≤ free`. Returns 0 if there is no such speed, if the age is above the
-/// maximum, or if the deceleration is 0.
+/// (2 · deceleration) ≤ free`, where `fastest` is [`FreeAhead::max_speed_mm_s`]. Returns 0 if there
+/// is no such speed, if the age is above the maximum, or if the deceleration is 0.
 pub fn max_speed(ground: &FreeAhead, chair: &Brakes) -> u32 {
     let wide = u128::from;
     // Both sides in micrometres times the deceleration.

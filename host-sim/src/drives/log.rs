@@ -5,19 +5,20 @@ use stairscan::verdict::Reasons;
 use crate::sweeps::score::GuardAnswer;
 use crate::sweeps::truth::Hazard;
 
-/// One sweep of a drive, at its last row.
+/// State of a drive at the last row of one sweep of the guard.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepLog {
     /// Distance from the mirror to the hazard, metres; `None` without a hazard, and before a person
     /// has stepped in.
     pub hazard_m: Option<f64>,
-    /// The scanner's answer.
+    /// The guard's answer on this sweep.
     pub answer: GuardAnswer,
-    /// The answer's reasons.
+    /// Reason codes of the answer.
     pub reasons: Reasons,
-    /// Distance up to which the ground's echo shows, metres from the mirror.
+    /// Distance from the mirror up to which the ground's echo is detectable, metres
+    /// ([`crate::sweeps::ground`]).
     pub ground_echo_range_m: f64,
-    /// True speed, m/s.
+    /// True speed of the chair, m/s.
     pub speed_m_s: f64,
 }
 
@@ -29,7 +30,7 @@ impl SweepLog {
     }
 }
 
-/// Distances at the moment at which a person stepped in.
+/// Gap and stopping distance at the time at which a person stepped in.
 #[derive(Clone, Copy, Debug)]
 pub struct StepIn {
     /// Distance from the chair's foremost point to the person, metres.
@@ -42,31 +43,33 @@ pub struct StepIn {
 /// The condition that ended a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// The chair has stood still with the joystick forward.
+    /// The chair has stood still with the joystick forward, or the maximum duration of a drive is
+    /// over.
     Stood,
     /// The chair's foremost point has passed the hazard.
     Passed,
-    /// The chair has reached the end of the way.
+    /// The chair has reached the end of the way without passing a hazard.
     Through,
 }
 
 /// A drive from beginning to end.
 #[derive(Clone, Debug)]
 pub struct DriveLog {
-    /// Scene and number of the drive.
+    /// Name of the scene and number of the drive through it: `kerb_007-0`.
     pub name: String,
-    /// All sweeps of the drive.
+    /// All sweeps of the drive, in order of time.
     pub sweeps: Vec<SweepLog>,
-    /// The first hazard, from the mirror at the first row, if it was there at the end of the drive.
+    /// The first hazard, its distance from the mirror at the first row; `None` without one, or if a
+    /// person has not stepped in by the end of the drive.
     pub hazard: Option<Hazard>,
-    /// Whether that hazard lies beside the beam's axis.
+    /// Whether [`Self::hazard`] lies beside the beam's axis.
     pub beside: bool,
-    /// Distances when a person stepped in; `None` if nobody did.
+    /// Gap and stopping distance when a person stepped in; `None` if nobody did.
     pub step_in: Option<StepIn>,
     /// The condition that ended the drive.
     pub end: End,
-    /// True travel at the end, metres.
+    /// True travel of the chair at the end of the drive, metres.
     pub travel_m: f64,
-    /// Duration, seconds.
+    /// Duration of the drive, seconds.
     pub time_s: f64,
 }

@@ -1,14 +1,16 @@
-//! Outcome of a drive, decided by rules from its record.
+//! Outcome of a drive: the record of the drive in, one of five outcomes out, decided by fixed
+//! rules.
 
 use super::controller::FRONT_M;
 use super::log::{DriveLog, End, SweepLog};
 use crate::sweeps::ground;
 
-/// Maximum distance from the foremost point to the hazard at which a chair has stopped near it,
-/// metres.
+/// Maximum distance from the chair's foremost point to the hazard at which a stop counts as near
+/// the hazard, metres.
 pub const NEAR_M: f64 = 0.30;
-/// Minimum distance of ground within the sector, metres from the mirror: 0.4 m high, the last row's
-/// 38° and half a beam down. Nearer ground is below the last row's beam.
+/// Minimum distance from the mirror at which the ground is within the guard's sector, metres: for a
+/// mirror 0.4 m high, the last row's 38° plus half a beam below the horizontal. Nearer ground is
+/// below the last row's beam.
 const IN_SECTOR_M: f64 = 0.47;
 
 /// Reason for which a chair has driven over a hazard.
@@ -20,16 +22,18 @@ pub enum Cause {
     NoGroundEcho,
     /// The hazard lies beside the beam's axis.
     BesideTheBeam,
-    /// The hazard came nearer than the last row's beam, and the free distance grew again.
+    /// The hazard came so near that it lay below the last row's beam, and the free distance grew
+    /// again.
     LeftTheSector,
-    /// The free distance ended beyond the hazard.
+    /// The guard reported a free distance that ends beyond the hazard, and no other cause applies.
     FreeTooFar,
-    /// The free distance never ended beyond the hazard: brakes, odometer or latency.
+    /// No free distance ended beyond the hazard: the chair itself failed, by its brakes, odometer
+    /// or latency.
     Chair,
 }
 
 impl Cause {
-    /// All causes.
+    /// All causes, in the order of tables.
     pub const ALL: [Self; 6] = [
         Self::SteppedInTooNear,
         Self::NoGroundEcho,
@@ -39,7 +43,7 @@ impl Cause {
         Self::Chair,
     ];
 
-    /// Returns the cause as text.
+    /// Returns the cause as text for tables.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::SteppedInTooNear => "stepped in nearer than the chair can stop",
@@ -55,23 +59,25 @@ impl Cause {
 /// Outcome of a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
-    /// The foremost point passed the hazard.
+    /// The chair's foremost point passed the hazard.
     DroveOver {
-        /// Whether the ground's echo showed up to the hazard while the chair could still stop.
+        /// Whether the ground's echo was detectable up to the hazard while the chair could still
+        /// stop.
         has_ground_echo: bool,
-        /// The cause by the rules.
+        /// Why the chair did not stop.
         cause: Cause,
     },
     /// The chair stopped at most [`NEAR_M`] before the hazard.
     StoppedNear {
-        /// Distance from the foremost point to the hazard, metres.
+        /// Distance from the chair's foremost point to the hazard, metres.
         gap_m: f64,
     },
-    /// The chair stopped farther before the hazard.
+    /// The chair stopped more than [`NEAR_M`] before the hazard.
     StoppedEarly {
-        /// Distance from the foremost point to the hazard, metres.
+        /// Distance from the chair's foremost point to the hazard, metres.
         gap_m: f64,
-        /// Whether the ground's echo shows up to the hazard from there.
+        /// Whether the ground's echo is detectable up to the hazard at the place where the chair
+        /// stopped.
         has_ground_echo: bool,
     },
     /// The chair stopped although no hazard was on its way.
@@ -81,7 +87,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Decides the outcome of a drive.
+    /// Decides the outcome of a drive from its record.
     pub fn of(log: &DriveLog) -> Self {
         let gap_m = log
             .hazard
@@ -99,15 +105,15 @@ impl Outcome {
     }
 }
 
-/// Whether the ground's echo shows up to the hazard at a sweep.
+/// Whether the ground's echo is detectable up to the hazard at a sweep; false without a hazard.
 fn has_ground_echo(sweep: &SweepLog) -> bool {
     let at_m = sweep.hazard_m.unwrap_or(f64::INFINITY);
     ground::reaches(sweep.ground_echo_range_m, at_m)
 }
 
-/// Decides the outcome of a drive over a hazard. The deciding sweep is the first of the last
-/// unbroken run of sweeps whose free distance ends beyond the hazard: by the sentences before that
-/// run the chair would have stopped.
+/// Decides the cause of a drive over a hazard. The deciding sweep is the first of the last unbroken
+/// run of sweeps whose free distance ends beyond the hazard: by the sentences before that run the
+/// chair would have stopped.
 fn over(log: &DriveLog) -> Outcome {
     let run = log
         .sweeps
@@ -143,8 +149,8 @@ mod tests {
     use crate::sweeps::truth::Hazard;
     use stairscan::verdict::{HazardKind, Reasons, Status};
 
-    /// A sweep with a hazard at `at_m`, `ok` and free up to `free_m`, with the ground's echo
-    /// up to `ground_echo_range_m`.
+    /// A sweep with a hazard at `at_m`, answer `ok`, a free distance of `free_m` and the ground's
+    /// echo detectable up to `ground_echo_range_m`, all metres from the mirror.
     fn sweep(at_m: f64, free_m: f64, ground_echo_range_m: f64) -> SweepLog {
         SweepLog {
             hazard_m: Some(at_m),

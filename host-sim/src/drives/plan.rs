@@ -1,56 +1,57 @@
-//! Random parameters of one drive: joystick, drive and sensors of the chair.
+//! Random parameters of one drive: the driver's joystick, the chair's drive and its sensors.
 
 use core::f64::consts::TAU;
 
 use crate::scene::driving::{Odometer, Rocking, SWING, SWING_HZ};
 use crate::scene::maths::Random;
 
-/// Stream of the random numbers of plans, apart from those of scenes, surfaces and chirps.
+/// Stream of the random numbers of plans, distinct from the streams of scenes, surfaces and chirps.
 const STREAM: u64 = 0x4452_4956_4500;
 
-/// Range of the speed asked by the joystick, m/s.
+/// Range of the mean speed asked by the joystick, m/s.
 const CRUISE: [f64; 2] = [0.2, 0.8];
-/// Range of the dead time of motor controller and bus, seconds. With the control cycle it is at
+/// Range of the dead time of motor controller and bus, seconds. With one control cycle it is at
 /// most the latency that the controller assumes.
 const LATENCY_S: [f64; 2] = [0.1, 0.18];
-/// Ranges of deceleration and acceleration, m/s².
+/// Ranges of the chair's deceleration and acceleration, m/s².
 const DECELERATION: [f64; 2] = [1.0, 1.6];
 const ACCELERATION: [f64; 2] = [0.4, 0.9];
-/// Fraction of the drives in which the joystick is held back for a while, and of those in which it
-/// is released.
+/// Fraction of the drives in which the joystick is held back (a lower speed) for a while, and of
+/// those in which it is released (no speed).
 const HELD_BACK: f64 = 0.3;
 const RELEASED: f64 = 0.3;
-/// Ranges of the beginning and the duration of such a pause, seconds.
+/// Ranges of the beginning and of the duration of a pause of the joystick, seconds.
 const BEGINS_S: [f64; 2] = [0.5, 4.0];
 const LASTS_S: [f64; 2] = [0.4, 1.5];
-/// Range of the distance at which a person steps in, metres from the mirror.
+/// Range of a person's distance from the mirror at which he or she steps in, metres.
 const STEPS_IN_M: [f64; 2] = [0.6, 1.6];
 
 /// Parameters of one chair and its driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Speed asked by the joystick, m/s.
+    /// Mean speed asked by the joystick, m/s.
     cruise: f64,
-    /// Phase of the joystick's periodic swing, radians.
+    /// Phase of the joystick's periodic swing at time 0, radians.
     swing: f64,
-    /// Pauses of the joystick: beginning and end, seconds, and the fraction of the cruise speed.
+    /// Periods in which the joystick asks for less: beginning and end, seconds, and the fraction of
+    /// the speed that remains.
     pauses: [(f64, f64, f64); 2],
-    /// Time from a command to its effect, seconds.
+    /// Dead time from a command to its effect, seconds.
     pub latency_s: f64,
-    /// Deceleration, m/s².
+    /// Deceleration of the chair, m/s².
     pub deceleration: f64,
-    /// Acceleration, m/s².
+    /// Acceleration of the chair, m/s².
     pub acceleration: f64,
-    /// Model of the odometer.
+    /// Model of the chair's odometer with its errors.
     pub odometer: Odometer,
-    /// Rocking of the chair.
+    /// Model of the chair's rocking: changes of pitch while it drives.
     pub rocking: Rocking,
-    /// Distance from the mirror at which somebody steps in, metres.
+    /// Distance between mirror and person at which the person steps in, metres.
     pub steps_in_m: f64,
 }
 
 impl Plan {
-    /// Draws the plan of drive `number` through the scene of `seed`.
+    /// Draws the plan of drive `number` through the scene of seed `seed`.
     pub fn draw(seed: u64, number: u64) -> Self {
         let rng = &mut Random::new(seed, STREAM + number);
         let between = |rng: &mut Random, [low, high]: [f64; 2]| rng.between(low, high);
@@ -76,7 +77,7 @@ impl Plan {
         }
     }
 
-    /// Returns the speed asked by the joystick, m/s.
+    /// Returns the speed asked by the joystick at `time_s` (seconds), m/s.
     pub fn joystick(&self, time_s: f64) -> f64 {
         let swung = 1.0 + SWING * libm::sin(TAU * SWING_HZ * time_s + self.swing);
         let held = self

@@ -1,4 +1,5 @@
-//! The scanner of a drive: its own code, with the simulated world as radar module and motion input.
+//! The scanner of a drive: the firmware's own scanner code, with the simulated world as radar
+//! module and motion input.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -28,26 +29,27 @@ use crate::setup;
 use crate::sweeps::score;
 use crate::volatile::{Volatile, identity};
 
-/// Maximum number of scanner steps from sweep to sweep: about five per row, and those that wait.
+/// Maximum number of calls of the scanner's `step` from one sweep's answer to the next, after which
+/// the drive fails: about five per row, and those in which it only waits.
 const MAX_STEPS: usize = 10_000;
 
 /// Options of a drive.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DriveOptions {
-    /// Whether motion sentences come with the triggers, as the emulator needs them, rather than at
-    /// their times.
+    /// Whether motion sentences are sent with the triggers of chirps, as the emulator needs them,
+    /// rather than at their times.
     pub by_trigger: bool,
-    /// Whether the samples are kept.
+    /// Whether the recording keeps the chirps' samples.
     pub is_kept: bool,
 }
 
-/// A finished drive.
+/// Result of a finished drive: record, recording and sentences.
 pub struct FinishedDrive {
-    /// Record of the drive.
+    /// Record of the drive: sweeps, hazard and end.
     pub log: DriveLog,
-    /// All rows, without samples where they were not kept.
+    /// Recording of all rows, without samples unless [`DriveOptions::is_kept`].
     pub recording: Recording,
-    /// Sentences on the sweeps.
+    /// The `GUARD` sentences, one per sweep.
     pub sentences: Vec<String>,
 }
 
@@ -101,8 +103,8 @@ impl RadarModule for Module<'_, '_> {
     }
 }
 
-/// Returns the scanner's settings and configuration, and the timetable with the motion sentences of
-/// the first row.
+/// Returns the scanner's settings and configuration, and the timetable of motion sentences, which
+/// has those of the first row.
 fn set_up(world: &World<'_>, options: DriveOptions) -> Result<(Settings, Config, Timetable)> {
     let first = &world.recording;
     let mut playback = Playback::new(first, &Config::default())?.guarding();
@@ -148,7 +150,7 @@ pub fn drive<'a>(
     })
 }
 
-/// Runs the guard until the drive has ended, and returns the sentences on its sweeps.
+/// Runs the guard until the drive has ended, and returns the `GUARD` sentences, one per sweep.
 fn guard(
     world: &RefCell<World<'_>>,
     settings: Settings,

@@ -12,30 +12,32 @@ use crate::score::{Share, upper_bound};
 /// Counts over the drives of one kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Number of drives.
+    /// Number of drives, with and without a hazard.
     pub drives: usize,
-    /// Drives over a hazard up to which the ground's echo shows, as a share of those that met a
-    /// hazard.
+    /// Drives over a hazard up to which the ground's echo is detectable, as a share of the drives
+    /// that met a hazard.
     pub over_with_echo: Share,
-    /// Drives over a hazard up to which the ground's echo does not show, as a share of those that
-    /// met a hazard.
+    /// Drives over a hazard up to which the ground's echo is not detectable, as a share of the
+    /// drives that met a hazard.
     pub over_no_echo: Share,
-    /// Drives that stopped near the hazard, as a share of those that met a hazard.
+    /// Drives that stopped at most 30 cm before the hazard, as a share of those that met a hazard.
     pub near: Share,
-    /// As `near`, without the drives that stopped where the ground's echo does not show up to the
+    /// Drives that stopped at most 30 cm before the hazard, as a share of those that stopped before
+    /// one, without stops farther away at which the ground's echo is not detectable up to the
     /// hazard.
     pub near_with_echo: Share,
-    /// Drives that stopped farther before the hazard, as a share of those that met a hazard.
+    /// Drives that stopped more than 30 cm before the hazard, as a share of those that met a
+    /// hazard.
     pub early: Share,
     /// Drives that reached the end of their way, as a share of those without a hazard.
     pub through: Share,
-    /// Final distances from the foremost point to the hazard of chairs that stopped, metres,
-    /// sorted.
+    /// Final distances from the foremost point to the hazard of the chairs that stopped before one,
+    /// metres, ascending.
     gaps_m: Vec<f64>,
 }
 
 impl Tally {
-    /// Counts the outcomes of drives.
+    /// Counts the outcomes of the drives with these records.
     pub fn of<'a>(logs: impl Iterator<Item = &'a DriveLog>) -> Self {
         let all: Vec<Outcome> = logs.map(Outcome::of).collect();
         let is_free =
@@ -89,7 +91,8 @@ impl Tally {
         }
     }
 
-    /// Returns a quantile of the distances at which chairs stopped, metres.
+    /// Returns a quantile (0…1) of the final distances to the hazard, metres; `None` if no chair
+    /// stopped before a hazard.
     fn gap_m(&self, quantile: f64) -> Option<f64> {
         let last = self.gaps_m.len().checked_sub(1)?;
         self.gaps_m
@@ -97,7 +100,7 @@ impl Tally {
             .copied()
     }
 
-    /// Returns the figures as JSON.
+    /// Returns the counts, shares and quantiles as a JSON object.
     pub fn json(&self, name: &str) -> Value {
         let gaps = [0.1, 0.5, 0.9].map(|quantile| self.gap_m(quantile));
         json!({
@@ -115,13 +118,13 @@ impl Tally {
     }
 }
 
-/// Heading of the table of [`row`]s.
+/// Heading, in Markdown, of the table of [`row`]s.
 pub const HEADING: &str = "| drives in | drives | to a hazard | drove over, with ground echo | \
     upper 95 % bound (Clopper-Pearson) | drove over, without ground echo | stopped within 30 cm | \
     of these, with ground echo | stopped farther away | gap, cm: 10 %, 50 %, 90 % | no hazard: \
     completed |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// Returns one line of the table.
+/// Returns the table's line, in Markdown, for one kind of scene.
 pub fn row(name: &str, tally: &Tally) -> String {
     let counted = |share: Share| match share.of {
         0 => "–".into(),
@@ -155,7 +158,8 @@ pub fn row(name: &str, tally: &Tally) -> String {
     )
 }
 
-/// Counts the causes of drives over a hazard, by whether the ground's echo shows up to it.
+/// Counts the drives over a hazard by cause and by whether the ground's echo was detectable up to
+/// the hazard.
 pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
     let mut counts = BTreeMap::new();
     for log in logs {
@@ -170,7 +174,7 @@ pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
     counts
 }
 
-/// Returns the table of causes.
+/// Returns the table of [`causes`], in Markdown.
 pub fn causes_text(logs: &[DriveLog]) -> String {
     let counts = causes(logs);
     let mut out = String::from(
@@ -185,9 +189,9 @@ pub fn causes_text(logs: &[DriveLog]) -> String {
     out
 }
 
-/// Counts the chairs that stopped farther than 30 cm before a hazard, or without one, by status and
-/// ending of the last sentence. The columns: hazard up to which the ground's echo shows, hazard up
-/// to which it does not, no hazard.
+/// Counts the chairs that stopped farther than 30 cm before a hazard, or without one. The key is
+/// the last sentence's status, kind of hazard and reasons. The columns: hazard up to which the
+/// ground's echo is detectable, hazard up to which it is not, no hazard.
 pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
     let mut counts: BTreeMap<String, [usize; 3]> = BTreeMap::new();
     for log in logs {
@@ -218,7 +222,7 @@ pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
     counts
 }
 
-/// Returns the table of [`halts`].
+/// Returns the table of [`halts`], in Markdown.
 pub fn halts_text(logs: &[DriveLog]) -> String {
     let mut out = String::from(
         "| last sentence of chairs that stopped farther away | hazard, with ground echo | hazard, \

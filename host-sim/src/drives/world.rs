@@ -1,5 +1,5 @@
-//! The simulated world of a drive. In: a trigger for each row and a sentence after each sweep. Out:
-//! the chirp from the chair's position at that time.
+//! The simulated world of a drive: chair, controller and scene. In: a trigger for each row and a
+//! sentence after each sweep. Out: the chirp from the chair's position at that time.
 //!
 //! The rows set the time: 31 of them, 2.8 ms apart, ten times a second. The chair's place at the
 //! next row is known when a row is fired, because commands act only after the chair's latency.
@@ -26,20 +26,20 @@ use crate::sweeps::ground::{self, Meter};
 use crate::sweeps::scenes::{ROW_S, SWEEP_S};
 use crate::sweeps::score;
 
-/// Number of rows of a sweep.
+/// Number of rows of a guard sweep.
 pub const ROWS: usize = 31;
-/// Time from the last row to the sentence's first byte, seconds: 590,000 instructions,
+/// Time from a sweep's last row to the first byte of its sentence, seconds: 590,000 instructions,
 /// docs/guard.md.
 const SENTENCE_LATENCY_S: f64 = 0.005;
-/// Duration of one byte of the report at 115,200 baud, seconds.
+/// Duration of one byte on the report UART at 115,200 baud, seconds.
 const BYTE_S: f64 = 10.0 / 115_200.0;
-/// Duration of standing with the joystick forward after which a chair has stopped, seconds.
+/// Time for which a chair must stand with the joystick forward to count as stopped, seconds.
 const STOP_TIME_S: f64 = 1.5;
-/// Upper limit of the speed of a chair that stands, m/s.
+/// Speed below which a chair counts as standing, m/s.
 const STANDING_M_S: f64 = 0.005;
 /// Maximum duration of a drive, seconds.
 const LONGEST_S: f64 = 60.0;
-/// Stream of the random numbers of a drive's inclinometer.
+/// First of the streams of random numbers for a drive's inclinometer: drive `n` uses `STREAM + n`.
 const STREAM: u64 = 0x4452_4956_5000;
 
 /// State of a drive under way.
@@ -51,14 +51,16 @@ pub struct World<'a> {
     rng: Random,
     chair: Chair,
     controller: Controller,
-    /// The sentence that is being sent to the controller, with its time of arrival, seconds.
+    /// Time of arrival, seconds, and content of the sentence that is being sent to the controller.
     pending_sentence: Option<(f64, GuardInput)>,
     meter: Meter,
-    /// Rows of the last sweeps, for the ground's echo.
+    /// Rows of the last [`ground::SWEEPS`] sweeps, from which the range of the ground's echo is
+    /// computed.
     rows: Vec<ground::Row>,
-    /// Source of the scanner's motion sentences.
+    /// Receives the odometer and inclinometer readings that are sent to the scanner as motion
+    /// sentences; `None` before [`Self::begin`].
     timetable: Option<Rc<RefCell<Timetable>>>,
-    /// The recording of the drive, with samples only where they are kept.
+    /// The recording of the drive, without samples unless they are to be kept.
     pub recording: Recording,
     is_kept: bool,
     is_joined: bool,
@@ -68,7 +70,7 @@ pub struct World<'a> {
     log: DriveLog,
 }
 
-/// Returns the time at which row `number` of a drive is fired, seconds.
+/// Returns the time at which row `number` of a drive (from 0, over all sweeps) is fired, seconds.
 fn time_s(number: usize) -> f64 {
     (number / ROWS) as f64 * SWEEP_S + (number % ROWS) as f64 * ROW_S
 }
@@ -120,21 +122,22 @@ impl<'a> World<'a> {
         Ok(world)
     }
 
-    /// Sends motion sentences by `timetable`, which has those of the first row. The samples and
-    /// angles of the set-up are dropped.
+    /// Sets the timetable by which motion sentences are sent from now on; it already has those of
+    /// the first row. Clears the recording's samples and angles, which only the set-up needed.
     pub fn begin(&mut self, timetable: Rc<RefCell<Timetable>>) {
         self.timetable = Some(timetable);
         self.recording.samples.clear();
         self.recording.meta.angles_deg.clear();
     }
 
-    /// Returns the chair's pitch at a time, degrees.
+    /// Returns the chair's pitch at `time_s` (seconds), degrees: the scene's plus that of rocking.
     fn pitch_deg(&mut self, time_s: f64) -> f64 {
         let speed = self.chair.at(time_s).speed_m_s;
         self.course.scene().pitch_deg() + self.plan.rocking.deg(speed, time_s)
     }
 
-    /// Records the sensor readings at row `number`, and sends them.
+    /// Records odometer and inclinometer readings at row `number` of the drive, and sends them to
+    /// the scanner.
     fn place(&mut self, number: usize) {
         let time = time_s(number);
         let odometer_m = self.plan.odometer.reading_m(self.chair.at(time).travel_m);
@@ -153,8 +156,8 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Returns the chirp of row `number` of the drive, the mirror's row `row`; `None` where it
-    /// cannot be simulated.
+    /// Returns the chirp of row `number` of the drive, which is row `row` of the sweep; `None`
+    /// where it cannot be simulated.
     pub fn fire(&mut self, number: usize, row: usize) -> Option<Vec<Iq>> {
         let chirp = self.chirp(number, row);
         chirp.map_err(|error| self.failed = Some(error)).ok()
@@ -168,7 +171,8 @@ impl<'a> World<'a> {
         self.failed.take().map_or(Ok(()), Err)
     }
 
-    /// Returns that chirp, after all events before it.
+    /// Returns the chirp of row `number` of the drive, row `row` of the sweep, after it has
+    /// simulated all events before that row.
     fn chirp(&mut self, number: usize, row: usize) -> Result<Vec<Iq>> {
         let time = time_s(number);
         self.control(time);
@@ -192,7 +196,8 @@ impl<'a> World<'a> {
         Ok(chirp)
     }
 
-    /// Stores a chirp for the recording and for the ground's echo.
+    /// Adds a chirp's powers to `rows`, and its samples and `angle_deg` to the recording if they
+    /// are to be kept.
     fn keep(&mut self, chirp: &[Iq], number: usize, angle_deg: f64) {
         let motion = &self.recording.meta.motion;
         let (pitch, travel) = (motion.pitch_deg[number], motion.travel_m[number]);
@@ -207,7 +212,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Runs the control cycles up to `time`.
+    /// Runs the control cycles up to `time`, seconds.
     fn control(&mut self, time: f64) {
         loop {
             let now = self.chair.cycles() as f64 * CYCLE_S;
@@ -228,7 +233,8 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Lets the person step in when it is time, and decides whether the drive has ended.
+    /// Lets the person step in when the chair is near enough, and decides whether the drive has
+    /// ended.
     fn update_end(&mut self, pose: &Pose, time: f64) {
         let hazard = self.course.hazard;
         let ahead_m = hazard.map(|hazard| hazard.at_m - pose.travel_m);
@@ -255,7 +261,8 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Takes the sentence on the sweep that the newest row has ended.
+    /// Takes the guard's answer on the sweep that the newest row has ended: sends the sentence to
+    /// the controller and adds the sweep to the record.
     pub fn receive_sentence(
         &mut self,
         sentence: &str,

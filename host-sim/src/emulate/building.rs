@@ -1,4 +1,4 @@
-//! Runs Cargo for other targets, with elapsed and remaining time.
+//! Runs Cargo for the chip or the browser, and shows elapsed and remaining time.
 
 use std::io::{BufRead, BufReader, IsTerminal as _, Read as _};
 use std::process::{Command, Stdio};

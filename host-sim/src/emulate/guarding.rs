@@ -1,4 +1,4 @@
-//! Runs guard sweeps of a recording through the image.
+//! Runs guard sweeps of a recording through the firmware's image in the emulator.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use super::session::{Session, Waits};
 use crate::playback::Playback;
 use crate::recording::Recording;
 
-/// Returns the sentences of the first `sweeps` sweeps of a recording, after one boot. The motion sentences are sent
-/// with the triggers, as on the host with [`crate::replay::Options::by_trigger`].
+/// Returns the `GUARD` sentences of the first `sweeps` sweeps of a recording, after one boot. The motion sentences
+/// are sent with the triggers, as on the host with [`crate::replay::Options::by_trigger`].
 ///
 /// # Errors
 /// A sweep failed; the message names the recording and the cause.

@@ -1,4 +1,4 @@
-//! Builds the image and reads its sizes and symbols.
+//! Builds the firmware's image, and reads sizes and symbols of its ELF file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,8 +19,8 @@ pub fn workspace() -> PathBuf {
     here.parent().unwrap_or(here).to_owned()
 }
 
-/// Builds the image as `cargo firmware` does, seals it, and returns its path. `features` are for test builds,
-/// whose images go to a separate directory.
+/// Builds the firmware's image as `cargo firmware` does, seals it with its checksum, and returns its path. `features`
+/// are for test builds, whose images go to a separate directory.
 pub fn build(features: &[&str]) -> Result<PathBuf> {
     let elf = build_bin("stairscan", "stairscan", features)?;
     seal(&elf)?;
@@ -56,12 +56,12 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     Ok(target.join(TARGET).join("firmware").join(bin))
 }
 
-/// Returns the directory of this workspace's artifacts.
+/// Returns the directory of this workspace's build artifacts.
 fn build_dir(root: &Path) -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir))
 }
 
-/// Builds the scanner of the browser's page, a workspace of its own; returns its WebAssembly module.
+/// Builds the scanner of the browser's page, a workspace of its own; returns the path of its WebAssembly module.
 pub fn build_web() -> Result<PathBuf> {
     const PACKAGE: &str = "stairscan-web";
     Tool::Web.need()?;
@@ -98,22 +98,22 @@ const PANIC: &[&str] = &[
     "slice_index_fail",
     "option_expect",
 ];
-/// The only functions that may call a panic: the logger's check against re-entry. It cannot trigger on one
-/// core with interrupts off.
+/// Parts of the names of the only functions that may call a panic: the logger's check against re-entry. It cannot
+/// trigger on one core with interrupts off.
 const LOGGER: &[&str] = &["_defmt_acquire", "_defmt_release"];
 
-/// Memory use and symbols of an image.
+/// Memory use and symbols of the firmware's image.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// Sections that are loaded or reserved, with their sizes in bytes.
+    /// Sections that are loaded or reserved: name and size in bytes.
     pub sections: Vec<(String, u64)>,
-    /// Flash use, bytes: everything that is loaded.
+    /// Flash use, bytes: all sections that are loaded.
     pub flash: u64,
-    /// Static RAM, bytes: data, zeroed and uninitialised memory.
+    /// Static RAM, bytes: sections of data, zeroed and uninitialised memory.
     pub ram: u64,
-    /// Names of all symbols.
+    /// Names of all symbols of the image.
     pub symbols: Vec<String>,
-    /// Functions that may panic, from the relocations that the linker leaves in the image: every call and
+    /// Names of functions that may panic, from the relocations that the linker leaves in the image: every call and
     /// every function address.
     pub may_panic: Vec<String>,
 }
@@ -147,7 +147,7 @@ pub fn check(elf: &Path) -> Result<()> {
 }
 
 impl Image {
-    /// Reads an ELF file.
+    /// Reads memory use and symbols of an ELF file.
     pub fn read(elf: &Path) -> Result<Self> {
         let bytes = bytes(elf)?;
         let file = parse(elf, &bytes)?;
@@ -192,18 +192,19 @@ impl Image {
         Ok(image)
     }
 
-    /// Returns the number of symbols that contain one of `parts`.
+    /// Returns the number of symbols whose names contain one of `parts`.
     pub fn count(&self, parts: &[&str]) -> u64 {
         let holds = |name: &&String| holds(name, parts);
         self.symbols.iter().filter(holds).count() as u64
     }
 }
 
-/// Copies an image and changes one of its variables, given by parts of its symbol.
+/// Copies the image `elf` to `to` and changes one of its variables, which is given by parts of its symbol and its
+/// size in bytes.
 ///
 /// # Errors
-/// The file is missing, is not an ELF file, or does not contain exactly one such variable of `size` bytes;
-/// the message names it.
+/// The file is missing, is not an ELF file, or does not contain exactly one such variable of `size` bytes; the
+/// message names it.
 pub fn patch(
     elf: &Path,
     to: &Path,
@@ -233,7 +234,7 @@ fn holds(name: &str, parts: &[&str]) -> bool {
     parts.iter().any(|part| name.contains(part))
 }
 
-/// Returns the names of the functions by their start addresses.
+/// Returns the names of an image's functions by their start addresses.
 fn functions<'data>(file: &object::File<'data>) -> BTreeMap<u64, &'data str> {
     let text = file.symbols().filter(|s| s.kind() == SymbolKind::Text);
     // The lowest bit marks Thumb code.

@@ -1,4 +1,4 @@
-//! The radar module: answers the link's frames from a recording, and injects faults on request.
+//! The simulated radar module: answers the link's frames from a recording, and injects faults on request.
 
 use std::str::FromStr;
 
@@ -10,10 +10,10 @@ use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRA
 
 use crate::playback::{Playback, Player};
 
-/// Injected fault of the module.
+/// Kind of fault of the radar module that is injected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InjectedFault {
-    /// The chirp is lost.
+    /// The chirp is not sent.
     Lost,
     /// One bit of the chirp is wrong.
     Corrupt,
@@ -23,20 +23,20 @@ pub enum InjectedFault {
     Late,
     /// The module reports a hardware failure.
     Error,
-    /// Nothing is sent from this row on.
+    /// Nothing is sent from the fault's first row on.
     Silent,
     /// The module reports settings that no scanner can work with.
     Config,
 }
 
-/// An injected fault and its rows: `KIND[@ROW[-LAST]][xTIMES]`.
+/// An injected fault and its rows, in text form `KIND[@ROW[-LAST]][xTIMES]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// Kind of fault.
     pub kind: InjectedFault,
-    /// First and last trigger angle, counted from 0 in the order of the triggers.
+    /// First and last row, by their trigger angles, counted from 0 in the order of the triggers.
     pub rows: (u32, u32),
-    /// Number of triggers at each of these angles that fail.
+    /// Number of consecutive triggers at each of these rows that fail.
     pub times: u32,
 }
 
@@ -80,7 +80,7 @@ impl FromStr for Fault {
     }
 }
 
-/// A received trigger.
+/// A trigger of a chirp, as received from the scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trigger {
     /// Angle of the shaft, 0.001°.
@@ -89,24 +89,24 @@ pub struct Trigger {
     pub attempt: u32,
 }
 
-/// The radar module at the link.
+/// The simulated radar module at the far end of the link.
 #[derive(Debug)]
 pub struct Module<'a> {
     player: Player<'a>,
     radar: RadarConfig,
     decoder: Decoder,
-    /// False while the handshake is withheld.
+    /// Whether the handshake is answered; false while it is withheld.
     ready: bool,
     kept_back: Option<u16>,
     faults: Vec<Fault>,
     rows: u32,
-    /// Progress bar, advanced with every row.
+    /// Progress bar that is advanced with every triggered row.
     bar: ProgressBar,
     last: Option<Trigger>,
     last_chirp: Vec<u8>,
     late: Vec<u8>,
     silent: bool,
-    /// Number of bytes that were not part of a frame.
+    /// Number of damaged frames received from the scanner.
     garbage: u32,
 }
 
@@ -125,7 +125,7 @@ fn chirp_payload(samples: &[Iq]) -> Vec<u8> {
 }
 
 impl<'a> Module<'a> {
-    /// A module that plays `playback`. It withholds the handshake until [`Self::get_ready`].
+    /// Creates a module that plays `playback`. It withholds the answer to the handshake until [`Self::get_ready`].
     pub fn new(playback: &'a Playback<'a>) -> Self {
         Self {
             player: Player::new(playback),
@@ -149,7 +149,7 @@ impl<'a> Module<'a> {
         self.bar = bar;
     }
 
-    /// Sets the faults from now on; rows are counted from here.
+    /// Sets the faults that are injected from now on; rows are counted from the next trigger.
     pub fn set_faults(&mut self, faults: &[Fault]) {
         self.faults = faults.to_vec();
         self.rows = 0;
@@ -158,7 +158,7 @@ impl<'a> Module<'a> {
         self.late.clear();
     }
 
-    /// Answers the handshake from now on. Returns the withheld answer.
+    /// Answers the handshake from now on. Returns the answer that was withheld so far, empty if there is none.
     pub fn get_ready(&mut self) -> Vec<u8> {
         self.ready = true;
         self.kept_back
@@ -166,12 +166,12 @@ impl<'a> Module<'a> {
             .map_or(Vec::new(), |s| self.settings(s))
     }
 
-    /// Number of errors on the line from the scanner.
+    /// Returns the number of damaged frames received from the scanner.
     pub fn garbage(&self) -> u32 {
         self.garbage
     }
 
-    /// Processes bytes from the scanner. Returns the answer and the scanner's requests.
+    /// Processes bytes from the scanner. Returns the bytes of the answers, and the scanner's requests.
     pub fn receive(&mut self, bytes: &[u8]) -> (Vec<u8>, Vec<Request>) {
         let (mut out, mut requests) = (Vec::new(), Vec::new());
         for &byte in bytes {
@@ -220,7 +220,7 @@ impl<'a> Module<'a> {
         self.player.number(shaft_angle)
     }
 
-    /// Number of scans with at least one requested chirp.
+    /// Returns the number of scans with at least one requested chirp.
     pub fn begun(&self) -> usize {
         self.player.begun()
     }
@@ -237,7 +237,7 @@ impl<'a> Module<'a> {
         self.settings(sequence)
     }
 
-    /// Returns the row and attempt of a trigger.
+    /// Counts a trigger's row, and returns the trigger with its attempt.
     fn count(&mut self, shaft_angle: i32) -> Trigger {
         let attempt = match self.last {
             Some(last) if last.shaft_angle == shaft_angle => last.attempt + 1,
@@ -292,12 +292,12 @@ impl<'a> Module<'a> {
     }
 }
 
-/// Request of the scanner.
+/// Request of the scanner to the radar module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// The module's settings.
+    /// Request of the module's settings.
     Configure,
-    /// A chirp.
+    /// Request of a chirp.
     Trigger(Trigger),
 }
 

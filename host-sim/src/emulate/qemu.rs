@@ -20,20 +20,20 @@ use crate::update::keys;
 use crate::update::package::Package;
 use crate::update::slots::address;
 
-/// QOM path of the edge inputs (EXTI).
+/// QOM path (QEMU's object tree) of the inputs of the chip's edge detector (EXTI).
 const EXTI: &str = "/machine/unattached/device[0]/exti";
-/// QOM path of the processor's interrupt controller.
+/// QOM path (QEMU's object tree) of the processor's interrupt controller.
 const NVIC: &str = "/machine/unattached/device[0]/armv7m";
-/// Timeout of the connections after the start of the process.
+/// Timeout of the emulator's connections to the sockets, from the start of its process.
 const CONNECT: Duration = Duration::from_secs(30);
 
-/// An input of the chip. It reads as 0, but edges can be injected.
+/// An input pin of the chip. It reads as 0 in the emulator, but edges can be injected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Input {
     /// Home switch, PB0.
     Home = 0,
-    /// Stall output of the driver, PB1.
+    /// Stall output of the motor driver, PB1.
     Stall = 1,
 }
 
@@ -42,19 +42,19 @@ pub enum Input {
 pub struct Qemu {
     child: Child,
     dir: PathBuf,
-    /// The radar module's port.
+    /// Socket of the serial port to the radar module.
     pub link: UnixStream,
-    /// The report port.
+    /// Socket of the report port.
     pub report: UnixStream,
     qtest: UnixStream,
     log: File,
     rest: Vec<u8>,
 }
 
-/// The beginning of an erased slot.
+/// Bytes of an erased flash slot up to the offset of its payload.
 const BLANK: &[u8] = &[0xff; PAYLOAD as usize];
 
-/// Returns the boot loader's ELF file, built once.
+/// Returns the path of the boot loader's ELF file, which is built once.
 fn loader() -> Result<&'static Path> {
     static LOADER: OnceLock<PathBuf> = OnceLock::new();
     if let Some(known) = LOADER.get() {
@@ -64,13 +64,14 @@ fn loader() -> Result<&'static Path> {
     Ok(LOADER.get_or_init(|| built))
 }
 
-/// Returns the bytes of slot A as a debug probe leaves them: the ELF file signed with the development key.
+/// Returns the bytes of flash slot A as a debug probe leaves them: the ELF file's image, signed with the development
+/// key.
 fn development_slot(elf: &Path) -> Result<Vec<u8>> {
     let package = Package::sign(elf, 0, &keys::development()?)?;
     Ok(package.image(Slot::A).slot(1))
 }
 
-/// Creates a directory for sockets and log. Its path is short, since a socket's path is limited to 108
+/// Creates a directory for the emulator's sockets and log. Its path is short, since a socket's path is limited to 108
 /// bytes.
 fn scratch() -> Result<PathBuf> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
@@ -82,8 +83,8 @@ fn scratch() -> Result<PathBuf> {
 }
 
 impl Qemu {
-    /// Starts the emulator with `elf`. With `timed` the log also contains the image's SysTick reload
-    /// values.
+    /// Starts the emulator with the firmware `elf`. With `timed` the log also contains the values that the firmware
+    /// writes to SysTick's reload register.
     pub fn start(elf: &Path, timed: bool) -> Result<Self> {
         Tool::Emulator.need()?;
         if !elf.is_file() {
@@ -97,7 +98,7 @@ impl Qemu {
         Self::start_slots(&slots, timed, dir)
     }
 
-    /// Starts the emulator with these bytes in slots, each with its header, through the boot loader.
+    /// Starts the emulator with these bytes in flash slots, each with its header, through the boot loader.
     pub fn start_with(slots: &[(Slot, Vec<u8>)]) -> Result<Self> {
         Tool::Emulator.need()?;
         Self::start_slots(slots, false, scratch()?)
@@ -180,7 +181,7 @@ impl Qemu {
         Ok(())
     }
 
-    /// Drives an input.
+    /// Sets an input to `level`, which injects an edge if the level changes.
     pub fn set(&mut self, input: Input, level: bool) -> Result<()> {
         let line = format!(
             "set_irq_in {EXTI} unnamed-gpio-in {} {}\n",
@@ -194,7 +195,7 @@ impl Qemu {
         Ok(())
     }
 
-    /// Raises an interrupt of the chip by its number, or the non-maskable one with `None`.
+    /// Raises an interrupt of the chip by its number, or the non-maskable one if `number` is `None`.
     pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
         let line = match number {
             Some(number) => format!("unnamed-gpio-in {number}"),
@@ -210,7 +211,7 @@ impl Qemu {
         Ok(())
     }
 
-    /// Returns the complete lines added to the log.
+    /// Returns the complete lines added to the log since the last call.
     pub fn log_lines(&mut self) -> Result<String> {
         self.log.read_to_end(&mut self.rest)?;
         let Some(end) = self.rest.iter().rposition(|&b| b == b'\n') else {
@@ -234,7 +235,7 @@ fn stderr(dir: &Path) -> String {
     text.trim().to_owned()
 }
 
-/// Waits for the three connections.
+/// Waits for the emulator's three connections: radar link, report port, test channel, in the order of `listeners`.
 fn accept(listeners: &[UnixListener; 3], child: &mut Child, dir: &Path) -> Result<[UnixStream; 3]> {
     let deadline = Instant::now() + CONNECT;
     let mut one = |listener: &UnixListener| -> Result<UnixStream> {
@@ -267,7 +268,7 @@ fn accept(listeners: &[UnixListener; 3], child: &mut Child, dir: &Path) -> Resul
     ])
 }
 
-/// Reads the available bytes; returns 0 if there are none.
+/// Reads the available bytes into `buffer` and returns their number; 0 if there are none.
 pub fn read_some(stream: &mut UnixStream, buffer: &mut [u8]) -> Result<usize> {
     match stream.read(buffer) {
         Ok(n) => Ok(n),
@@ -276,7 +277,7 @@ pub fn read_some(stream: &mut UnixStream, buffer: &mut [u8]) -> Result<usize> {
     }
 }
 
-/// Writes all bytes and waits for the receiver as long as necessary.
+/// Writes all bytes to a socket and waits for the receiver as long as necessary.
 pub fn write_all(stream: &mut UnixStream, mut bytes: &[u8]) -> Result<()> {
     while !bytes.is_empty() {
         match stream.write(bytes) {

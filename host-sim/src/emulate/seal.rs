@@ -1,4 +1,4 @@
-//! Seals an image: adds the checksum with which it verifies itself at boot (`stairscan::scanner::seal`).
+//! Seals a firmware image: adds the checksum with which it verifies itself at boot (`stairscan::scanner::seal`).
 
 use std::fs::{self, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
@@ -15,11 +15,11 @@ use crate::recording::regular;
 use crate::update::keys;
 use crate::update::package::Package;
 
-/// Size of a seal in the file, bytes.
+/// Size of a seal, the words that hold an image's checksum, in the file, bytes.
 const BYTES: usize = WORDS * size_of::<u32>();
 
-/// Writes the seal into an ELF file unless it is already there; returns the seal. Only these bytes are
-/// written, so that a concurrent reader sees a complete file.
+/// Writes the seal, the words that hold an image's checksum, into its ELF file unless it is already there; returns
+/// it. Only these bytes are written, so that a concurrent reader sees a complete file.
 ///
 /// # Errors
 /// The file cannot be sealed; the message names the cause.
@@ -40,11 +40,11 @@ pub fn seal(elf: &Path) -> Result<[u32; WORDS]> {
     Ok(seal)
 }
 
-/// Section of the signed header.
+/// Name of the ELF section of the signed header.
 const HEADER: &str = ".header";
 
-/// Signs the image in an ELF file with the development key for slot A. `order` ranks it above an image that was
-/// confirmed before.
+/// Signs the image in an ELF file with the development key for flash slot A, and writes the signed header into the
+/// file. `order` ranks it above an image that was confirmed before.
 ///
 /// # Errors
 /// Names the reason for which the image cannot be signed.
@@ -71,7 +71,7 @@ pub fn sign(elf: &Path, order: u32) -> Result<()> {
     Ok(())
 }
 
-/// Returns the offset of the seal in the file and its correct value.
+/// Returns the offset of the seal in an ELF file, bytes, and its correct words.
 fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
     let file = ElfFile32::<Endianness>::parse(bytes).context("no ELF file of 32 bits")?;
     let section = file
@@ -91,7 +91,7 @@ fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
     Ok((usize::try_from(place)?, seal))
 }
 
-/// Returns the parts that the file loads into flash: addresses and bytes.
+/// Returns the segments that the file loads into flash: addresses and bytes.
 fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data [u8])>> {
     let (endian, data) = (file.endian(), file.data());
     let mut parts = Vec::new();
@@ -106,10 +106,10 @@ fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data
     Ok(parts)
 }
 
-/// Returns the number of bytes that two images load into flash, if these are equal at equal addresses.
+/// Returns the number of bytes that two images load into flash, if both load the same ones to the same addresses.
 ///
 /// # Errors
-/// A file is not an image, or the first address at which they differ.
+/// A file is not an image, or the images differ; the message names the first address at which they do.
 pub fn same(one: &Path, other: &Path) -> Result<usize> {
     let flash = |elf: &Path| -> Result<Vec<(u32, Vec<u8>)>> {
         let name = || elf.display().to_string();
@@ -147,7 +147,7 @@ pub fn same(one: &Path, other: &Path) -> Result<usize> {
     Ok(ours)
 }
 
-/// Returns the contiguous bytes from address `from` up to `to` or the last one.
+/// Returns the contiguous bytes of `parts` from address `from` up to, but without, `to`, or up to the last one.
 fn joined(parts: &[(u32, &[u8])], from: u32, to: u32) -> Result<Vec<u8>> {
     let mut all = Vec::new();
     for (address, bytes) in parts.iter().filter(|(at, _)| (from..to).contains(at)) {

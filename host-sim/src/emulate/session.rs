@@ -1,4 +1,5 @@
-//! One boot of the image with its environment: configuring, scanning, commands, or an interactive terminal.
+//! One boot of the firmware's image with a simulated environment: configuring, scanning, commands, or an interactive
+//! terminal.
 
 mod watched;
 mod withheld;
@@ -19,26 +20,26 @@ use crate::live::pty::Pty;
 use crate::motion::by_trigger::ByTrigger;
 use crate::playback::Playback;
 
-/// Timeout of any action in the emulator, also on a slow and busy machine.
+/// Timeout of any action in the emulator, on the host's clock, long enough for a slow and busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 /// Pause between polls of sockets and log without data.
 const PAUSE: Duration = Duration::from_micros(300);
-/// Interval between consecutive motion sentences; the image has read one by then.
+/// Interval between consecutive motion sentences to the image, which has read one by then.
 const APART: Duration = Duration::from_millis(10);
-/// Log text of a write to the watchdog; the emulator takes the address for a neighbouring device.
+/// Beginning of the log text of a write to the watchdog; the emulator takes the address for a neighbouring device.
 const WATCHDOG: &str = "I2S2ext: unimplemented device write";
-/// Position of the shaft at power-up, microsteps above the home switch.
+/// Position of the motor's shaft at power-up, microsteps above the home switch.
 const POWER_UP: i64 = 300;
 
-/// Timeouts in the emulator's microseconds, about six of which pass in a real one. They are long enough that a busy
-/// host causes no fault. For the same reason the homing speed is low.
+/// Timeouts that the image is configured with, in the emulator's microseconds, about six of which pass in a real one.
+/// They are long enough that a busy host causes no fault. For the same reason the homing speed is low.
 #[derive(Clone, Copy, Debug)]
 pub struct Waits {
-    /// Timeout of a chirp.
+    /// Timeout of a chirp, microseconds.
     pub chirp: u32,
-    /// Timeout of the module's settings.
+    /// Timeout of the radar module's settings, microseconds.
     pub configure: u32,
-    /// Timeout of the module's first answer.
+    /// Timeout of the radar module's first answer, microseconds.
     pub connect: u32,
     /// Speed of homing, microsteps/s. A busy host delays the switch's edge, and two approaches must agree within one
     /// degree.
@@ -56,19 +57,19 @@ impl Default for Waits {
     }
 }
 
-/// A trigger and the position of the shaft from the pulses until then.
+/// A trigger of a chirp, and the position of the shaft when it was served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shot {
-    /// The trigger.
+    /// The trigger, with its shaft angle.
     pub trigger: Trigger,
-    /// Position from the log, microsteps from the horizontal.
+    /// Position from the motor pulses so far, microsteps from the horizontal; `None` before homing.
     pub position: Option<i64>,
 }
 
-/// A withheld chirp.
+/// A chirp that the radar module has not sent yet, to test whether the mirror waits for it.
 #[derive(Debug)]
 struct Withheld {
-    /// The bytes of the answer.
+    /// Bytes of the module's answer with the chirp.
     answer: Vec<u8>,
     /// Shaft angle of its trigger, 0.001 degree.
     shaft_angle: i32,
@@ -81,32 +82,32 @@ struct Withheld {
 pub struct Session<'a> {
     qemu: Qemu,
     playback: &'a Playback<'a>,
-    /// Motion sentences of the chair's controller.
+    /// Motion sentences of the chair's controller; `None` if the recording contains no motion.
     motion: Option<ByTrigger>,
-    /// The radar module.
+    /// The simulated radar module.
     pub module: Module<'a>,
-    /// The motor.
+    /// The simulated motor.
     pub shaft: Shaft,
-    /// Whether the home switch works.
+    /// Whether the simulated home switch works.
     pub switch_works: bool,
     pressed: bool,
     home_angle: i32,
     homed: bool,
     feeds: u64,
-    /// Every trigger since boot.
+    /// Every trigger of a chirp since boot.
     pub shots: Vec<Shot>,
-    /// Every line since boot except `LIVE`, sentences and others.
+    /// Every line of the report port since boot except `LIVE`, sentences and others.
     pub lines: Vec<String>,
-    /// Every `LIVE` since boot; not contained in `lines`.
+    /// Every `LIVE` sentence since boot; not contained in `lines`.
     pub live: Vec<String>,
-    /// Number of lines that [`Session::next_line`] has returned.
+    /// Number of the `lines` that [`Session::next_line`] has returned.
     read: usize,
-    /// Number of lines that were skipped.
+    /// Number of lines that the last [`Session::skip_lines`] skipped, from boot on.
     skipped: usize,
     partial: Vec<u8>,
-    /// The terminal of an observer, who may type commands.
+    /// Pseudo-terminal of an observer, who may type commands.
     watcher: Option<Pty>,
-    /// Whether chirps are withheld until the mirror has moved on.
+    /// Whether the radar module withholds chirps until the mirror has moved on.
     pub withholds: bool,
     withheld: Option<Withheld>,
     /// Number of chirps that were withheld until the mirror had left their row.
@@ -114,17 +115,18 @@ pub struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// Boots `elf`. The radar module plays `playback`, but withholds its handshake.
+    /// Boots the firmware `elf` and waits for its `BOOT` sentence. The radar module plays `playback`, but withholds
+    /// its handshake until [`Self::connect`].
     pub fn boot(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
         Self::boot_with(elf, playback, (true, false))
     }
 
-    /// [`Self::boot`] with every step of the motor timed ([`Shaft::steps`]).
+    /// Same as [`Self::boot`], with every step of the motor timed ([`Shaft::steps`]).
     pub fn boot_timed(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
         Self::boot_with(elf, playback, (true, true))
     }
 
-    /// [`Self::boot`] with a defective home switch.
+    /// Same as [`Self::boot`], with a defective home switch.
     pub fn boot_without_switch(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
         Self::boot_with(elf, playback, (false, false))
     }
@@ -161,7 +163,7 @@ impl<'a> Session<'a> {
         Ok(session)
     }
 
-    /// Polls all inputs once. Returns whether there were data.
+    /// Polls log, radar link and report port once, and answers the image. Returns whether there were data.
     fn poll(&mut self) -> Result<bool> {
         let mut buffer = [0; 4096];
         let mut busy = self.follow_shaft()?;
@@ -196,7 +198,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Updates shaft and home switch from the new lines of the log.
+    /// Updates shaft and home switch from the new lines of the log. Returns whether there were any.
     fn follow_shaft(&mut self) -> Result<bool> {
         let lines = self.qemu.log_lines()?;
         for line in lines.lines() {
@@ -221,7 +223,8 @@ impl<'a> Session<'a> {
         Ok(!lines.is_empty())
     }
 
-    /// Answers requests on the radar link. The log is read first, so that the shaft's position is up to date.
+    /// Answers the image's requests in `bytes` from the radar link. The log is read first, so that the shaft's
+    /// position is up to date.
     fn serve(&mut self, bytes: &[u8]) -> Result<()> {
         let (answer, requests) = self.module.receive(bytes);
         self.follow_shaft()?;
@@ -255,8 +258,8 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Sends the motion sentences that belong to a trigger. The chirp is sent after them and is eight times as long,
-    /// so that they have been read when its row is processed.
+    /// Sends the motion sentences that belong to the trigger at `shaft_angle` (0.001°). The chirp is sent after them
+    /// and is eight times as long, so that they have been read when its row is processed.
     fn drive(&mut self, shaft_angle: i32) -> Result<()> {
         let Some(chirp) = self.module.number(shaft_angle) else {
             return Ok(());
@@ -272,7 +275,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Polls until `done` returns a value.
+    /// Polls until `done` returns a value, and returns that; fails after [`PATIENCE`]. `what` names it in the error.
     fn run<T>(
         &mut self,
         what: &str,
@@ -302,7 +305,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Returns the first further sentence that satisfies `wanted`.
+    /// Returns the line of the first further sentence that satisfies `wanted`; `what` names it in the error.
     pub fn wait_for(
         &mut self,
         what: &str,
@@ -323,7 +326,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// Lets the scanner run for a while.
+    /// Lets the scanner run for `time` on the host's clock.
     pub fn idle(&mut self, time: Duration) -> Result<()> {
         let until = Instant::now() + time;
         self.run("time", |_| Ok((Instant::now() >= until).then_some(())))
@@ -351,7 +354,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Changes one setting; an error if it is refused.
+    /// Changes one setting of the image; an error if it is refused.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
         let answer = self.command(framed(&["set", key, value]).trim_end())?;
         let accepted = matches!(
@@ -362,7 +365,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Sets `settings` and the timeouts for the emulator.
+    /// Sets the `settings` that differ from the defaults, and timeouts and homing speed for the emulator.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
         let emulators = [
             ("connect-timeout", waits.connect.to_string()),
@@ -407,8 +410,8 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Moves the home switch to another angle of the shaft (0.001°) and lets the scanner home again. Near the sweep's
-    /// first row a fault costs less time.
+    /// Moves the home switch to another angle of the shaft (0.001°) and lets the scanner home again. A switch near
+    /// the sweep's first row shortens the homing after a fault.
     pub fn move_switch(&mut self, home_angle: i32) -> Result<()> {
         self.set("home-angle", &home_angle.to_string())?;
         self.home_angle = home_angle;
@@ -417,7 +420,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Lets the radar module answer from now on.
+    /// Lets the radar module answer from now on, after the first motion sentence, if there is one.
     pub fn connect(&mut self) -> Result<()> {
         if let Some(motion) = &mut self.motion {
             let first = motion.first();
@@ -427,8 +430,7 @@ impl<'a> Session<'a> {
         write_all(&mut self.qemu.link, &answer)
     }
 
-    /// Returns the next scan's sentences, `SCAN` first. Faults of self-tests before the module was connected are left
-    /// out.
+    /// Returns the next scan's sentences, `SCAN` first, then its `STEP`s, `DROP` and `MAYBE`s.
     pub fn scan(&mut self) -> Result<Vec<String>> {
         let is_scan = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Scan(_));
         let mut sentences = vec![self.wait_for("a scan", is_scan)?];
@@ -478,7 +480,7 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Returns the sentences of `count` guard sweeps, each with the settings of the recording for it.
+    /// Returns the `GUARD` sentences of `count` guard sweeps, each with the settings of the recording for it.
     pub fn sweeps(&mut self, count: usize) -> Result<Vec<String>> {
         let mut sentences = Vec::new();
         for sweep in 0..count {
@@ -501,7 +503,7 @@ impl<'a> Session<'a> {
         Ok(sentences)
     }
 
-    /// Whether the lines from index `from` on contain the head of a scan.
+    /// Whether the lines from index `from` on contain a `SCAN` sentence.
     fn has_scan(&self, from: usize) -> bool {
         let lines = self.lines.iter().skip(from);
         lines
@@ -509,33 +511,33 @@ impl<'a> Session<'a> {
             .any(|s| matches!(s, Ok(Sentence::Scan(_))))
     }
 
-    /// Makes the lines since [`Session::skip_lines`] available again.
+    /// Makes the lines since [`Session::skip_lines`] available to [`Session::next_line`] again.
     pub fn rewind(&mut self) {
         self.read = self.skipped;
     }
 
-    /// Waits for the `HALT` sentence of a crash.
+    /// Waits for the `HALT` sentence of a crash and returns its line.
     pub fn next_halt(&mut self) -> Result<String> {
         self.wait_for("a halt", |s| matches!(s, Sentence::Halt { .. }))
     }
 
-    /// Number of times that the watchdog has been fed since boot.
+    /// Returns the number of times that the image has fed the watchdog since boot.
     pub fn watchdog_feeds(&self) -> u64 {
         self.feeds
     }
 
-    /// Skips the lines received so far.
+    /// Skips the lines received so far: [`Session::next_line`] does not return them.
     pub fn skip_lines(&mut self) {
         self.read = self.lines.len();
         self.skipped = self.read;
     }
 
-    /// Raises an interrupt of the chip by its number, or the non-maskable one with `None`.
+    /// Raises an interrupt of the chip by its number, or the non-maskable one if `number` is `None`.
     pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
         self.qemu.interrupt(number)
     }
 
-    /// Drives the driver's stall output.
+    /// Sets the stall output of the motor driver to `level`.
     pub fn stall(&mut self, level: bool) -> Result<()> {
         self.qemu.set(Input::Stall, level)
     }

@@ -1,20 +1,21 @@
-//! The motor at the driver's output: position from the pulses in the emulator's log of GPIO writes.
+//! The simulated motor at the driver's output: its position follows from the pulses in the emulator's log of GPIO
+//! writes.
 
 use stairscan::schedule::microsteps;
 
-/// Bit of a pin in the upper half of BSRR: reset.
+/// Distance of a pin's reset bit from its set bit in the bit set/reset register (BSRR).
 const RESET: u32 = 16;
 const STEP: u32 = 6;
 const DIR: u32 = 7;
 const ENABLE: u32 = 8;
 
-/// Log text of a write to port C's bit set/reset register.
+/// Beginning of the log text of a write to a register of port C.
 const WRITE: &str = "GPIOC: unimplemented device write";
 const BSRR: &str = "offset 0x018, value 0x";
-/// Log text of a write to SysTick's reload register.
+/// Beginning of the log text of a write to SysTick's reload register.
 const RELOAD: &str = "systick_write systick write addr 0x4 data 0x";
 
-/// A shaft with a switch that is pressed at and below `place` 0.
+/// A motor shaft, with a home switch that is pressed where `place`, in microsteps, is 0 or less.
 #[derive(Clone, Debug)]
 pub struct Shaft {
     place: i64,
@@ -24,14 +25,16 @@ pub struct Shaft {
     pulses: u64,
     zero: Option<i64>,
     idle_pulses: u64,
-    /// Last SysTick reload, clocks of the core; 0 before the first one in the log.
+    /// Last value for SysTick's reload plus one, clocks of the core: the timer's wait before a pulse. 0 before the
+    /// first one in the log.
     wait: u64,
-    /// For each pulse: the position after it, and the clocks from its timer's start.
+    /// For each pulse since homing: the position after it, microsteps from the horizontal, and the timer's wait
+    /// before it, clocks of the core.
     steps: Vec<(i64, u64)>,
 }
 
 impl Shaft {
-    /// A shaft at `place` microsteps above the home switch, with the driver off.
+    /// Creates a shaft at `place` microsteps above the home switch, with the driver off.
     pub fn new(place: i64) -> Self {
         Self {
             place,
@@ -46,13 +49,13 @@ impl Shaft {
         }
     }
 
-    /// Turns the shaft by hand to `place` microsteps above the home switch.
+    /// Turns the shaft, as if by hand, to `place` microsteps above the home switch; its position is then unknown.
     pub fn turn_by_hand(&mut self, place: i64) {
         self.place = place;
         self.zero = None;
     }
 
-    /// Processes one line of the log.
+    /// Processes one line of the emulator's log.
     pub fn log_line(&mut self, line: &str) {
         if let Some(rest) = line.strip_prefix(RELOAD) {
             let digits = rest.split(' ').next().unwrap_or_default();
@@ -70,7 +73,7 @@ impl Shaft {
         }
     }
 
-    /// Processes a write to the bit set/reset register. Setting has priority over resetting, as on the chip.
+    /// Processes a write to port C's bit set/reset register. Setting has priority over resetting, as on the chip.
     fn write(&mut self, value: u32) {
         let set = |pin: u32| value & (1 << pin) != 0;
         let written = |pin: u32| set(pin) || set(pin + RESET);
@@ -105,22 +108,22 @@ impl Shaft {
         self.place <= 0
     }
 
-    /// Whether the driver is on.
+    /// Whether the motor driver is on.
     pub fn enabled(&self) -> bool {
         self.enabled
     }
 
-    /// Number of pulses that turned the shaft.
+    /// Returns the number of pulses that turned the shaft.
     pub fn pulses(&self) -> u64 {
         self.pulses
     }
 
-    /// Number of pulses while the driver was off: the firmware assumes a move that did not happen.
+    /// Returns the number of pulses while the driver was off: the firmware assumes a move that did not happen.
     pub fn idle_pulses(&self) -> u64 {
         self.idle_pulses
     }
 
-    /// Sets the position at the end of homing: `home_angle` (0.001°).
+    /// Sets the position at the end of homing: the shaft's angle is now `home_angle` (0.001°).
     pub fn is_home(&mut self, home_angle: i32) {
         self.zero = Some(self.place - i64::from(microsteps(home_angle)));
         self.steps.clear();

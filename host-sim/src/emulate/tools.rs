@@ -4,26 +4,26 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Rust target of the chip.
+/// Rust target triple of the chip.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// Rust target of a browser.
+/// Rust target triple of a browser.
 pub const WEB: &str = "wasm32-unknown-unknown";
-/// The emulator's program.
+/// Name of the emulator's program.
 pub const EMULATOR: &str = "qemu-system-arm";
 
 /// A tool that may be missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tool {
-    /// The standard library for the chip.
+    /// Rust's standard library for the chip.
     Target,
-    /// The standard library for WebAssembly.
+    /// Rust's standard library for WebAssembly.
     Web,
     /// QEMU's system emulator for ARM.
     Emulator,
 }
 
 impl Tool {
-    /// Whether it is installed.
+    /// Whether the tool is installed.
     pub fn available(self) -> bool {
         match self {
             Tool::Target => target_libdir(TARGET).is_some_and(|dir| holds_core(&dir)),
@@ -32,7 +32,7 @@ impl Tool {
         }
     }
 
-    /// Returns its name and how to install it.
+    /// Returns the text that the tool is missing, and how to install it.
     pub fn how_to_get(self) -> &'static str {
         match self {
             Tool::Target => {

@@ -5,14 +5,14 @@ use num_complex::Complex64;
 use super::signal::Signal;
 use crate::scene::maths::{amplitude, cis};
 
-/// Changes every sample.
+/// Replaces every sample of every chirp by its `change`.
 fn each(signal: &mut Signal, change: impl Fn(Complex64) -> Complex64) {
     for sample in signal.chirps.iter_mut().flatten() {
         *sample = change(*sample);
     }
 }
 
-/// Changes the bits of one channel's samples: I with an even draw, Q else.
+/// Replaces every sample of one channel, I or Q at random, by the `change` of its 16-bit word.
 fn bits(signal: &mut Signal, change: impl Fn(i16) -> i16) {
     let imaginary = signal.random.index(2) == 1;
     let word = |x: f64| f64::from(change(libm::floor(x + 0.5) as i16));
@@ -22,17 +22,17 @@ fn bits(signal: &mut Signal, change: impl Fn(i16) -> i16) {
     });
 }
 
-/// Bit `bit` of one channel is always set.
+/// Bit `bit` of I or of Q is always set; bit 0 is the lowest.
 pub fn bit_high(signal: &mut Signal, bit: f64) {
     bits(signal, |x| x | (1i16 << bit as u32));
 }
 
-/// Bit `bit` of one channel is never set.
+/// Bit `bit` of I or of Q is never set; bit 0 is the lowest.
 pub fn bit_low(signal: &mut Signal, bit: f64) {
     bits(signal, |x| x & !(1i16 << bit as u32));
 }
 
-/// One channel has lost its sign.
+/// I or Q has lost its sign: its samples are magnitudes.
 pub fn sign_lost(signal: &mut Signal, _: f64) {
     bits(signal, |x| x.saturating_abs());
 }
@@ -42,12 +42,12 @@ pub fn swapped(signal: &mut Signal, _: f64) {
     each(signal, |s| Complex64::new(s.im, s.re));
 }
 
-/// Q has the wrong sign.
+/// Q has the wrong sign, so that each sample is conjugated.
 pub fn conjugated(signal: &mut Signal, _: f64) {
     each(signal, |s| s.conj());
 }
 
-/// One channel gives nothing, or its own rounding.
+/// I or Q is always zero.
 pub fn dead(signal: &mut Signal, _: f64) {
     let imaginary = signal.random.index(2) == 1;
     each(signal, |s| match imaginary {
@@ -56,24 +56,24 @@ pub fn dead(signal: &mut Signal, _: f64) {
     });
 }
 
-/// Both channels give the same.
+/// Both channels have the samples of I.
 pub fn equal(signal: &mut Signal, _: f64) {
     each(signal, |s| Complex64::new(s.re, s.re));
 }
 
-/// Q is `db` stronger.
+/// Q is `db` dB weaker than I.
 pub fn gain_imbalance(signal: &mut Signal, db: f64) {
     let gain = amplitude(-db);
     each(signal, |s| Complex64::new(s.re, s.im * gain));
 }
 
-/// Q is `degrees` off its right angle.
+/// The phase between I and Q differs from 90° by `degrees`.
 pub fn phase_imbalance(signal: &mut Signal, degrees: f64) {
     let (sin, cos) = libm::sincos(degrees.to_radians());
     each(signal, |s| Complex64::new(s.re, s.im * cos + s.re * sin));
 }
 
-/// The offset of both channels walks by `share` of full scale during the scan.
+/// The offset drifts steadily during the scan, by `share` of full scale in all, in a random direction of the I/Q plane.
 pub fn offset_drift(signal: &mut Signal, share: f64) {
     let (rows, turn) = (signal.rows() as f64, signal.random.between(0.0, 6.0));
     for (k, chirp) in signal.chirps.iter_mut().enumerate() {
@@ -82,8 +82,7 @@ pub fn offset_drift(signal: &mut Signal, share: f64) {
     }
 }
 
-/// The receiver's gain falls by `db` at some row: the antenna's noise falls with the echoes, the
-/// converter's stays.
+/// The gain falls by `db` dB from a random row on: echoes, noise and offset fall alike.
 pub fn gain_falls(signal: &mut Signal, db: f64) {
     let from = signal.any_row(40);
     let gain = amplitude(-db);
@@ -93,7 +92,7 @@ pub fn gain_falls(signal: &mut Signal, db: f64) {
     }
 }
 
-/// Both channels clip at `share` of their largest swing.
+/// Both channels clip at `share` of the largest magnitude of I or Q in the scan.
 pub fn clipped(signal: &mut Signal, share: f64) {
     let parts = signal.chirps.iter().flatten();
     let most = parts
@@ -105,8 +104,8 @@ pub fn clipped(signal: &mut Signal, share: f64) {
     });
 }
 
-/// Another radar sweeps through `share` of the rows: a burst of 10 to 60 samples, 15 to 40 dB above the
-/// noise, whose frequency runs through the band.
+/// Another radar's chirp crosses the band in `share` of the rows, at random: a burst of 10 to 59 samples with a linear
+/// frequency sweep, 15 to 40 dB above the noise in each channel.
 pub fn bursts(signal: &mut Signal, share: f64) {
     let samples = signal.recording.meta.samples_per_chirp;
     for row in 0..signal.rows() {
@@ -130,7 +129,8 @@ pub fn bursts(signal: &mut Signal, share: f64) {
     }
 }
 
-/// A tone of its own comes in at all times, `db` above the noise of a sample.
+/// An interfering tone is in every row, `db` dB above the noise in each channel. Its beat frequency is that of a random
+/// range, its phase is random in each row.
 pub fn tone(signal: &mut Signal, db: f64) {
     let level = signal.noise_rms() * amplitude(db);
     let range = signal.random.between(0.3, 2.2);

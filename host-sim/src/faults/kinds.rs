@@ -7,31 +7,32 @@ use super::{converter, mounting, rows, signal::Signal, world};
 use crate::recording::Recording;
 use crate::scene::maths::Random;
 
-/// Random stream of faults, separate from those of scenes and scans.
+/// First stream of the random numbers of faults, separate from those of scenes and scans: the fault at index `k` of
+/// [`ALL`] uses `STREAM + k`.
 const STREAM: u64 = 0x4641_554C_5400;
 
 /// One kind of fault.
 pub struct Fault {
-    /// Its name.
+    /// Name of the fault in commands and tables.
     pub name: &'static str,
-    /// Strengths to test, weakest first.
+    /// Strengths to test, in `unit`.
     pub strengths: &'static [f64],
-    /// Unit of the strengths.
+    /// Unit of the strengths as text; empty for a fault without strengths.
     pub unit: &'static str,
-    /// Reasons that report it.
+    /// Reasons that report the fault: any one of them is enough.
     pub reasons: &'static [Reason],
-    /// Applies the fault to a signal with a given strength.
+    /// Changes a scan to one with the fault of a given strength, in place.
     apply: fn(&mut Signal, f64),
 }
 
 impl Fault {
-    /// Returns the fault of a name.
+    /// Returns the fault of this name; `None` if there is none.
     pub fn named(name: &str) -> Option<&'static Fault> {
         ALL.iter().find(|fault| fault.name == name)
     }
 
-    /// Returns `recording` with the fault of this strength applied. The result is determined by the
-    /// seed.
+    /// Returns `recording` with the fault of this strength applied. The random numbers of the fault are determined by
+    /// `seed`.
     ///
     /// # Errors
     /// The fault cannot be applied to this recording; the message names it.
@@ -83,7 +84,7 @@ const LEVELS: &[Reason] = &[GainDrift, MirrorMissing];
 const ANGLES: &[Reason] = &[AngleJump, MirrorStuck, Mount];
 const VIEW: &[Reason] = &[BlockedView, NoEcho];
 
-/// All kinds.
+/// All kinds of faults. The index of a fault selects its stream of random numbers.
 pub static ALL: &[Fault] = &[
     fault("bit-high", converter::bit_high, BITS, "bit", CHANNELS),
     fault("bit-low", converter::bit_low, BITS, "bit", CHANNELS),

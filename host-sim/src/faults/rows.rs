@@ -4,19 +4,21 @@ use num_complex::Complex64;
 
 use super::signal::Signal;
 
-/// The mirror stops at a random row; the noise continues.
+/// The mirror stops at a random row, more than `rows` rows before the end: all later rows repeat its echoes with other
+/// noise.
 pub fn stuck(signal: &mut Signal, rows: f64) {
     let from = signal.any_row(rows as usize);
     hold(signal, from, usize::MAX);
 }
 
-/// The mirror stops for `rows` rows and then is at the right angle again.
+/// The mirror stops for `rows` rows, which repeat the echoes of the row before them with other noise, and then is at
+/// the right angle again.
 pub fn sticks(signal: &mut Signal, rows: f64) {
     let from = signal.any_row(rows as usize);
     hold(signal, from, rows as usize);
 }
 
-/// The rows after `from` repeat its echoes, each with its own noise.
+/// Replaces the chirps of the `rows` rows after `from` by repetitions of its echoes, each with its own noise.
 fn hold(signal: &mut Signal, from: usize, rows: usize) {
     let end = from
         .saturating_add(1)
@@ -30,7 +32,8 @@ fn hold(signal: &mut Signal, from: usize, rows: usize) {
     }
 }
 
-/// The mirror has slipped by `degrees`, one way or the other, from some row on.
+/// The mirror has slipped by `degrees`, one way or the other, from a random row on: later rows have the echoes of
+/// another angle.
 pub fn slipped(signal: &mut Signal, degrees: f64) {
     let from = signal.any_row(40);
     let way = if signal.random.chance(0.5) { 1.0 } else { -1.0 };
@@ -47,7 +50,8 @@ pub fn slipped(signal: &mut Signal, degrees: f64) {
     signal.recording.meta.angles_deg.truncate(kept);
 }
 
-/// The driver's microsteps are `factor` times as large as configured.
+/// The driver's microsteps are `factor` times as large as configured, so that the recorded angles, counted from the
+/// first row's, are 1 / `factor` of the true ones.
 pub fn microsteps(signal: &mut Signal, factor: f64) {
     let rows = signal.rows();
     let first = signal.angle_deg(0);
@@ -64,21 +68,21 @@ pub fn microsteps(signal: &mut Signal, factor: f64) {
     }
 }
 
-/// Returns `rows` adjacent rows at a random place.
+/// Returns a range of `rows` adjacent rows at a random place in the scan.
 fn block(signal: &mut Signal, rows: f64) -> core::ops::Range<usize> {
     let rows = (rows as usize).min(signal.rows().saturating_sub(2));
     let first = signal.any_row(rows);
     first..(first + rows).min(signal.rows())
 }
 
-/// Two adjacent blocks of half of the rows are exchanged.
+/// The two halves of a random block of `rows` rows are exchanged.
 pub fn swapped(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     let half = block.len() / 2;
     signal.chirps[block].rotate_left(half);
 }
 
-/// A block of rows is shuffled.
+/// The chirps of a random block of `rows` rows are shuffled.
 pub fn shuffled(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     for k in (block.start + 1..block.end).rev() {
@@ -87,20 +91,20 @@ pub fn shuffled(signal: &mut Signal, rows: f64) {
     }
 }
 
-/// A block of rows is reversed.
+/// The chirps of a random block of `rows` rows are in reverse order.
 pub fn reversed(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     signal.chirps[block].reverse();
 }
 
-/// One row's chirp is repeated bit by bit for a block of rows.
+/// All rows of a random block of `rows` rows have the same chirp, bit by bit.
 pub fn repeated(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     let chirp = signal.chirps[block.start].clone();
     signal.chirps[block].fill(chirp);
 }
 
-/// A block of rows contains noise only, or (with probability ½) zeros.
+/// A random block of `rows` rows contains only noise or, with probability ½, zeros.
 pub fn empty(signal: &mut Signal, rows: f64) {
     let block = block(signal, rows);
     let noise = if signal.random.chance(0.5) { 1.0 } else { 0.0 };
@@ -111,7 +115,7 @@ pub fn empty(signal: &mut Signal, rows: f64) {
     }
 }
 
-/// `share` of the rows have the chirp of the previous row, with the right row number.
+/// `share` of the rows, at random, have the chirp of the previous row in place of their own, with the right row number.
 pub fn stale(signal: &mut Signal, share: f64) {
     for row in (1..signal.rows()).rev() {
         if signal.random.chance(share) {

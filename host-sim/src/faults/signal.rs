@@ -7,28 +7,30 @@ use stairscan::Iq;
 use crate::recording::{MirrorSetup, Recording};
 use crate::scene::maths::{LIGHT, Random, cis};
 
-/// Stride of the rows from which the common part is estimated.
+/// Stride of the rows from which noise and the component common to all rows are estimated.
 const INSIDE_STRIDE: usize = 3;
 /// Mean over median of an exponentially distributed power: 1 / ln 2.
 const MEAN_OVER_MEDIAN: f64 = core::f64::consts::LOG2_E;
-/// Number of frequencies at which the noise is estimated in each of these rows.
+/// Number of frequencies at which the noise is estimated in the spectrum of each of these rows.
 const NOISE_TONES: usize = 16;
 
-/// A scan to which faults are applied.
+/// A scan, separated into its components, to which faults are applied.
 pub struct Signal {
     /// The recording; `chirps` replaces its samples in [`Self::into_recording`].
     pub recording: Recording,
-    /// The chirps, in the order in which they were fired.
+    /// The chirps, in the order in which they were fired, in units of the 16-bit samples.
     pub chirps: Vec<Vec<Complex64>>,
-    /// Random numbers of this recording.
+    /// Generator of the random numbers of the fault.
     pub random: Random,
-    /// The converter's offset.
+    /// The converter's offset: the mean of all samples.
     offset: Complex64,
-    /// Component that all rows have in common: leakage and mirror.
+    /// Component that the chirps of all rows have in common, leakage and mirror echo, sample by sample, in the phase of
+    /// the first row.
     inside: Vec<Complex64>,
-    /// Phase of each row's chirp relative to the common one: not every radar keeps it constant.
+    /// Phase of each row's common component relative to the first row's, as a complex number of magnitude 1: not every
+    /// radar keeps it constant.
     phases: Vec<Complex64>,
-    /// Power of the noise, sum of both channels.
+    /// Power of the receiver's noise in a sample, sum of both channels.
     noise: f64,
 }
 
@@ -37,7 +39,8 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Returns the phase of the common component of two chirps.
+/// Returns the phase of `chirp` relative to `reference` by the component that both have in common, as a complex number
+/// of magnitude 1.
 fn phase(chirp: &[Complex64], reference: &[Complex64], offset: Complex64) -> Complex64 {
     let pairs = chirp.iter().zip(reference);
     let product: Complex64 = pairs.map(|(a, b)| (a - offset) * (b - offset).conj()).sum();
@@ -49,7 +52,8 @@ fn phase(chirp: &[Complex64], reference: &[Complex64], offset: Complex64) -> Com
     }
 }
 
-/// Returns the noise power of a sample: the median over frequencies and rows of windowed spectra.
+/// Returns the noise power of a sample, sum of both channels: from the median of windowed spectra over frequencies and
+/// rows.
 fn noise_power(chirps: &[Vec<Complex64>]) -> f64 {
     let mut powers = Vec::new();
     for (k, chirp) in chirps.iter().enumerate().step_by(INSIDE_STRIDE) {
@@ -74,7 +78,7 @@ fn noise_power(chirps: &[Vec<Complex64>]) -> f64 {
 }
 
 impl Signal {
-    /// Separates `recording`.
+    /// Separates the scan of `recording` into offset, common component and scene, and estimates its noise.
     ///
     /// # Errors
     /// A recording without a mirror is not a scan.
@@ -145,14 +149,14 @@ impl Signal {
             .unwrap_or_else(|| unreachable!())
     }
 
-    /// Changes the configured mounting.
+    /// Applies `change` to the mounting that the recording states.
     pub fn set_mirror(&mut self, change: impl FnOnce(&mut MirrorSetup)) {
         if let Some(mirror) = &mut self.recording.meta.mirror {
             change(mirror);
         }
     }
 
-    /// Returns the angle of a row, degrees.
+    /// Returns the recorded angle of a row, degrees.
     pub fn angle_deg(&self, row: usize) -> f64 {
         self.recording
             .meta
@@ -162,12 +166,12 @@ impl Signal {
             .unwrap_or(0.0)
     }
 
-    /// Returns the angle between rows, degrees; positive for a downward scan.
+    /// Returns the difference of angle from the first row to the second, degrees; positive for a downward scan.
     pub fn step_deg(&self) -> f64 {
         self.angle_deg(1) - self.angle_deg(0)
     }
 
-    /// Returns a random row from the middle of the scan, at least `rows` before its end.
+    /// Returns a random row, not the first, that more than `rows` rows follow.
     pub fn any_row(&mut self, rows: usize) -> usize {
         let last = self.rows().saturating_sub(rows + 2).max(1);
         1 + self.random.index(last)
@@ -178,12 +182,13 @@ impl Signal {
         (self.noise / 2.0).sqrt()
     }
 
-    /// Returns one noise sample with `share` of the receiver's noise power.
+    /// Returns a random sample of noise with `share` of the receiver's noise power.
     pub fn noise(&mut self, share: f64) -> Complex64 {
         self.random.complex(self.noise * share)
     }
 
-    /// Returns a row's echoes of the scene with noise, in the phase that all rows have in common.
+    /// Returns a row's chirp without offset and common component, in the phase of the first row: the scene's echoes
+    /// with noise.
     pub fn scene_echoes(&self, row: usize) -> Vec<Complex64> {
         let (offset, turn) = (self.offset, self.phases[row].conj());
         let chirp = self.chirps[row].iter();
@@ -193,7 +198,8 @@ impl Signal {
             .collect()
     }
 
-    /// Returns a row's chirp: the common component plus these echoes of the scene.
+    /// Returns a row's chirp with these echoes of the scene in place of its own: their sum with the common component,
+    /// in the row's phase, and the offset.
     fn chirp(&self, row: usize, echoes: &[Complex64]) -> Vec<Complex64> {
         let (offset, turn) = (self.offset, self.phases[row]);
         let sum = echoes.iter().zip(&self.inside);
@@ -201,20 +207,20 @@ impl Signal {
             .collect()
     }
 
-    /// Sets a row's chirp to the common component plus these echoes of the scene.
+    /// Replaces the scene's echoes in a row's chirp by these.
     pub fn set_scene_echoes(&mut self, row: usize, echoes: &[Complex64]) {
         self.chirps[row] = self.chirp(row, echoes);
     }
 
-    /// Returns the chirp of row `to` with these echoes, whose noise lacks `share` of its power.
+    /// Returns a chirp for row `to` with these echoes, after adding the `share` of the noise power that they lack.
     fn renewed(&mut self, to: usize, echoes: Vec<Complex64>, share: f64) -> Vec<Complex64> {
         let echoes: Vec<_> = echoes.into_iter().map(|s| s + self.noise(share)).collect();
         self.chirp(to, &echoes)
     }
 
-    /// Returns a repetition of the chirp of row `from` in place of row `to`: the same echoes with other
-    /// noise. Three neighbouring rows have nearly the same echoes, and their mean has a third of the
-    /// noise power.
+    /// Returns a chirp for row `to` that repeats the echoes of row `from` with other noise. The echoes are the mean of
+    /// three neighbouring rows, which differ little and whose mean has a third of the noise power; the other two thirds
+    /// are added at random.
     pub fn repeated_chirp(&mut self, from: usize, to: usize) -> Vec<Complex64> {
         let last = self.rows().saturating_sub(1);
         let around = [from.saturating_sub(1), from, (from + 1).min(last)];
@@ -228,8 +234,8 @@ impl Signal {
         self.renewed(to, mean, 2.0 / 3.0)
     }
 
-    /// Returns the interpolated chirp at a fractional row `place` (1.5 is half-way from row 1 to row 2)
-    /// in place of row `to`. Beyond the ends it is the last row's, with other noise.
+    /// Returns a chirp for row `to` with the echoes at a fractional row `place` (1.5 is half-way from row 1 to row 2),
+    /// interpolated linearly. Before the first row and beyond the last it has that row's echoes with other noise.
     pub fn between(&mut self, place: f64, to: usize) -> Vec<Complex64> {
         let last = self.rows().saturating_sub(1) as f64;
         let clamped = place.clamp(0.0, last);
@@ -248,7 +254,7 @@ impl Signal {
         self.renewed(to, mixed, 1.0 - kept)
     }
 
-    /// Returns the beat tone of an echo at `range_m` from the mirror, with amplitude 1 and the
+    /// Returns the beat tone of an echo at `range_m` from the mirror, one value a sample, with amplitude 1 and the
     /// carrier's phase.
     pub fn tone(&self, range_m: f64) -> Vec<Complex64> {
         let range = range_m + self.mirror().offset_m;
@@ -259,7 +265,7 @@ impl Signal {
             .collect()
     }
 
-    /// Returns the factors that shift echoes by `range_m`: the beat of that range, with phase 0 in the
+    /// Returns the factors, one a sample, that shift echoes by `range_m`: the beat of that range, with phase 0 in the
     /// middle of the chirp.
     pub fn turn(&self, range_m: f64) -> Vec<Complex64> {
         let meta = &self.recording.meta;
@@ -271,7 +277,7 @@ impl Signal {
             .collect()
     }
 
-    /// Returns the maximum over the rows of the RMS amplitude of the echoes.
+    /// Returns the maximum over the rows of the RMS amplitude of the scene's echoes with noise.
     pub fn strongest(&self) -> f64 {
         let power = |row: usize| {
             let echoes = self.scene_echoes(row);

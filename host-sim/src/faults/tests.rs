@@ -9,20 +9,20 @@ fn clean() -> Recording {
     random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()
 }
 
-/// Returns status and reasons of the first scan.
+/// Returns status and reasons of the answer to the first scan.
 fn verdict(recording: &Recording) -> (Status, Reasons) {
     let answer = replay::answer(recording, &replay::Options::default()).unwrap();
     (answer.scan.status, answer.scan.reasons)
 }
 
-/// Asserts that the fault prevents `ok`, with this reason.
+/// Asserts that the answer is `degraded` with this reason.
 fn assert_detected(recording: &Recording, reason: Reason, name: &str) {
     let (status, reasons) = verdict(recording);
     let has = reasons.has(reason);
     assert!(status == Status::Degraded && has, "{name}: {reasons}");
 }
 
-/// A recording of the repository.
+/// Reads a recording of the repository.
 fn committed(name: &str) -> Recording {
     let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     Recording::read(&dir.join(name)).unwrap()
@@ -63,7 +63,7 @@ fn sequences_are_refused() {
     assert!(error.contains("2 scans: expected one"), "{error}");
 }
 
-/// The ground in front of these stairs is too smooth to show its height; the first corner is visible.
+/// An angle error is found by the first corner: the ground in front of these stairs is too smooth to show its height.
 #[test]
 fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
     for name in ["stair_a", "stair_b", "stair_c"] {
@@ -80,8 +80,8 @@ fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
     }
 }
 
-/// A corner below the ground, one little above the noise, and weak echoes of the ground at a wrong height. Each scene
-/// is `ok` without the fault.
+/// A wrong mounting is found in scenes that show little of the ground: a corner below it, one little above the noise,
+/// and weak echoes of the ground at a wrong height. Each scene is `ok` without the fault.
 #[test]
 fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
     let cases = [
@@ -118,7 +118,8 @@ fn a_wrong_bandwidth_strains_the_calibration_on_the_floor() {
     }
 }
 
-/// Neighbouring rows differ no more than with the nominal beam; the lobes as a whole are too narrow or too wide.
+/// Wrong microsteps are found by the width of whole lobes over the angle: neighbouring rows differ no more than with
+/// the nominal beam.
 #[test]
 fn other_microsteps_than_set_are_told_by_the_beam() {
     let fault = Fault::named("microsteps").unwrap();

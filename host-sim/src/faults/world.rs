@@ -5,16 +5,16 @@ use num_complex::Complex64;
 use super::signal::Signal;
 use crate::scene::maths::{LIGHT, amplitude, cis};
 
-/// Level of a hand, a bag or a coat over the scanner above the strongest echo, dB.
+/// Level of the echo of a hand, a bag or a coat over the scanner, dB over the scene's strongest echo.
 const BLOCKER_DB: f64 = 6.0;
-/// Attenuation of its second echo by way of the mirror, dB.
+/// Attenuation of the second echo of an object over the scanner, which goes by way of the mirror, dB below its first.
 const BOUNCE_DB: f64 = 20.0;
-/// Level of a person's legs below a specular reflection, dB.
+/// Level of the echo of a person's legs, dB below the scene's strongest echo.
 const PERSON_DB: f64 = 10.0;
-/// Reference range of levels, metres; echoes fall with its square.
+/// Range up to which an object has its full level, metres; beyond it the amplitude falls with the square of the range.
 const NEAR_M: f64 = 0.5;
 
-/// Rain or dirt on the window attenuates every echo from beyond it by `db`.
+/// Rain or dirt on the window attenuates the scene's echoes by `db` dB; the noise stays.
 pub fn window(signal: &mut Signal, db: f64) {
     let gain = amplitude(-db);
     for row in 0..signal.rows() {
@@ -26,7 +26,8 @@ pub fn window(signal: &mut Signal, db: f64) {
     }
 }
 
-/// An object hides everything behind it in `rows`, at the range `range_m` of each row.
+/// Replaces the echoes of `rows` by those of an object that hides everything behind it, at the range `range_m` of each
+/// row, metres. Its level is `db` dB over the scene's strongest echo.
 fn hide(
     signal: &mut Signal,
     rows: impl Iterator<Item = usize>,
@@ -51,13 +52,14 @@ fn hide(
     }
 }
 
-/// An object covers all rows, at `metres`.
+/// An object covers all rows, `metres` from the mirror.
 pub fn blocked(signal: &mut Signal, metres: f64) {
     let rows = 0..signal.rows();
     hide(signal, rows, BLOCKER_DB, |_| metres);
 }
 
-/// An object covers the rows on one side of a random angle between 0 and 25°.
+/// An object covers the rows on one side of a random angle between 0 and 25°, `metres` from the mirror: those that look
+/// lower if `lower`, else those above.
 fn blocked_part(signal: &mut Signal, metres: f64, lower: bool) {
     let edge = signal.random.between(0.0, 25.0);
     let below = |signal: &Signal, row: usize| signal.angle_deg(row) > edge;
@@ -67,17 +69,17 @@ fn blocked_part(signal: &mut Signal, metres: f64, lower: bool) {
     hide(signal, rows.into_iter(), BLOCKER_DB, |_| metres);
 }
 
-/// An object covers the lower rows, at `metres`.
+/// An object covers the rows below a random angle, `metres` from the mirror.
 pub fn blocked_below(signal: &mut Signal, metres: f64) {
     blocked_part(signal, metres, true);
 }
 
-/// An object covers the upper rows, at `metres`.
+/// An object covers the rows above a random angle, `metres` from the mirror.
 pub fn blocked_above(signal: &mut Signal, metres: f64) {
     blocked_part(signal, metres, false);
 }
 
-/// A person crosses at `metres` while the mirror turns by 15°.
+/// A person crosses at `metres` from the mirror while the mirror turns by 15°, and hides the scene in these rows.
 pub fn person_crosses(signal: &mut Signal, metres: f64) {
     let rows = (15.0 / signal.step_deg().abs()) as usize;
     let first = signal.any_row(rows);
@@ -85,14 +87,14 @@ pub fn person_crosses(signal: &mut Signal, metres: f64) {
     hide(signal, rows, -PERSON_DB, |_| metres);
 }
 
-/// A person approaches by a metre during the scan, down to `metres`.
+/// A person approaches by a metre during the scan, from `metres` + 1 m to `metres`, and hides the scene in all rows.
 pub fn person_approaches(signal: &mut Signal, metres: f64) {
     let rows = signal.rows();
     let range = |row: usize| metres + 1.0 - row as f64 / rows as f64;
     hide(signal, 0..rows, -PERSON_DB, range);
 }
 
-/// Shifts the echoes of every row by `range_m`, metres.
+/// Shifts the echoes of every row by the distance `range_m` of the row, metres, positive away from the radar.
 fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
     let wave = 2.0 * core::f64::consts::TAU * signal.recording.meta.carrier_hz / LIGHT;
     for row in 0..signal.rows() {
@@ -106,8 +108,7 @@ fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
     }
 }
 
-/// The chair creeps forward by `metres` during the scan. The ground truth is relative to the final
-/// position.
+/// The chair creeps forward by `metres` during the scan. The ground truth becomes that of the final position.
 pub fn chair_moves(signal: &mut Signal, metres: f64) {
     let rows = signal.rows() as f64;
     shift(signal, |signal, row| {
@@ -123,7 +124,7 @@ pub fn chair_moves(signal: &mut Signal, metres: f64) {
     }
 }
 
-/// The chair rocks by ±`degrees`, twice during the scan.
+/// The chair's pitch oscillates by ±`degrees`, two periods during the scan: each row has the echoes of another angle.
 pub fn rocks(signal: &mut Signal, degrees: f64) {
     let rows = signal.rows();
     let (step, turn) = (signal.step_deg().abs(), signal.random.between(0.0, 6.0));

@@ -14,7 +14,7 @@ pub use shots::Film;
 use stage::Stage;
 
 impl Film {
-    /// Returns the animation as an SVG document.
+    /// Returns the animation of all scans as an SVG document.
     pub fn svg(&self) -> String {
         Stage::of(self).draw(self).to_string()
     }

@@ -1,4 +1,4 @@
-//! Scans of an animation: position, echoes and answer of each.
+//! Scans of an animation: position of the mirror, echoes and answer of each.
 
 use stairscan::config::{EstimatorKind, Plane};
 
@@ -8,17 +8,18 @@ use crate::recording::{Recording, Truth};
 use crate::replay::Scanned;
 use crate::views::Point;
 
-/// An echo: its place relative to the mirror and the ground below it, metres, and its level.
+/// An echo: `at` is its horizontal distance from the mirror and its height above the ground,
+/// metres, `snr_db` its signal-to-noise ratio.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Echo {
     pub(super) at: Point,
     pub(super) snr_db: f64,
 }
 
-/// One scan.
+/// One scan of an animation.
 #[derive(Clone, Debug)]
 pub(super) struct Shot {
-    /// Position of the mirror relative to the first scan, metres.
+    /// Travel of the mirror since the first scan, metres.
     pub(super) travel_m: f64,
     /// First and last angle of the beam, degrees below the horizontal.
     pub(super) sweep_deg: (f64, f64),
@@ -26,17 +27,19 @@ pub(super) struct Shot {
     pub(super) echoes: Vec<Echo>,
 }
 
-/// All scans of a recording, in order.
+/// The scans of a recording to be animated, in order.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
     pub(super) name: String,
     pub(super) mount_height_m: f64,
     pub(super) shots: Vec<Shot>,
-    /// Ground truth as seen from the first scan; `None` if the recording has none.
+    /// Ground truth, with distances from the mirror at the first scan; `None` if the recording has
+    /// none.
     pub(super) truth: Option<Truth>,
 }
 
-/// Returns the travel of the mirror at the end of scan `k`, metres.
+/// Returns the travel of the mirror at the end of scan `k` (from 0), metres: the true one if the
+/// recording has it, else the odometer's, else 0.
 fn travel_m(recording: &Recording, k: usize) -> f64 {
     let sequence = &recording.meta.sequence;
     let last = recording.chirps_of(k).end.saturating_sub(1);

@@ -1,4 +1,4 @@
-//! Layout and timing of the animation.
+//! Layout and timing of the animated drawing of a recording.
 
 use plotters::style::RGBColor;
 use stairscan::report::DropLine;
@@ -13,7 +13,7 @@ use crate::plots::colour::{self, MEASURED};
 use crate::plots::{steps, surface};
 use crate::views::{Point, true_edges};
 
-/// Scale, pixels per metre.
+/// Scale of the drawing, pixels per metre.
 const SCALE: f64 = 300.0;
 /// Height of the text area at the top, pixels.
 const HEAD: f64 = 118.0;
@@ -27,17 +27,18 @@ const BELOW_M: f64 = 0.12;
 const BEAM_M: f64 = 1.9;
 const BEAM_DEG: f64 = 2.5;
 /// Durations of a scan, of the display of its answer, and of the drive to the next place, seconds.
-/// They are longer than in reality, to be followed.
+/// They are longer than in reality, so that they can be followed.
 const SWEEP_S: f64 = 1.8;
 const READ_S: f64 = 1.7;
 const DRIVE_S: f64 = 0.8;
-/// Additional duration of the last answer, seconds.
+/// Additional time for which the last answer is displayed, seconds.
 const REST_S: f64 = 2.0;
-/// Duration of fading in or out, seconds.
+/// Duration of the fading in or out of a drawn element, seconds.
 const FADE_S: f64 = 0.15;
-/// Number of groups of echoes per scan; the echoes of a group appear together.
+/// Number of groups into which a scan's echoes are divided; the echoes of a group appear together.
 const GROUPS: usize = 16;
-/// Maximum number of steps that are described, side by side, and width of each description, pixels.
+/// Maximum number of steps that are described, side by side, and width of the column of each,
+/// pixels.
 const COLUMNS: usize = 3;
 const COLUMN: f64 = 270.0;
 /// Minimum signal-to-noise ratio of an echo that is drawn opaque, dB.
@@ -47,12 +48,14 @@ const INK: &str = "#1d2430";
 const FAINT: &str = "#6b7280";
 const SOLID: &str = "#d6d9de";
 
-/// Visible area of the animation and its times.
+/// Visible area of the animation, and the times of its scans.
 pub(super) struct Stage {
-    /// Minimum and maximum x, minimum and maximum height, metres.
+    /// Visible area, metres: minimum and maximum x (horizontal, from the mirror at the first scan),
+    /// and minimum and maximum height above the ground.
     x_m: (f64, f64),
     y_m: (f64, f64),
-    /// Time at which each shot begins, and time of the end, seconds.
+    /// Time at which each scan's part of the animation begins, and time of the end of the
+    /// animation, seconds.
     begins_s: Vec<f64>,
     ends_s: f64,
     /// Height of the mirror above the ground, metres.
@@ -121,8 +124,8 @@ impl Stage {
         HEAD + (self.y_m.1 - self.y_m.0) * SCALE + 6.0
     }
 
-    /// Makes `node` an animation of `attribute`: a value at each time (seconds), with linear
-    /// interpolation.
+    /// Makes `node` an animation of `attribute` over the whole duration: pairs of time (seconds)
+    /// and value in `course`, with linear interpolation.
     fn timed<N: Node>(&self, mut node: N, attribute: &str, course: &[(f64, String)]) -> N {
         let share = |t: f64| ((t / self.ends_s).clamp(0.0, 1.0) * 1e4).round() / 1e4;
         let times: Vec<String> = course.iter().map(|c| share(c.0).to_string()).collect();
@@ -140,13 +143,14 @@ impl Stage {
         self.timed(Animate::new(), "opacity", &course)
     }
 
-    /// Animates a translation or rotation: the arguments of the transform `kind` at each time.
+    /// Animates a translation or rotation: pairs of time (seconds) and the arguments of the SVG
+    /// transform `kind` in `course`.
     fn moved(&self, kind: &str, course: &[(f64, String)]) -> AnimateTransform {
         let transform = AnimateTransform::new().set("type", kind);
         self.timed(transform, "transform", course)
     }
 
-    /// Animates the opacity: 0 except between two times.
+    /// Animates the opacity: 1 between two times (seconds), with fading, and 0 otherwise.
     fn shown(&self, from_s: f64, to_s: f64) -> Animate {
         let end = self.ends_s;
         let out = to_s.min(end);
@@ -159,8 +163,8 @@ impl Stage {
         self.opacity(&points)
     }
 
-    /// Returns the time at which the answer of shot `k` appears, and the time at which that of the
-    /// next shot replaces it.
+    /// Returns the time at which the answer of scan `k` appears, and the time at which that of the
+    /// next scan replaces it, seconds.
     fn answer_interval_s(&self, k: usize) -> (f64, f64) {
         let at = |k: usize| self.begins_s.get(k).map(|begin| begin + SWEEP_S);
         let end = self.ends_s + FADE_S;
@@ -194,7 +198,7 @@ impl Stage {
         page
     }
 
-    /// Draws the true ground, or else the ground that the chair stands on.
+    /// Draws the true ground, or level ground if the recording has no truth.
     fn ground(&self, film: &Film) -> Polygon {
         let (left, right) = self.x_m;
         let edges = film.truth.as_ref().map(true_edges).unwrap_or_default();
@@ -206,7 +210,8 @@ impl Stage {
             .set("fill", SOLID)
     }
 
-    /// Draws the chair with its mirror and beam, at its place at the first scan.
+    /// Draws the chair with its mirror and beam, and animates their motion from its place at the
+    /// first scan.
     fn chair(&self, film: &Film) -> Group {
         let (mut way, mut turn, mut lit) = (Vec::new(), Vec::new(), vec![(0.0, 0.0)]);
         for (shot, &begin) in film.shots.iter().zip(&self.begins_s) {
@@ -250,7 +255,7 @@ impl Stage {
         group.add(self.moved("translate", &way))
     }
 
-    /// Returns the outline of a powered wheelchair from the side, with its scanner in front.
+    /// Returns the outlines of a powered wheelchair from the side, with its scanner in front.
     fn outline(&self, mount_height_m: f64) -> Vec<Path> {
         let path = |points: &[Point], width: f64| {
             let places: Vec<String> = points.iter().map(|&p| self.at(p)).collect();
@@ -297,7 +302,7 @@ impl Stage {
         ]
     }
 
-    /// Draws the echoes, which appear as the beam passes them.
+    /// Draws the echoes of scan `k`, which appear as the beam passes them.
     fn echoes(&self, k: usize, shot: &Shot) -> Vec<Group> {
         let (first, last) = shot.sweep_deg;
         let begin = self.begins_s.get(k).copied().unwrap_or(0.0);
@@ -339,7 +344,8 @@ impl Stage {
             .set("fill-opacity", number(0.9 * strength))
     }
 
-    /// Draws the answer: text above, the steps with their ±2σ, the drop, and the horizon.
+    /// Draws the answer of scan `k`: text above, the steps with their ±2σ, the drop, and the
+    /// horizon.
     fn answer(&self, k: usize, shot: &Shot) -> Group {
         let hue = &hex(colour::status(shot.answer.scan.status));
         let (from, to) = self.answer_interval_s(k);
@@ -390,7 +396,8 @@ impl Stage {
         }
     }
 
-    /// Draws the edge of a drop: a vertical line, and its band of ±3σ.
+    /// Draws the edge of a drop as seen from the mirror at `here` metres: a vertical line, and a
+    /// band of ±3σ.
     fn drop(&self, here: f64, drop: &DropLine, hue: &str) -> Group {
         let (edge, near) = (metres(drop.distance), nearest_m(drop));
         let inside = |m: f64| self.x((here + m).clamp(self.x_m.0, self.x_m.1));
@@ -445,7 +452,8 @@ impl Stage {
         vec![Group::new().add(line).add(label)]
     }
 
-    /// Returns the text: count and status, horizon and reasons, and the first steps side by side.
+    /// Returns the lines of text on an answer: number of steps and status, horizon and reasons, and
+    /// the first steps side by side.
     fn words(shot: &Shot, hue: &str) -> Vec<Text> {
         let line = |words: String, (x, y): (f64, f64), size: u32, fill: &str| {
             Text::new(words)

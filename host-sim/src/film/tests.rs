@@ -21,7 +21,7 @@ fn film(name: &str) -> (Film, String) {
     (film, svg)
 }
 
-/// The elements called `tag` of the document, each up to its end.
+/// Returns the elements with the tag `tag` of the document, each up to its end.
 fn elements<'s>(svg: &'s str, tag: &str) -> Vec<&'s str> {
     let open = format!("<{tag} ");
     svg.match_indices(&open)

@@ -2,14 +2,14 @@
 
 use crate::fit::portable::Portable as _;
 
-/// Weights and their standard errors.
+/// Weights of a logistic regression and their standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogisticFit {
     /// One weight for each feature.
     pub weights: Vec<f64>,
-    /// Standard errors, from the curvature of the posterior.
+    /// Standard error of each weight, from the curvature of the posterior.
     pub errors: Vec<f64>,
-    /// Number of samples.
+    /// Number of samples that the weights are fitted to.
     pub samples: usize,
     /// Number of samples whose outcome is `true`.
     pub positives: usize,
@@ -28,7 +28,7 @@ pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> Logi
     weighted(&samples, count, prior_sigma)
 }
 
-/// [`fit()`] with a weight for each sample.
+/// Same as [`fit()`], with a weight for each sample: features, outcome, weight.
 pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f64) -> LogisticFit {
     let mut weights = vec![0.0; count];
     let precision = 1.0 / (prior_sigma * prior_sigma);
@@ -96,12 +96,12 @@ impl Matrix {
         self.values[row * self.size + column]
     }
 
-    /// Adds to an element of the lower half.
+    /// Adds `value` to an element of the lower half.
     pub fn add(&mut self, row: usize, column: usize, value: f64) {
         self.values[row * self.size + column] += value;
     }
 
-    /// Solves for one right-hand side (Cholesky). The result is NaN if the matrix is not positive
+    /// Solves for one right-hand side (Cholesky) and returns the solution, NaN if the matrix is not positive
     /// definite.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let n = self.size;

@@ -1,9 +1,9 @@
-//! Fits the verdict's hazards to scans with ground truth.
+//! Fits the weights of the hazards and the thresholds of `ok` to scans with ground truth.
 //!
-//! Each scan contributes its cells up to and including the first one in which its answer is wrong: the estimator's
-//! features of each cell, and whether it is that first wrong one. Their logistic regression is the hazard. A second
-//! logistic regression, on other scenes, calibrates the accumulated hazards against the observed share of correct
-//! answers.
+//! Each scan contributes its way cells (10 cm of the way ahead each) up to and including the first one in which its
+//! answer is wrong: the estimator's features of each cell, and whether it is that first wrong one. Their logistic
+//! regression is the hazard. A second logistic regression, on other scenes, calibrates the accumulated hazards
+//! against the observed share of correct answers.
 
 use crate::fit::portable::Portable as _;
 
@@ -41,36 +41,36 @@ pub use table::write;
 /// and e³ is a strong effect.
 const PRIOR_SIGMA: f64 = 3.0;
 
-/// Training sample of one scan.
+/// Training sample of one scan for hazards, calibration and thresholds.
 #[derive(Clone, Debug)]
 pub struct TrainingSample {
-    /// The recording's name.
+    /// Name of the scan's recording.
     pub name: String,
     /// Plane that the mirror sweeps.
     pub plane: Plane,
-    /// Cells along the path ahead, nearest first.
+    /// Way cells (10 cm of the way ahead each), nearest first.
     pub cells: Vec<Cell>,
     /// Whether the answer reports steps.
     pub stairs: bool,
-    /// Index of the first cell with an error.
+    /// Index of the first way cell from which on the answer is wrong; `None` if it is correct to the end.
     pub wrong: Option<usize>,
-    /// Minimum horizon of an `ok` answer, metres.
+    /// Minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
     pub reach_m: f32,
     /// Reported steps.
     pub steps: Vec<Step>,
     /// Reported drop edge.
     pub drop: Option<DropEdge>,
-    /// For each `MAYBE`: the particles' share, and whether there is a step.
+    /// For each `MAYBE` (possible step): its share of the particles' weight, and whether there is a true step.
     pub maybes: Vec<(f32, bool)>,
     /// The reported answer and the ground truth.
     pub judged: (Answer, Truth),
 }
 
-/// Observer that collects cells, `MAYBE`s and echoes.
+/// Observer that collects a scan's way cells, `MAYBE`s and echoes.
 #[derive(Default)]
 struct Listener {
     cells: Vec<Cell>,
-    /// Share of the particles of each `MAYBE`.
+    /// Share of the particles' weight of each `MAYBE`.
     maybes: Vec<f32>,
     echoes: Vec<Echo>,
 }
@@ -86,8 +86,8 @@ impl Observer for Listener {
     }
 }
 
-/// Scans the first scan of a recording with the measurement model `g` and applies `look` to it; `None` if the
-/// recording has no ground truth or the status is `fault`.
+/// Evaluates the first scan of a recording with the measurement model `g` and returns the result of `look` for scan,
+/// ground truth, outcome and observed data; `None` if the recording has no ground truth or the status is `fault`.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -203,15 +203,16 @@ fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
     Answer::parse(name, sentences)
 }
 
-/// Returns the index of the first cell from which on the answer stays wrong. If a cell ends between a step and its
-/// reported place, only one of the two is counted. That is not an error of the answer, since no horizon ends there.
+/// Returns the index of the first way cell from which on the answer stays wrong; `None` if it ends correct. If a cell
+/// ends between a step and its reported place, only one of the two is counted. That is not an error of the answer,
+/// since no horizon ends there.
 fn first_wrong(answer: &Answer, truth: &Truth, cells: &[Cell]) -> Option<usize> {
     let right = |cell: &Cell| !score::wrong_up_to(answer, truth, cell.end_m.into());
     let first = cells.iter().rposition(right).map_or(0, |last| last + 1);
     (first < cells.len()).then_some(first)
 }
 
-/// Fits the hazards of one plane, with the standard errors of their weights.
+/// Fits the hazards of one plane: weights of the way cells' features, with standard errors.
 pub fn hazards(samples: &[&TrainingSample]) -> LogisticFit {
     let mut rows = Vec::new();
     for sample in samples {
@@ -224,8 +225,8 @@ pub fn hazards(samples: &[&TrainingSample]) -> LogisticFit {
     logistic::fit(&rows, FEATURES, PRIOR_SIGMA)
 }
 
-/// Returns for each cell of a sample the log-odds, from the hazards, that the answer is correct up to that cell, and
-/// whether it is.
+/// Returns for each way cell of a sample the log-odds, from the hazards, that the answer is correct up to the cell's
+/// far end, and whether it is.
 fn odds(sample: &TrainingSample, weights: &Weights) -> Vec<(f64, bool)> {
     let mut log_right = 0.0;
     let cells = sample.cells.iter().enumerate().map(|(k, cell)| {
@@ -241,14 +242,14 @@ fn odds(sample: &TrainingSample, weights: &Weights) -> Vec<(f64, bool)> {
 /// Minimum horizon of an `ok` answer, metres: the 1 m of the design contract less a margin for rounding.
 const OK_REACH_M: f32 = 0.999;
 
-/// Effect of a probability threshold.
+/// A threshold of `ok` on the probability that an answer is correct, and its effect on a set of answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
-    /// The threshold.
+    /// Minimum probability that an `ok` answer is correct up to its horizon.
     pub from: f32,
-    /// Number of answers that are `ok` with it.
+    /// Number of answers that are `ok` with this threshold.
     pub ok: usize,
-    /// Number of these that are wrong before their horizon.
+    /// Number of these `ok` answers that are wrong before their horizon.
     pub wrong: usize,
 }
 
@@ -264,22 +265,22 @@ const FIRST_TESTED: [usize; 3] = [800, 1600, 3200];
 /// little evidence, but each of them can end the sequence.
 const MORE_TESTED: usize = 200;
 
-/// An answer whose status depends on the threshold.
+/// An answer that is `ok` or not depending on the threshold, with all that is needed to decide and judge it.
 struct ScoredAnswer<'a> {
-    /// Minimum horizon of an `ok` answer, metres.
+    /// Minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
     reach_m: f32,
     /// Reported steps.
     steps: &'a [Step],
     /// Reported drop edge.
     drop: Option<DropEdge>,
-    /// For each cell: its far end, metres, and the probability that the answer is correct up to there.
+    /// For each way cell: its far end, metres, and the probability that the answer is correct up to there.
     cells: Vec<(f32, f32)>,
     /// The reported answer and the ground truth.
     judged: &'a (Answer, Truth),
 }
 
 impl ScoredAnswer<'_> {
-    /// Returns the horizon with a threshold, metres; `None` if the answer is not `ok`.
+    /// Returns the horizon with `ok_from` as the minimum probability, metres; `None` if the answer is not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
         let mut reach = HorizonAccumulator::new(self.steps, self.drop);
         for &(end_m, right) in &self.cells {
@@ -297,8 +298,8 @@ impl ScoredAnswer<'_> {
     }
 }
 
-/// Returns the far ends of the cells, metres, each with the probability that the answer is correct up to there.
-/// Input: the log-survival of each cell. `probability` maps their cumulative sum to a probability.
+/// Returns the far end of each way cell, metres, with the probability that the answer is correct up to there. `cells`
+/// holds far ends and log-survivals; `probability` maps a cumulative sum of these to a probability.
 fn cumulative_probabilities(
     cells: impl Iterator<Item = (f32, f32)>,
     probability: impl Fn(f32) -> f32,
@@ -315,9 +316,9 @@ fn cumulative_probabilities(
 /// Determines the threshold of `ok` by learn-then-test with fixed sequences from several starts (Angelopoulos, Bates,
 /// Candès, Jordan, Lei 2021). A sequence starts at the strictest threshold, in thousandths, that leaves the number of
 /// `ok` answers of [`FIRST_TESTED`], and goes downwards by [`MORE_TESTED`] answers at a time. Each threshold is
-/// tested against the hypothesis that more than [`MAX_WRONG_SHARE`] of its `ok` answers are wrong; the sequence ends at the
-/// first hypothesis that is not rejected. Returns the lowest accepted threshold of all sequences, or 2, which no
-/// answer reaches, if there is none.
+/// tested against the hypothesis that more than [`MAX_WRONG_SHARE`] of its `ok` answers are wrong; the sequence ends
+/// at the first hypothesis that is not rejected. Returns the lowest accepted threshold of all sequences, or 2, which
+/// no answer reaches, if there is none.
 fn lowest_valid_threshold(scored_answers: &[ScoredAnswer<'_>]) -> Threshold {
     let judge = |from: f32| {
         let ok = scored_answers
@@ -351,8 +352,8 @@ fn lowest_valid_threshold(scored_answers: &[ScoredAnswer<'_>]) -> Threshold {
         })
 }
 
-/// Returns the threshold of `ok` for answers without or with steps. The scans must not be those that the weights were
-/// fitted to.
+/// Returns the threshold of `ok` for answers with steps (`stairs`), or for those without. The scans must not be those
+/// that the weights were fitted to.
 pub fn threshold(samples: &[&TrainingSample], weights: &Weights, stairs: bool) -> Threshold {
     let of_type = samples.iter().filter(|sample| sample.stairs == stairs);
     let scored_answers: Vec<_> = of_type
@@ -382,8 +383,8 @@ pub fn calibration(samples: &[&TrainingSample], weights: &Weights) -> LogisticFi
     logistic::fit(&rows, 2, PRIOR_SIGMA)
 }
 
-/// Fits slope and offset of the calibration of a `MAYBE`: from the particles' share to the observed share with a
-/// step.
+/// Fits slope and offset of the calibration of a `MAYBE` (possible step): from the particles' share to the observed
+/// share with a true step.
 pub fn maybes(samples: &[&TrainingSample]) -> LogisticFit {
     let all = samples.iter().flat_map(|sample| &sample.maybes);
     let rows: Vec<(Vec<f64>, bool)> = all

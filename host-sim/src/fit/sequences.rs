@@ -1,5 +1,5 @@
-//! Fits the parameters of carrying evidence from scan to scan: the correlation of the errors of two
-//! scans, and the hazards of cells that earlier scans have observed.
+//! Fits the parameters of combining the evidence of several scans: the correlation of the errors of two scans, and
+//! the hazards of way cells that earlier scans have observed.
 
 use crate::fit::portable::Portable as _;
 use std::fmt::Write as _;
@@ -24,14 +24,14 @@ use crate::fit::logistic;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options};
 
-/// A cell with the features of the current and earlier scans.
+/// A way cell (10 cm of the way ahead) with its features by the current and earlier scans.
 #[derive(Clone, Copy, Debug)]
 struct PastCell {
     end_m: f32,
     features: PastFeatures,
 }
 
-/// Training sample of one scan of a sequence.
+/// Training sample of one scan of a sequence, whose evidence is combined with that of earlier scans.
 #[derive(Clone, Debug)]
 pub struct SequenceSample {
     /// Name of the recording and number of the scan.
@@ -46,7 +46,8 @@ pub struct SequenceSample {
     judged: (Answer, Truth),
 }
 
-/// Errors of one step in two independent scans, in standard deviations.
+/// Errors of place and level of one step in two independent scans, in standard deviations, and the displacement
+/// between the scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     moved_m: f64,
@@ -54,12 +55,12 @@ pub struct Pair {
     level: [f64; 2],
 }
 
-/// Samples of a sequence.
+/// Training samples of one sequence of scans.
 #[derive(Clone, Debug, Default)]
 pub struct SequenceSamples {
-    /// One for each scan to which an earlier one was carried.
+    /// One for each scan whose evidence was combined with that of an earlier one.
     pub samples: Vec<SequenceSample>,
-    /// One for each step that two scans reported.
+    /// One for each step and two scans that reported it.
     pub pairs: Vec<Pair>,
 }
 
@@ -76,8 +77,8 @@ impl Observer for Listener {
     }
 }
 
-/// A reported step: the height of its true step above the ground, the chair's travel, and the errors of
-/// place and level in standard deviations.
+/// A reported step: the height of its true step above the ground, the chair's travel, and the errors of place and
+/// level in standard deviations.
 struct StepErrors {
     height_mm: i64,
     travel_m: f64,
@@ -194,12 +195,13 @@ pub fn sequence_samples(recording: &Recording) -> Result<SequenceSamples> {
     trouble.map_or(Ok(sequence_samples), Err)
 }
 
-/// Number of grid steps of the search for the two parameters of a correlation.
+/// Number of grid steps for each of a correlation's two parameters, which are searched exhaustively.
 const GRID: u32 = 40;
-/// Maximum correlation length (fall to 1/e), metres.
+/// Maximum correlation length that is tried, metres. At that displacement a correlation has fallen to 1/e.
 const LONGEST_M: f64 = 1.0;
 
-/// Fits a correlation to the products of two scans' errors by least squares.
+/// Fits a correlation, as a function of the displacement, to the products of two scans' errors by least squares. `of`
+/// selects the errors of place or of level.
 fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     let power = pairs
         .iter()
@@ -229,7 +231,7 @@ fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     }
 }
 
-/// Fits the correlations of the errors of places and of levels.
+/// Fits the correlations of two scans' errors, as functions of the displacement: of places, and of levels.
 pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
     [
         correlation(pairs, |p| p.place),
@@ -237,19 +239,19 @@ pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
     ]
 }
 
-/// Standard deviation of the Gaussian prior of a weight around 0. The features are log-odds of an error,
-/// or quantities with an effect of one or two nats.
+/// Standard deviation of the Gaussian prior around 0 of a feature's weight. Features are log-odds of an error, or
+/// terms whose effect is one or two nats.
 const PAST_SIGMA: f64 = 1.0;
 
-/// Result of the fit.
+/// Result of the fit to sequences of scans.
 pub struct Counted {
-    /// The table.
+    /// Fitted hazard weights, calibration maps and thresholds of `ok`.
     pub table: Carried,
-    /// Report as text.
+    /// Report as text: weights with standard errors, calibration, most confident errors, thresholds.
     pub log: String,
 }
 
-/// Fits the hazards to `training`, and their calibration and the threshold of `ok` to `calibration`.
+/// Fits the hazard weights to `training`, and their calibration and the threshold of `ok` to `calibration`.
 pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Counted {
     let mut rows = Vec::new();
     for sample in training {
@@ -313,7 +315,8 @@ pub fn count(training: &[SequenceSample], calibration: &[SequenceSample]) -> Cou
     Counted { table, log }
 }
 
-/// Returns for each cell the log-odds that the answer is correct up to it, and whether it is.
+/// Returns for each way cell the inputs of the calibration (log-odds that the answer is correct up to the cell's far
+/// end, and 1), and whether it is correct.
 fn odds(sample: &SequenceSample, table: &Carried) -> Vec<(Vec<f64>, bool)> {
     let mut log_right = 0.0;
     let cells = sample.cells.iter().enumerate().map(|(k, cell)| {
@@ -327,7 +330,7 @@ fn odds(sample: &SequenceSample, table: &Carried) -> Vec<(Vec<f64>, bool)> {
     cells.collect()
 }
 
-/// Number of wrong answers with the highest probability that are listed.
+/// Maximum number of wrong answers that are listed, those with the highest probability of being correct.
 const LISTED: usize = 12;
 
 /// Returns the names of the wrong answers with the highest probability of being correct up to their
@@ -367,7 +370,7 @@ fn scored_answer<'a>(sample: &'a SequenceSample, table: &Carried) -> ScoredAnswe
     }
 }
 
-/// Returns the source file of the table.
+/// Returns the Rust source file of the weights and the correlations of places and levels.
 pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     let mut out = String::from(
         "//! Weights of earlier scans' evidence, counted from simulated sequences: written by\n\
@@ -408,8 +411,8 @@ mod tests {
     use super::*;
     use crate::recording::TrueStep;
 
-    /// A sample of a scan with log-odds `sure` in each cell; if `wrong`, it misses a step within the
-    /// first metre.
+    /// A sample of a scan whose log-odds of an error are -`sure` in each way cell; if `wrong`, it misses a step
+    /// within the first metre.
     fn sample(sure: f32, wrong: bool, reach_m: f32) -> SequenceSample {
         let mut features = [0.0; PAST_FEATURES];
         features[0] = 1.0;

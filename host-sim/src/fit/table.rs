@@ -1,10 +1,10 @@
-//! Writes the fitted table as Rust source for the firmware.
+//! Writes the fitted hazard weights, calibration maps and thresholds as Rust source for the firmware.
 
 use std::fmt::Write as _;
 
 use stairscan::params::hazard::{PlattMap, Weights};
 
-/// Numbers in one row of the table.
+/// Number of weights in one line of the written source.
 const NUMBERS_A_ROW: usize = 6;
 
 fn map(map: PlattMap) -> String {
@@ -14,8 +14,8 @@ fn map(map: PlattMap) -> String {
     )
 }
 
-/// Returns the source file with the verdict's weights of the depth and the height plane and the checksum of the
-/// tables of a small draw.
+/// Returns the source file with the hazard weights of the depth and the height plane. `checksum` is that of the
+/// tables fitted to a small number of scenes, which a test recomputes.
 pub fn write(up: &Weights, down: &Weights, checksum: u32) -> String {
     let mut out = String::from(
         "//! The horizon's hazard weights, counted from simulated scans: written by `cargo sim fit`.\n\n\

@@ -2,15 +2,15 @@
 
 use super::sheet::{Anchor, BEAM, BODY, FAINT, INK, Place, Sheet};
 
-/// Speed of light, mm GHz.
+/// Speed of light, mm · GHz.
 const LIGHT: f64 = 299.792_458;
 /// Middle of the BGT60TR13C's band, GHz (docs/modules.md).
 const CARRIER_GHZ: f64 = 60.75;
-/// The setting `beamwidth`, degrees between the 3 dB points.
+/// Beam width in the default setting `beamwidth`, degrees between the 3 dB points.
 const BEAM_DEG: f64 = 5.0;
 /// Product of beam width in degrees and aperture in wavelengths (docs/modules.md).
 const SPREAD_DEG: f64 = 70.0;
-/// The setting `mirror-offset`: optical path from the chip to the mirror's centre, mm of air.
+/// Optical path in the setting `mirror-offset`, from the chip to the mirror's centre, mm of air.
 const OFFSET_MM: f64 = 220.0;
 /// Index of refraction of HDPE at 60 GHz.
 const INDEX: f64 = 1.53;
@@ -19,31 +19,31 @@ const INDEX: f64 = 1.53;
 const FOCUS_MM: f64 = 50.0;
 /// Width and thickness of the rim around the clear aperture, mm.
 const RIM_MM: f64 = 3.0;
-/// Thickness of the mirror's sheet, mm.
+/// Thickness of the mirror's aluminium sheet, mm.
 const SHEET_MM: f64 = 1.0;
 /// Distance from the mirror's centre to the motor's face, mm.
 const MOTOR_MM: f64 = 60.0;
-/// Divisor of the wavelength that gives the tolerance of roughness and flatness.
+/// Divisor of the wavelength that gives the tolerance of roughness and flatness: λ/16.
 const FLAT: f64 = 16.0;
 
-/// Dimensions, mm.
+/// Dimensions of lens and mirror, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optics {
-    /// Wavelength.
+    /// Wavelength at the middle of the band, mm.
     pub wavelength: f64,
-    /// Clear aperture of the lens.
+    /// Diameter of the lens's clear aperture, mm.
     pub clear: f64,
-    /// Outer diameter of the lens.
+    /// Outer diameter of the lens, with its rim, mm.
     pub outer: f64,
-    /// Depth of the curved side at the edge of the aperture.
+    /// Depth of the lens's curved side, from the edge of the aperture to the vertex, mm.
     pub sag: f64,
-    /// Thickness of the lens in its middle.
+    /// Thickness of the lens in its middle, mm.
     pub thick: f64,
-    /// Distance from the lens's flat side to the mirror's centre.
+    /// Distance from the lens's flat side to the mirror's centre, mm.
     pub gap: f64,
-    /// Short and long axis of the mirror.
+    /// Short and long axis of the elliptical mirror, mm.
     pub mirror: (f64, f64),
-    /// Tolerance of the mirror's flatness and of the lens's shape.
+    /// Tolerance of the mirror's flatness and of the lens's shape, mm.
     pub flat: f64,
 }
 
@@ -55,7 +55,7 @@ pub fn sag(y: f64) -> f64 {
 }
 
 impl Optics {
-    /// Computes the dimensions for the default module.
+    /// Computes the dimensions for the default radar module.
     pub fn new() -> Self {
         let wavelength = LIGHT / CARRIER_GHZ;
         let clear = (SPREAD_DEG * wavelength / BEAM_DEG).ceil();
@@ -83,13 +83,14 @@ impl Default for Optics {
     }
 }
 
-/// Scales of the arrangement and of the parts, pixels per millimetre.
+/// Scale of the drawing of the arrangement, and scale of the drawings of lens and mirror, pixels
+/// per millimetre.
 const SCALE: f64 = 2.9;
 const PART: f64 = 3.4;
 /// Place of the chip in the drawing of the arrangement, pixels.
 const CHIP: Place = (90.0, 285.0);
 
-/// Returns the drawing.
+/// Returns the drawing of arrangement, lens and mirror.
 pub fn draw() -> Sheet {
     let optics = Optics::new();
     let mut sheet = Sheet::new(1180.0, 960.0);
@@ -112,7 +113,8 @@ pub fn draw() -> Sheet {
     sheet
 }
 
-/// Returns points (depth, y) of the curved side from edge to edge, `y` upwards.
+/// Returns points `(depth, y)` of the lens's curved side from edge to edge, mm; depth counts from
+/// the vertex, and `y` upwards from the axis.
 fn profile(optics: &Optics) -> Vec<(f64, f64)> {
     const PIECES: i32 = 24;
     let half = optics.clear / 2.0;
@@ -120,7 +122,8 @@ fn profile(optics: &Optics) -> Vec<(f64, f64)> {
     points.map(|y| (sag(y), y)).collect()
 }
 
-/// Draws the section of the lens, with its vertex at `vertex` and its flat side to the right.
+/// Draws the section of the lens, with its vertex at `vertex` (pixels) and its flat side to the
+/// right; `scale` is in pixels per millimetre.
 fn section(sheet: &mut Sheet, optics: &Optics, vertex: Place, scale: f64) {
     let place = |x: f64, y: f64| (vertex.0 + scale * x, vertex.1 - scale * y);
     let (half, edge) = (optics.outer / 2.0, optics.sag);

@@ -2,27 +2,27 @@
 
 use std::fmt::Write as _;
 
-/// Alignment of a text to its point.
+/// Alignment of a text to its anchor point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// Begins at the point.
+    /// The text begins at the point.
     Start,
-    /// Centred on the point.
+    /// The text is centred on the point.
     Middle,
-    /// Ends at the point.
+    /// The text ends at the point.
     End,
 }
 
-/// A point, pixels from the upper left corner.
+/// A point of a drawing: x to the right and y downwards, pixels from the upper left corner.
 pub type Place = (f64, f64);
 
-/// A drawing.
+/// A drawing that collects SVG elements.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     width: f64,
     height: f64,
     body: String,
-    /// Bounding box and content of each text, to find overlaps.
+    /// Bounding box (left, top, right, bottom, pixels) and content of each text, to find overlaps.
     texts: Vec<([f64; 4], String)>,
 }
 
@@ -30,9 +30,9 @@ pub struct Sheet {
 pub const INK: &str = "#1d2430";
 /// Colour of dimensions and notes.
 pub const FAINT: &str = "#5b6470";
-/// Fill colour of bodies.
+/// Fill colour of solid parts.
 pub const BODY: &str = "#eef1f5";
-/// Colour of the beam.
+/// Colour of the radar beam.
 pub const BEAM: &str = "#c2410c";
 
 fn number(v: f64) -> String {
@@ -47,7 +47,7 @@ fn escaped(text: &str) -> String {
 }
 
 impl Sheet {
-    /// Creates an empty drawing.
+    /// Creates an empty drawing of this size, pixels.
     pub fn new(width: f64, height: f64) -> Self {
         Self {
             width,
@@ -57,7 +57,7 @@ impl Sheet {
         }
     }
 
-    /// Adds text at a point of its baseline.
+    /// Adds a text at a point of its baseline; `size` is the font's, pixels.
     pub fn text(&mut self, (x, y): Place, anchor: Anchor, size: f64, colour: &str, words: &str) {
         let word = match anchor {
             Anchor::Start => "start",
@@ -84,7 +84,7 @@ impl Sheet {
         ));
     }
 
-    /// Adds a rectangle.
+    /// Adds a rectangle by its upper left corner and its size, pixels.
     pub fn rect(&mut self, (x, y): Place, (wide, high): (f64, f64), fill: &str) {
         let _ = writeln!(
             self.body,
@@ -109,12 +109,12 @@ impl Sheet {
         );
     }
 
-    /// Adds a solid line.
+    /// Adds a solid line between two points.
     pub fn line(&mut self, from: Place, to: Place, colour: &str) {
         self.path(&[from, to], &format!("fill=\"none\" stroke=\"{colour}\""));
     }
 
-    /// Adds a dashed line.
+    /// Adds a dashed line between two points.
     pub fn dashed(&mut self, from: Place, to: Place, colour: &str) {
         self.path(
             &[from, to],
@@ -122,7 +122,7 @@ impl Sheet {
         );
     }
 
-    /// Adds an ellipse.
+    /// Adds an ellipse by its centre and its half axes, pixels.
     pub fn ellipse(&mut self, (x, y): Place, (rx, ry): (f64, f64), fill: &str) {
         let _ = writeln!(
             self.body,
@@ -151,7 +151,8 @@ impl Sheet {
         }
     }
 
-    /// Returns the pairs of texts that overlap, and the texts that leave the sheet.
+    /// Returns a description of each pair of texts that overlap, and of each text that leaves the
+    /// drawing.
     pub fn overlaps(&self) -> Vec<String> {
         let mut found = Vec::new();
         for (k, (a, words)) in self.texts.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The table of parts, loads and wires.
+//! The table of a scanner's parts, loads and wires, read from `table.toml`.
 
 use std::sync::LazyLock;
 
@@ -11,13 +11,13 @@ pub struct Table {
     /// Bought or manufactured parts.
     #[serde(rename = "part")]
     pub parts: Vec<Part>,
-    /// Converters, each after those that feed it.
+    /// Voltage converters, each after those that feed it.
     #[serde(rename = "converter")]
     pub converters: Vec<Converter>,
-    /// Current consumers.
+    /// Consumers of current.
     #[serde(rename = "load")]
     pub loads: Vec<Load>,
-    /// Blocks that are wired to the chip.
+    /// Circuit blocks that are wired to the microcontroller.
     #[serde(rename = "block")]
     pub blocks: Vec<Block>,
 }
@@ -26,34 +26,35 @@ pub struct Table {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
-    /// Designation.
+    /// Name of the part.
     pub what: String,
     /// Maker and part number.
     pub number: String,
     /// Approximate price, euros.
     pub euros: u32,
-    /// Whether the part is optional.
+    /// Whether the scanner works without the part.
     #[serde(default)]
     pub option: bool,
     /// Notes for assembly or purchase.
     pub note: String,
 }
 
-/// A converter from one rail to another.
+/// A voltage converter from one supply rail to another.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Converter {
-    /// Part number.
+    /// Maker's part number.
     pub number: String,
-    /// The input rail.
+    /// Name of the input rail.
     pub input: String,
-    /// The output rail.
+    /// Name of the output rail.
     pub output: String,
     /// Input voltage, V.
     pub volts_in: f64,
     /// Output voltage, V.
     pub volts_out: f64,
-    /// Efficiency; `None` for a linear regulator, whose output current equals its input current.
+    /// Efficiency, 0…1; `None` for a linear regulator, whose output current equals its input
+    /// current.
     pub efficiency: Option<f64>,
     /// Maximum output current, mA.
     pub limit_ma: f64,
@@ -63,66 +64,66 @@ pub struct Converter {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
-    /// Designation.
+    /// Name of the load.
     pub what: String,
-    /// The rail that supplies it.
+    /// Name of the rail that supplies it.
     pub rail: String,
-    /// Current while the scanner scans, mA.
+    /// Current while the scanner scans, mA, typical.
     pub typical_ma: f64,
     /// Maximum current, mA.
     pub max_ma: f64,
-    /// Source of the figures.
+    /// Source of both currents.
     pub from: String,
 }
 
-/// A wire to the chip.
+/// A wire from a block to the microcontroller.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wire {
-    /// Name in docs/hardware.md.
+    /// Name of the signal in docs/hardware.md.
     pub signal: String,
-    /// Pin of the chip.
+    /// Pin of the microcontroller.
     pub chip: String,
     /// Pin of the block.
     pub pin: String,
-    /// Parts on the wire.
+    /// Parts in the wire, such as resistors.
     #[serde(default)]
     pub note: String,
 }
 
-/// The side of the chip on which a block is drawn.
+/// The side of the microcontroller on which a block is drawn.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
-    /// Left.
+    /// Left of the microcontroller.
     Left,
-    /// Right.
+    /// Right of the microcontroller.
     Right,
 }
 
-/// A block that is wired to the chip.
+/// A circuit block that is wired to the microcontroller.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Block {
-    /// Its name.
+    /// Name of the block.
     pub name: String,
-    /// Designation of the part.
+    /// Name of the part that it is.
     pub part: String,
-    /// Side on which it is drawn.
+    /// Side of the microcontroller on which the block is drawn.
     pub side: Side,
-    /// Its wires to the chip.
+    /// Wires from the block to the microcontroller.
     pub wires: Vec<Wire>,
-    /// Pairs of its own pin and a pin of the block beyond.
+    /// Wires to the block beyond: pairs of a pin of this block and a pin of that one.
     #[serde(default)]
     pub links: Vec<[String; 2]>,
-    /// Pairs of its pin and the supply to which it is tied.
+    /// Pairs of a pin of the block and the supply to which the pin is tied.
     #[serde(default)]
     pub rails: Vec<[String; 2]>,
-    /// Name of the block beyond.
+    /// Name of the block on the side away from the microcontroller; `None` without one.
     pub beyond: Option<String>,
 }
 
-/// Returns the table.
+/// Returns the table, parsed once.
 pub fn table() -> &'static Table {
     static TABLE: LazyLock<Table> = LazyLock::new(|| {
         // A test reads it too, so that a built table is valid.

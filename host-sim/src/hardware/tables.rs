@@ -1,10 +1,10 @@
-//! Parts with their cost, and the power budget, as Markdown.
+//! Tables of parts with their cost, and of the power budget, as Markdown.
 
 use std::fmt::Write as _;
 
 use super::table::{Converter, Part, Table};
 
-/// Returns the bill of materials.
+/// Returns the bill of materials as a Markdown table.
 pub fn parts(table: &Table) -> String {
     let mut text = String::new();
     for (title, option) in [("needed", false), ("option or tool", true)] {
@@ -33,16 +33,17 @@ pub fn parts(table: &Table) -> String {
     text.trim_end().to_owned() + "\n"
 }
 
-/// Current of a rail, mA.
+/// Current of a supply rail, mA.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Current {
-    /// Typical current while the scanner scans.
+    /// Typical current while the scanner scans, mA.
     pub typical: f64,
-    /// Maximum current.
+    /// Maximum current, mA.
     pub most: f64,
 }
 
-/// Returns the current that a rail has to supply: its loads, and the converters that it feeds.
+/// Returns the current that a rail has to supply: that of its loads, and the input currents of the
+/// converters that it feeds.
 pub fn current(table: &Table, rail: &str) -> Current {
     let mut sum = Current::default();
     for load in table.loads.iter().filter(|load| load.rail == rail) {
@@ -61,7 +62,7 @@ pub fn current(table: &Table, rail: &str) -> Current {
     sum
 }
 
-/// Returns the input current of a converter for an output of `out` mA.
+/// Returns the input current of a converter, mA, for an output current of `out` mA.
 fn input(converter: &Converter, out: f64) -> f64 {
     match converter.efficiency {
         Some(share) => out * converter.volts_out / (share * converter.volts_in),
@@ -69,7 +70,7 @@ fn input(converter: &Converter, out: f64) -> f64 {
     }
 }
 
-/// Returns the power budget.
+/// Returns the power budget as Markdown tables: loads, then rails and converters.
 pub fn power(table: &Table) -> String {
     let mut text =
         "| load | rail | typical, mA | at most, mA | from |\n|---|---|---|---|---|\n".to_owned();

@@ -1,4 +1,5 @@
-//! Compares the table with the firmware, and the committed files with the generated ones.
+//! Compares the table of parts with the firmware, and the committed files with those that are
+//! generated from the table.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +10,7 @@ const HARDWARE: &str = include_str!("../../../docs/hardware.md");
 const START: &str = include_str!("../../../src/board/start.rs");
 const DOCUMENT: &str = include_str!("../../../docs/build.md");
 
-/// Pins of the chip by signal.
+/// Returns the microcontroller's pin for each signal in the table.
 fn wired() -> BTreeMap<&'static str, &'static str> {
     let wires = table().blocks.iter().flat_map(|block| &block.wires);
     let mut pins = BTreeMap::new();
@@ -20,7 +21,7 @@ fn wired() -> BTreeMap<&'static str, &'static str> {
     pins
 }
 
-/// A pin name such as `PA9`, if `text` is one.
+/// Returns `text` if it is the name of a pin, such as `PA9`; else `None`.
 fn pin(text: &str) -> Option<String> {
     let rest = text.strip_prefix(['P', 'p'])?;
     let mut letters = rest.chars();

@@ -1,30 +1,30 @@
-//! The wiring diagram: the chip in the middle, each block beside the pins to which it is wired, so
-//! that every wire is a straight line.
+//! The wiring diagram: the microcontroller in the middle, each block beside the pins to which it is
+//! wired, so that every wire is a straight line.
 
 use super::sheet::{Anchor, BODY, FAINT, INK, Sheet};
 use super::table::{Block, Side, Table};
 
-/// Distance between two pins, pixels.
+/// Vertical distance between two pins, pixels.
 const PITCH: f64 = 23.0;
 /// Height of a block's name and part above its first pin, pixels.
 const HEAD: f64 = 48.0;
 /// Height below a block's last pin, and gap to the next block, pixels.
 const FOOT: f64 = 8.0;
 const GAP: f64 = 22.0;
-/// Top of the first block, pixels.
+/// Vertical place of the first block's top, pixels.
 const TOP: f64 = 64.0;
-/// Left and right edges of the blocks beyond, the blocks and the chip on the left side, pixels. The
-/// right side mirrors them.
+/// Left and right edge, on the diagram's left side, of the blocks beyond, of the blocks and of the
+/// microcontroller, and width of the diagram, pixels. The right side is mirrored.
 const BEYOND: (f64, f64) = (20.0, 130.0);
 const BLOCK: (f64, f64) = (240.0, 480.0);
 const CHIP: (f64, f64) = (730.0, 890.0);
 const WIDTH: f64 = CHIP.0 + CHIP.1;
-/// Length of a supply's flag, pixels.
+/// Length of the line from a pin to the name of its supply, pixels.
 const STUB: f64 = 16.0;
-/// Height of the supply below the blocks, pixels.
+/// Height of the drawing of the supply below the blocks, pixels.
 const SUPPLY: f64 = 190.0;
 
-/// Mirrors a horizontal place for the right side.
+/// Returns a horizontal place for a side of the diagram; `x` is that on the left side, pixels.
 fn at(side: Side, x: f64) -> f64 {
     match side {
         Side::Left => x,
@@ -32,7 +32,7 @@ fn at(side: Side, x: f64) -> f64 {
     }
 }
 
-/// Returns the alignment of text that extends from a point towards the chip.
+/// Returns the alignment of text that extends from a point towards the microcontroller.
 fn inwards(side: Side) -> Anchor {
     match side {
         Side::Left => Anchor::Start,
@@ -55,7 +55,7 @@ fn high(block: &Block) -> f64 {
     HEAD + PITCH * block.wires.len().max(outer_rows(block)) as f64 + FOOT
 }
 
-/// Returns the diagram.
+/// Returns the wiring diagram of the table.
 pub fn draw(table: &Table) -> Sheet {
     let column = |side: Side| table.blocks.iter().filter(move |block| block.side == side);
     let end = |side| column(side).map(|block| high(block) + GAP).sum::<f64>() + TOP;
@@ -204,7 +204,7 @@ fn draw_block(sheet: &mut Sheet, block: &Block, top: f64) {
     }
 }
 
-/// Draws the chain of converters.
+/// Draws the chain of voltage converters, with its top at `top`, pixels.
 fn supply(sheet: &mut Sheet, top: f64) {
     let boxes = [
         (40.0, 190.0, 40.0, ["Chair's battery", "24 V"]),

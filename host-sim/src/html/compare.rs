@@ -1,4 +1,4 @@
-//! Compares two scans on one page: the differences first, then both views.
+//! Compares two scans on one page: the differences of their answers first, then both views.
 
 use std::cmp::{max, min};
 
@@ -16,21 +16,21 @@ use crate::setting_file::table;
 const BODY: &str = include_str!("compare.html");
 const SCRIPT: &str = include_str!("compare.js");
 
-/// One side of a comparison.
+/// One of the two scans or recordings that are compared.
 #[derive(Clone, Debug)]
 pub struct Side {
-    /// Its name on the page.
+    /// Name of this side on the page.
     pub name: String,
     /// The recording, with the settings of this side instead of its own.
     pub recording: Recording,
-    /// Options of the scan.
+    /// Options of the replay, such as estimator and seed.
     pub options: Options,
 }
 
-/// Result of a comparison.
+/// Result of a comparison: page and differences.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// The page.
+    /// Content of the HTML page.
     pub page: String,
     /// Rows of the table of differences; empty if the answers are equal.
     pub differences: Vec<Difference>,
@@ -76,7 +76,8 @@ pub fn compare(sides: &[Side; 2]) -> Result<Comparison> {
     })
 }
 
-/// Returns the differences of all scans, in order.
+/// Returns the differences of two lists of answers, scan by scan; first the number of scans if that
+/// differs.
 fn of_all(first: &[Answer], second: &[Answer]) -> Vec<Difference> {
     let counts = (first.len(), second.len());
     let several = max(counts.0, counts.1) > 1;
@@ -97,7 +98,8 @@ fn of_all(first: &[Answer], second: &[Answer]) -> Vec<Difference> {
     rows
 }
 
-/// Returns the settings that differ between two scans: key and both values with units.
+/// Returns the settings that differ between two scans: key, first value, second value, both with
+/// units.
 fn settings(first: &Value, second: &Value) -> Vec<[String; 3]> {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let spoken = |pair: &Value| {

@@ -1,5 +1,5 @@
-//! Finds the differences of two answers, as rows of a table: status first, then steps, matched by nearest distance,
-//! and the rest.
+//! Finds the differences of two answers, as rows of a table: status first, then steps, matched by
+//! nearest distance, then the rest.
 
 use serde_json::{Value, json};
 use stairscan::report::{DropLine, MaybeLine, StepLine, Tenths};
@@ -7,28 +7,28 @@ use stairscan::report::{DropLine, MaybeLine, StepLine, Tenths};
 use crate::answer::{Answer, metres};
 use crate::score;
 
-/// One difference of two answers.
+/// One difference of two answers, a row of the table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Difference {
     /// Number of the scan, from 1; `None` if each recording contains only one.
     pub scan: Option<usize>,
-    /// Name of the quantity.
+    /// Name of the length, probability or text that differs.
     pub what: String,
-    /// Value of the first answer; a dash if it has none.
+    /// Text for the first answer; a dash if it has none.
     pub first: String,
-    /// Value of the second answer; a dash if it has none.
+    /// Text for the second answer; a dash if it has none.
     pub second: String,
-    /// Second less first value, if numeric; else empty.
+    /// Second value less the first, with unit, if both are numbers; else empty.
     pub by: String,
-    /// Standard deviations of both values, if known; else empty.
+    /// Standard deviations of both values, with unit, if known; else empty.
     pub sigma: String,
 }
 
-/// Text for a missing value.
+/// Text in the table for a value that an answer does not have.
 const NONE: &str = "–";
 
 impl Difference {
-    /// Returns the row as JSON for the page.
+    /// Returns the difference as JSON for the page's table.
     pub fn json(&self) -> Value {
         json!({
             "scan": self.scan,
@@ -40,7 +40,7 @@ impl Difference {
         })
     }
 
-    /// Returns the row as a line of text.
+    /// Returns the difference as a line of text.
     pub fn text(&self) -> String {
         let scan = self.scan.map_or(String::new(), |k| format!("scan {k}: "));
         let by = match (self.by.as_str(), self.sigma.as_str()) {
@@ -75,12 +75,12 @@ pub fn between(first: &Answer, second: &Answer) -> Vec<Difference> {
     list.0
 }
 
-/// Collects rows.
+/// The differences found so far, in the order of the table.
 #[derive(Default)]
 struct List(Vec<Difference>);
 
 impl List {
-    /// Adds a row of two texts if they differ.
+    /// Adds a row named `what` for two texts if they differ.
     fn words(&mut self, what: &str, [first, second]: [String; 2]) {
         if first != second {
             let row = Difference {
@@ -93,7 +93,8 @@ impl List {
         }
     }
 
-    /// Adds a row of two lengths with their standard deviations, metres.
+    /// Adds a row named `what` for two lengths and their standard deviations (both metres) if they
+    /// differ in the text in centimetres.
     fn lengths(&mut self, what: &str, values: [Option<f64>; 2], sigma: Option<[f64; 2]>) {
         self.words(what, values.map(|v| v.map_or(NONE.to_owned(), cm)));
         let [Some(a), Some(b)] = values else { return };
@@ -105,7 +106,7 @@ impl List {
         }
     }
 
-    /// Adds a row of two shares in thousandths.
+    /// Adds a row named `what` for two probabilities in thousandths if they differ.
     fn shares(&mut self, what: &str, values: [Option<u16>; 2]) {
         self.words(what, values.map(|v| v.map_or(NONE.to_owned(), percent)));
         let [Some(a), Some(b)] = values else { return };
@@ -123,7 +124,9 @@ fn percent(permille: u16) -> String {
     format!("{:.1} %", f64::from(permille) / 10.0)
 }
 
-/// Matches two lists by nearest distance; returns pairs and single elements in the order of distance.
+/// Matches the items of two lists by nearest distance (metres); returns pairs and unmatched items
+/// with their indices, in the order of distance. `[first, second]` has `None` where an item is
+/// unmatched.
 fn matched<T>(lists: [&[T]; 2], distance: impl Fn(&T) -> f64) -> Vec<[Option<(usize, &T)>; 2]> {
     let at = lists.map(|list| list.iter().map(&distance).collect::<Vec<f64>>());
     let pairs = score::nearest(&at[0], &at[1]);
@@ -145,7 +148,7 @@ fn matched<T>(lists: [&[T]; 2], distance: impl Fn(&T) -> f64) -> Vec<[Option<(us
     all
 }
 
-/// Adds the steps that differ, and those of only one answer.
+/// Adds rows for the steps that differ, and for those that only one answer has.
 fn steps(list: &mut List, both: [&Answer; 2]) {
     let length = |of: fn(&StepLine) -> Tenths, step: &StepLine| metres(of(step));
     for pair in matched(both.map(|a| &a.steps[..]), |s| metres(s.distance)) {
@@ -185,7 +188,7 @@ fn steps(list: &mut List, both: [&Answer; 2]) {
     }
 }
 
-/// Adds the reasons of only one answer.
+/// Adds a row for each reason that only one answer has.
 fn reasons(list: &mut List, both: [&Answer; 2]) {
     let sets = both.map(|a| a.scan.reasons);
     for reason in sets[0].and(sets[1]).iter() {
@@ -195,7 +198,7 @@ fn reasons(list: &mut List, both: [&Answer; 2]) {
     }
 }
 
-/// Adds the rows of the drop edges.
+/// Adds the rows for the edges of drops if they differ.
 fn drops(list: &mut List, both: [Option<&DropLine>; 2]) {
     let length =
         |of: fn(&DropLine) -> Option<Tenths>| both.map(|drop| drop.and_then(of).map(metres));
@@ -209,7 +212,7 @@ fn drops(list: &mut List, both: [Option<&DropLine>; 2]) {
     list.shares("probability of the drop", probability);
 }
 
-/// Adds the rows of the two answers' `MAYBE`s, matched by distance.
+/// Adds the rows for the `MAYBE`s (possible steps) that differ, matched by distance.
 fn maybes(list: &mut List, both: [&Answer; 2]) {
     for pair in matched(both.map(|a| &a.maybes[..]), |m| metres(m.distance)) {
         let Some((_, known)) = pair.iter().flatten().next() else {

@@ -2,28 +2,28 @@
 
 use serde_json::Value;
 
-/// One recording of a page.
+/// One recording of a page, with its rank.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// Its name and the data shown on the page.
+    /// Name of the recording, and everything that the page shows of it, as JSON.
     pub data: Value,
-    /// Rank in the index.
+    /// Rank of the recording in the index.
     pub rank: Rank,
 }
 
-/// Result of a recording, worst first: the order of the index.
+/// Worst result among a recording's answers; the index lists recordings in this order, worst first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rank {
     /// The recording could not be read or scanned.
     Unreadable,
-    /// `ok`, and wrong by the recording's ground truth.
+    /// An answer is `ok`, but wrong by the recording's ground truth.
     OkAndWrong,
-    /// A `fault`.
+    /// An answer is a `fault`.
     Fault,
-    /// Not `ok`, and wrong.
+    /// An answer is wrong by the ground truth, and not `ok`.
     Wrong,
-    /// Nothing wrong, but not `ok`.
+    /// An answer is `degraded`; none is wrong.
     Degraded,
-    /// `ok`, and correct or without ground truth.
+    /// All answers are `ok`, and correct or without ground truth.
     Ok,
 }

@@ -42,7 +42,7 @@ const SCRIPT: [&str; 3] = [
     include_str!("page.js"),
 ];
 
-/// Returns the page of these recordings, the failing ones first.
+/// Returns the HTML page of these recordings, those with the worst results first.
 ///
 /// # Errors
 /// The data cannot be written as JSON.
@@ -68,40 +68,43 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     Ok(parts.filled())
 }
 
-/// Returns the body of a page with one scan, with `controls` above the recording's name.
+/// Returns the HTML body of a page with one scan, with `controls` above the recording's name.
 fn report(controls: &str) -> String {
     REPORT
         .replace("{{controls}}", controls)
         .replace("{{pane}}", &pane("", SLIDER, LAYERS))
 }
 
-/// Returns one view of a scan; the ids of its elements end with `suffix`.
+/// Returns the HTML of one view of a scan; the ids of its elements end with `suffix`, which makes
+/// them unique.
 fn pane(suffix: &str, slider: &str, layers: &str) -> String {
     PANE.replace("{{suffix}}", suffix)
         .replace("{{slider}}", slider)
         .replace("{{layers}}", layers)
 }
 
-/// Contents of the skeleton's placeholders, in addition to the page's own style and script; each may be empty.
+/// Texts for the placeholders of `page.html`, in addition to the page's own style and script; each
+/// may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parts<'a> {
     title: &'a str,
-    /// Further elements of the head.
+    /// HTML elements added to the page's head.
     head: &'a str,
-    /// Further style rules, after the page's own.
+    /// CSS rules added after the page's own.
     style: &'a str,
-    /// Elements of the body, up to the footer.
+    /// HTML elements of the body, up to the footer.
     body: &'a str,
-    /// JSON of the recordings.
+    /// JSON with the data of the recordings.
     data: &'a str,
-    /// Further elements before the script.
+    /// HTML elements inserted before the script.
     stock: &'a str,
-    /// Further script, after the page's own.
+    /// JavaScript added after the page's own.
     script: &'a str,
 }
 
 impl Parts<'_> {
-    /// Returns the page. Text of recordings is filled in last, so that it is not taken for a placeholder.
+    /// Returns the complete HTML page. Text of recordings is filled in last, so that it is not
+    /// taken for a placeholder.
     fn filled(&self) -> String {
         // A script element ends at the first "</", also inside a string.
         let data = self.data.replace("</", "<\\/");
@@ -115,8 +118,8 @@ impl Parts<'_> {
     }
 }
 
-/// Returns a page of text, tables and drawings, in the style of a report and without a script. `body` contains
-/// elements.
+/// Returns an HTML page of text, tables and drawings, in the style of a report and without a
+/// script. `body` contains the elements.
 #[cfg(feature = "program")]
 pub fn article(title: &str, body: &str) -> String {
     ARTICLE
@@ -125,7 +128,7 @@ pub fn article(title: &str, body: &str) -> String {
         .replace("{{body}}", body)
 }
 
-/// Escapes text for use between tags.
+/// Escapes text for use between HTML tags.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

@@ -12,12 +12,12 @@ fn recorded(name: &str) -> Recording {
     Recording::read(&dir.join(name)).unwrap()
 }
 
-/// Returns its entry.
+/// Returns the page's entry for a recording of the repository.
 fn shown(name: &str) -> Entry {
     entry(&recorded(name), &Options::default()).unwrap()
 }
 
-/// Parses the data of a page as its script does.
+/// Returns the data of a page, parsed as the page's script does.
 fn data(page: &str) -> Value {
     let (_, rest) = page.split_once("type=\"application/json\">").unwrap();
     let (data, _) = rest.split_once("</script>").unwrap();

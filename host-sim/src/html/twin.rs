@@ -24,11 +24,12 @@ const TRUTH_EDITOR: &str = include_str!("../../../web/page/truth.html");
 const PORT: &str = include_str!("../../../web/page/port.js");
 const WORKER: &str = include_str!("../../../web/page/worker.js");
 
-/// Content security policy: the browser may run the page's own scripts, and load nothing from the network.
+/// Element of the page's head with the content security policy: the browser may run the page's own
+/// scripts, and load nothing from the network.
 const HEAD: &str = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; \
     script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; img-src data: blob:\">";
 
-/// Returns the page with the scanner `wasm` and these recordings.
+/// Returns the HTML page with the scanner `wasm` (WebAssembly) and these recordings.
 ///
 /// # Errors
 /// The page would exceed [`LARGEST`].
@@ -74,8 +75,8 @@ pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
     Ok(page)
 }
 
-/// Separates the low bytes of 16-bit numbers from the high ones. The result deflates to two thirds of the
-/// size of interleaved bytes.
+/// Returns the low bytes of 16-bit numbers, followed by the high bytes. In this order they deflate
+/// to two thirds of the size of interleaved bytes.
 fn planes(numbers: &[u8]) -> Vec<u8> {
     let plane = |k: usize| numbers.iter().skip(k).step_by(2);
     plane(0).chain(plane(1)).copied().collect()

@@ -22,7 +22,8 @@ use crate::sweeps::score::GuardAnswer;
 use crate::sweeps::{self, strip, truth};
 use crate::views::true_edges;
 
-/// Returns the entry of a recording that could not be read or scanned.
+/// Returns the page's entry for a recording that could not be read or scanned; `why` is shown in
+/// its place.
 pub fn failed(name: &str, why: &str) -> Entry {
     Entry {
         data: json!({"name": name, "error": why, "scans": []}),
@@ -30,7 +31,7 @@ pub fn failed(name: &str, why: &str) -> Entry {
     }
 }
 
-/// Returns the entry of a recording with its scans and the scanner's answers.
+/// Returns the page's entry for a recording: its scans and the scanner's answers.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -41,7 +42,7 @@ pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
     Ok(scanned(recording, options)?.0)
 }
 
-/// Returns the entry of a recording of guard sweeps: a strip over time.
+/// Returns the page's entry for a recording of guard sweeps: a plot of the free distance over time.
 fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
     let words = replay::guarded(recording, options)?;
     let truth = truth::read(recording)?;
@@ -90,7 +91,7 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
     Ok(Entry { data, rank })
 }
 
-/// Returns [`entry`] together with the answers.
+/// Returns the page's entry for a recording, and the scanner's answers.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -119,7 +120,7 @@ pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<A
     Ok((entry, answers))
 }
 
-/// Returns the data of a single answer from a port, without map and ground truth.
+/// Returns the page's data for a single answer from a report port, without map and ground truth.
 pub fn answered(answer: &Answer) -> Value {
     let reasons = answer.scan.reasons.iter();
     let reasons: Vec<Value> = reasons.map(|r| json!([r.as_str(), r.meaning()])).collect();
@@ -131,7 +132,7 @@ pub fn answered(answer: &Answer) -> Value {
     joined(answer.json(), evaluation)
 }
 
-/// Merges two objects.
+/// Returns a JSON object with the members of both objects.
 fn joined(mut value: Value, more: Value) -> Value {
     if let (Some(value), Value::Object(more)) = (value.as_object_mut(), more) {
         value.extend(more);
@@ -139,7 +140,7 @@ fn joined(mut value: Value, more: Value) -> Value {
     value
 }
 
-/// Returns the data and the rank of one scan.
+/// Returns the page's data for one scan, and its rank.
 fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
     let answer = scanned.answer;
     let alone = scanned.recording();
@@ -173,13 +174,15 @@ fn rank(answer: &Answer, wrong: Option<bool>) -> Rank {
     }
 }
 
-/// Maximum difference in distance and height between edges of the same hypothesis, metres.
+/// Maximum difference, in distance and in height, between edges of the same hypothesis, metres.
 const SAME_M: f64 = 0.05;
 
-/// Minimum probability of a listed hypothesis that the search has not scored.
+/// Minimum posterior probability, 0…1, at which a hypothesis that the search has not scored is
+/// listed.
 const MIN_PROBABILITY: f64 = 0.01;
 
-/// Lists every hypothesis once, with the search's score and the posterior probability, if known.
+/// Lists every hypothesis once, with the search's score and with the posterior probability; either
+/// is left out if not known.
 fn rivals(inspection: &Value) -> Vec<Value> {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let mut all = list(&inspection["explanations"]);
@@ -198,7 +201,7 @@ fn rivals(inspection: &Value) -> Vec<Value> {
     all
 }
 
-/// Whether two hypotheses have the same edges.
+/// Whether two hypotheses have the same number of edges, and each pair is within [`SAME_M`].
 fn same(a: &Value, b: &Value) -> bool {
     let (Some(a), Some(b)) = (a.as_array(), b.as_array()) else {
         return false;
@@ -228,8 +231,8 @@ fn true_steps(truth: &Truth) -> Value {
     })
 }
 
-/// Returns the polar map row by row: one byte for each cell, and one bit for each cell that passes
-/// the CA-CFAR.
+/// Returns the polar map as JSON, row by row and in base64: one byte for each cell, and one bit for
+/// each cell that passes the CA-CFAR.
 fn polar(map: &PolarMap, mirror_offset_m: f32) -> Value {
     let geometry = map.geometry();
     let (rows, bins) = (map.rows(), map.bins());

@@ -23,21 +23,21 @@ use crate::recording::Recording;
 use crate::setup::{self, Kind};
 use crate::volatile::{Volatile, identity};
 
-/// Time between two steps of the scanner's loop. About four steps a row: a scan takes about as long as on the
-/// chip.
+/// Time between two steps of the simulated scanner's loop. About four steps a row: a scan takes about as long as on
+/// the chip.
 const STEP: Duration = Duration::from_millis(1);
 
-/// The other end of a scanner's report port.
+/// The far end of a scanner's report port: sends it commands and receives its sentences.
 pub trait Cable {
-    /// Returns the lines received for the scanner; whole lines only.
+    /// Returns the lines to the scanner; whole lines only.
     fn read(&mut self) -> Vec<u8>;
     /// Takes bytes from the scanner. Does not wait for a reader, like a UART.
     fn write(&mut self, bytes: &[u8]);
-    /// Whether the scanner is no longer needed.
+    /// Whether the far end is closed, so that the scanner is no longer needed.
     fn ended(&self) -> bool;
 }
 
-/// Scans `recording` until the cable has ended.
+/// Runs a simulated scanner on `recording`, again from its boot after the last scan, until the cable has ended.
 ///
 /// # Errors
 /// The recording cannot be scanned; the message names the cause.
@@ -52,7 +52,7 @@ pub fn run(recording: &Recording, base: &Config, cable: &mut dyn Cable) -> Resul
     Ok(())
 }
 
-/// Runs one boot, until the cable ends it or all scans of the recording are answered.
+/// Runs the scanner from its boot until the cable ends it or all scans of the recording are answered.
 fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
     let table = playback.motion().map(Timetable::by_trigger);
     let table = table.map(|table| Rc::new(RefCell::new(table)));
@@ -104,7 +104,7 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
     }
 }
 
-/// The scanner's end of the cable.
+/// Report port of the simulated scanner, at its end of the cable.
 struct Wire {
     inlet: Inlet,
     out: Vec<u8>,
@@ -128,7 +128,7 @@ pub struct Direct {
 }
 
 impl Direct {
-    /// A cable to the screen at the other end of `inside`.
+    /// Creates a cable to the screen at the other end of `inside`.
     pub fn new(inside: Inside) -> Self {
         inside.send(Event::Opened);
         let splitter = Splitter::default();

@@ -7,30 +7,30 @@ use stairscan::verdict::{HazardKind, Status};
 use super::Ms;
 use crate::answer::metres;
 
-/// Free distance of a full bar, metres: the range of a sweep.
+/// Free distance that fills the bar, metres: the range of a guard sweep.
 const FULL_M: f64 = 2.0;
-/// Number of cells of the bar: 5 cm each.
+/// Number of characters of the bar: 5 cm each.
 const CELLS: usize = 40;
-/// Maximum age of a `GUARD` sentence, ms (docs/controller.md: people step in).
+/// Maximum age of a `GUARD` sentence, ms; an older one is stale (docs/controller.md: people step in).
 const OLDEST: Ms = 500;
-/// Weight of the newest interval in the moving average of the intervals.
+/// Weight of the newest interval in the moving average of the intervals between `GUARD` sentences.
 const NEWEST: f64 = 0.2;
 
-/// State of the guard from its sentences.
+/// State of the guard, from its sentences.
 #[derive(Clone, Debug)]
 pub struct Guard {
     /// The last `GUARD` sentence.
     pub line: GuardLine,
-    /// Number of `GUARD` sentences.
+    /// Number of `GUARD` sentences received.
     pub count: u64,
-    /// Time of arrival of the last one.
+    /// Arrival time of the last `GUARD` sentence, ms.
     came: Ms,
-    /// Moving average of the interval between sentences, ms.
+    /// Moving average of the interval between sentences, ms; `None` for the first one and after a pause.
     interval: Option<f64>,
 }
 
 impl Guard {
-    /// The state after a sentence that arrived at `now`, from the state before.
+    /// Returns the state after a sentence that arrived at `now`, from the state before.
     pub fn after(before: Option<&Self>, now: Ms, line: GuardLine) -> Self {
         let gap = before.map(|before| now.saturating_sub(before.came) as f64);
         // After a pause, for a full scan or because of a broken line, the average restarts.
@@ -45,12 +45,12 @@ impl Guard {
         }
     }
 
-    /// Whether the sentence is not stale at `now`.
+    /// Whether the last sentence is not stale at `now`.
     pub fn is_fresh(&self, now: Ms) -> bool {
         now.saturating_sub(self.came) <= OLDEST
     }
 
-    /// Whether status, hazard or reasons differ from the previous sentence. The distance is ignored.
+    /// Whether status, hazard or reasons differ from those of the sentence before. The distance is ignored.
     pub fn has_changed(&self, before: Option<&Self>) -> bool {
         let same = |other: &Self| {
             let (a, b) = (&self.line, &other.line);
@@ -59,14 +59,14 @@ impl Guard {
         !before.is_some_and(same)
     }
 
-    /// The free distance as a bar, one mark for each 5 cm of 2 m.
+    /// Returns the free distance as a bar, one mark for each 5 cm of 2 m.
     pub fn bar(&self) -> String {
         let free_m = self.line.free.map_or(0.0, metres).clamp(0.0, FULL_M);
         let full = (free_m / FULL_M * CELLS as f64).floor() as usize;
         format!("[{}{}]", "#".repeat(full), ".".repeat(CELLS - full))
     }
 
-    /// The sentence as one line of text.
+    /// Returns bar, status, free distance, confidence, reasons, number and rate of sweeps as one line of text.
     pub fn text(&self) -> String {
         let line = &self.line;
         let free = match (line.status, line.free) {
@@ -91,7 +91,7 @@ impl Guard {
     }
 }
 
-/// Text for the hazard at the end of the free distance.
+/// Returns the text for the hazard that ends the free distance.
 const fn ended(ending: HazardKind) -> &'static str {
     match ending {
         HazardKind::None => ", nothing in range",

@@ -12,20 +12,20 @@ use anyhow::{Context, Result, bail};
 
 use super::Ms;
 
-/// Maximum number of sessions in a directory.
+/// Maximum number of recorded sessions, a file each, in a directory.
 const MAX_SESSIONS: u32 = 9_999;
 
-/// A session's file.
+/// File that records the lines of one session.
 #[derive(Debug)]
 pub struct Keep {
     file: File,
-    /// Path of the file.
+    /// Path of the session's file.
     pub path: PathBuf,
 }
 
 impl Keep {
-    /// Creates a new file in `dir`; the directory is created if it is missing. Existing files are never
-    /// overwritten.
+    /// Creates a new file in `dir`, with the remark `about` as its first line; the directory is created if it is
+    /// missing. Existing files are never overwritten.
     ///
     /// # Errors
     /// The directory or the file cannot be created; the message names the path.
@@ -46,7 +46,7 @@ impl Keep {
         bail!("{}: holds {MAX_SESSIONS} sessions already", dir.display())
     }
 
-    /// Writes one line.
+    /// Writes one line: time, direction (`<`, `>` or `#`), text.
     ///
     /// # Errors
     /// The file cannot be written; the message names it.

@@ -4,7 +4,7 @@
 /// is noise or from another device.
 const LONGEST: usize = 512;
 
-/// Collects bytes into lines.
+/// Collects received bytes into lines.
 #[derive(Clone, Debug, Default)]
 pub struct Splitter {
     partial: Vec<u8>,
@@ -28,14 +28,14 @@ impl Splitter {
         lines
     }
 
-    /// Returns the beginning of a line whose end has not been received.
+    /// Removes and returns the beginning of a line whose end has not been received; `None` if there is none.
     pub fn take(&mut self) -> Option<String> {
         let bytes = std::mem::take(&mut self.partial);
         (!bytes.is_empty()).then(|| shown(&bytes))
     }
 }
 
-/// `bytes` as text.
+/// Returns `bytes` as text; those that are not printable ASCII as `\xNN`.
 fn shown(bytes: &[u8]) -> String {
     let mut text = String::new();
     for &byte in bytes {

@@ -1,4 +1,4 @@
-//! State of the scanner, from the sentences received. Pure: time is an argument.
+//! State of scanner and port, from the events of the port. Pure: time is an argument.
 
 use std::collections::VecDeque;
 
@@ -17,13 +17,13 @@ pub const SILENCE: Ms = 500;
 pub const OLDEST: Ms = 17_000;
 /// Time without a sentence after which an open port is reported as silent, ms; a scanner boots in 1.6 s.
 const TIMEOUT: Ms = 2_500;
-/// Timeout of a command's reply, ms; commands that move the mirror have a longer one.
+/// Timeout of a command's reply, ms; commands that may move the mirror have a longer one.
 const REPLY: Ms = 2_000;
-/// Timeout of commands with homing, self-test and a scan, ms.
+/// Timeout of commands whose reply takes long (`selftest`, `calibrate`, `save`), ms.
 const LONG_REPLY: Ms = 60_000;
-/// Number of lines that are kept in the log.
+/// Maximum number of lines that are kept in the log.
 const MAX_LOG: usize = 2_000;
-/// Number of lines to scroll at once.
+/// Number of log lines to scroll at once.
 pub const PAGE: usize = 5;
 
 /// Event of a port.
@@ -42,13 +42,13 @@ pub enum Event {
 pub enum Link {
     /// Not opened yet.
     Opening,
-    /// Open since this time.
+    /// Open since this time, ms.
     Open(Ms),
-    /// Absent since this time.
+    /// Absent since this time, ms, with the cause.
     Away(Ms, Trouble),
 }
 
-/// Direction of a line.
+/// Direction of a line of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// From the scanner, an intact sentence.
@@ -57,16 +57,16 @@ pub enum Way {
     Damaged,
     /// To the scanner.
     Out,
-    /// A remark.
+    /// A remark of this program.
     Note,
 }
 
-/// A line of the log.
+/// A line of the log of received and sent lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Time of arrival or sending.
+    /// Time of arrival or sending, ms.
     pub at: Ms,
-    /// Direction.
+    /// Direction of the line, or remark.
     pub way: Way,
     /// Text of the line.
     pub text: String,
@@ -75,7 +75,7 @@ pub struct Entry {
 /// Validity of the displayed answer with regard to its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Validity {
-    /// Current.
+    /// Current: not stale.
     Fresh,
     /// The port has disappeared.
     Unplugged,
@@ -83,43 +83,43 @@ pub enum Validity {
     Silent(Ms),
     /// The scanner has restarted since the answer.
     Restarted,
-    /// Older than the maximum age for a controller.
+    /// Older than the maximum age that a controller accepts.
     Old,
 }
 
-/// The last `LIVE`.
+/// Contents of the last `LIVE` sentence, which the scanner sends five times a second.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pulse {
-    /// Time of arrival.
+    /// Time of arrival, ms since the session began.
     pub at: Ms,
-    /// State of the scanner.
+    /// State of the scanner, as its `LIVE` sentence names it.
     pub state: String,
     /// Number of the scan that began last.
     pub scan: u32,
     /// Time since boot, ms.
     pub uptime_ms: u32,
-    /// Age of the last answer without a fault, ms.
+    /// Time since the last row of the last scan without a fault, ms; `None` before that.
     pub age_ms: Option<u32>,
-    /// State of the motion input.
+    /// State of the motion input, as the `LIVE` sentence names it.
     pub motion: String,
-    /// Counters: faults of the motion input, refused lines, damaged bytes of the port, errors of the radar
+    /// Counters: faults of the motion input; refused lines; damaged bytes of the report port; errors of the radar
     /// link.
     pub counters: [u16; 4],
 }
 
-/// The last command.
+/// The last command that was sent to the scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PendingCommand {
-    /// Time of sending.
+    /// Time of sending, ms.
     pub at: Ms,
-    /// The command.
+    /// The line that was sent.
     pub text: String,
-    /// The reply: time of arrival, text, and whether it is not a refusal.
+    /// The reply: time of arrival, ms, text, and whether it is not a refusal. `None` before it arrives.
     pub reply: Option<(Ms, String, bool)>,
 }
 
 impl PendingCommand {
-    /// Name of the command.
+    /// Returns the name of the command, without frame and arguments.
     fn word(&self) -> &str {
         let body = self.text.strip_prefix("$PSTC,").unwrap_or(&self.text);
         body.split([',', ' ', '*'])
@@ -137,24 +137,24 @@ impl PendingCommand {
     }
 }
 
-/// Counts since the port was opened.
+/// Numbers of received lines by kind, since the port was opened.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Tally {
     sentences: u64,
-    /// Lines that begin like a sentence but are damaged.
+    /// Number of lines that begin like a sentence but are damaged.
     damaged: u64,
-    /// Text lines that are not sentences; `other` is the last one.
+    /// Number of text lines that are not sentences; `other` is the last one.
     others: u64,
     other: String,
     noise: u64,
 }
 
-/// State of a session.
+/// State of a session: port, scanner, last answer, log.
 #[derive(Clone, Debug)]
 pub struct State {
     /// Name of the port.
     pub port: String,
-    /// Description of the device at the port, if known.
+    /// Description of the device at the port; empty if it is not known.
     pub about: String,
     /// Whether the scanner is an image in an emulator. A scan then takes longer than the maximum age of an
     /// answer.
@@ -165,17 +165,17 @@ pub struct State {
     pub link: Link,
     /// The last complete answer and its time of arrival.
     pub answer: Option<(Ms, Answer)>,
-    /// Number of complete answers.
+    /// Number of complete answers received.
     pub answers: u64,
-    /// State of the guard; `None` before the first sweep.
+    /// State of the guard; `None` before the first guard sweep.
     pub guard: Option<Guard>,
-    /// The last `LIVE`.
+    /// Contents of the last `LIVE` sentence.
     pub pulse: Option<Pulse>,
-    /// The last command.
+    /// The last command that was sent.
     pub asked: Option<PendingCommand>,
-    /// The last lines, oldest first.
+    /// The last lines received and sent, oldest first.
     pub log: VecDeque<Entry>,
-    /// Number of log lines that are newer than the last one shown.
+    /// Number of log lines that are newer than the last one shown: 0 unless the user has scrolled back.
     pub hidden: usize,
     /// Number of times that the port was reopened.
     pub reopened: u32,
@@ -186,7 +186,7 @@ pub struct State {
 }
 
 impl State {
-    /// State before the port is opened.
+    /// Creates the state before the port is opened.
     pub fn new(port: &str, baud: u32) -> Self {
         Self {
             port: port.to_owned(),
@@ -209,12 +209,12 @@ impl State {
         }
     }
 
-    /// Sets the description of the device at the port.
+    /// Returns the state with a description of the device at the port.
     pub fn about(self, about: String) -> Self {
         Self { about, ..self }
     }
 
-    /// Marks the scanner as an image in an emulator.
+    /// Returns the state with the scanner marked as an image in an emulator.
     pub fn emulated(self) -> Self {
         Self {
             emulated: true,
@@ -264,12 +264,12 @@ impl State {
         }
     }
 
-    /// Scrolls back by a page.
+    /// Scrolls the log back by a page.
     pub fn older(&mut self) {
         self.hidden = (self.hidden + PAGE).min(self.log.len().saturating_sub(1));
     }
 
-    /// Scrolls forward by a page.
+    /// Scrolls the log forward by a page.
     pub fn newer(&mut self) {
         self.hidden = self.hidden.saturating_sub(PAGE);
     }
@@ -434,7 +434,7 @@ impl State {
         }
     }
 
-    /// Returns the age of the answer at `now`, ms: since its last row if `LIVE` reports it, else since its
+    /// Returns the age of the answer at `now`, ms: the time since its last row if `LIVE` reports that, else since its
     /// arrival.
     pub fn age(&self, now: Ms) -> Option<Ms> {
         let (came, answer) = self.answer.as_ref()?;
@@ -447,7 +447,7 @@ impl State {
         Some(reported.unwrap_or(now.saturating_sub(*came)))
     }
 
-    /// Returns the validity of the displayed answer.
+    /// Returns the validity of the displayed answer at `now`.
     pub fn standing(&self, now: Ms) -> Validity {
         let silence = now.saturating_sub(self.heard.unwrap_or(0));
         match self.link {
@@ -459,7 +459,8 @@ impl State {
         }
     }
 
-    /// Returns what the open port delivers instead of sentences; `None` if the time is too short to judge.
+    /// Returns the kind of data that the open port delivers instead of sentences; `None` while there are sentences,
+    /// or if the time is too short to judge.
     pub fn unexpected_data(&self, now: Ms) -> Option<UnexpectedData<'_>> {
         let Link::Open(since) = self.link else {
             return None;

@@ -3,24 +3,24 @@
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::{self, Command, MAX_COMMAND, framed};
 
-/// Note for a command that is probably wrong; a second Enter sends it nevertheless.
+/// Begins the note on a command that is probably wrong; a second Enter sends it nevertheless.
 const CONFIRM: &str = "Press Enter again to send it, although";
 
-/// Result of the check.
+/// Result of checking a typed command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Checked {
     /// The line is sent unchanged.
     Send(String),
     /// The next Enter sends this line, which replaces the typed one.
     Offer {
-        /// Line that would be sent.
+        /// Line that the next Enter sends.
         line: String,
-        /// Reason why it was not sent at once.
+        /// Reason why the typed line was not sent at once.
         why: String,
     },
 }
 
-/// Checks `typed` as the scanner's own parser does.
+/// Checks the typed command as the scanner's own parser does.
 pub fn check(typed: &str) -> Checked {
     let typed = typed.trim();
     let offer = |line: &str, why: String| Checked::Offer {
@@ -68,7 +68,7 @@ pub fn check(typed: &str) -> Checked {
     }
 }
 
-/// A command's sentence without its line end.
+/// Returns the sentence of a command with its CRC, without its line end.
 fn sentence(words: &[&str]) -> String {
     framed(words).trim_end().to_owned()
 }

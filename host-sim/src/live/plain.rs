@@ -12,7 +12,7 @@ use super::port::Source;
 use super::session::Session;
 use super::talk::PortFault;
 
-/// Polling interval of a silent source.
+/// Interval at which a source that sends nothing is checked.
 const WAIT: Duration = Duration::from_millis(100);
 
 /// Follows `source` until `stop` is set. `print` gets each line of text. Times count from `started`, like those of

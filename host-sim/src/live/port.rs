@@ -25,18 +25,18 @@ const RETRY: Duration = Duration::from_millis(300);
 /// Timeout of a write. A command of one line takes 8 ms at 115,200 baud.
 const WRITE: Duration = Duration::from_secs(1);
 
-/// Source of events and sink of lines: a port, or a simulated scanner.
+/// Source of a port's events and sink of lines to send: a serial port, or a simulated scanner.
 #[derive(Debug)]
 pub struct Source {
-    /// Events with their times.
+    /// Events of the port with their times, ms since the session began.
     pub events: Receiver<(Ms, Event)>,
-    /// Lines to send, without their ends.
+    /// Lines to send to the scanner, without line ends.
     pub lines: Sender<String>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// The other end of a [`Source`], in its thread.
+/// End of a [`Source`] that the thread of its port uses.
 #[derive(Debug)]
 pub struct Inside {
     started: Instant,
@@ -53,12 +53,12 @@ impl Inside {
         let _ = self.events.send((at, event));
     }
 
-    /// Returns the next line to send, if there is one.
+    /// Returns the next line to send to the scanner; `None` if there is none at present.
     pub fn line(&self) -> Option<String> {
         self.lines.try_recv().ok()
     }
 
-    /// Whether the session is over.
+    /// Whether the [`Source`] was dropped, so that the thread must end.
     pub fn ended(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -84,7 +84,7 @@ impl Source {
         }
     }
 
-    /// The serial port `path`, which is reopened after each failure.
+    /// Creates the source for the serial port `path`, which is reopened after each failure.
     pub fn port(started: Instant, path: &str, baud: u32) -> Self {
         let path = path.to_owned();
         Self::run(started, move |inside| keep_open(&inside, &path, baud))
@@ -128,7 +128,7 @@ pub fn open(path: &str, baud: u32) -> serialport::Result<Box<dyn SerialPort>> {
         .open()
 }
 
-/// Reads and writes until the session ends (`None`) or the port disappears (the cause).
+/// Reads and writes an open port until the session ends (`None`) or the port disappears (the cause).
 fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String> {
     let mut splitter = Splitter::default();
     let mut buffer = [0; 1024];

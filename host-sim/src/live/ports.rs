@@ -11,10 +11,10 @@ use super::trouble::Trouble;
 
 /// Directory in which Linux lists its terminals.
 const TERMINALS: &str = "/sys/class/tty";
-/// Directory of udev's stable port names, by connected device.
+/// Directory in which udev links each connected device's stable name to its port.
 const BY_ID: &str = "/dev/serial/by-id";
 
-/// Returns all ports, those on USB first.
+/// Returns all serial ports of this machine, those on USB first.
 fn available() -> Vec<SerialPortInfo> {
     // Without that directory the library would end the program.
     if cfg!(target_os = "linux") && !Path::new(TERMINALS).is_dir() {
@@ -26,12 +26,12 @@ fn available() -> Vec<SerialPortInfo> {
     ports
 }
 
-/// Returns the names of all ports.
+/// Returns the names of all serial ports, those on USB first.
 pub fn names() -> Vec<String> {
     available().into_iter().map(|port| port.port_name).collect()
 }
 
-/// Returns a list of the ports as text; empty if there are none.
+/// Returns a list of the serial ports as text, with device and stable name; empty if there are none.
 pub fn list() -> String {
     let mut out = String::new();
     for port in available() {
@@ -55,7 +55,7 @@ pub fn list() -> String {
     out
 }
 
-/// Returns the stable name of `port`.
+/// Returns the stable path by which udev lists `port`, whatever its number; `None` if it lists none.
 fn alias(port: &Path) -> Option<String> {
     let port = fs::canonicalize(port).ok()?;
     let entries = fs::read_dir(BY_ID).ok()?.flatten();
@@ -64,7 +64,7 @@ fn alias(port: &Path) -> Option<String> {
     Some(found.display().to_string())
 }
 
-/// Returns the cause why `path` could not be opened.
+/// Returns the cause for which `path` could not be opened.
 pub fn trouble(path: &str, error: &serialport::Error) -> Trouble {
     use std::io::ErrorKind;
     let Ok(found) = fs::metadata(path) else {
@@ -82,7 +82,8 @@ pub fn trouble(path: &str, error: &serialport::Error) -> Trouble {
     }
 }
 
-/// Returns the name of a group; `None` for root's, which no user should be added to.
+/// Returns the name of the group `id`; `None` for root's, which no user should be added to, or if there is no such
+/// group.
 fn group_name(id: u32) -> Option<String> {
     let groups = fs::read_to_string("/etc/group").ok()?;
     let mut rows = groups

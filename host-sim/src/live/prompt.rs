@@ -2,10 +2,10 @@
 
 use super::offer::{self, Checked};
 
-/// Maximum number of lines in the history.
+/// Maximum number of typed lines in the history.
 const MAX_HISTORY: usize = 500;
 
-/// Edit of the command line.
+/// A key that edits the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {
     /// Inserts a character.
@@ -14,13 +14,13 @@ pub enum Key {
     Backspace,
     /// Deletes the character at the cursor.
     Delete,
-    /// Moves left.
+    /// Moves the cursor left.
     Left,
-    /// Moves right.
+    /// Moves the cursor right.
     Right,
-    /// Moves to the beginning.
+    /// Moves the cursor to the beginning of the line.
     Home,
-    /// Moves to the end.
+    /// Moves the cursor to the end of the line.
     End,
     /// Shows the previous line of the history.
     Up,
@@ -49,21 +49,21 @@ pub const HELP: [&str; 6] = [
     "help, q: this text, the end; all commands: docs/commands.md",
 ];
 
-/// The command line. Only ASCII can be typed: commands contain nothing else.
+/// The command line with its history. Only ASCII can be typed: commands contain nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Prompt {
     /// Text of the line.
     pub text: String,
-    /// Index of the character after the cursor.
+    /// Index of the character after the cursor; the text's length at its end.
     pub cursor: usize,
-    /// Note below the line.
+    /// Note below the line, such as the reason why it was not sent; empty without one.
     pub note: String,
     /// Whether the next Enter sends the line unchanged.
     offered: bool,
     history: Vec<String>,
-    /// Index of the history line shown.
+    /// Index of the history line shown; `None` while a new line is typed.
     place: Option<usize>,
-    /// Text that was typed before the history was opened.
+    /// Text of the line that was typed before a line of the history was shown.
     draft: String,
 }
 
@@ -100,7 +100,8 @@ impl Prompt {
         }
     }
 
-    /// Takes the line if it is a command to this program, and clears it.
+    /// Returns the command to this program that was typed, and clears the line; `None` if the line is for the
+    /// scanner.
     pub fn own(&mut self) -> Option<Own> {
         let typed = self.text.trim().to_owned();
         let own = match typed.as_str() {
@@ -113,7 +114,8 @@ impl Prompt {
         Some(own)
     }
 
-    /// Handles Enter. Returns the line to send. A line that is not sent at once becomes an offer.
+    /// Handles Enter. Returns the line to send to the scanner. A line that is not sent at once stays as an offer,
+    /// with a note of the reason.
     pub fn enter(&mut self) -> Option<String> {
         let typed = self.text.trim().to_owned();
         if typed.is_empty() {

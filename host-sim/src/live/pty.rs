@@ -6,21 +6,21 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use serialport::{SerialPort, TTYPort};
 
-/// Maximum wait for a reader. A connected reader takes the bytes within it even on a busy machine; an absent one is
-/// waited for only once.
+/// Maximum wait until a reader takes written bytes. A connected reader takes them within it even on a busy machine;
+/// an absent one is waited for only once.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Number of bytes written at once. A terminal with less free space is not writable.
 const PIECE: usize = 64;
 
-/// A pseudo-terminal.
+/// A pseudo-terminal. Its path can be opened by other programs like a serial port.
 #[derive(Debug)]
 pub struct Pty {
     master: TTYPort,
     /// Keeps the terminal raw, and open without another user.
     _slave: TTYPort,
-    /// Path of the terminal.
+    /// Path of the terminal, for other programs to open.
     pub path: String,
-    /// Bytes of an incomplete line.
+    /// Bytes received of a line that is not complete yet.
     partial: Vec<u8>,
     /// Whether the last bytes written were not read.
     unread: bool,
@@ -30,7 +30,7 @@ impl Pty {
     /// Opens a new pseudo-terminal.
     ///
     /// # Errors
-    /// The system has none.
+    /// The system cannot provide one.
     pub fn new() -> Result<Self> {
         let (master, slave) = TTYPort::pair().context("a pseudo-terminal")?;
         let path = slave.name().context("a pseudo-terminal without a name")?;
@@ -61,7 +61,7 @@ impl Pty {
         self.partial.drain(..whole).collect()
     }
 
-    /// Writes bytes. Bytes that are not read are lost, as at a UART.
+    /// Writes bytes for the terminal's user. Bytes that are not read are lost, as at a UART.
     pub fn write(&mut self, bytes: &[u8]) {
         for piece in bytes.chunks(PIECE) {
             let patience = if self.unread {

@@ -1,4 +1,4 @@
-//! The screen, drawn from the state.
+//! The screen of `live`, drawn from the state of scanner and port.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Position, Rect};
@@ -14,11 +14,11 @@ use super::side;
 use super::trouble::Trouble;
 use crate::answer::{Answer, drop_words, maybe_words, metres};
 
-/// Minimum size of the terminal, columns and rows.
+/// Minimum size of the terminal, columns and rows of characters.
 const MIN_SIZE: (u16, u16) = (72, 22);
-/// Width of the table of steps.
+/// Width of the table of steps, characters.
 const TABLE: u16 = 43;
-/// Number of reasons that are explained; further ones are only counted.
+/// Maximum number of reasons that are explained; further ones are only counted.
 const REASONS: usize = 4;
 
 /// Style of stale information.
@@ -26,7 +26,7 @@ const GREY: Style = Style::new().fg(Color::DarkGray);
 const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
 const WARN: Style = Style::new().fg(Color::Yellow);
 
-/// Draws the state at `now`.
+/// Draws the screen at time `now`: port, answer, guard, side view, table of steps, `LIVE`, log, command line.
 pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     let area = frame.area();
     if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
@@ -85,7 +85,7 @@ fn title(state: &State) -> Line<'static> {
     Line::styled(text, BOLD)
 }
 
-/// Returns the fault of the port and its remedies.
+/// Returns the lines with the fault of the port and its remedies; none without a fault.
 fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
     let (since, (what, helps)) = match (&state.link, state.unexpected_data(now)) {
         (Link::Away(since, trouble), _) => {
@@ -108,7 +108,8 @@ fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
     lines
 }
 
-/// Returns the line with the free distance of the last guard sweep; grey once it is stale.
+/// Returns the line with the free distance of the last guard sweep, grey once it is stale; `None` before the first
+/// sweep.
 fn guard(state: &State, now: Ms) -> Option<Line<'static>> {
     let guard = state.guard.as_ref()?;
     let style = match guard.line.status {
@@ -120,7 +121,7 @@ fn guard(state: &State, now: Ms) -> Option<Line<'static>> {
     Some(Line::styled(format!(" {}", guard.text()), style))
 }
 
-/// Returns the answer in a line, its age, and its reasons with explanations.
+/// Returns the lines with the answer, its age, and its reasons with explanations.
 fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let Some((_, answer)) = &state.answer else {
         return vec![Line::raw(" No answer yet.")];
@@ -174,7 +175,7 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// Wraps `text` to at most `width` characters, indented.
+/// Wraps `text` to lines of at most `width` characters, indented.
 fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
     let mut lines = vec![String::from("  ")];
     for word in text.split(' ') {
@@ -204,7 +205,7 @@ fn words(answer: &Answer) -> String {
     }
 }
 
-/// Formats a duration.
+/// Formats a duration as seconds, minutes or hours.
 fn span(ms: Ms) -> String {
     match ms / 1000 {
         0..60 => format!("{:.1} s", ms as f64 / 1000.0),
@@ -213,7 +214,7 @@ fn span(ms: Ms) -> String {
     }
 }
 
-/// Draws the table of steps and `MAYBE`s.
+/// Draws the table of steps, the `DROP` and the `MAYBE`s; grey if the answer is not `fresh`.
 fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool) {
     let style = if fresh { Style::new() } else { GREY };
     let mut lines = Vec::new();
@@ -250,7 +251,7 @@ fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool
     );
 }
 
-/// Returns the line with the last `LIVE`.
+/// Returns the line with the contents of the last `LIVE` sentence.
 fn pulse(state: &State, now: Ms) -> Line<'static> {
     let Some(pulse) = &state.pulse else {
         return Line::styled(" No LIVE yet.", GREY);

@@ -5,18 +5,18 @@ use super::keep::Keep;
 use super::model::{Event, State};
 use crate::answer::Answer;
 
-/// A source under observation.
+/// An observed source of a scanner's sentences, such as a serial port.
 pub struct Session<'a> {
-    /// State of scanner and port.
+    /// State of scanner and port, from the events so far.
     pub state: State,
-    /// The file of all lines, if requested.
+    /// File that records all lines; `None` if none was requested, or after a failure.
     pub keep: Option<Keep>,
     /// Called with each complete answer.
     pub look: &'a mut dyn FnMut(&Answer),
 }
 
 impl Session<'_> {
-    /// Processes an event at time `at`.
+    /// Processes an event of the port at time `at`: updates the state, passes on a new answer, records the line.
     pub fn take(&mut self, at: Ms, event: &Event) {
         let (link, answers) = (self.state.link.clone(), self.state.answers);
         self.state.take(at, event);
@@ -37,7 +37,8 @@ impl Session<'_> {
         }
     }
 
-    /// Writes a line to the file, if there is one. The first failure ends the recording, with a remark.
+    /// Writes a line to the record, if there is one; `way` is its direction, `<`, `>` or `#`. The first failure ends
+    /// the recording, with a remark.
     pub fn keep(&mut self, at: Ms, way: char, text: &str) {
         if let Some(keep) = &mut self.keep
             && let Err(error) = keep.line(at, way, text)

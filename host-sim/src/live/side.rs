@@ -1,4 +1,4 @@
-//! The side view: the reported staircase with ±2σ of each step, the drop edge, and the horizon.
+//! The side view of `live`: the reported staircase with ±2σ of each step, the drop edge, and the horizon.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
@@ -11,31 +11,31 @@ use crate::answer::{Answer, metres, nearest_m};
 
 /// Length of the tread drawn behind the last step's edge, cm.
 const BEHIND: f64 = 30.0;
-/// Minimum width shown: the horizon of an `ok`, cm.
+/// Minimum width of the side view, cm: more than the 1 m that an `ok` answer is valid up to.
 const MIN_SPAN_CM: f64 = 120.0;
-/// Distance between marks of the axes, cm.
+/// Distance between the marks of each axis, cm.
 const MARK: f64 = 50.0;
 
-/// Points of one mark, cm.
+/// Points (distance, height) of one element of the drawing, cm.
 type Points = Vec<(f64, f64)>;
 
-/// Drawing of an answer, cm.
+/// Elements of the side view of an answer, all in cm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
     /// Ground, risers and treads, from left to right.
     pub outline: Points,
-    /// Two bars a step, horizontal and vertical: ±2σ.
+    /// Bars of ±2σ, each from end to end: a horizontal and a vertical one for each step.
     pub bars: Vec<[(f64, f64); 2]>,
-    /// The drop edge with its 3σ band: nearest place, edge, farthest place.
+    /// Distances of a reported drop: nearest place (-3σ), edge, farthest place (+3σ).
     pub drop: Option<[f64; 3]>,
-    /// Places of `MAYBE`s.
+    /// Edges of the `MAYBE`s (possible steps).
     pub maybes: Points,
-    /// Horizon of the answer.
+    /// Horizon of the answer; `None` if it has none or it is 0.
     pub horizon: Option<f64>,
 }
 
 impl Shape {
-    /// The drawing of an answer; empty for a fault.
+    /// Returns the side view of an answer; empty for a fault.
     pub fn of(answer: &Answer) -> Self {
         if answer.is_fault() {
             return Self::default();
@@ -81,7 +81,8 @@ impl Shape {
         }
     }
 
-    /// Returns the horizontal and vertical bounds, rounded to marks of the axes.
+    /// Returns minimum and maximum of the distance and of the height shown, rounded outwards to marks of the axes,
+    /// cm.
     fn bounds(&self) -> ([f64; 2], [f64; 2]) {
         let bars = self.bars.iter().flatten();
         let all = self.outline.iter().chain(bars).chain(&self.maybes);
@@ -96,7 +97,7 @@ impl Shape {
     }
 }
 
-/// Colours of the parts; grey if the answer is stale.
+/// Colours of the side view's elements; grey if the answer is stale.
 struct Colours {
     outline: Color,
     bars: Color,
@@ -105,7 +106,7 @@ struct Colours {
     maybes: Color,
 }
 
-/// Draws `answer` into `area`.
+/// Draws the side view of `answer` into `area`; grey if the answer is not `fresh`.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool) {
     let shape = answer.map(Shape::of).unwrap_or_default();
     let colour = |c: Color| if fresh { c } else { Color::DarkGray };
@@ -154,7 +155,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
     x_labels(frame, Rect { x: graph, ..inner }, inner.right(), x);
 }
 
-/// Returns the values of an axis' marks.
+/// Returns the values at an axis' marks, cm.
 fn marks([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     let count = ((high - low) / MARK).round() as usize;
     (0..=count).map(move |k| low + MARK * k as f64)
@@ -186,7 +187,7 @@ fn x_labels(frame: &mut Frame<'_>, graph: Rect, right: u16, x: [f64; 2]) {
     }
 }
 
-/// Returns a dotted vertical line over the whole height.
+/// Returns the points of a dotted vertical line at the distance `at` over the whole height; none for `None`.
 fn upright(at: Option<f64>, [low, high]: [f64; 2]) -> Points {
     let dots = |x: f64| (0..=30).map(move |k| (x, low + (high - low) * f64::from(k) / 30.0));
     at.into_iter().flat_map(dots).collect()

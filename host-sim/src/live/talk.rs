@@ -19,7 +19,7 @@ const FIRST: Duration = Duration::from_secs(4);
 /// Number of attempts of a request without a reply.
 const TRIES: u32 = 3;
 
-/// An open port with a scanner.
+/// Connection to a scanner at an open serial port.
 #[derive(Debug)]
 pub struct Talk {
     port: String,
@@ -32,9 +32,9 @@ pub struct Talk {
 /// Fault of a port and its remedies, one line each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PortFault {
-    /// The fault.
+    /// Description of the fault.
     pub what: String,
-    /// The remedies.
+    /// Remedies, one line each.
     pub help: Vec<String>,
 }
 
@@ -52,9 +52,9 @@ impl std::error::Error for PortFault {}
 /// Reply to a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// Executed, with the value for a request of one.
+    /// Executed; the new value for `set`, empty for other commands.
     Good(String),
-    /// Refused: the field and the expected value.
+    /// Refused: the wrong field and its expected value.
     Refused(String, String),
 }
 
@@ -78,7 +78,7 @@ impl Talk {
         }
     }
 
-    /// Returns the baud rate.
+    /// Returns the baud rate at which the port is open.
     pub fn baud(&self) -> u32 {
         self.baud
     }
@@ -124,7 +124,7 @@ impl Talk {
         PortFault { what, help }
     }
 
-    /// Returns the cause of a missing reply.
+    /// Returns the cause of a missing reply and its remedies, from the data received so far.
     pub fn no_reply_cause(&self) -> PortFault {
         let (what, help) = match self.state.unexpected_data(self.now()) {
             Some(unexpected_data) => unexpected_data.explain(self.baud),
@@ -139,7 +139,7 @@ impl Talk {
         PortFault { what, help }
     }
 
-    /// Sends a line.
+    /// Sends a line to the scanner; does not wait for a reply.
     pub fn send(&mut self, line: &str) {
         let now = self.now();
         self.state.sent(now, line);
@@ -147,8 +147,8 @@ impl Talk {
         let _ = self.source.lines.send(line.to_owned());
     }
 
-    /// Sends `line` and returns the first result of `take` for the sentences that follow. The line is repeated after
-    /// a timeout.
+    /// Sends `line` and returns the first result of `take` for the sentences that follow. After a timeout the line is
+    /// sent again.
     ///
     /// # Errors
     /// The port has disappeared, or [`TRIES`] attempts got no reply.
@@ -172,7 +172,7 @@ impl Talk {
         Err(self.no_reply_cause())
     }
 
-    /// Sends a command, given by its words, with its CRC. Returns the reply.
+    /// Sends a command, given by its words, with its CRC, and again after a timeout. Returns the reply.
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.
@@ -217,7 +217,7 @@ impl Talk {
         })
     }
 
-    /// Returns the reply to `status`, as its line.
+    /// Returns the scanner's reply to `status`: the line of its `STAT` sentence.
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.
@@ -228,7 +228,8 @@ impl Talk {
         })
     }
 
-    /// Returns all settings that the scanner reports, as commands write them. Damaged ones are requested again.
+    /// Returns all settings that the scanner reports, by key, with values as in commands. Settings whose sentences
+    /// were damaged are requested again.
     ///
     /// # Errors
     /// The port has disappeared, or there was no reply.

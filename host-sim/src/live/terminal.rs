@@ -1,4 +1,4 @@
-//! The loop over keys, time and screen.
+//! The loop of `live` over keys, time and screen.
 
 use std::io::{IsTerminal, stdout};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
@@ -52,8 +52,8 @@ pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Resu
     done
 }
 
-/// Reads the keys in a thread of its own. On a terminal that has hung up, the library's read never returns; the
-/// next frame then finds that the terminal is gone. The thread ends with the program.
+/// Starts a thread that reads the keys, and returns their receiver. On a terminal that has hung up, the library's
+/// read never returns; the next frame then finds that the terminal is gone. The thread ends with the program.
 fn keys() -> Receiver<KeyEvent> {
     let (sender, keys) = mpsc::channel();
     std::thread::spawn(move || {
@@ -75,7 +75,7 @@ struct View<'a, 'b> {
 }
 
 impl View<'_, '_> {
-    /// Waits for keys for the time of a frame. Returns whether to continue.
+    /// Waits for keys for the time of a frame and handles them. Returns whether to continue.
     fn keys(&mut self, keys: &Receiver<KeyEvent>, source: &Source, now: Ms) -> Result<bool> {
         let mut wait = FRAME;
         loop {

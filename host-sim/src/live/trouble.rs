@@ -1,19 +1,19 @@
 //! Explanations and remedies for faults of a port.
 
-/// Why a port cannot be read.
+/// Cause for which a port cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// There is no port of this name; these exist.
+    /// There is no port of this name; the names of the existing ones.
     Missing(Vec<String>),
-    /// No permission; the group that has it, if the port has its own.
+    /// No permission to open it; the group that has permission, unless that is root's.
     Forbidden(Option<String>),
     /// Another program holds it.
     Busy,
     /// The path is not a serial port.
     NoPort,
-    /// The port has disappeared; the system's message.
+    /// The port has disappeared; the system's error message.
     Unplugged(String),
-    /// Any other fault; the system's message.
+    /// Any other fault; the system's error message.
     Other(String),
 }
 
@@ -63,26 +63,26 @@ impl Trouble {
     }
 }
 
-/// Data of an open port that are not sentences.
+/// Data that an open port delivers instead of intact sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnexpectedData<'a> {
-    /// Nothing at all.
+    /// No data since the port was opened.
     Nothing,
-    /// No more data.
+    /// No data any more; sentences were received before.
     Silence,
     /// Bytes that are not text: probably another baud rate.
     Noise,
-    /// Text of another device; one line of it.
+    /// Text lines of another device; the last one.
     Others(&'a str),
-    /// Damaged sentences.
+    /// Mostly damaged sentences, and none that is intact.
     Damaged,
 }
 
-/// Baud rate of the report port.
+/// Baud rate of the scanner's report port.
 pub const REPORT_BAUD: u32 = 115_200;
 
 impl UnexpectedData<'_> {
-    /// Returns the fault and its remedies, one line each.
+    /// Returns the fault and its remedies, one line each. `baud` is the baud rate at which the port is open.
     pub fn explain(&self, baud: u32) -> (String, Vec<String>) {
         let speed = match baud {
             REPORT_BAUD => "The scanner's speed is 115,200 baud, and so is this port's.".to_owned(),

@@ -15,11 +15,11 @@ use stairscan::scanner::Micros;
 pub use chirp::Chirp;
 pub use scene::chirps;
 
-/// The reference clock, Hz.
+/// Frequency of the chip's reference clock, Hz.
 const CLOCK_HZ: f64 = 80e6;
-/// Size of the FIFO, words of 24 bits.
+/// Size of the chip's FIFO, words of 24 bits.
 const FIFO_WORDS: usize = 8192;
-/// Registers [4.1].
+/// Number of register addresses [4.1], and addresses of the registers that the model uses.
 const REGISTERS: usize = 0x60;
 const MAIN: usize = 0x00;
 const ADC0: usize = 0x01;
@@ -30,26 +30,26 @@ const SFCTL: usize = 0x06;
 const CCR: usize = 0x2c;
 const PLL1: usize = 0x30;
 const FSTAT: usize = 0x5f;
-/// Bits of FSTAT that persist until a reset [4.23].
+/// Error bits of the register FSTAT, which persist until a reset [4.23].
 const CLOCK_ERROR: u32 = 1 << 17;
 const BURST_ERROR: u32 = 1 << 18;
 const UNDERFLOW: u32 = 1 << 19;
 const OVERFLOW: u32 = 1 << 23;
-/// PACR1:OSCCLKEN.
+/// Bit OSCCLKEN of the register PACR1: the clock is enabled.
 const CLOCK_ON: u32 = 1 << 23;
-/// SFCTL:MISO_HS_RD.
+/// Bit MISO_HS_RD of the register SFCTL: MISO changes earlier, for fast SPI clocks.
 const FAST_MISO: u32 = 1 << 16;
 
-/// Fault of the chip or its wires.
+/// Fault of the chip or of its wires, for tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The chip is absent, and MISO reads as this byte.
     Absent(u8),
-    /// CHIP_ID has this wrong value.
+    /// The register CHIP_ID has this wrong value.
     Identity(u32),
-    /// The register at this address ignores writes.
+    /// The register at this address keeps its value when written.
     Stuck(u8),
-    /// No frame ends.
+    /// No frame (measurement) ends.
     NeverReady,
     /// The FIFO overflows at the end of a frame.
     Overflow,
@@ -61,22 +61,22 @@ pub enum Fault {
     Port,
 }
 
-/// Model of the chip.
+/// Model of the BGT60TR13C with its state.
 pub struct Chip {
     registers: [u32; REGISTERS],
     fifo: VecDeque<u32>,
-    /// Error bits of FSTAT.
+    /// Error bits of the register FSTAT.
     errors: u32,
-    /// Error bits of GSR0, reported once, in the next answer.
+    /// Error bits of the register GSR0, which the next answer reports once.
     pending_status: u8,
     frames: u32,
     now: Micros,
     ends: Option<Micros>,
     fault: Option<Fault>,
-    /// Converter input of the next chirp, codes of 12 bits. A short one is filled up with mid
-    /// scale.
+    /// Samples that the converter takes in the next chirp, 12-bit codes. A list that is too short
+    /// is filled up with mid scale.
     pub echo: Vec<u16>,
-    /// Number of transfers so far.
+    /// Number of SPI transfers so far.
     pub transfers: usize,
 }
 
@@ -105,19 +105,19 @@ impl Chip {
         chip
     }
 
-    /// Creates a chip with a fault.
+    /// Creates a chip in its state after power-up, with a fault.
     pub fn with(fault: Fault) -> Self {
         let mut chip = Self::new();
         chip.fault = Some(fault);
         chip
     }
 
-    /// Sets or clears the fault from now on.
+    /// Sets the chip's fault, or clears it with `None`, from now on.
     pub fn set_fault(&mut self, fault: Option<Fault>) {
         self.fault = fault;
     }
 
-    /// Advances the time.
+    /// Sets the model's time; a frame that has ended by then fills the FIFO.
     pub fn at(&mut self, now: Micros) {
         self.now = now;
         if self.ends.is_some_and(|end| now.reached(end)) {
@@ -125,7 +125,7 @@ impl Chip {
         }
     }
 
-    /// Returns the programmed chirp by the formulas of [3.4] and [4.12 to 4.16].
+    /// Returns the programmed chirp, computed by the formulas of [3.4] and [4.12 to 4.16].
     pub fn chirp(&self) -> Chirp {
         let field = |address: usize, low: u32, bits: u32| {
             f64::from((self.registers[address] >> low) & ((1 << bits) - 1))
@@ -264,13 +264,15 @@ impl Chip {
         })
     }
 
-    /// Reports an error in the next answer, and stores it in FSTAT [5.8].
+    /// Stores an error in FSTAT and reports it in the next answer [5.8]: of the number of clocks,
+    /// of the number of words, or both.
     fn report_error(&mut self, clocks: bool, words: bool) {
         self.pending_status = u8::from(clocks) | u8::from(words) << 1;
         self.errors |= (u32::from(clocks) * CLOCK_ERROR) | (u32::from(words) * BURST_ERROR);
     }
 
-    /// Answers a burst [5.7]: the words that follow its command.
+    /// Answers a burst [5.7]: returns the bytes of the register or FIFO words that follow its
+    /// command.
     fn burst(&mut self, command: u32, bytes: usize) -> Vec<u8> {
         let (start, write, words) = (command >> 17 & 0x7f, command >> 16 & 1, command >> 9 & 0x7f);
         let whole = bytes / 3;
@@ -288,7 +290,7 @@ impl Chip {
         answer
     }
 
-    /// Performs one transfer, with as many bytes back as sent.
+    /// Performs one SPI transfer; returns as many bytes as were sent.
     fn exchange(&mut self, there: &[u8]) -> Vec<u8> {
         if let Some(Fault::Absent(level)) = self.fault {
             return vec![level; there.len()];
@@ -322,8 +324,8 @@ impl Chip {
     }
 }
 
-/// Shifts the answer by one bit, as if each bit had changed before it is read: MISO_HS_RD at a
-/// clock that is too slow for it.
+/// Returns an answer shifted by one bit, as it is read if each bit changes before it is sampled:
+/// the effect of MISO_HS_RD at a clock that is too slow for it.
 fn late(bytes: &mut [u8]) {
     let mut next = 0;
     for byte in bytes.iter_mut().rev() {

@@ -1,4 +1,4 @@
-//! Model of a SiRad at its port: commands in, frames out (the layout:
+//! Model of a SiRad radar module at its serial port: commands in, frames out (format:
 //! [`stairscan::signal::radar::sirad`]).
 
 use std::cell::RefCell;
@@ -9,19 +9,19 @@ use std::rc::Rc;
 use stairscan::Iq;
 use stairscan::scanner::BytePort;
 
-/// One sample of the module's converter: I and Q of 12 bits.
+/// One sample of the module's converter: I, then Q, 12 bits each.
 pub type Sample = [i16; 2];
 
-/// Scale factor from a 12-bit converter to one of 16 bits.
+/// Factor between the codes of a 12-bit and of a 16-bit converter.
 const SCALE: i16 = 16;
 
-/// Fault of the module.
+/// Fault of the module, for tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
     /// No fault.
     #[default]
     None,
-    /// It never answers.
+    /// The module never answers.
     Silent,
     /// A measurement arrives only after the next request.
     Late,
@@ -31,24 +31,24 @@ pub enum Fault {
     Cut,
     /// One byte in the middle of a measurement is missing.
     Gap,
-    /// It sends noise.
+    /// The bytes of a measurement are wrong.
     Garbage,
-    /// It ignores the configuration of the baseband.
+    /// The module ignores the command that configures the baseband.
     IgnoresConfig,
-    /// It reports that its synthesiser does not lock.
+    /// The module reports that its synthesiser does not lock.
     Error,
-    /// It also measures without a trigger.
+    /// The module also measures without a trigger.
     SelfTriggered,
 }
 
-/// Source of the converter's samples: the argument is the number of samples; `None` means no
-/// measurement.
+/// Source of the samples of a measurement: the argument is their number; `None` means that there is
+/// no measurement.
 pub type Source<'a> = Box<dyn FnMut(usize) -> Option<Vec<Sample>> + 'a>;
 
-/// Model of the module.
+/// Model of the SiRad module.
 pub struct SiRadModel<'a> {
     source: Source<'a>,
-    /// The present fault.
+    /// The fault that is active; it may be changed at any time.
     pub fault: Fault,
     system: u32,
     baseband: u32,
@@ -57,7 +57,7 @@ pub struct SiRadModel<'a> {
     line: Vec<u8>,
     late: Vec<u8>,
     out: VecDeque<u8>,
-    /// Number of measurements so far.
+    /// Number of triggered measurements so far.
     pub measured: u32,
 }
 
@@ -68,8 +68,8 @@ impl fmt::Debug for SiRadModel<'_> {
 }
 
 impl<'a> SiRadModel<'a> {
-    /// Creates a module in its state after power-up: WebGUI frames and self-triggering, which the
-    /// model leaves out.
+    /// Creates a module in its state after power-up, in which it sends WebGUI frames and triggers
+    /// itself; the model does neither. `source` supplies the samples.
     pub fn new(source: Source<'a>) -> Self {
         Self {
             source,
@@ -85,17 +85,17 @@ impl<'a> SiRadModel<'a> {
         }
     }
 
-    /// Returns the number of samples of a ramp.
+    /// Returns the number of samples per chirp, as configured.
     pub fn samples(&self) -> usize {
         32 << (self.baseband >> 3 & 7)
     }
 
-    /// Returns the swept bandwidth, kHz.
+    /// Returns the swept bandwidth as configured, kHz.
     pub fn bandwidth_khz(&self) -> u32 {
         2_000 * self.ramp
     }
 
-    /// Takes bytes from the scanner.
+    /// Takes bytes that the scanner sends; commands end with CR LF.
     pub fn receive(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             self.line.push(byte);
@@ -106,7 +106,7 @@ impl<'a> SiRadModel<'a> {
         }
     }
 
-    /// Returns the next byte for the scanner.
+    /// Returns the next byte for the scanner; `None` if there is none.
     pub fn send(&mut self) -> Option<u8> {
         if self.fault == Fault::Silent {
             self.out.clear();
@@ -164,7 +164,7 @@ impl<'a> SiRadModel<'a> {
         }
     }
 
-    /// Applies the fault to a raw frame.
+    /// Returns a raw frame as the active fault changes it.
     fn with_fault(&mut self, mut raw: Vec<u8>) -> Vec<u8> {
         let middle = raw.len() / 2;
         match self.fault {
@@ -186,7 +186,7 @@ impl<'a> SiRadModel<'a> {
     }
 }
 
-/// Returns a raw frame of the binary output.
+/// Returns a raw frame of the module's binary output.
 pub fn binary(counter: u16, samples: &[Sample]) -> Vec<u8> {
     let mut out = vec![0xAA, 0xAA, 0xBB, 0xCC, b'M'];
     out.extend(counter.to_le_bytes());
@@ -196,7 +196,7 @@ pub fn binary(counter: u16, samples: &[Sample]) -> Vec<u8> {
     out
 }
 
-/// Returns the same frame of the TSV output.
+/// Returns a raw frame of the module's TSV output (text).
 pub fn table(counter: u16, samples: &[Sample]) -> Vec<u8> {
     let mut out = format!("!M\t{counter}\t{}", 2 * samples.len());
     for value in samples.iter().flatten() {
@@ -205,7 +205,7 @@ pub fn table(counter: u16, samples: &[Sample]) -> Vec<u8> {
     (out + "\r\n").into_bytes()
 }
 
-/// Converts a chirp to the module's format: 12 bits, echoes at negative frequencies.
+/// Converts a recorded chirp to the module's format: 12 bits, echoes at negative frequencies.
 pub fn converted(chirp: &[Iq]) -> Vec<Sample> {
     let bits = |v: i16| {
         (i32::from(v) + i32::from(SCALE) / 2)
@@ -220,7 +220,7 @@ pub fn converted(chirp: &[Iq]) -> Vec<Sample> {
 pub struct SiRadPort<'a>(pub Rc<RefCell<SiRadModel<'a>>>);
 
 impl<'a> SiRadPort<'a> {
-    /// Creates a port to a module with this source of samples.
+    /// Creates a port to a new module with this source of samples.
     pub fn new(source: Source<'a>) -> Self {
         Self(Rc::new(RefCell::new(SiRadModel::new(source))))
     }
@@ -262,7 +262,7 @@ mod tests {
     }
 
     impl<'a> Bench<'a> {
-        /// Each sample of a measurement holds the number of the measurement.
+        /// Creates a port to a module whose samples are all the number of the measurement.
         fn new() -> Self {
             let mut number = 0;
             Self {
@@ -290,7 +290,7 @@ mod tests {
             }
         }
 
-        /// Returns the number of the received measurement.
+        /// Requests a chirp and returns the number of the measurement that was received.
         fn chirp(&mut self) -> Result<i16, LinkError> {
             let mut samples = [Iq::default(); 64];
             (self.module).trigger(&mut self.port, Micros(self.now), 0, TIMEOUT);

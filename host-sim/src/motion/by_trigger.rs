@@ -1,4 +1,4 @@
-//! Motion sentences for a scanner whose clock is not the chair's.
+//! Motion sentences (travel and pitch of the chair) for a scanner whose clock is not the chair's.
 //!
 //! The emulator's clock runs fast by a factor that depends on the machine's load, so that a
 //! sentence sent at its time would arrive at another time. Here the sentences report a chair that
@@ -12,22 +12,24 @@ use stairscan::report::motion;
 use super::place::Place;
 use crate::recording::Recording;
 
-/// Maximum travel from sentence to sentence, 0.1 mm: half the distance that the scanner takes for a
-/// jump over any time, however short.
+/// Maximum travel from sentence to sentence, 0.1 mm: half the travel that the scanner rejects as a
+/// jump, however short the time.
 const STRIDE: i32 = 100;
-/// Maximum change of pitch from sentence to sentence, 0.001°: likewise half the limit.
+/// Maximum change of pitch from sentence to sentence, 0.001°: half the change that the scanner
+/// rejects as a jump.
 const TILT: i32 = 500;
 
-/// Motion sentences of one recording.
+/// Motion sentences of one recording, each sent when a chirp is triggered.
 #[derive(Clone, Debug)]
 pub struct ByTrigger {
-    /// Travel and pitch at each chirp.
+    /// Place of the chair at each chirp: travel, 0.1 mm, and pitch, 0.001°; `None` without pitch
+    /// readings.
     places: Vec<(i32, Option<i32>)>,
     sequence: u16,
 }
 
 impl ByTrigger {
-    /// Creates the sentences of `recording`; `None` if it has no travel.
+    /// Creates the sentences of `recording`; `None` if the recording has no travel.
     pub fn new(recording: &Recording) -> Option<Self> {
         let sensors = &recording.meta.motion;
         let place = |(k, travel_m): (usize, &f64)| {
@@ -42,7 +44,7 @@ impl ByTrigger {
         })
     }
 
-    /// Adds the place of the next chirp.
+    /// Adds the place at the next chirp, for a chair that is simulated while the scanner scans.
     pub fn push(&mut self, place: &Place) {
         let travel = (place.travel_m * 1e4).round() as i32;
         let pitch = (place.pitch_deg * 1e3).round() as i32;
@@ -59,14 +61,15 @@ impl ByTrigger {
         motion::write(&reading).as_str().to_owned()
     }
 
-    /// Returns the sentence before the first chirp is triggered.
+    /// Returns the sentence that is sent before the first chirp is triggered: the place of that
+    /// chirp.
     pub fn first(&mut self) -> String {
         let place = self.places[0];
         self.line(place)
     }
 
-    /// Returns the sentences once chirp `k` has been triggered: the chair's place, then its way to
-    /// the place of the next chirp.
+    /// Returns the sentences that are sent once chirp `k` has been triggered: the chair's place,
+    /// then its way to the place of the next chirp.
     pub fn at(&mut self, k: usize) -> Vec<String> {
         let Some(&from) = self.places.get(k) else {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! Input of the report port of a scanner on the host.
+//! Input of the report port of a scanner on the host: commands, and motion sentences between them.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -8,7 +8,8 @@ use stairscan::scanner::command::framed;
 
 use super::Timetable;
 
-/// Typed lines and, with a timetable, the motion sentences between them.
+/// Bytes for the scanner's report port: typed commands and, with a timetable, motion sentences
+/// between them.
 #[derive(Default)]
 pub struct Inlet {
     timetable: Option<Rc<RefCell<Timetable>>>,
@@ -16,7 +17,7 @@ pub struct Inlet {
 }
 
 impl Inlet {
-    /// Creates the input with the motion sentences of `timetable`.
+    /// Creates the input with the motion sentences of `timetable`; `None` for commands only.
     pub fn new(timetable: Option<Rc<RefCell<Timetable>>>) -> Self {
         Self {
             timetable,
@@ -24,7 +25,7 @@ impl Inlet {
         }
     }
 
-    /// Adds whole lines, so that motion sentences come between them.
+    /// Adds the bytes of whole command lines, so that motion sentences come between the lines.
     pub fn type_in(&mut self, lines: &[u8]) {
         match &self.timetable {
             Some(table) => table.borrow_mut().type_in(lines),
@@ -32,14 +33,14 @@ impl Inlet {
         }
     }
 
-    /// Adds commands that set values.
+    /// Adds a `set` command for each pair of setting and value.
     pub fn set(&mut self, settings: &[(&str, String)]) {
         for (key, value) in settings {
             self.type_in(framed(&["set", key, value]).as_bytes());
         }
     }
 
-    /// Returns the next byte.
+    /// Returns the next byte for the scanner; `None` if there is none yet.
     pub fn read(&mut self) -> Option<u8> {
         match &self.timetable {
             Some(table) => table.borrow_mut().read(),

@@ -1,12 +1,12 @@
-//! A chair's place as measured by its own sensors.
+//! Place of a chair (time, travel and pitch) as measured by its own sensors.
 
-/// Sensor readings when a chirp is fired.
+/// Readings of the chair's sensors when a chirp is fired.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// Time since the first chirp, seconds.
     pub time_s: f64,
-    /// Travel by the odometer, metres.
+    /// Forward travel since the first chirp by the odometer, metres.
     pub travel_m: f64,
-    /// Pitch by the inclinometer, degrees.
+    /// Pitch by the inclinometer, nose up positive, degrees.
     pub pitch_deg: f64,
 }

@@ -19,7 +19,7 @@ pub const HUES: [RGBColor; 8] = [
     RGBColor(75, 54, 148),
 ];
 
-/// Colour of measurements.
+/// Colour of measured data, such as power and particles.
 pub const MEASURED: RGBColor = HUES[0];
 /// Colour of the scanner's answer.
 pub const CONCLUDED: RGBColor = HUES[1];
@@ -44,12 +44,12 @@ pub enum Palette {
     Ground,
 }
 
-/// A range of decibels mapped to colours.
+/// A range of levels in dB that is mapped to colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// Decibels of the lowest colour.
+    /// Level of the lowest colour, dB; lower levels have the same colour.
     pub low: f64,
-    /// Decibels of the highest colour.
+    /// Level of the highest colour, dB; higher levels have the same colour.
     pub high: f64,
     /// Mapping to colours.
     pub palette: Palette,
@@ -69,7 +69,7 @@ impl Scale {
         }
     }
 
-    /// Returns the same range in another palette.
+    /// Returns the same range with another mapping to colours.
     pub fn with(self, palette: Palette) -> Self {
         Self { palette, ..self }
     }
@@ -79,7 +79,7 @@ impl Scale {
 mod tests {
     use super::*;
 
-    /// Relative luminance.
+    /// Luma of a colour (weights of Rec. 709, no gamma correction), 0…255.
     fn luminance(c: RGBColor) -> f64 {
         0.2126 * f64::from(c.0) + 0.7152 * f64::from(c.1) + 0.0722 * f64::from(c.2)
     }

@@ -15,7 +15,7 @@ use super::inspect::MARKS;
 use super::posterior;
 use super::sheet::INK;
 
-/// Minimum difference of two colours with different meanings in one plot.
+/// Minimum CIEDE2000 difference of two colours with different meanings in one plot.
 const APART: f32 = 10.0;
 
 const DEUTERANOPIA: [[f32; 3]; 3] = [
@@ -35,7 +35,7 @@ fn apart(a: RGBColor, b: RGBColor) -> f32 {
     seen(a).difference(seen(b))
 }
 
-/// Asserts that every two of these colours can be distinguished.
+/// Asserts that every two of `colours` (name, colour) can be distinguished with deuteranopia.
 fn all_apart(colours: &[(&str, RGBColor)]) {
     for (k, (one, a)) in colours.iter().enumerate() {
         for (other, b) in &colours[k + 1..] {
@@ -45,7 +45,7 @@ fn all_apart(colours: &[(&str, RGBColor)]) {
     }
 }
 
-/// `#rrggbb`.
+/// Parses a colour of the form `#rrggbb`; `None` for other text.
 fn hex(text: &str) -> Option<RGBColor> {
     let digits = text.trim().strip_prefix('#')?.get(..6)?;
     let part = |k: usize| u8::from_str_radix(digits.get(k..k + 2)?, 16).ok();
@@ -79,7 +79,7 @@ fn colours_of_the_pictures_are_told_apart() {
     all_apart(&colours);
 }
 
-/// Hypotheses are drawn on white and on the map's greys, with the ground showing through.
+/// Compares the runners-up's strokes as they appear on white: their opacity lets the ground show through.
 #[test]
 fn rivals_are_told_apart_as_they_are_drawn() {
     let on_white = |ink: RGBColor| {

@@ -15,7 +15,7 @@ use crate::answer::Answer;
 use crate::recording::Truth;
 use crate::views::{ExplanationView, InspectView, ScattererView, meaning};
 
-/// Mark of a role.
+/// Marker that stands for one role of echoes (corner, nosing, flash, …) in the plot.
 pub struct RoleMark {
     /// Name of the role.
     pub role: &'static str,
@@ -29,7 +29,7 @@ const fn role(role: &'static str, shape: Shape, ink: RGBColor) -> RoleMark {
     RoleMark { role, shape, ink }
 }
 
-/// Marks of all roles.
+/// Markers of all roles, in the order of the legend.
 pub const MARKS: [RoleMark; 10] = [
     role("corner", Shape::Triangle, HUES[0]),
     role("nosing", Shape::Fall, HUES[3]),
@@ -43,13 +43,13 @@ pub const MARKS: [RoleMark; 10] = [
     role("unexplained", Shape::Ring, TRUE),
 ];
 
-/// Returns a scatterer's mark: a grey ring for roles without a mark.
+/// Returns shape and colour of a scatterer's marker; a grey ring if its role is not in [`MARKS`].
 fn mark(scatterer: &ScattererView) -> (Shape, RGBColor) {
     let known = MARKS.iter().find(|mark| mark.role == scatterer.role);
     known.map_or((Shape::Ring, TRUE), |mark| (mark.shape, mark.ink))
 }
 
-/// Returns the roles that occur, in the order of their marks: name, number, mark.
+/// Returns each role that occurs, the number of its scatterers, and its marker, in the order of [`MARKS`].
 fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
     let mut roles: Vec<(&'static str, usize, (Shape, RGBColor))> = Vec::new();
     for scatterer in &view.scatterers {
@@ -63,7 +63,7 @@ fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
     roles
 }
 
-/// Returns the radius of a scatterer's marker, pixels: 4 at the noise, 10 at 40 dB above it.
+/// Returns the radius of a scatterer's marker, pixels: 4 at an SNR of 0 dB, 10 from 40 dB on.
 fn radius(snr_db: f64) -> f64 {
     4.0 + 6.0 * (snr_db / 40.0).clamp(0.0, 1.0)
 }
@@ -115,7 +115,7 @@ pub fn draw(
     })
 }
 
-/// Returns the hypotheses to draw, the best first.
+/// Returns the hypotheses to draw with their strokes: the best first, then the runners-up by descending score.
 fn lines(view: &InspectView) -> Vec<(Stroke, &ExplanationView)> {
     let winner = view.explanations.iter().filter(|e| e.winner);
     let mut runners_up: Vec<&ExplanationView> =

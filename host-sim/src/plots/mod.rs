@@ -58,11 +58,11 @@ pub struct PaperView {
     pub uniform: ParticleView,
     /// Particles that start in Gaussian modes.
     pub modes: ParticleView,
-    /// Clusters before rejection.
+    /// Clusters of particles before rejection.
     pub clusters: Vec<ClusterView>,
-    /// Clusters after rejection.
+    /// Clusters that are accepted as steps.
     pub kept: Vec<ClusterView>,
-    /// Beam correction of each kept cluster.
+    /// Correction of each reported step for the width of the beam.
     pub beams: Vec<BeamView>,
 }
 
@@ -77,7 +77,7 @@ pub struct ScanView<'a> {
     pub map: &'a PolarMap,
     /// The scanner's answer.
     pub answer: &'a Answer,
-    /// Results of the paper's estimator on the map.
+    /// Intermediate results of the paper's estimator on the map.
     pub paper: &'a PaperView,
     /// Posterior of the default estimator; empty for another estimator.
     pub posterior: &'a PosteriorView,
@@ -187,7 +187,7 @@ pub fn write_inspect(
     )
 }
 
-/// Returns the profile of chirp `k` of any radar's recording, with `processor` set up for it.
+/// Returns the range profile of chirp `k` of a recording. `processor` must be set up for the recording's radar.
 ///
 /// # Errors
 /// Names the recording if it has no such chirp.
@@ -216,8 +216,8 @@ pub fn profile_view(
     ))
 }
 
-/// Returns the profile with the clearest targets: the largest sum of their levels above the map's
-/// noise.
+/// Returns the range profile with the clearest targets: the largest sum of the cell values (0.376 dB each) of its
+/// detected local maxima. `None` if no chirp was received.
 fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     let map = scan.map;
     let clarity = |row: &usize| -> u32 {
@@ -242,7 +242,8 @@ fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     profile_view(scan.recording, k, &mut processor).map(Some)
 }
 
-/// Returns the places that must be in view: true and reported steps, and probable other ones.
+/// Returns the points (x, y), metres, that must be in view: true and reported steps, `MAYBE`s, the `DROP`, and edges
+/// of other probable hypotheses.
 fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
     let truth = scan.recording.meta.truth.iter();
     let real = truth.flat_map(|t| t.steps.iter().map(|s| (s.distance_m, s.height_m)));
@@ -252,7 +253,7 @@ fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
     real.chain(reported).chain(doubtful).collect()
 }
 
-/// Returns a short description of the scan.
+/// Returns number of chirps and range of angles of the scan, as text.
 fn sweep(scan: &ScanView<'_>) -> String {
     let sweep = &scan.config.sweep;
     let degrees = |k: u16| page::number(f64::from(sweep.angle(k)) / 1000.0, 0);
@@ -265,7 +266,8 @@ fn sweep(scan: &ScanView<'_>) -> String {
     )
 }
 
-/// Returns the relation of a plot of the paper's estimator to the answer, which may differ.
+/// Returns the end of a subtitle that relates a plot of the paper's estimator to the answer: the answer itself if
+/// this estimator is selected, otherwise a note that another estimator gave it.
 fn beside(scan: &ScanView<'_>) -> String {
     let estimator = scan.config.estimator;
     match estimator {
@@ -287,7 +289,7 @@ fn counted(answer: &Answer) -> String {
     }
 }
 
-/// Returns the answer in a few words.
+/// Returns status, reasons, number of steps and estimator of the answer, as text.
 fn conclusion(scan: &ScanView<'_>) -> String {
     let answer = scan.answer;
     let reasons: Vec<_> = answer.scan.reasons.iter().map(|r| r.as_str()).collect();

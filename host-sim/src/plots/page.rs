@@ -24,21 +24,21 @@ const LEGEND_LINE: f64 = 36.0;
 const SWATCH: f64 = 40.0;
 const LEGEND_GAP: f64 = 36.0;
 
-/// Place of the data on the page, and range of the axes.
+/// Rectangle of the page that shows the data, and ranges of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Top left corner, pixels.
+    /// Top left corner on the page, pixels.
     pub at: Spot,
-    /// Width and height, pixels.
+    /// Width and height on the page, pixels.
     pub size: Spot,
-    /// Minimum and maximum abscissa.
+    /// Minimum and maximum abscissa, in the axis's unit.
     pub x: (f64, f64),
-    /// Minimum and maximum ordinate.
+    /// Minimum and maximum ordinate, in the axis's unit.
     pub y: (f64, f64),
 }
 
 impl Frame {
-    /// Returns the pixel of a point.
+    /// Returns the place on the page, pixels, of a point (x, y) in the axes' units.
     pub fn spot(&self, x: f64, y: f64) -> Spot {
         let across = (x - self.x.0) / (self.x.1 - self.x.0);
         let up = (y - self.y.0) / (self.y.1 - self.y.0);
@@ -48,7 +48,7 @@ impl Frame {
         )
     }
 
-    /// Returns width and height in enlarged pixels.
+    /// Returns the frame's width and height in enlarged pixels, [`OVERSAMPLING`] to a pixel of the page.
     pub fn enlarged(&self) -> (u32, u32) {
         let n = f64::from(OVERSAMPLING);
         (
@@ -57,29 +57,29 @@ impl Frame {
         )
     }
 
-    /// Whether a point lies inside.
+    /// Whether a point (x, y) in the axes' units lies inside.
     pub fn holds(&self, x: f64, y: f64) -> bool {
         (self.x.0..=self.x.1).contains(&x) && (self.y.0..=self.y.1).contains(&y)
     }
 }
 
-/// Appearance of a legend entry.
+/// Mark of a legend entry: line, marker or area.
 #[derive(Clone, Copy, Debug)]
 pub enum Swatch {
     /// A line.
     Line(Stroke),
-    /// A marker with its radius and colour.
+    /// A marker: shape, radius in pixels, colour.
     Mark(Shape, f64, RGBColor),
-    /// An area and its outline.
+    /// An area: colour, opacity, outline.
     Area(RGBColor, f64, Stroke),
 }
 
-/// One axis.
+/// One axis of a plot.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// Quantity with its unit.
+    /// Text beside the axis: the quantity with its unit.
     pub label: String,
-    /// Minimum and maximum value.
+    /// Minimum and maximum value, in the label's unit.
     pub span: (f64, f64),
 }
 
@@ -93,12 +93,12 @@ impl Axis {
     }
 }
 
-/// Title, axes, legend and colour bar.
+/// Page around a plot's data: title, axes, legend and colour bar.
 #[derive(Clone, Debug)]
 pub struct Page {
     /// Title above the plot.
     pub title: String,
-    /// Recording and settings.
+    /// Line below the title, such as recording and settings.
     pub subtitle: String,
     /// The abscissa.
     pub x: Axis,
@@ -106,7 +106,7 @@ pub struct Page {
     pub y: Axis,
     /// Legend: marks with their meanings.
     pub legend: Vec<(Swatch, String)>,
-    /// Colour scale of the data and its label.
+    /// Colour scale of the data and its label; `None` for no colour bar.
     pub bar: Option<(Scale, String)>,
     /// Whether a grid is drawn, for data that are lines.
     pub grid: bool,
@@ -123,7 +123,8 @@ fn tick_step(span: f64) -> f64 {
     step * decade
 }
 
-/// Returns round numbers within `span`, at least `apart` apart, and the number of their decimals.
+/// Returns the positions of ticks within `span`: round numbers, at least `apart` apart, and the number of their
+/// decimals.
 fn ticks(span: (f64, f64), apart: f64) -> (Vec<f64>, usize) {
     let step = tick_step(span.1 - span.0).max(apart);
     if !step.is_normal() {
@@ -147,7 +148,7 @@ pub fn number(value: f64, decimals: usize) -> String {
 }
 
 impl Page {
-    /// Returns the page's size and the place of its data of `size` pixels (rounded to whole ones).
+    /// Returns the page's size, pixels, and its frame for data of `size` pixels (rounded to whole ones).
     pub fn layout(&self, size: Spot) -> ((u32, u32), Frame) {
         let size = (size.0.round(), size.1.round());
         let right = if self.bar.is_some() {
@@ -183,7 +184,7 @@ impl Page {
         ((width.ceil() as u32, height.ceil() as u32), frame)
     }
 
-    /// Draws the page with the data drawn by `data`, `size` pixels large.
+    /// Draws the page around `size` pixels of data, which `data` draws, and returns the bytes of a PNG file.
     pub fn draw(
         &self,
         size: Spot,
@@ -263,7 +264,8 @@ impl Page {
         sheet.text(&self.y.label, place, Face::plain(LABEL).upright())
     }
 
-    /// Returns the lines of the legend that fit the page: the entries and the width of each.
+    /// Breaks the legend into lines that fit a page of `width` pixels. Returns each line's entries and its width,
+    /// pixels.
     fn legend_lines(&self, width: f64) -> Vec<(Vec<&(Swatch, String)>, f64)> {
         let mut lines: Vec<(Vec<&(Swatch, String)>, f64)> = Vec::new();
         for entry in &self.legend {

@@ -1,4 +1,4 @@
-//! Observer of the paper's estimator, for the plots of its stages.
+//! Observer of the paper's estimator: collects particles and clusters of each stage for the plots.
 
 use stairscan::config::{Config, ParticleConfig, Plane, Spread};
 use stairscan::estimator::Estimator;
@@ -13,11 +13,11 @@ use super::PaperView;
 use super::particles::{BeamView, ClusterView, ParticleView};
 use crate::views::Point;
 
-/// Intermediate results of the estimator on one scan.
+/// Intermediate results of the paper's estimator on one scan.
 struct TraceObserver<'a> {
     map: &'a PolarMap,
     particles: ParticleView,
-    /// Particles with their clusters, before and after rejection.
+    /// Each particle's place, metres, and the index of its cluster in `extents`: `[0]` before, `[1]` after rejection.
     marked: [Vec<(Point, u16)>; 2],
     extents: Vec<Extent>,
 }
@@ -32,7 +32,8 @@ impl<'a> TraceObserver<'a> {
         }
     }
 
-    /// Returns the place of a particle whose coordinates are cells of the map.
+    /// Returns the place in the sagittal plane, metres, of a particle whose coordinates are row and range bin of the
+    /// map, in units of 1/[`UNITS_PER_CELL`].
     fn drawn(&self, particle: &PointParticle) -> Point {
         let unit = f32::from(UNITS_PER_CELL);
         let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
@@ -43,8 +44,8 @@ impl<'a> TraceObserver<'a> {
         (x.into(), y.into())
     }
 
-    /// Returns the place of a particle, or of an extent's middle, from its coordinates along and
-    /// across the reference axis (across is positive downwards or forwards), metres.
+    /// Returns the place in the sagittal plane of a particle, or of a cluster's middle, from its coordinates along
+    /// and across the reference axis (across is positive downwards or forwards), metres.
     fn placed(&self, along: f32, across: f32) -> Point {
         let mount = self.map.geometry().mount_height_m;
         let (x, y) = match self.map.geometry().plane {
@@ -63,7 +64,8 @@ impl<'a> TraceObserver<'a> {
         marked.collect()
     }
 
-    /// Returns the clusters of the particles `marked`, with their final fates.
+    /// Returns the clusters of `marked` particles (place, index of the cluster), nearest first, each with its verdict
+    /// after all rejection rules.
     fn clusters(&self, marked: &[(Point, u16)]) -> Vec<ClusterView> {
         let numbered = self.extents.iter().enumerate();
         let cluster = |(k, extent): (usize, &Extent)| {
@@ -112,7 +114,7 @@ impl Observer for TraceObserver<'_> {
     }
 }
 
-/// Returns the estimator's outcome on a map, and its intermediate results.
+/// Runs the paper's estimator on a map. Returns its outcome and its intermediate results.
 fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, TraceObserver<'a>) {
     let mut paper = Box::new(Paper::new());
     paper.begin(map);
@@ -125,8 +127,9 @@ fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Trace
 }
 
 impl PaperView {
-    /// Runs the paper's estimator on `map`: with uniform particles and with modes on the raw map
-    /// for the paper's number of rounds, and with the settings of `config` for all later stages.
+    /// Runs the paper's estimator on `map` three times: with uniform particles and with Gaussian modes of the raw
+    /// map, each for the paper's number of rounds (figs. 5 and 6), and with the settings of `config` for all later
+    /// stages.
     pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
         let spread = |spread: Spread| {
             let particles = ParticleConfig {
@@ -156,7 +159,8 @@ impl PaperView {
     }
 }
 
-/// Returns the end of each step's cluster and the edge reported for it.
+/// Returns for each reported step its edge and the end of the nearest kept cluster, from which the edge was
+/// corrected.
 fn beams(plane: Plane, outcome: &Outcome, kept: &[ClusterView]) -> Vec<BeamView> {
     let along = |p: Point| match plane {
         Plane::Depth => p.0,

@@ -1,4 +1,4 @@
-//! The paper's particle filter: figs. 5 to 8 and 11.
+//! Plots of the paper's particle filter: figs. 5 to 8 and 11.
 
 use anyhow::Result;
 use plotters::style::{RGBColor, WHITE};
@@ -12,34 +12,35 @@ use super::shape::{SOLID, Shape};
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::views::Point;
 
-/// Particles before and after resampling.
+/// Particles of the paper's filter, before and after resampling.
 #[derive(Clone, Debug, Default)]
 pub struct ParticleView {
-    /// Places before resampling.
+    /// Place of each particle before resampling, metres.
     pub initial: Vec<Point>,
-    /// Places after the last round.
+    /// Place of each particle after the last round of resampling, metres.
     pub resampled: Vec<Point>,
     /// Number of resampling rounds.
     pub rounds: usize,
 }
 
-/// One cluster.
+/// One cluster of particles.
 #[derive(Clone, Debug)]
 pub struct ClusterView {
-    /// Its particles.
+    /// Places of its particles, metres.
     pub points: Vec<Point>,
-    /// Its place: weighted mean of the particles.
+    /// Its middle, metres: weighted mean of the particles.
     pub centre: Point,
-    /// Whether it is kept, or the reason of its rejection.
+    /// Whether the cluster is kept, or the reason of its rejection.
     pub fate: ClusterVerdict,
 }
 
-/// Correction of a cluster's end for the beam's width.
+/// Correction of a step for the beam's width: from a cluster's end to the reported edge, metres.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamView {
-    /// The cluster's end: its topmost particle, at the distance of the cluster (eq. 5).
+    /// End of the cluster. Going up: the height of its topmost particle, at the edge's distance (eq. 5); going down:
+    /// the distance of its nearest particle, at the edge's height.
     pub end: Point,
-    /// The edge that is reported.
+    /// Edge of the step that is reported for the cluster.
     pub edge: Point,
 }
 
@@ -80,7 +81,7 @@ fn dots(
     Ok(())
 }
 
-/// Draws dots whose area is proportional to the number of particles at the same place.
+/// Draws dots whose area is proportional to the number of particles at the same place, up to `MAX_COPIES`.
 fn particle_counts(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -88,7 +89,7 @@ fn particle_counts(
     radius: f64,
     mark_style: MarkStyle,
 ) -> Result<()> {
-    /// Number of copies above which the dot does not grow.
+    /// Number of particles at one place above which the dot does not grow.
     const MAX_COPIES: usize = 12;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -177,14 +178,14 @@ fn draw_lost(
     Ok(())
 }
 
-/// Marks the places of particles as covered.
+/// Marks the places of particles as covered, so that labels avoid them.
 fn cover_dots(room: &mut LabelPlacer, frame: &Frame, points: &[Point]) {
     for &(x, y) in points {
         room.cover_mark(frame.spot(x, y), 5.0);
     }
 }
 
-/// Returns the number of clusters with a fate, whatever the cluster they are merged into.
+/// Returns the number of clusters with this verdict; for `Fused`, whatever the cluster they are fused with.
 fn count_of(clusters: &[ClusterView], fate: ClusterVerdict) -> usize {
     let same = |c: &&ClusterView| std::mem::discriminant(&c.fate) == std::mem::discriminant(&fate);
     clusters.iter().filter(same).count()
@@ -193,7 +194,7 @@ fn count_of(clusters: &[ClusterView], fate: ClusterVerdict) -> usize {
 /// Shape and colour of a marker.
 type MarkStyle = (Shape, RGBColor);
 
-/// Assigns a look to each cluster, first to the kept ones, so that they look the same in all plots.
+/// Assigns shape and colour to each cluster, first to the kept ones, so that these look the same in figs. 7 and 8.
 fn mark_styles(clusters: &[ClusterView]) -> Vec<MarkStyle> {
     let kept = count_of(clusters, ClusterVerdict::Kept);
     let (mut next_kept, mut next_other) = (0, kept);
@@ -209,7 +210,7 @@ fn mark_styles(clusters: &[ClusterView]) -> Vec<MarkStyle> {
     clusters.iter().map(mark_style).collect()
 }
 
-/// Returns the corners of the box around a cluster, the first one twice; empty for a cluster
+/// Returns the corners of the box around a cluster's particles, pixels, the first corner twice; empty for a cluster
 /// without particles.
 fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
     const ROOM: f64 = 9.0;
@@ -231,7 +232,8 @@ fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
     vec![a, (b.0, a.1), b, (a.0, b.1), a]
 }
 
-/// Draws the correction from the top particle to the height by the 3 dB beam model (fig. 11).
+/// Draws the correction of each step for half the beam's width (3 dB model), from the outermost particle of its
+/// cluster to the reported edge (fig. 11).
 pub fn beam(
     plane: &SagittalPlane<'_>,
     words: &PlotTexts,
@@ -278,7 +280,7 @@ pub fn beam(
     })
 }
 
-/// Draws the beam whose axis points at the cluster's end.
+/// Draws the beam between its 3 dB angles, with its axis through the cluster's end.
 fn wedge(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -304,7 +306,7 @@ fn wedge(
     sheet.line(&middle, edge.dashed(9.0, 6.0))
 }
 
-/// Draws the cluster's end and the reported edge.
+/// Draws the cluster's end, the reported edge, and a line between them.
 fn correction(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -321,7 +323,7 @@ fn correction(
     sheet.marker(Shape::Diamond, edge, 8.0, CONCLUDED, WHITE)
 }
 
-/// Writes the distance of the edge from the cluster's end, and its place.
+/// Writes the correction, and the corrected height or distance, beside the reported edge, cm.
 fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut LabelPlacer, beam: &BeamView) -> Result<()> {
     let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
     let cm = |v: f64| number(100.0 * v, 1);

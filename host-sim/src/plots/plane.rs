@@ -11,7 +11,7 @@ use super::sector::{self, Sector};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot};
 
-/// Maximum width and height of the data, pixels.
+/// Maximum width and height of the drawn plane, pixels.
 const LARGEST: Spot = (1200.0, 860.0);
 /// Minimum width and height of the data, pixels, for planes so long that the mount height vanishes.
 const MIN_SPAN_DB: f64 = 40.0;
@@ -27,7 +27,7 @@ pub enum Background {
     Cfar,
 }
 
-/// Texts around the data.
+/// Texts around the data of a plot.
 #[derive(Clone, Debug, Default)]
 pub struct PlotTexts {
     /// Title of the plot.
@@ -38,7 +38,7 @@ pub struct PlotTexts {
     pub legend: Vec<(Swatch, String)>,
 }
 
-/// The plane of one scan. All its plots show the same part in the same colours.
+/// Sagittal plane of one scan, as the ground of plots. All of them show the same area with the same scale of levels.
 pub struct SagittalPlane<'a> {
     map: &'a PolarMap,
     view: ((f64, f64), (f64, f64)),
@@ -71,7 +71,7 @@ impl<'a> SagittalPlane<'a> {
         }
     }
 
-    /// Returns a page of this plane.
+    /// Returns a page with this plane's axes, the texts `words`, and a colour bar of `scale`, if any.
     fn page(&self, words: &PlotTexts, scale: Option<Scale>) -> Page {
         Page {
             title: words.title.clone(),
@@ -84,7 +84,7 @@ impl<'a> SagittalPlane<'a> {
         }
     }
 
-    /// Draws a plot with the map as background and `over` on top.
+    /// Draws a plot with the map as background and `over` on top, and returns the bytes of a PNG file.
     pub fn draw(
         &self,
         words: &PlotTexts,
@@ -109,17 +109,17 @@ impl<'a> SagittalPlane<'a> {
             })
     }
 
-    /// Draws the map alone.
+    /// Draws the map with nothing on top, and returns the bytes of a PNG file.
     pub fn map(&self, words: &PlotTexts, ground: Background) -> Result<Vec<u8>> {
         self.draw(words, ground, Palette::Viridis, |_, _| Ok(()))
     }
 
-    /// Returns the place of the mirror.
+    /// Returns the mirror's place (x, y), metres.
     pub fn mirror(&self) -> (f64, f64) {
         (0.0, self.map.geometry().mount_height_m.into())
     }
 
-    /// Returns the free space for text beside the CA-CFAR detections.
+    /// Returns a placer for labels that avoids the CA-CFAR detections and the mirror.
     pub fn room(&self, frame: &Frame) -> LabelPlacer {
         let mut room = LabelPlacer::new(frame);
         let hit = |(row, bin)| self.map.is_detected(row, bin);
@@ -129,7 +129,7 @@ impl<'a> SagittalPlane<'a> {
         room
     }
 
-    /// The map.
+    /// The scan's polar map.
     pub fn polar(&self) -> &PolarMap {
         self.map
     }
@@ -146,7 +146,8 @@ impl<'a> SagittalPlane<'a> {
     }
 }
 
-/// Returns the scale from the noise to the strongest echo, rounded outwards, dB.
+/// Returns the colour scale from 4 dB below the median cell (the noise) to the strongest cell, rounded outwards to 5
+/// dB.
 fn span(map: &PolarMap) -> Scale {
     let mut counts = [0_usize; 256];
     for row in (0..map.rows()).filter(|&row| map.present(row)) {

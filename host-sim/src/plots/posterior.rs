@@ -13,21 +13,21 @@ use crate::answer::{Answer, metres, nearest_m};
 use crate::score::MATCH_M;
 use crate::views::{HypothesisView, Point, PosteriorView};
 
-/// Number of other hypotheses that are drawn.
+/// Maximum number of drawn hypotheses other than the answer.
 const RUNNERS_UP: usize = 3;
 /// Minimum probability of a drawn hypothesis; less is displayed as 0 %.
 const MIN_PROBABILITY: f64 = 0.005;
-/// Minimum probability of a hypothesis that is brought into view: that of a reported `MAYBE`.
+/// Minimum probability of a hypothesis whose edges must be in view: that of a reported `MAYBE`.
 const MIN_PROBABILITY_IN_VIEW: f64 = 0.05;
-/// Colours of the other hypotheses, and their dashes and gaps, pixels.
+/// Colour, and lengths of dash and gap in pixels, of the hypotheses other than the answer, the most probable first.
 const LOOKS: [(RGBColor, f64, f64); RUNNERS_UP] = [
     (HUES[5], 22.0, 8.0),
     (HUES[7], 9.0, 7.0),
     (HUES[6], 3.0, 6.0),
 ];
-/// Opacity of the other hypotheses, which lie over the map.
+/// Opacity of the lines of other hypotheses, which lie over the map.
 pub const OPACITY: f64 = 0.7;
-/// Colour of `MAYBE`s, used by no scatterer and no staircase.
+/// Colour of `MAYBE`s (possible steps), used by no scatterer and no staircase.
 const MAYBE: RGBColor = INK;
 
 /// Formats a probability as `97 %`.
@@ -35,13 +35,14 @@ fn percent(probability: f64) -> String {
     format!("{} %", number(100.0 * probability, 0))
 }
 
-/// Whether a hypothesis has the same edges as an answer.
+/// Whether a hypothesis has the same edges as an answer: as many, each at the same distance within [`MATCH_M`].
 fn same_edges(hypothesis: &HypothesisView, reported: &[Point]) -> bool {
     let mut pairs = hypothesis.edges.iter().zip(reported);
     hypothesis.edges.len() == reported.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
 }
 
-/// Returns the most probable hypotheses whose edges differ from the answer's, with their strokes.
+/// Returns the most probable hypotheses whose edges differ from the answer's, at most `RUNNERS_UP`, with their
+/// strokes.
 pub fn runners_up<'a>(
     posterior: &'a PosteriorView,
     reported: &[Point],
@@ -51,11 +52,10 @@ pub fn runners_up<'a>(
     strokes().zip(runners_up).collect()
 }
 
-/// Returns the strokes of the other hypotheses, the most probable first. They lie under the
-/// answer's line and under each other, each broad enough to show on both sides of the lines above
-/// it.
+/// Returns the strokes of the hypotheses other than the answer, the most probable first. They lie under the answer's
+/// line and under each other, each broad enough to show on both sides of the lines above it.
 pub fn strokes() -> impl Iterator<Item = Stroke> {
-    /// Width of the first, and increment to each next one, pixels.
+    /// Width of the first stroke, and increment to each next one, pixels.
     const WIDTHS: (f64, f64) = (8.0, 5.0);
     let stroke = |(k, (ink, dash, gap))| {
         let width = WIDTHS.0 + WIDTHS.1 * f64::from(k);
@@ -64,7 +64,7 @@ pub fn strokes() -> impl Iterator<Item = Stroke> {
     (0..).zip(LOOKS).map(stroke)
 }
 
-/// Returns the line of a staircase from its edges; the ground if there are none.
+/// Returns the line of a staircase, pixels, from its edges; that of the level ground if there are none.
 pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     match edges {
         [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
@@ -85,7 +85,7 @@ pub fn share(posterior: &PosteriorView, reported: &[Point]) -> String {
     }
 }
 
-/// Returns the places that must be in view: `MAYBE`s, the `DROP`, and edges of probable hypotheses.
+/// Returns the points (x, y), metres, that must be in view: `MAYBE`s, the `DROP`, and edges of probable hypotheses.
 pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Point> {
     let likely = posterior.hypotheses.iter().take(1 + RUNNERS_UP);
     let likely = likely.filter(|h| h.probability >= MIN_PROBABILITY_IN_VIEW);
@@ -116,7 +116,7 @@ pub fn legend(runners_up: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<
     legend
 }
 
-/// Minimum distance of text from the edges of the plane, pixels.
+/// Minimum distance of text from the edges of the drawn plane, pixels.
 const EDGE: f64 = 14.0;
 
 /// Draws the staircases of the other hypotheses, each with its probability at its end.
@@ -146,7 +146,7 @@ pub fn draw_runners_up(
     Ok(())
 }
 
-/// Returns the first place from `at` downwards where a probability covers none of those at `words`.
+/// Returns the first place from `at` downwards where a probability covers none of those already written at `words`.
 fn free(words: &[Spot], mut at: Spot) -> Spot {
     const APART: Spot = (70.0, 26.0);
     let covers = |w: &&Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
@@ -156,14 +156,15 @@ fn free(words: &[Spot], mut at: Spot) -> Spot {
     at
 }
 
-/// Opacity of a drop's band.
+/// Opacity of the band of ±3σ around a `DROP`.
 const BAND: f64 = 0.15;
 
 fn drop_stroke() -> Stroke {
     Stroke::solid(CONCLUDED, 3.2)
 }
 
-/// Draws the reported edge of a drop: a vertical line from the ground down, and its band of ±3σ.
+/// Draws the reported `DROP`: a vertical line through the plot at its distance, if that is in view, and a band of
+/// ±3σ.
 pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     let Some(drop) = &answer.drop else {
         return Ok(());
@@ -191,14 +192,15 @@ pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()
     sheet.note(&words, (at.0 + aside, at.1 + EDGE + 6.0), face)
 }
 
-/// Line height of the list of counts, pixels.
+/// Line height of the list of step counts, pixels.
 const COUNT: f64 = 27.0;
 
 fn maybe_stroke() -> Stroke {
     Stroke::solid(MAYBE, 2.4).dashed(5.0, 4.0)
 }
 
-/// Draws the reported possible steps: a dashed diamond on a dashed line.
+/// Draws the reported possible steps (`MAYBE`): a dashed diamond on a dashed line from the ground, and the
+/// probability.
 pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     const RADIUS: f64 = 11.0;
     for maybe in &answer.maybes {
@@ -253,8 +255,8 @@ pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) 
     Ok(())
 }
 
-/// Marks the drawn objects as covered: lines of the other hypotheses, the drop's line, marks of the
-/// possible steps, the list of counts.
+/// Marks the drawn objects as covered, so that labels avoid them: lines of the other hypotheses, the drop's line,
+/// marks of the possible steps, the list of step counts.
 pub fn cover(
     room: &mut LabelPlacer,
     frame: &Frame,

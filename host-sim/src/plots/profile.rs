@@ -1,4 +1,4 @@
-//! Range profiles: figs. 2 and 9.
+//! Plots of range profiles: figs. 2 and 9.
 
 use anyhow::Result;
 use plotters::style::WHITE;
@@ -10,27 +10,27 @@ use super::room::{self, LabelPlacer};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
-/// Size of the data, pixels.
+/// Width and height of the area of the data, pixels.
 const SIZE: Spot = (1180.0, 560.0);
-/// Range shown below the typical power of a profile, dB.
+/// Length of the power axis below the lower quartile of the profile's power, dB.
 const BELOW_TYPICAL_DB: f64 = 14.0;
 /// Maximum distance from a peak to its label, pixels.
 const LABEL_REACH: f64 = 60.0;
-/// Face of a peak's label.
+/// Text style of a peak's label.
 const LABEL: Face = Face::plain(21.0).bold();
 
 /// One range profile with the data of its plot.
 #[derive(Clone, Debug)]
 pub struct ProfileView {
-    /// The recording and the chirp.
+    /// Subtitle of the plot: recording and chirp.
     pub subtitle: String,
-    /// Bin spacing, metres.
+    /// Spacing of the range bins, metres.
     pub bin_m: f64,
-    /// Power of each bin, dB relative to full scale.
+    /// Power of each range bin, dB relative to full scale.
     pub power_db: Vec<f64>,
-    /// CFAR threshold of each bin, dB; `None` where no test is made.
+    /// CFAR threshold of each bin, dB relative to full scale; `None` where no test is made.
     pub threshold_db: Vec<Option<f64>>,
-    /// Range, metres, and power, dB, of the detections.
+    /// Range, metres, and power, dB relative to full scale, of each detection.
     pub detections: Vec<(f64, f64)>,
     /// Range of the mirror's own echo, metres; `None` without a mirror.
     pub mirror_m: Option<f64>,
@@ -54,14 +54,14 @@ impl ProfileView {
         }
     }
 
-    /// Returns the first and the last tested range, metres.
+    /// Returns the first and the last range that CFAR tests, metres; `None` if it tests none.
     fn tested(&self) -> Option<(f64, f64)> {
         let first = self.threshold_db.iter().position(Option::is_some)?;
         let last = self.threshold_db.iter().rposition(Option::is_some)?;
         Some((first as f64 * self.bin_m, last as f64 * self.bin_m))
     }
 
-    /// Returns the displayed power range, rounded, dB.
+    /// Returns minimum and maximum of the power axis, rounded, dB relative to full scale.
     fn span_db(&self) -> (f64, f64) {
         let mut sorted = self.power_db.clone();
         sorted.sort_by(f64::total_cmp);
@@ -146,7 +146,7 @@ fn power_line(frame: &Frame, view: &ProfileView) -> Vec<Spot> {
         .collect()
 }
 
-/// Shades the ranges without a test, and writes the reason.
+/// Shades the ranges that CFAR does not test, and writes the reasons there.
 fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result<()> {
     let Some((near, far)) = view.tested() else {
         return Ok(());
@@ -205,7 +205,8 @@ fn label_peaks(
     Ok(())
 }
 
-/// Returns text and place of the peaks' labels, each beginning at its place.
+/// Returns text and place of the peaks' labels, the strongest peak first. The place is the text's left end at half
+/// its height.
 fn peak_labels(frame: &Frame, view: &ProfileView, room: &mut LabelPlacer) -> Vec<(String, Spot)> {
     let mut order = view.detections.clone();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));

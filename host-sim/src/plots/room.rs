@@ -10,22 +10,22 @@ use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
 /// Width and height of a grid cell, pixels.
 const CELL: f64 = 4.0;
-/// Step of the candidate places, pixels.
+/// Distance between the places that are tried for a label, pixels.
 const STRIDE: f64 = 8.0;
 /// Maximum distance from a point to its label, pixels.
 const REACH: f64 = 280.0;
 /// Margin around a label, pixels.
 const RIM: f64 = 4.0;
-/// Distance of a label above which it gets a line, pixels.
+/// Distance between a label and its point above which a thin line connects them, pixels.
 const BESIDE: f64 = 26.0;
-/// Height of a line of text, in sizes of its face.
+/// Height of a line of text, in units of its font size.
 const LINE: f64 = 1.2;
 /// Cost of a covered cell, pixels of distance: so large that a label covers data only if no free place is in reach.
 const COVERED: f64 = 1e4;
 /// Cost of a pixel of sideways offset between a label and its point: of equally near places the straightest is taken.
 const OFFSET_COST: f64 = 0.05;
 
-/// The covered cells of a frame.
+/// Finds free places for labels in a frame, of which a grid of cells records the covered ones.
 #[derive(Clone, Debug)]
 pub struct LabelPlacer {
     frame: Frame,
@@ -34,7 +34,7 @@ pub struct LabelPlacer {
 }
 
 impl LabelPlacer {
-    /// Creates an empty frame.
+    /// Creates a placer for `frame` with no cell covered.
     pub fn new(frame: &Frame) -> Self {
         let cells = |length: f64| (length / CELL).ceil().max(1.0) as usize;
         let (columns, rows) = (cells(frame.size.0), cells(frame.size.1));
@@ -45,7 +45,7 @@ impl LabelPlacer {
         }
     }
 
-    /// Covers every cell whose middle is a point (x, y) of the data for which `covered` holds.
+    /// Marks every cell as covered in whose middle `covered` holds; its arguments are (x, y) in the axes' units.
     pub fn cover_where(&mut self, covered: impl Fn(f64, f64) -> bool) {
         let Frame { size, x, y, .. } = self.frame;
         for (k, taken) in self.taken.iter_mut().enumerate() {
@@ -56,14 +56,14 @@ impl LabelPlacer {
         }
     }
 
-    /// Covers the box between two corners.
+    /// Marks the box between two corners as covered.
     pub fn cover(&mut self, a: Spot, b: Spot) {
         for k in self.cells(a, b) {
             self.taken[k] = true;
         }
     }
 
-    /// Covers the square around a mark.
+    /// Marks the square around a marker as covered.
     pub fn cover_mark(&mut self, at: Spot, radius: f64) {
         self.cover(
             (at.0 - radius, at.1 - radius),
@@ -71,7 +71,7 @@ impl LabelPlacer {
         );
     }
 
-    /// Covers the line through `spots`.
+    /// Marks the line through `spots` as covered.
     pub fn cover_line(&mut self, spots: &[Spot]) {
         for pair in spots.windows(2) {
             let (from, to) = (pair[0], pair[1]);
@@ -86,7 +86,7 @@ impl LabelPlacer {
         }
     }
 
-    /// Returns the cells of a box that lie within the frame.
+    /// Returns the indices of the cells of a box that lie within the frame.
     fn cells(&self, a: Spot, b: Spot) -> impl Iterator<Item = usize> + use<> {
         let (columns, rows) = (self.columns, self.taken.len() / self.columns);
         let span = |a: f64, b: f64, origin: f64, count: usize| {
@@ -99,8 +99,9 @@ impl LabelPlacer {
         down.flat_map(move |row| across.clone().map(move |column| row * columns + column))
     }
 
-    /// Returns the top left corner of the best box of `size` pixels for a label of `near`, within
-    /// `reach` pixels of it, and the number of covered cells in it.
+    /// Returns the top left corner of the best box of `size` pixels for a label of the point `near`, and the number
+    /// of covered cells in it. The best has the fewest covered cells, then the smallest distance, at most `reach`
+    /// pixels.
     pub fn find(&self, near: Spot, size: Spot, reach: f64) -> (Spot, usize) {
         let Frame { at, size: all, .. } = self.frame;
         let (low, high) = (
@@ -138,7 +139,7 @@ impl LabelPlacer {
         (best.1, best.2)
     }
 
-    /// Writes lines of text about `near` where they cover least data, and covers their box.
+    /// Writes lines of text about `near` where they cover least data, and marks their box as covered.
     pub fn write(&mut self, sheet: &Sheet<'_>, near: Spot, lines: &[(&str, Face)]) -> Result<()> {
         let size = extent(lines);
         let (place, _) = self.find(near, size, REACH);

@@ -17,8 +17,8 @@ pub fn decibels(cell: u8) -> f64 {
     (f64::from(cell) - f64::from(FULL_SCALE)) * f64::from(DB_PER_UNIT)
 }
 
-/// Returns the cell (row and bin) nearest in angle and range to the point (x, y); `None` outside
-/// the scan, or if the chirp was lost.
+/// Returns the cell (row, bin) nearest in angle and range to the point (x, y), metres; `None` outside the scan, or if
+/// the chirp was lost.
 pub fn cell_at(map: &PolarMap, x: f64, y: f64) -> Option<(usize, usize)> {
     let geometry = map.geometry();
     let (range, angle) = geometry.polar(x as f32, y as f32);
@@ -31,8 +31,9 @@ pub fn cell_at(map: &PolarMap, x: f64, y: f64) -> Option<(usize, usize)> {
     map.present(row).then_some((row, bin as usize))
 }
 
-/// Returns the row whose true angle is nearest to `angle`, at most half a step before the first or
-/// beyond the last. In between, a microstepping shaft deviates from its schedule.
+/// Returns the row whose true angle is nearest to `angle`, radians; `None` if it lies more than half a step before
+/// the first or beyond the last row. Between two rows it may be farther off, as a microstepping shaft deviates from
+/// its schedule.
 fn nearest_row(map: &PolarMap, angle: f32) -> Option<usize> {
     let (mut low, mut high) = (0, map.rows());
     while low < high {
@@ -84,12 +85,12 @@ impl Sector {
         }
     }
 
-    /// Returns width and height in enlarged pixels.
+    /// Returns the frame's width and height in enlarged pixels.
     pub fn size(&self) -> (u32, u32) {
         self.size
     }
 
-    /// Returns the pixels' colours; `colour` gives that of a cell (row, bin).
+    /// Returns the colours of all pixels, three bytes each, line by line; `colour` gives that of a cell (row, bin).
     pub fn paint(&self, colour: impl Fn(usize, usize) -> RGBColor) -> Vec<u8> {
         let cells = self.cells.iter().flat_map(|&cell| {
             if cell == BLANK {
@@ -102,7 +103,7 @@ impl Sector {
     }
 }
 
-/// Returns the minimum and maximum x and y of the part of the plane that the scan covers.
+/// Returns minimum and maximum of x, and of y, of the area that the scan covers, metres.
 pub fn extent(map: &PolarMap) -> ((f64, f64), (f64, f64)) {
     let geometry = map.geometry();
     let ends = [0.0, map.bins().saturating_sub(1) as f32];
@@ -115,7 +116,7 @@ pub fn extent(map: &PolarMap) -> ((f64, f64), (f64, f64)) {
     })
 }
 
-/// Whether a cell and one beside it in angle are detections, which is rare for noise.
+/// Whether a cell is a detection together with one beside it in angle, which is rare for noise.
 fn is_echo(map: &PolarMap, row: usize, bin: usize) -> bool {
     let beside = [row.checked_sub(1), row.checked_add(1)];
     map.is_detected(row, bin)
@@ -125,13 +126,13 @@ fn is_echo(map: &PolarMap, row: usize, bin: usize) -> bool {
             .any(|row| map.is_detected(row, bin))
 }
 
-/// Returns the displayed part of the plane: the echoes, the mirror and the ground below it, and
-/// `points` of interest, with a margin, within the part that the scan covers.
+/// Returns minimum and maximum of x, and of y, of the displayed area, metres. It holds the echoes, the mirror, the
+/// ground below it and `points` of interest, with a margin, within the area that the scan covers.
 pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
-    /// Maximum level difference to the strongest echo of an echo that widens the view, dB.
+    /// Level below the strongest echo down to which echoes widen the view, dB.
     const STRONG_DB: f64 = 35.0;
     const MARGIN_M: (f64, f64) = (0.3, 0.15);
-    /// Minimum width and height, metres.
+    /// Minimum width and height of the view, metres.
     const MIN_SPAN_M: (f64, f64) = (1.2, 0.8);
     let geometry = map.geometry();
     let mount = f64::from(geometry.mount_height_m);
@@ -182,7 +183,7 @@ pub mod tests {
     use super::*;
     use stairscan::config::Config;
 
-    /// A map of `plane` with `level` everywhere and one strong, detected cell.
+    /// A map of `plane` with cell value `level` everywhere and one strong, detected cell at `spot` (row, bin).
     pub fn map_with_spot(plane: Plane, level: u8, spot: (usize, usize)) -> Box<PolarMap> {
         let mut config = Config::default();
         config.mount.plane = plane.into();

@@ -30,7 +30,7 @@ pub enum Shape {
     Star,
 }
 
-/// Filled shapes, for objects of one kind.
+/// Filled shapes, which distinguish several objects of one kind, such as clusters.
 pub const SOLID: [Shape; 6] = [
     Shape::Dot,
     Shape::Square,
@@ -40,20 +40,20 @@ pub const SOLID: [Shape; 6] = [
     Shape::Wedge,
 ];
 
-/// Corners relative to a marker's centre, in radii.
+/// Corners of a shape relative to the marker's centre, in units of its radius.
 type Corners = [Spot];
 const SQUARE: &Corners = &[(-0.85, -0.85), (0.85, -0.85), (0.85, 0.85), (-0.85, 0.85)];
 const DIAMOND: &Corners = &[(0.0, -1.15), (1.15, 0.0), (0.0, 1.15), (-1.15, 0.0)];
 const TRIANGLE: &Corners = &[(0.0, -1.15), (1.05, 0.75), (-1.05, 0.75)];
 const FALL: &Corners = &[(0.0, 1.15), (1.05, -0.75), (-1.05, -0.75)];
 const WEDGE: &Corners = &[(1.15, 0.0), (-0.75, 1.05), (-0.75, -1.05)];
-/// Lines through a marker's centre, in radii.
+/// Ends of the lines through a marker's centre, relative to it, in units of its radius.
 const CROSS: &[[Spot; 2]] = &[[(-0.8, -0.8), (0.8, 0.8)], [(-0.8, 0.8), (0.8, -0.8)]];
 const PLUS: &[[Spot; 2]] = &[[(-1.05, 0.0), (1.05, 0.0)], [(0.0, -1.05), (0.0, 1.05)]];
 const STAR: &[[Spot; 2]] = &[CROSS[0], CROSS[1], PLUS[0], PLUS[1]];
 
 impl Sheet<'_> {
-    /// Draws a marker of `radius` with an outline in `edge`.
+    /// Draws a marker of `radius` pixels in colour `ink`, with an outline in colour `edge`.
     pub fn marker(
         &self,
         shape: Shape,

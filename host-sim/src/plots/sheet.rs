@@ -18,7 +18,8 @@ pub type Spot = (f64, f64);
 pub const OVERSAMPLING: u32 = 2;
 const SCALE: f64 = OVERSAMPLING as f64;
 
-/// Font family, under the name that `plotters` gives to its default.
+/// Font family of all text. The program's own fonts are registered under this name, that of the default of
+/// `plotters`.
 const FAMILY: FontFamily<'static> = FontFamily::SansSerif;
 
 /// Colour of axes and text.
@@ -33,16 +34,16 @@ pub struct Face {
     pub size: f64,
     /// Whether the text is bold.
     pub bold: bool,
-    /// Colour.
+    /// Colour of the text.
     pub ink: RGBColor,
-    /// Alignment of the text to its spot.
+    /// Horizontal alignment of the text to its spot.
     pub anchor: HPos,
     /// Whether the text is turned to read from bottom to top.
     pub upright: bool,
 }
 
 impl Face {
-    /// Creates a centred regular face.
+    /// Creates the style of centred, regular text, `size` pixels high.
     pub const fn plain(size: f64) -> Self {
         Self {
             size,
@@ -53,12 +54,12 @@ impl Face {
         }
     }
 
-    /// Returns the face in bold.
+    /// Returns the style in bold.
     pub const fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    /// Returns the face with text beginning at its spot.
+    /// Returns the style with text beginning at its spot.
     pub const fn left(self) -> Self {
         Self {
             anchor: HPos::Left,
@@ -66,7 +67,7 @@ impl Face {
         }
     }
 
-    /// Returns the face with text ending at its spot.
+    /// Returns the style with text ending at its spot.
     pub const fn right(self) -> Self {
         Self {
             anchor: HPos::Right,
@@ -74,12 +75,12 @@ impl Face {
         }
     }
 
-    /// Returns the face in another colour.
+    /// Returns the style in another colour.
     pub const fn ink(self, ink: RGBColor) -> Self {
         Self { ink, ..self }
     }
 
-    /// Returns the face turned by 90°.
+    /// Returns the style with text turned to read from bottom to top.
     pub const fn upright(self) -> Self {
         Self {
             upright: true,
@@ -114,14 +115,14 @@ impl Face {
     }
 }
 
-/// Style of a line.
+/// Style of a drawn line.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke {
-    /// Colour.
+    /// Colour of the line.
     pub ink: RGBColor,
-    /// Opacity, 0…1.
+    /// Opacity of the line, 0…1.
     pub alpha: f64,
-    /// Width, pixels.
+    /// Width of the line, pixels.
     pub width: f64,
     /// Length of dash and gap, pixels; `None` for a solid line.
     pub dash: Option<(f64, f64)>,
@@ -138,7 +139,7 @@ impl Stroke {
         }
     }
 
-    /// Returns the line dashed.
+    /// Returns the style with dashes and gaps of these lengths, pixels.
     pub const fn dashed(self, dash: f64, gap: f64) -> Self {
         Self {
             dash: Some((dash, gap)),
@@ -146,13 +147,13 @@ impl Stroke {
         }
     }
 
-    /// Returns the line with this opacity.
+    /// Returns the style with this opacity, 0…1.
     pub const fn alpha(self, alpha: f64) -> Self {
         Self { alpha, ..self }
     }
 }
 
-/// The drawing surface.
+/// The drawing surface, which becomes a PNG file.
 pub struct Sheet<'a> {
     area: DrawingArea<BitMapBackend<'a>, Shift>,
 }
@@ -171,7 +172,7 @@ fn register_fonts() {
     });
 }
 
-/// Returns the pixel on the enlarged sheet.
+/// Returns the pixel of the enlarged sheet at a spot.
 fn enlarged(spot: Spot) -> (i32, i32) {
     // `as` saturates, so that places far outside stay outside.
     (
@@ -198,7 +199,7 @@ fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) ->
     anyhow!("picture: {error}")
 }
 
-/// Averages the enlarged pixels of each final pixel.
+/// Returns the picture in final size: the mean of the enlarged pixels of each pixel, three bytes each.
 fn averaged(size: (u32, u32), pixels: &[u8]) -> Vec<u8> {
     let n = OVERSAMPLING as usize;
     let row = size.0 as usize * n * 3;
@@ -262,7 +263,7 @@ impl Sheet<'_> {
         self.text(text, at, face)
     }
 
-    /// Fills the box between two corners.
+    /// Fills the box between two corners with a colour of opacity `alpha`.
     pub fn fill_box(&self, a: Spot, b: Spot, ink: RGBColor, alpha: f64) -> Result<()> {
         let style = ink.mix(alpha).filled();
         let corners = [enlarged(a), enlarged(b)];
@@ -309,7 +310,7 @@ impl Sheet<'_> {
             .map_err(failed)
     }
 
-    /// Copies enlarged pixels (three bytes each) to the sheet.
+    /// Copies a picture of `size` enlarged pixels (three bytes each) to the sheet, its top left corner at `at`.
     pub fn lay(&self, at: Spot, size: (u32, u32), pixels: Vec<u8>) -> Result<()> {
         let image = BitMapElement::with_owned_buffer(enlarged(at), size, pixels)
             .ok_or_else(|| anyhow!("picture: {} by {} pixels expected", size.0, size.1))?;
@@ -317,7 +318,7 @@ impl Sheet<'_> {
     }
 }
 
-/// Cuts the line through `spots` into dashes.
+/// Returns the dashes of a line through `spots`, each as a line of its own; lengths in pixels.
 fn dashes(spots: &[Spot], dash: f64, gap: f64) -> Vec<Vec<Spot>> {
     let mut cut: Vec<Vec<Spot>> = Vec::new();
     let mut open = spots.first().map(|&s| vec![s]);

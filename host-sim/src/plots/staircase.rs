@@ -21,11 +21,11 @@ use crate::views::{Point, PosteriorView, true_edges};
 /// One reported step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepView {
-    /// Horizontal distance of its foremost edge, metres.
+    /// Horizontal distance of the step's foremost edge from the mirror, metres.
     pub distance_m: f64,
-    /// Height of its tread, metres.
+    /// Height of the step's tread above the ground, metres.
     pub height_m: f64,
-    /// Two standard deviations of both, metres.
+    /// Two standard deviations of distance and of height, metres.
     pub two_sigma_m: Point,
 }
 
@@ -135,13 +135,13 @@ pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()>
     Ok(())
 }
 
-/// Returns the true surface from edge to edge of the frame.
+/// Returns the line of the true surface, pixels, from edge to edge of the frame.
 fn true_line(frame: &Frame, truth: &Truth) -> Vec<Spot> {
     let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &true_edges(truth));
     line.iter().map(|p| frame.spot(p.0, p.1)).collect()
 }
 
-/// Draws a step's edge and uncertainty.
+/// Draws a step's edge, and its uncertainty as a box of ±2σ.
 fn draw_step(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -161,7 +161,7 @@ fn draw_step(
     sheet.marker(Shape::Dot, at, RADIUS, CONCLUDED, WHITE)
 }
 
-/// Writes a step's numbers, and its deviation from the truth.
+/// Writes number, distance and height of a step beside it, and the deviation from the true step, if one is near, cm.
 fn write_step(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -198,7 +198,7 @@ fn write_step(
     room.write(sheet, frame.spot(x, y), &lines)
 }
 
-/// Writes that there are no steps, and the reason.
+/// Writes into the plot that there are no steps; for a fault, that there is no answer, with the reasons.
 fn draw_no_steps(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
     let what = if answer.is_fault() {
         format!("no answer: {}", answer.scan.reasons)

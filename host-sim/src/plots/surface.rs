@@ -4,8 +4,8 @@ use super::page::Frame;
 use super::sheet::Spot;
 use crate::views::Point;
 
-/// Returns the surface from `near` over `edges` (distance and height of the tread that begins
-/// there) to `far`, beginning at ground level.
+/// Returns the surface as a line of points, metres: from x = `near` at ground level over `edges` (distance, and
+/// height of the tread that begins there) to x = `far`.
 pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
     let mut level = 0.0;
     let mut line = vec![(near, level)];
@@ -19,19 +19,19 @@ pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
     line
 }
 
-/// Returns the surface over `edges` in pixels.
+/// Returns the line of the surface over `edges` (distance and height, metres) in pixels.
 pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     let [line, _] = surface_up_to(frame, edges, f64::INFINITY);
     line
 }
 
-/// Returns the surface over `edges` in pixels, in two parts: up to `x` metres, and beyond.
+/// Returns the surface over `edges` as two lines, pixels: up to `x` metres, and beyond.
 pub fn surface_up_to(frame: &Frame, edges: &[Point], x: f64) -> [Vec<Spot>; 2] {
     let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
     parted(&line, x).map(|part| part.iter().map(|p| frame.spot(p.0, p.1)).collect())
 }
 
-/// Splits a surface into the part up to `x` metres and the rest, which begins there.
+/// Splits a surface's line into the part up to `x` metres and the rest, which begins there.
 pub fn parted(line: &[Point], x: f64) -> [Vec<Point>; 2] {
     let count = line.iter().take_while(|p| p.0 <= x).count();
     let (near, far) = line.split_at(count);
@@ -45,8 +45,8 @@ pub fn parted(line: &[Point], x: f64) -> [Vec<Point>; 2] {
     [near, rest]
 }
 
-/// Returns the end of the drawn last tread, metres. It is as deep as the tread before it, within
-/// limits.
+/// Returns the distance at which the drawn last tread ends, metres. It is as deep as the tread before it, within 15
+/// to 50 cm; 30 cm for a single step.
 fn beyond(edges: &[Point]) -> f64 {
     let tread = edges.windows(2).last().map_or(0.3, |w| w[1].0 - w[0].0);
     edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))

@@ -9,7 +9,7 @@ use stairscan::paper::cluster::ClusterVerdict;
 use stairscan::report::{DropLine, ScanLine, StepLine, Tenths};
 use stairscan::verdict::{Reason, Reasons, Status};
 
-/// Chirps with one echo at 1 m in noise, of a radar with `samples` per chirp.
+/// A recording of `chirps` equal chirps with `samples` each: one echo at 1 m in noise.
 fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording {
     let mut noise = 1_u32;
     let mut draw = move || {
@@ -100,7 +100,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
     }
 }
 
-/// Two other hypotheses of two steps.
+/// A posterior of three hypotheses: two steps (90 %), one step (8 %) and none (2 %).
 fn posterior() -> PosteriorView {
     let hypothesis = |probability, edges: &[Point]| HypothesisView {
         name: format!("{} steps", edges.len()),
@@ -133,7 +133,7 @@ impl Drop for Directory {
     }
 }
 
-/// Width, height and number of different colours.
+/// Width and height in pixels, and number of different colours, of a PNG file.
 fn look(path: &Path) -> (u32, u32, usize) {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();
@@ -148,7 +148,8 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().map(name).collect()
 }
 
-/// Writes all plots of a scan and checks that each can be read and that there are no other files.
+/// Writes all plots of a scan, checks that each can be read and that there are no other files, and returns their
+/// names.
 fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperView) -> Vec<String> {
     let (config, map) = scan(recording);
     let dir = Directory::new(test);
@@ -246,7 +247,7 @@ fn a_fault_and_an_empty_room_have_their_pictures_too() {
     pictures("clear", &recording, &answer(Status::Ok, &[]), &nothing);
 }
 
-/// The drop's edge is drawn, even if edge or band lie outside the plot.
+/// A reported drop changes the picture, even if its edge or band lies outside the plot.
 #[test]
 fn a_drop_has_its_mark() {
     let recording = recording(200, Some(Plane::Depth), 31);

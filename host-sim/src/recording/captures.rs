@@ -1,4 +1,5 @@
-//! Captures, one per chirp: mirror angle, and the readings of the chair's odometry and gyroscope.
+//! Reads the captures of a SigMF document, one per chirp: mirror angle, and the readings of the
+//! chair's odometer and inclinometer.
 
 use anyhow::{Result, anyhow};
 use serde_json::Value;
@@ -15,33 +16,34 @@ pub(super) const TRAVEL: &str = "stairscan:travel_m";
 pub(super) const TIME: &str = "stairscan:time_s";
 pub(super) const PITCH: &str = "stairscan:pitch_deg";
 
-/// Keys of a capture that are read.
+/// Keys of a capture that are read; a key that nearly equals one of them is rejected as misspelt.
 const KEYS: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
 
-/// Maximum magnitude of the pitch, degrees.
+/// Maximum magnitude of the chair's pitch, degrees.
 const STEEPEST_DEG: f64 = 45.0;
-/// Maximum travel of an approach, metres.
+/// Maximum magnitude of the chair's travel in a recording, metres.
 const FARTHEST_M: f64 = 1_000.0;
-/// Maximum duration of an approach, seconds; the scanner's 32-bit clock overflows after 71 minutes.
+/// Maximum time of a chirp since the first one, seconds; the scanner's 32-bit clock overflows after
+/// 71 minutes.
 const LONGEST_S: f64 = 3_600.0;
 
-/// Content of the captures.
+/// Carrier, beam angles and chair motion from the captures of a recording.
 pub(super) struct Captures {
     pub(super) carrier_hz: f64,
     pub(super) angles_deg: Vec<f64>,
     pub(super) motion: Motion,
 }
 
-/// Checks a pitch, which may be in `global` or in a capture.
+/// Reads a pitch in degrees, which may be in `global` or in a capture; `None` without the key.
 pub(super) fn pitch(keys: &Keys<'_>) -> Result<Option<f64>> {
     keys.optional(PITCH, "a finite pitch within ±45 degrees", |v| {
         v.abs() <= STEEPEST_DEG
     })
 }
 
-/// Returns angles, motion and carrier of a recording of `scans` scans. If no capture has an angle
-/// (recordings of other radars), only the carrier is read. `global_pitch` applies where a capture has
-/// no pitch.
+/// Returns beam angles, motion and carrier of a recording of `scans` scans. If no capture has an
+/// angle (recordings of other radars), only the carrier is read. `global_pitch` (degrees) applies
+/// where a capture has no pitch.
 pub(super) fn parse(
     document: &Value,
     samples_per_chirp: usize,
@@ -121,7 +123,8 @@ fn list(document: &Value) -> Result<&[Value]> {
     }
 }
 
-/// Returns the first capture's carrier, and checks the others and all keys.
+/// Returns the first capture's carrier, Hz, and checks the frequencies and the spelling of the keys
+/// of all captures.
 fn carrier(captures: &[Value]) -> Result<f64> {
     let mut carrier_hz = None;
     for (k, capture) in captures.iter().enumerate() {
@@ -133,9 +136,9 @@ fn carrier(captures: &[Value]) -> Result<f64> {
     Ok(carrier_hz.unwrap_or(DEFAULT_CARRIER_HZ))
 }
 
-/// Order of the angles: strictly monotonic within a scan, reversed in the next one.
+/// Required order of the angles: strictly monotonic within a scan, reversed in the next scan.
 struct Order {
-    /// Number of captures of a scan.
+    /// Number of captures, and so of angles, of a scan.
     per_scan: usize,
 }
 
@@ -144,7 +147,8 @@ impl Order {
         Self { per_scan }
     }
 
-    /// Returns an error with the expected value if `angle` must not follow `before`.
+    /// Checks whether `angle` may follow the angles `before` (degrees, those of all captures so
+    /// far); the error describes the expected angle.
     fn check(&self, before: &[f64], angle: f64) -> Result<(), String> {
         let (scan, place) = (before.len() / self.per_scan, before.len() % self.per_scan);
         let this = &before[before.len() - place..];
@@ -165,7 +169,8 @@ impl Order {
         }
     }
 
-    /// Whether scan number `scan` runs opposite to the previous one.
+    /// Whether a scan that begins with the angle difference `way` runs opposite to the previous
+    /// scan; true for the first scan.
     fn turned(&self, before: &[f64], scan: usize, way: f64) -> bool {
         let Some(start) = scan.checked_sub(1).map(|s| s * self.per_scan) else {
             return true;

@@ -3,15 +3,15 @@
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value};
 
-/// Maximum length of a wrong value in a message, characters.
+/// Maximum number of characters of a wrong value that a message quotes.
 const SHOWN: usize = 40;
 /// Maximum number of edits (Levenshtein) between a key and a known one of which it counts as a
 /// misspelling. A swap of two letters counts as two edits.
 const MISSPELT: usize = 2;
 
-/// A JSON object's members, with the path to it for messages.
+/// The members of a JSON object, and the object's place in the document for messages.
 pub(super) struct Keys<'a> {
-    /// The members.
+    /// The object's members.
     pub(super) object: &'a Map<String, Value>,
     place: String,
 }
@@ -31,7 +31,8 @@ impl<'a> Keys<'a> {
         self.object.get(key)
     }
 
-    /// Rejects a key that is nearly one of `known`, because it would be ignored otherwise.
+    /// Returns an error if a key is not one of `known` but nearly equals one, because it would be
+    /// ignored otherwise.
     pub(super) fn check_spelling(&self, known: &[&str]) -> Result<()> {
         let unknown = |key: &&String| !known.contains(&key.as_str());
         for key in self.object.keys().filter(unknown) {
@@ -89,7 +90,7 @@ impl<'a> Keys<'a> {
             .ok_or_else(|| self.wrong(key, expected))
     }
 
-    /// Returns the array `key`, of `length` items; `None` without the key.
+    /// Returns the array under `key`, which must have `length` items; `None` without the key.
     pub(super) fn list(
         &self,
         key: &str,
@@ -126,8 +127,8 @@ fn edits(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// Returns the place of a JSON syntax error, with the key before it, because a NaN has no other
-/// name.
+/// Returns the message for a JSON syntax error: its line and column, and the key before it, because
+/// a NaN has no other name.
 pub(super) fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
     let before: usize = text
         .lines()

@@ -19,21 +19,21 @@ const MAX_SCANS: f64 = 10_000.0;
 pub struct MirrorSetup {
     /// Distance from the radar lens to the mirror's centre, metres.
     pub offset_m: f64,
-    /// Full two-sided 3 dB beam width, degrees.
+    /// Full beam width between the one-way 3 dB points, degrees.
     pub beamwidth_deg: f64,
     /// Height of the mirror's centre above the ground, metres.
     pub mount_height_m: f64,
-    /// Plane of the scan.
+    /// Plane that the beam sweeps, which defines the zero of the angles.
     pub plane: Plane,
 }
 
-/// Scans and ground truth of a recording of several scans.
+/// Number of scans of a recording, and the ground truth of each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sequence {
     /// Number of consecutive scans, alternately forward and backward. At least 1.
     pub scans: usize,
-    /// Ground truth of each scan, from the mirror at the end of that scan; empty if the recording
-    /// has none.
+    /// Ground truth of each scan, with distances from the mirror at the end of that scan; empty if
+    /// the recording has none.
     pub truth: Vec<Truth>,
     /// True travel at the end of each scan, metres; empty if the recording has none.
     pub truth_travel_m: Vec<f64>,
@@ -52,36 +52,39 @@ impl Default for Sequence {
 /// All metadata of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Metadata {
-    /// `core:description`.
+    /// Free text of `core:description`.
     pub description: String,
-    /// ADC sample rate, Hz; for real samples the rate of single values.
+    /// ADC sample rate, Hz: complex samples per second, or single values per second for real
+    /// samples.
     pub sample_rate_hz: Option<f64>,
     /// Carrier (centre) frequency, Hz.
     pub carrier_hz: f64,
     /// Swept bandwidth B, Hz.
     pub bandwidth_hz: f64,
-    /// Complex samples per chirp Ns; for real samples the number of pairs, half of the number in
-    /// the file.
+    /// Number of complex samples per chirp, Ns; for real samples the number of pairs, half of the
+    /// number in the file.
     pub samples_per_chirp: usize,
     /// Whether the samples are real: two consecutive values take the place of I and Q.
     pub real: bool,
-    /// The mirror; `None` for other radars.
+    /// Mirror and mounting; `None` for radars without a mirror.
     pub mirror: Option<MirrorSetup>,
-    /// Beam angle of each chirp, degrees; empty without a mirror.
+    /// Beam angle of each chirp from the plane's zero (horizontal, or straight down), degrees;
+    /// empty without a mirror.
     pub angles_deg: Vec<f64>,
     /// Readings of the chair's sensors at each chirp.
     pub motion: Motion,
-    /// Scans, if there are several.
+    /// Number of scans, and the truth of each if there are several.
     pub sequence: Sequence,
-    /// Ground truth from the mirror at the first chirp; `None` if the recording has none.
+    /// Ground truth, with distances from the mirror at the first chirp; `None` if the recording has
+    /// none.
     pub truth: Option<Truth>,
-    /// Deliberate disturbance of the recording; `None` if it states none.
+    /// Fault put into the recording on purpose; `None` if the metadata state none.
     pub disturbance: Option<Disturbance>,
     /// Other keys of `global`, kept unchanged.
     pub extra: Map<String, Value>,
 }
 
-/// Datatypes that are read.
+/// Datatypes (`core:datatype`) that are read, as messages name them.
 const DATATYPES: &str = "\"ci16_le\", or \"ri16_le\" of real samples";
 const SCANS: &str = "stairscan:scans";
 const TRUTH_SCANS: &str = "stairscan:truth_scans";
@@ -113,7 +116,7 @@ const KEYS: &[&str] = &[
 ];
 
 impl Metadata {
-    /// Reads a metadata file's document.
+    /// Reads the metadata from the document of a metadata file.
     ///
     /// # Errors
     /// Names the key and the expected value.
@@ -168,7 +171,8 @@ impl Metadata {
         })
     }
 
-    /// Returns the number of samples of a chirp in the file: complex samples, or real values.
+    /// Returns the number of samples of a chirp in the sample file: complex samples, or real
+    /// values.
     pub fn file_samples(&self) -> usize {
         self.samples_per_chirp * values_per_sample(self.real)
     }
@@ -253,7 +257,8 @@ impl Metadata {
         capture
     }
 
-    /// Returns the pitch if it is the same at every chirp; it is then written once.
+    /// Returns the chair's pitch in degrees if it is the same at every chirp, so that it can be
+    /// written once; else `None`.
     fn steady_pitch(&self) -> Option<f64> {
         let pitch = &self.motion.pitch_deg;
         let first = *pitch.first()?;
@@ -307,7 +312,7 @@ impl Sequence {
 }
 
 impl MirrorSetup {
-    /// Reads the mirror's keys: all of them or none.
+    /// Reads the mirror's four keys; `None` without any of them, an error if only some are there.
     fn parse(global: &Keys<'_>) -> Result<Option<Self>> {
         let keys = [
             "mirror_offset_m",
@@ -338,7 +343,7 @@ impl MirrorSetup {
     }
 }
 
-/// Rejects a recording without a mirror.
+/// Returns the mirror and mounting; an error for a recording without a mirror or without angles.
 pub(super) fn mirror<'a>(meta: &'a Metadata, file: &str) -> Result<&'a MirrorSetup> {
     let mirror = meta.mirror.as_ref().ok_or_else(|| {
         anyhow!(

@@ -31,12 +31,12 @@ pub const META_SUFFIX: &str = "sigmf-meta";
 /// Suffix of the sample file.
 pub const DATA_SUFFIX: &str = "sigmf-data";
 
-/// One recording in memory.
+/// One recording in memory: metadata and samples.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// Base name without suffix.
+    /// Base name of the recording's files, without directory and suffix.
     pub name: String,
-    /// The metadata.
+    /// Metadata from the recording's SigMF document.
     pub meta: Metadata,
     /// Samples of all chirps, one after another; real samples are stored in pairs.
     pub samples: Vec<Iq>,
@@ -67,7 +67,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     }
 }
 
-/// Rejects a path that is no regular file: a directory, a pipe, a device.
+/// Returns an error for a path that is no regular file: a directory, a pipe, a device.
 ///
 /// # Errors
 /// Names the path.
@@ -81,8 +81,8 @@ pub fn regular(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Rejects a path that names no file: `/`, `..`, or one that ends in a separator or a dot, whose
-/// files would be hidden.
+/// Returns an error for a path that names no file: `/`, `..`, or one that ends in a separator or a
+/// dot, whose files would be hidden.
 fn named(path: &Path) -> Result<()> {
     let text = path.as_os_str().as_encoded_bytes();
     let last = text
@@ -97,7 +97,8 @@ fn named(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Rejects a path whose present entry is no regular file, such as a device that root could replace.
+/// Returns an error if something that is no regular file exists at the path, such as a device that
+/// root could replace.
 fn replaceable(path: &Path) -> Result<()> {
     let found = fs::metadata(path);
     ensure!(
@@ -114,7 +115,8 @@ pub fn may_be(path: &Path) -> bool {
     matches!(suffix, Some(META_SUFFIX | DATA_SUFFIX)) || meta_path(path).exists() || !path.exists()
 }
 
-/// Returns the recordings of a directory, sorted by name; an error if there are none.
+/// Returns the paths of the metadata files in a directory, sorted by name; an error if there are
+/// none.
 pub fn list(dir: &Path) -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(dir).with_context(|| format!("{}", dir.display()))?;
     let mut found = Vec::new();
@@ -134,7 +136,7 @@ pub fn list(dir: &Path) -> Result<Vec<PathBuf>> {
 }
 
 impl Recording {
-    /// Reads the pair that `path` names, with or without a suffix.
+    /// Reads the recording (metadata and sample file) that `path` names, with or without a suffix.
     ///
     /// # Errors
     /// Names the file, the key and the expected value.
@@ -153,7 +155,8 @@ impl Recording {
         })
     }
 
-    /// Returns the recording `name` from the content of its two files.
+    /// Creates the recording `name` from the text of its metadata file and the bytes of its sample
+    /// file.
     ///
     /// # Errors
     /// Names the file, the key and the expected value.
@@ -168,7 +171,7 @@ impl Recording {
         })
     }
 
-    /// Returns the recording `name` of these samples and a document in the form of a metadata file.
+    /// Creates the recording `name` from samples and a document in the form of a metadata file.
     ///
     /// # Errors
     /// Names the key and the expected value.
@@ -192,7 +195,7 @@ impl Recording {
         Ok(text)
     }
 
-    /// Returns the content of the sample file.
+    /// Returns the content of the sample file: 16-bit values, little-endian.
     pub fn sample_bytes(&self) -> Vec<u8> {
         let samples = self.samples.iter().flat_map(|s| {
             let ([a, b], [c, d]) = (s.i.to_le_bytes(), s.q.to_le_bytes());
@@ -201,13 +204,13 @@ impl Recording {
         samples.collect()
     }
 
-    /// Returns the samples of chirp `k`.
+    /// Returns the samples of chirp `k`, counted from 0 over all scans; `None` beyond the last.
     pub fn chirp(&self, k: usize) -> Option<&[Iq]> {
         let ns = self.meta.samples_per_chirp;
         self.samples.get(k.checked_mul(ns)?..)?.get(..ns)
     }
 
-    /// Returns the number of chirps.
+    /// Returns the number of chirps of all scans.
     pub fn chirps(&self) -> usize {
         self.samples.len() / self.meta.samples_per_chirp.max(1)
     }
@@ -222,7 +225,7 @@ impl Recording {
         self.chirps() / self.scans()
     }
 
-    /// Returns the chirps of scan `k`, counted from 0.
+    /// Returns the range of chirp numbers of scan `k`, counted from 0.
     pub fn chirps_of(&self, k: usize) -> Range<usize> {
         let count = self.chirps_per_scan();
         k * count..(k + 1) * count
@@ -230,7 +233,7 @@ impl Recording {
 
     /// Returns scan `k`, counted from 0, as a recording of its own. If there are several, it is
     /// named `NAME-scanK` with K from 1. Its truth is that at the end of the scan, if the recording
-    /// has it.
+    /// has one.
     pub fn scan(&self, k: usize) -> Self {
         let (meta, range) = (&self.meta, self.chirps_of(k));
         let ns = meta.samples_per_chirp;
@@ -257,13 +260,13 @@ impl Recording {
         }
     }
 
-    /// Returns the truth of scan `k`, counted from 0.
+    /// Returns the truth of scan `k`, counted from 0; `None` if the recording has none.
     pub fn truth(&self, k: usize) -> Option<&Truth> {
         let whole = self.meta.truth.as_ref().filter(|_| self.scans() == 1);
         self.meta.sequence.truth.get(k).or(whole)
     }
 
-    /// Returns the mirror's set-up.
+    /// Returns mirror and mounting, which a scan needs.
     ///
     /// # Errors
     /// Names the key that is missing for a scan.
@@ -271,7 +274,8 @@ impl Recording {
         metadata::mirror(&self.meta, &format!("{}.{META_SUFFIX}", self.name))
     }
 
-    /// Writes the pair that `path` names. Each file appears completely or not at all.
+    /// Writes metadata and sample file of the recording that `path` names. Each file appears
+    /// completely or not at all.
     ///
     /// # Errors
     /// Names the file that cannot be written.
@@ -300,14 +304,15 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
-/// Parses the metadata in the text of `file`.
+/// Parses the metadata in `text`, the content of `file`.
 fn metadata(text: &str, file: &Path) -> Result<Metadata> {
     let document: Value = serde_json::from_str(text)
         .map_err(|e| anyhow!("{}: {}", file.display(), explain_syntax(text, &e)))?;
     Metadata::parse(&document).with_context(|| format!("{}", file.display()))
 }
 
-/// Rejects a sample file of `found` bytes that does not hold the number of chirps in the metadata.
+/// Returns an error for a sample file of `found` bytes that does not hold the number of chirps in
+/// the metadata.
 fn check_length(found: u64, meta: &Metadata, file: &Path) -> Result<()> {
     let chirp = 4 * meta.samples_per_chirp as u64;
     let each = if meta.real { 2 } else { 4 };
@@ -330,7 +335,8 @@ fn check_length(found: u64, meta: &Metadata, file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Returns the bytes of a sample file, whose length is checked before it is read.
+/// Returns the bytes of a sample file, whose length is compared with the metadata before it is
+/// read.
 fn read_data(path: &Path, meta: &Metadata) -> Result<Vec<u8>> {
     let context = || format!("{}", path.display());
     regular(path)?;

@@ -1,62 +1,66 @@
-//! Ground truth of a recording.
+//! Ground truth of a recording: steps and drops of the scene, for scores.
 
 use anyhow::Result;
 use serde_json::{Map, Value, json};
 
 use super::keys::Keys;
 
-/// A step of the truth that a simulated recording carries.
+/// A true step of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrueStep {
-    /// Horizontal distance from the mirror's centre to the foremost edge, metres.
+    /// Horizontal distance from the mirror's centre to the step's foremost edge, metres.
     pub distance_m: f64,
     /// Height of the tread above the ground, metres.
     pub height_m: f64,
-    /// Signal-to-noise ratio of its best cell, decibels.
+    /// Signal-to-noise ratio of the step's strongest cell, dB; `None` if the recording does not
+    /// contain it.
     pub snr_db: Option<f64>,
 }
 
 /// A place where the ground ends or falls by more than 4 cm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrueDrop {
-    /// Horizontal distance from the mirror's centre to the edge, metres.
+    /// Horizontal distance from the mirror's centre to the edge where the ground ends, metres.
     pub distance_m: f64,
-    /// Depth of the next surface, metres; `None` if it is more than 1 m.
+    /// Depth of the next surface below the edge, metres; `None` if it is more than 1 m.
     pub depth_m: Option<f64>,
-    /// Distance at which ground of the same level continues, metres; `None` if it does not.
+    /// Distance from the mirror's centre at which ground of the level before the edge continues,
+    /// metres; `None` if it does not.
     pub far_m: Option<f64>,
 }
 
-/// Minimum fall of a drop, metres.
+/// Minimum depth of a fall of the ground that counts as a drop, metres.
 const MIN_FALL_M: f64 = 0.04;
 
-/// The report of a perfect scanner.
+/// True content of a scene: the report of a perfect scanner.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
-    /// `up`, `down` or `none`.
+    /// Direction of the steps: `up`, `down` or `none`.
     pub direction: String,
-    /// Steps that count: in sight, range and angles.
+    /// Steps that an answer must report: in sight, range and angles.
     pub steps: Vec<TrueStep>,
-    /// Steps that exist but are out of sight, range or angles.
+    /// Steps that an answer need not report: out of sight, range or angles.
     pub uncounted: Vec<TrueStep>,
-    /// Places where the ground ends; `None` if the recording does not list them.
+    /// Places where the ground ends or falls; `None` if the recording does not list them.
     pub drops: Option<Vec<TrueDrop>>,
 }
 
-/// Deliberate disturbance of a recording.
+/// Fault that was put into a recording on purpose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Disturbance {
-    /// Kind of the disturbance.
+    /// Kind of fault, by name.
     pub kind: String,
-    /// Whether an answer from this recording may be off by more than 3 cm or in the count.
+    /// Whether the fault may cause an answer that is off by more than 3 cm or in the number of
+    /// steps.
     pub misleading: bool,
-    /// Other keys, kept unchanged.
+    /// Other keys of the fault, kept unchanged.
     pub extra: Map<String, Value>,
 }
 
 impl Truth {
-    /// Returns the distances at which the ground ends, metres: the listed drops, or else the
-    /// uncounted edges that lead down if there are no steps. Stairs down give their first edge.
+    /// Returns the distances at which the ground ends, metres: the listed drops, or without a list
+    /// the uncounted edges that lead down, if there are no counted steps. Stairs down give their
+    /// first edge.
     pub fn ground_ends(&self) -> Vec<f64> {
         if let Some(drops) = &self.drops {
             return drops.iter().map(|drop| drop.distance_m).collect();
@@ -75,8 +79,8 @@ impl Truth {
         edges.iter().map(|edge| edge.distance_m).collect()
     }
 
-    /// Whether the ground falls within `reach_m` of this distance, at a listed drop or, without a
-    /// list, at an uncounted edge that leads down.
+    /// Whether the ground falls within `reach_m` of `distance_m` (both metres), at a listed drop
+    /// or, without a list, at an uncounted edge that leads down.
     pub fn falls_near(&self, distance_m: f64, reach_m: f64) -> bool {
         let near = |at: f64| (at - distance_m).abs() <= reach_m;
         match self.drops {
@@ -85,13 +89,13 @@ impl Truth {
         }
     }
 
-    /// Returns the uncounted edges that lead down.
+    /// Returns the uncounted steps that lead down by more than [`MIN_FALL_M`].
     fn edges_down(&self) -> Vec<&TrueStep> {
         let down = |s: &&TrueStep| s.height_m < -MIN_FALL_M;
         self.uncounted.iter().filter(down).collect()
     }
 
-    /// Returns the truth as text, lengths in centimetres.
+    /// Returns the truth as a line of text, lengths in centimetres.
     pub fn summary(&self) -> String {
         let place =
             |s: &TrueStep| format!("{:.1} / {:.1}", 100.0 * s.distance_m, 100.0 * s.height_m);
@@ -112,7 +116,7 @@ impl Truth {
         }
     }
 
-    /// Reads a truth from the key `place`.
+    /// Reads a truth from JSON; `place` is its key, for messages.
     pub(super) fn parse(value: &Value, place: &str) -> Result<Self> {
         const DIRECTION: &str = "\"up\", \"down\" or \"none\"";
         let truth = Keys::of(Some(value), place)?;
@@ -167,7 +171,7 @@ impl Truth {
         })
     }
 
-    /// Returns the truth as JSON for a recording.
+    /// Returns the truth as JSON for the recording's metadata.
     pub(super) fn json(&self) -> Value {
         let steps = |steps: &[TrueStep]| -> Vec<Value> {
             let step = |s: &TrueStep| {

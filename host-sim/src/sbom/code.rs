@@ -1,7 +1,8 @@
-//! Sizes of the image's code by the crate that it was compiled from.
+//! Counts the bytes of the image's code by the crate that they were compiled from.
 //!
-//! The line table of the debugging information contains the source file and line of each instruction, also where a
-//! function was inlined into one of another crate. Symbols would assign such code to the caller.
+//! The line table of the debugging information contains the source file and line of each
+//! instruction, also where a function was inlined into one of another crate. Symbols would assign
+//! such code to the caller.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,16 +16,17 @@ use crate::recording::regular;
 
 /// Start address of the chip's flash. Functions that the linker dropped have lower addresses.
 const FLASH: u64 = 0x0800_0000;
-/// Separator of folders of a path in the line table.
+/// Separator of folders in the paths of the line table.
 const PARTED: char = '/';
 
 type Slice<'data> = EndianSlice<'data, LittleEndian>;
 
-/// A range of instructions from one file: its start address, and the crate; `None` after the last one.
+/// Start address of a range of instructions that come from one file, and the crate of that file.
+/// `None` marks the end of the range before.
 type Stretch = (u64, Option<String>);
 
-/// Returns the bytes of code by crate: `NAME-VERSION` of a package, the name alone of the image's own crate and of
-/// the toolchain's.
+/// Returns the number of bytes of code in flash by crate. The key is `NAME-VERSION` for a package,
+/// and the name alone for the image's own crate and for the toolchain's.
 ///
 /// # Errors
 /// The file has no line table; the message names it and the cause.
@@ -59,7 +61,7 @@ pub fn by_crate(elf: &Path) -> Result<BTreeMap<String, u64>> {
     Ok(sizes)
 }
 
-/// Returns the ranges of a unit, in the order of its line table.
+/// Returns the ranges of instructions of a compilation unit, in the order of its line table.
 fn stretches(dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) -> Result<Vec<Stretch>> {
     let Some(program) = unit.line_program.clone() else {
         return Ok(Vec::new());
@@ -82,7 +84,7 @@ fn stretches(dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) -> Result<Vec<Str
     Ok(stretches)
 }
 
-/// Returns the path of a row's file.
+/// Returns the path of the source file of a row of the line table.
 fn path(
     dwarf: &Dwarf<Slice<'_>>,
     unit: &Unit<Slice<'_>>,
@@ -99,7 +101,7 @@ fn path(
     Ok(path)
 }
 
-/// Returns the crate that a file of the line table belongs to.
+/// Returns the crate to which a source file of the line table belongs.
 fn crate_of(path: &str) -> String {
     let path = path.replace('\\', "/");
     let parts: Vec<&str> = path.split(PARTED).collect();
@@ -115,7 +117,8 @@ fn crate_of(path: &str) -> String {
     package.map_or_else(|| ROOT.to_owned(), |part| (*part).to_owned())
 }
 
-/// Whether a folder's name has the form of a package's sources in Cargo.
+/// Whether a folder's name has the form of a package's sources in Cargo's registry, such as
+/// `NAME-1.2.3`.
 fn is_package(folder: &str) -> bool {
     let Some((name, version)) = folder.rsplit_once('-') else {
         return false;

@@ -15,10 +15,11 @@ pub const TOOLCHAIN: [(&str, &str); 2] = [
         "MIT AND Apache-2.0 WITH LLVM-exception AND (MIT OR Apache-2.0)",
     ),
 ];
-/// Repository of the toolchain.
+/// Address of the repository of the Rust toolchain.
 const RUST: &str = "https://github.com/rust-lang/rust";
 
-/// Returns the document of these crates, including the image's own package, built by Rust `toolchain`.
+/// Returns the CycloneDX document of these crates, including the image's own package, built by the
+/// Rust version `toolchain`.
 pub fn document(crates: &Crates, toolchain: &str) -> Value {
     let own = |id: &&Id| id.name == ROOT;
     let others = crates.iter().filter(|(id, _)| !own(id));
@@ -47,7 +48,7 @@ pub fn document(crates: &Crates, toolchain: &str) -> Value {
     })
 }
 
-/// Returns the package URL of a crate, which is its reference in the document.
+/// Returns the package URL of a crate, by which other parts of the document refer to it.
 fn purl(id: &Id) -> String {
     format!("pkg:cargo/{}@{}", id.name, id.version)
 }
@@ -56,7 +57,7 @@ fn toolchain_ref(name: &str, version: &str) -> String {
     format!("pkg:generic/rust-{name}@{version}")
 }
 
-/// Returns the component of the image.
+/// Returns the component of the document that describes the image.
 fn firmware(id: &Id, of: &Crate) -> Value {
     json!({
         "type": "firmware",

@@ -12,47 +12,49 @@ use serde_json::Value;
 
 use crate::emulate::tools::TARGET;
 
-/// The package that the image is built from.
+/// Name of the package that the image is built from.
 pub const ROOT: &str = "stairscan";
-/// Fields of a line of `cargo tree`, separated by [`PARTED`].
+/// Format of a line of `cargo tree`: package, licence and repository, separated by [`PARTED`].
 const FIELDS: &str = "{p}|{l}|{r}";
-/// Separator of the fields; no name, licence or address contains it.
+/// Separator of the fields in a line of `cargo tree`; no name, licence or address contains it.
 const PARTED: char = '|';
 
 /// Name and version of a crate.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Id {
-    /// Name as in `Cargo.toml`.
+    /// Name of the crate as in its `Cargo.toml`.
     pub name: String,
-    /// Version, three numbers.
+    /// Version: three numbers.
     pub version: String,
 }
 
-/// One crate.
+/// One crate of the image or of its build.
 #[derive(Clone, Debug, Default)]
 pub struct Crate {
-    /// SPDX expression of its licence.
+    /// SPDX expression of the crate's licence.
     pub licence: String,
-    /// Address of its repository; empty if it does not state one.
+    /// Address of the crate's repository; empty if it does not state one.
     pub repository: String,
-    /// SHA-256 of its package from `Cargo.lock`; `None` for a package of the workspace.
+    /// SHA-256 of the crate's package from `Cargo.lock`, in hexadecimal; `None` for a package of
+    /// the workspace.
     pub checksum: Option<String>,
-    /// Folder of its sources.
+    /// Folder of the crate's sources.
     pub folder: PathBuf,
-    /// Whether it has a build script.
+    /// Whether the crate has a build script.
     pub build_script: bool,
-    /// Whether it is a procedural macro, which runs in the compiler.
+    /// Whether the crate is a procedural macro, which runs in the compiler.
     pub proc_macro: bool,
-    /// The crates that it links with.
+    /// Crates on which this one depends.
     pub depends: BTreeSet<Id>,
-    /// Names of the crates that depend on it.
+    /// Names of the crates that depend on this one.
     pub used_by: BTreeSet<String>,
 }
 
 /// Crates by name and version.
 pub type Crates = BTreeMap<Id, Crate>;
 
-/// Returns the linked crates of the image, including the package itself.
+/// Returns the crates that are linked into the image, including its own package. `root` is the
+/// workspace's folder.
 ///
 /// # Errors
 /// A command of Cargo failed, or its output is incomplete; the message names it.
@@ -71,7 +73,7 @@ pub fn built_with(root: &Path, linked: &Crates) -> Result<Crates> {
     completed(root, tree)
 }
 
-/// Returns the output of Cargo.
+/// Runs Cargo in the folder `root` and returns its output.
 fn cargo(root: &Path, args: &[&str]) -> Result<String> {
     let program = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let done = Command::new(program)
@@ -89,7 +91,8 @@ fn cargo(root: &Path, args: &[&str]) -> Result<String> {
     Ok(String::from_utf8(done.stdout)?)
 }
 
-/// Returns the crates of `cargo tree` along these kinds of edges, with licence, repository and dependencies.
+/// Returns the crates that `cargo tree` lists for these kinds of dependencies (`edges`), with
+/// licence, repository and dependencies.
 fn tree(root: &Path, edges: &str) -> Result<Crates> {
     let args = ["tree", "--locked", "--quiet", "--package", ROOT];
     let which = ["--target", TARGET, "--edges", edges];
@@ -97,7 +100,7 @@ fn tree(root: &Path, edges: &str) -> Result<Crates> {
     parsed(&cargo(root, &[&args[..], &which, &form].concat())?)
 }
 
-/// Parses a tree whose lines begin with their depth.
+/// Parses the output of `cargo tree`, whose lines begin with their depth in the tree.
 fn parsed(text: &str) -> Result<Crates> {
     let mut crates = Crates::new();
     // Ancestors of the current line, the root first.
@@ -138,7 +141,8 @@ fn parsed(text: &str) -> Result<Crates> {
     Ok(crates)
 }
 
-/// Adds the data of the lock file and of the crates' own manifests.
+/// Adds checksum, source folder and kind of each crate, from the lock file and from the crates' own
+/// manifests.
 fn completed(root: &Path, mut crates: Crates) -> Result<Crates> {
     let checksums = checksums(root)?;
     let args = ["metadata", "--format-version", "1", "--locked", "--quiet"];
@@ -175,7 +179,7 @@ fn completed(root: &Path, mut crates: Crates) -> Result<Crates> {
     Ok(crates)
 }
 
-/// Returns the checksums of the lock file.
+/// Returns the checksums of all packages in the lock file, in hexadecimal.
 fn checksums(root: &Path) -> Result<BTreeMap<Id, String>> {
     let path = root.join("Cargo.lock");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;

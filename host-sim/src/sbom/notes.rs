@@ -4,23 +4,23 @@
 
 use super::graph::Id;
 
-/// Kind of maintainer.
+/// Kind of maintainer of a crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
     /// The embedded working group of the Rust project.
     WorkingGroup,
-    /// The Rust project.
+    /// The Rust project itself.
     Rust,
-    /// An organisation or several people with the rights to publish.
+    /// An organisation, or several people with the rights to publish.
     Several,
     /// One person's account.
     One,
-    /// This repository.
+    /// This repository, for its own crates.
     Here,
 }
 
 impl By {
-    /// Returns the text of the table.
+    /// Returns the maintainer's name in the table.
     pub fn as_str(self) -> &'static str {
         match self {
             By::WorkingGroup => "working group",
@@ -32,14 +32,14 @@ impl By {
     }
 }
 
-/// Note on a crate.
+/// Purpose and maintainer of a crate.
 #[derive(Clone, Copy, Debug)]
 pub struct Note {
-    /// Name, and the beginning of its version.
+    /// Name of the crate, and the beginning of its version.
     pub of: (&'static str, &'static str),
-    /// Purpose in the image.
+    /// Purpose of the crate in the image.
     pub why: &'static str,
-    /// Who maintains it.
+    /// Maintainer of the crate.
     pub by: By,
 }
 
@@ -51,7 +51,7 @@ const fn note(name: &'static str, version: &'static str, by: By, why: &'static s
     }
 }
 
-/// All crates of the image, by name.
+/// Notes on all crates of the image, in the order of their names.
 pub const NOTES: &[Note] = &[
     note(
         "bare-metal",
@@ -317,7 +317,7 @@ pub const NOTES: &[Note] = &[
     ),
 ];
 
-/// Returns the entry of a crate.
+/// Returns the note on a crate; `None` if there is none for its version.
 pub fn of(id: &Id) -> Option<&'static Note> {
     NOTES.iter().find(|note| {
         let (name, version) = note.of;

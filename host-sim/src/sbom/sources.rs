@@ -5,17 +5,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
-/// Suffixes of files that hold compiled code.
+/// Suffixes of the names of files that hold compiled code.
 const PREBUILT: [&str; 6] = ["a", "o", "so", "lib", "dll", "dylib"];
 
-/// Counts of a crate's sources.
+/// Counts of lines and files of a crate's sources.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Lines of Rust in `src/` that are neither empty nor comments.
     pub lines: usize,
     /// Number of these lines with the word `unsafe`.
     pub unsafes: usize,
-    /// Files with compiled code, anywhere in the package.
+    /// Number of files with compiled code, anywhere in the package.
     pub prebuilt: usize,
 }
 
@@ -38,7 +38,7 @@ pub fn counts(folder: &Path) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Counts the lines of code of a text, and those of them with `unsafe`.
+/// Returns the number of lines of code in a text, and the number of those with the word `unsafe`.
 fn code_lines(text: &str) -> (usize, usize) {
     let code = text
         .lines()
@@ -57,7 +57,7 @@ fn suffix(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
-/// Returns all files below a folder.
+/// Returns the paths of all files below a folder.
 fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_owned()];

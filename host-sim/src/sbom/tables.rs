@@ -1,4 +1,4 @@
-//! Writes the tables of docs/supply-chain.md.
+//! Formats the tables of docs/supply-chain.md, as Markdown.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -54,7 +54,7 @@ pub fn crates(root: &Path) -> Result<String> {
     Ok(out)
 }
 
-/// Returns the table of crates that run on the build machine.
+/// Returns the table of crates that run on the build machine and are not part of the image.
 ///
 /// # Errors
 /// Those of [`graph::built_with`].

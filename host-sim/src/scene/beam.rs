@@ -18,21 +18,22 @@ pub struct Beam {
     u_per_sine: f64,
     floor: f64,
     lateral_rad: f64,
-    /// Amplitude at every [`GRAIN`] radians off the axis, because a scan evaluates it a million
-    /// times.
+    /// In-plane amplitude, 1 at the peak: entry k is that at k · [`GRAIN`] radians off the axis. Tabulated because a
+    /// scan evaluates it a million times.
     table: Vec<f64>,
 }
 
-/// Step of the table, radians. Linear interpolation is exact to 1e-5 of the peak for the narrowest
-/// beam.
+/// Step of the amplitude table, radians. Linear interpolation between its entries is exact to 1e-5 of the peak for the
+/// narrowest beam.
 const GRAIN: f64 = 5e-5;
 
 /// Level of the first side lobe of a uniform line source, dB below its peak.
 const UNIFORM_SIDELOBE_DB: f64 = 13.26;
 
 impl Beam {
-    /// Creates a beam `width_deg` wide between its half-power points in the plane and `lateral_deg`
-    /// across it.
+    /// Creates a beam `width_deg` wide between its half-power points in the plane and `lateral_deg` across it.
+    /// `sidelobe_db` is the level of the first side lobe and `floor_db` that of the power floor, both dB below the
+    /// peak.
     pub fn new(width_deg: f64, lateral_deg: f64, sidelobe_db: f64, floor_db: f64) -> Self {
         let parameter = taylor_parameter(sidelobe_db);
         let peak = lobe(parameter * parameter);
@@ -62,7 +63,7 @@ impl Beam {
         beam
     }
 
-    /// Returns the pattern over Taylor's variable u, 1 at the peak.
+    /// Returns the one-way amplitude in the plane over Taylor's variable u, without the floor, 1 at the peak.
     fn pattern(&self, u: f64) -> f64 {
         lobe(self.parameter * self.parameter - u * u) / self.peak
     }
@@ -72,7 +73,7 @@ impl Beam {
         (f * f + self.floor * (1.0 - f * f).max(0.0)).sqrt()
     }
 
-    /// Returns the amplitude `angle` radians off the axis, in the plane.
+    /// Returns the one-way amplitude `angle` radians off the axis in the plane, 1 at the peak.
     pub fn in_plane(&self, angle: f64) -> f64 {
         let at = angle.abs() * (1.0 / GRAIN);
         let k = at as u32;
@@ -82,15 +83,15 @@ impl Beam {
         }
     }
 
-    /// Returns the amplitude `angle` radians off the axis, across the plane.
+    /// Returns the one-way amplitude `angle` radians off the axis across the plane, 1 at the peak.
     pub fn lateral(&self, angle: f64) -> f64 {
         let x = 2.0 * angle / self.lateral_rad;
         libm::exp(-0.5 * LN_2 * x * x)
     }
 
-    /// Returns the two-way amplitudes across the plane. Each leg's angle is linear in the place
-    /// beside the plane: `legs` holds its slope per metre and its value in the plane. The places
-    /// are `spacing` metres apart.
+    /// Returns the two-way amplitude across the plane as a function of the place beside it, for places `spacing` metres
+    /// apart. The angle of each leg (way out, way back) is linear in that place: `legs` holds its slope, radians per
+    /// metre, and its value in the plane, radians.
     pub fn lateral_pair(&self, legs: [(f64, f64); 2], spacing: f64) -> LateralPair {
         let scale = -2.0 * LN_2 / (self.lateral_rad * self.lateral_rad);
         let sum = |part: fn((f64, f64)) -> f64| scale * (part(legs[0]) + part(legs[1]));
@@ -111,20 +112,20 @@ impl Beam {
     }
 }
 
-/// Two-way amplitude over the place beside the plane: the exponential of a second-degree
+/// Two-way amplitude across the plane, over the place beside the plane (metres): the exponential of a second-degree
 /// polynomial.
 pub struct LateralPair {
     square: f64,
     linear: f64,
     constant: f64,
     spacing: f64,
-    /// Factor from one ratio of neighbours to the next one.
+    /// Factor by which the ratio of two neighbouring amplitudes changes from one place to the next.
     change: f64,
 }
 
 impl LateralPair {
-    /// Returns `N` amplitudes from `first` on, by recursion: the ratio of two neighbours changes by
-    /// a constant factor.
+    /// Returns `N` amplitudes, the first at `first` metres beside the plane and the next ones `spacing` apart. They are
+    /// computed by recursion: the ratio of two neighbours changes by a constant factor.
     pub fn gains<const N: usize>(&self, first: f64) -> [f64; N] {
         let spacing = self.spacing;
         let at = |z: f64| (self.square * z + self.linear) * z + self.constant;
@@ -145,11 +146,11 @@ impl LateralPair {
     }
 }
 
-/// Exponent below which a gain is near the smallest normal numbers, where ratios are no longer
+/// Exponent below which an amplitude is near the smallest normal numbers, where ratios of neighbours are no longer
 /// exact.
 const SMALLEST: f64 = -600.0;
 
-/// sinh(π√q)/(π√q), which for negative q is sin(π√-q)/(π√-q).
+/// Returns sinh(π√q)/(π√q), which for negative q is sin(π√-q)/(π√-q).
 fn lobe(q: f64) -> f64 {
     let x = PI * q.abs().sqrt();
     if x < 1e-6 {
@@ -161,8 +162,8 @@ fn lobe(q: f64) -> f64 {
     }
 }
 
-/// Returns Taylor's B. The ratio of peak to side lobes is larger by sinh(πB)/(πB) than that of a
-/// uniform source.
+/// Returns the parameter B of Taylor's pattern for a first side lobe `sidelobe_db` below the peak. The ratio of peak to
+/// side lobes is larger by sinh(πB)/(πB) than that of a uniform source.
 fn taylor_parameter(sidelobe_db: f64) -> f64 {
     let wanted = amplitude((sidelobe_db - UNIFORM_SIDELOBE_DB).max(0.0));
     let (mut low, mut high) = (0.0, 4.0);

@@ -8,8 +8,8 @@ use num_complex::Complex64;
 use super::beam::Beam;
 use super::tones::Place;
 
-/// One echo's place on the grid of beat tones, its amplitude at the ADC, and its directions as in
-/// [`super::scatter::Echo`].
+/// Beat tone of one echo: its place on the grid of beat frequencies, its amplitude at the ADC, and its range and
+/// directions as in [`super::scatter::Echo`].
 #[derive(Clone, Copy)]
 pub struct Tone {
     pub place: Place,
@@ -19,8 +19,7 @@ pub struct Tone {
     pub back: f64,
 }
 
-/// Source of a bundle's tones: directions as in [`super::scatter::Echo`], and range of the first
-/// tone, metres.
+/// Direction and range of a bundle: directions as in [`super::scatter::Echo`], and range of its first tone, metres.
 #[derive(Clone, Copy)]
 pub struct Source {
     pub range: f64,
@@ -28,26 +27,26 @@ pub struct Source {
     pub back: f64,
 }
 
-/// Tones of one pair of directions: consecutive points of the grid.
+/// Tones of one pair of directions (out and back), summed on consecutive points of the grid of beat frequencies.
 #[derive(Clone)]
 struct Bundle {
     range: f64,
     out: f64,
     back: f64,
-    /// First point on the grid.
+    /// Index of its first point on the grid.
     first: usize,
-    /// Index of its first value.
+    /// Index of its first value in `Bundles::values`.
     start: usize,
 }
 
-/// Tones, summed by pairs of directions.
+/// Beat tones, summed by pairs of directions (out and back).
 #[derive(Default)]
 pub struct Bundles {
     bundles: Vec<Bundle>,
     values: Vec<Complex64>,
 }
 
-/// Maximum number of grid points between the beginnings of two tones of one bundle. Tones farther
+/// Maximum number of grid points between the end of a bundle and the beginning of a tone that joins it. Tones farther
 /// apart form separate bundles, because the points between are computed as well.
 const GAP: usize = 16;
 
@@ -61,8 +60,7 @@ impl Bundles {
         bundles
     }
 
-    /// Adds a tone to the last bundle if its directions are the same and it is near, else to a new
-    /// one.
+    /// Adds a tone to the last bundle if its directions are the same and it is near on the grid, else to a new bundle.
     pub fn add(&mut self, tone: &Tone) {
         let end = self.values.len();
         let place = &tone.place;
@@ -86,8 +84,8 @@ impl Bundles {
         }
     }
 
-    /// Returns the tones with the phase and the two directions of each bundle replaced by those
-    /// that `turn` gives for its source.
+    /// Returns a copy in which the tones of each bundle are multiplied by the phase factor, and its directions (out,
+    /// back) replaced by the angles, that `turn` gives for the bundle.
     pub fn turned(&self, turn: impl Fn(&Source) -> (Complex64, [f64; 2])) -> Self {
         let mut values = Vec::with_capacity(self.values.len());
         let ends = self.bundles.iter().skip(1).map(|b| b.start);
@@ -116,7 +114,7 @@ impl Bundles {
         self.bundles.len()
     }
 
-    /// Adds the tones to `grid` as weighted by a beam at `angle`.
+    /// Adds the tones to `grid`, each bundle weighted by the two-way gain of a beam that points at `angle`, radians.
     pub fn weigh(&self, beam: &Beam, angle: f64, grid: &mut [Complex64]) {
         let ends = self.bundles.iter().skip(1).map(|b| b.start);
         let ends = ends.chain([self.values.len()]);
@@ -136,7 +134,7 @@ impl Bundles {
 }
 
 impl Bundle {
-    /// Whether `tone` belongs to this bundle of `length` points.
+    /// Returns whether `tone` belongs to this bundle, which has `length` grid points so far.
     fn takes(&self, tone: &Tone, length: usize) -> bool {
         let first = tone.place.first;
         let is_near = first >= self.first && first <= self.first + length + GAP;

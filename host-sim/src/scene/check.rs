@@ -13,11 +13,10 @@ use super::material::{self, builtin};
 use super::maths::{LIGHT, Vec2};
 use super::spec::{MaterialSpec, PolylineSpec, SceneSpec};
 
-/// Maximum conductivity of a material with scatter from inside, S/m: the skin depth is 0.1 mm
-/// there.
+/// Maximum conductivity of a material whose diffuse scatter comes from inside, S/m: the skin depth is 0.1 mm there.
 const MAX_INSIDE: f64 = 300.0;
 
-/// Checks everything that can be checked before the surfaces are built.
+/// Checks everything in a scene file that can be checked before its surfaces are built.
 pub fn spec(s: &SceneSpec) -> Result<()> {
     radar(s)?;
     mount(s)?;
@@ -256,7 +255,7 @@ fn polyline(prefix: &str, p: &PolylineSpec) -> Result<()> {
     numbers(prefix, &values)
 }
 
-/// Returns every material that a scene names, with the key that names it.
+/// Returns every use of a material in a scene: the key that names it, and the material's name.
 pub fn used_materials<'a>(s: &'a SceneSpec) -> Vec<(String, &'a str)> {
     let mut used: Vec<(String, &'a str)> = Vec::new();
     let mut add = |kind: &str, names: Vec<&'a str>| {
@@ -320,8 +319,8 @@ pub fn world(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
     free(s, world, eye)
 }
 
-/// Rejects surfaces that take too much memory and time. The beam reaches `lateral_reach` to either
-/// side per metre of range, and `reach` metres far.
+/// Rejects scenes whose surfaces take too much memory and time. `sight` is the mirror's place and the range that the
+/// beam reaches, metres; to either side the beam reaches `lateral_reach` per metre of range.
 pub fn patches(s: &SceneSpec, world: &World, sight: (Vec2, f64), lateral_reach: f64) -> Result<()> {
     let patches = facets::patches(world, facet_limit(s), sight, lateral_reach);
     ensure!(
@@ -334,7 +333,7 @@ pub fn patches(s: &SceneSpec, world: &World, sight: (Vec2, f64), lateral_reach: 
     Ok(())
 }
 
-/// Rejects a mirror that is not in free space.
+/// Rejects a mirror that is not in free space: inside, behind or less than 1 cm from a surface.
 fn free(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
     // From outside, the nearest surface in every direction shows its free side.
     for k in 0..180 {
@@ -370,7 +369,7 @@ fn compass(cos: f64, sin: f64) -> &'static str {
     }
 }
 
-/// Returns the maximum length of a facet: a quarter of the carrier's wavelength.
+/// Returns the maximum length of a facet, metres: a quarter of the carrier's wavelength.
 pub fn facet_limit(s: &SceneSpec) -> f64 {
     0.25 * LIGHT / s.radar.carrier_hz
 }

@@ -61,7 +61,8 @@ pub struct SimulateArgs {
     overwrite: Overwrite,
 }
 
-/// Motion of the chair, with the number of scans: metres between two stops, or metres per second.
+/// Motion of the chair in a recording: none, or the number of scans and the distance between two stops, metres, or the
+/// number of scans, the speed, m/s, and optionally the time of a scan, seconds.
 #[derive(Clone, Copy)]
 enum Way {
     Stands,
@@ -69,8 +70,8 @@ enum Way {
     Drives(usize, f64, Option<f64>),
 }
 
-/// Returns a drive of `scans` scans at a speed, with `rows` rows per scan. The time of a scan,
-/// seconds, is optional.
+/// Returns a drive of `scans` scans at `speed` metres per second, with `rows` rows per scan. `scan_s` is the time of a
+/// scan, seconds; without it the seed draws it.
 fn drive(seed: u64, (scans, speed, scan_s): (usize, f64, Option<f64>), rows: usize) -> Drive {
     let drive = Drive::new(seed, scans, speed);
     match scan_s {
@@ -79,7 +80,7 @@ fn drive(seed: u64, (scans, speed, scan_s): (usize, f64, Option<f64>), rows: usi
     }
 }
 
-/// Source of the scenes.
+/// Source of the simulated scenes.
 enum Source {
     /// One scene for all seeds.
     File(Box<Scene>),
@@ -232,7 +233,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
     Ok(())
 }
 
-/// Returns the text on what was written, and on the next commands.
+/// Returns the message after one simulated recording: what was written, and the commands to use next.
 fn summary(output: &Path, chirps: usize, scans: usize) -> String {
     let plural = if scans == 1 { "" } else { "s" };
     let (meta, name) = (meta_path(output), output.display());
@@ -244,7 +245,7 @@ fn summary(output: &Path, chirps: usize, scans: usize) -> String {
     )
 }
 
-/// Returns the same text for many recordings.
+/// Returns the message after `count` simulated recordings: what was written, and the commands to use next.
 fn summary_of_many(pattern: &str, count: u32) -> String {
     let dir = Path::new(pattern)
         .parent()
@@ -260,12 +261,13 @@ fn summary_of_many(pattern: &str, count: u32) -> String {
     )
 }
 
-/// Returns the path of recording `k`.
+/// Returns the path of recording `k`: `pattern` with `{}` replaced by three digits.
 fn numbered(pattern: &str, k: u32) -> String {
     pattern.replacen("{}", &format!("{k:03}"), 1)
 }
 
-/// Returns the path of the recordings, with `{}` for the number.
+/// Returns the path of the recordings, with `{}` for the number, and creates the directory `output` unless `output` has
+/// `{}`.
 fn pattern(scene: &Path, output: &Path) -> Result<String> {
     let name = output
         .to_str()

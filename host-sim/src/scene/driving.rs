@@ -23,9 +23,9 @@ const DRIVES: u64 = 4;
 /// Time from the last row of a scan to the first row of the next one, s: the report and the
 /// mirror's return.
 const TURN_S: f64 = 0.1;
-/// Relative amplitude of the speed's swing with a joystick held by hand.
+/// Relative amplitude of the slow swing of the chair's speed with a joystick held by hand.
 pub const SWING: f64 = 0.05;
-/// Frequency of that swing, Hz.
+/// Frequency of the speed's swing, Hz.
 pub const SWING_HZ: f64 = 0.4;
 /// Amplitude, degrees, and range of frequencies, Hz, of a driven chair's rocking on its castors and
 /// springs.
@@ -37,7 +37,7 @@ const TICK_M: f64 = 0.0005;
 const SLIP_M: f64 = 0.0015;
 const SLIP_WAY_M: f64 = 0.3;
 
-/// A chair's odometer, with its errors.
+/// A chair's odometer, with its errors: scale and periodic slip.
 #[derive(Clone, Copy, Debug)]
 pub struct Odometer {
     scale: f64,
@@ -53,7 +53,7 @@ impl Odometer {
         }
     }
 
-    /// Returns the reading after `travel` metres.
+    /// Returns the odometer's reading after a true travel of `travel` metres, metres.
     pub fn reading_m(&self, travel: f64) -> f64 {
         let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
         let said = travel * self.scale + slip(travel) - slip(0.0);
@@ -61,7 +61,7 @@ impl Odometer {
     }
 }
 
-/// Rocking of a driven chair.
+/// Pitch oscillation of a driven chair on its castors and springs.
 #[derive(Clone, Copy, Debug)]
 pub struct Rocking {
     hertz: f64,
@@ -69,7 +69,7 @@ pub struct Rocking {
 }
 
 impl Rocking {
-    /// Draws the rocking of a chair.
+    /// Draws frequency and phase of a chair's rocking.
     pub fn draw(rng: &mut Random) -> Self {
         Self {
             hertz: rng.between(ROCKING_HZ[0], ROCKING_HZ[1]),
@@ -77,7 +77,7 @@ impl Rocking {
         }
     }
 
-    /// Returns the pitch of a chair at `speed` m/s relative to that at rest, degrees.
+    /// Returns the pitch of a chair at `speed` m/s relative to that at rest, degrees, at `time` seconds.
     pub fn deg(&self, speed: f64, time: f64) -> f64 {
         let moving = (speed / 0.1).min(1.0);
         moving * ROCKING_DEG * libm::sin(TAU * self.hertz * time + self.start)
@@ -114,7 +114,8 @@ impl Drive {
         Self { row_s, ..self }
     }
 
-    /// Returns the time at which row `k` of `rows` of scan `scan` is fired, seconds.
+    /// Returns the time at which row `k` of `rows` (in the order of observation) of scan `scan` is fired, seconds from
+    /// the drive's first row.
     fn time(&self, scan: usize, k: usize, rows: usize) -> f64 {
         (scan * rows + k) as f64 * self.row_s + scan as f64 * (TURN_S - self.row_s)
     }
@@ -123,7 +124,7 @@ impl Drive {
         TAU * SWING_HZ * time + self.swing
     }
 
-    /// Returns the true travel, metres.
+    /// Returns the true travel from the drive's first row, metres.
     fn travel(&self, time: f64) -> f64 {
         let swung = libm::cos(self.swing) - libm::cos(self.phase(time));
         self.speed * (time + SWING / (TAU * SWING_HZ) * swung)
@@ -141,7 +142,7 @@ impl Drive {
 }
 
 impl Scene {
-    /// Returns the number of angles of a scan.
+    /// Returns the number of angles (rows) of a scan.
     pub fn rows(&self) -> usize {
         self.angles.len()
     }
@@ -207,14 +208,14 @@ impl Scene {
     }
 }
 
-/// One drive through a scene: which row is fired from where, and what the chair's sensors report.
+/// One drive through a scene: which row is fired from which position, and what the chair's sensors report.
 struct Course<'a> {
     scene: &'a Scene,
     drive: &'a Drive,
-    /// Error of the pitch that the recording has, degrees.
+    /// True pitch less the recorded one, degrees.
     error_deg: f64,
     length_m: f64,
-    /// Random numbers of the sensors, behind the one of `error_deg`.
+    /// Random numbers of the sensors' noise, whose first number gave `error_deg`.
     rng: Random,
 }
 
@@ -232,7 +233,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Returns the places from which surfaces are seen, metres.
+    /// Returns the positions on the way from which surfaces are seen, metres of travel, every [`FINE_STEP_M`].
     fn eyes(&self) -> Vec<f64> {
         let grains = (self.length_m / FINE_STEP_M) as usize + 1;
         (0..=grains).map(|g| g as f64 * FINE_STEP_M).collect()
@@ -244,10 +245,10 @@ impl<'a> Course<'a> {
         self.drive.travel(self.drive.time(scan, rows - 1, rows))
     }
 
-    /// Returns the recording without sequence; `chirp` simulates the chirp of a scan and row.
+    /// Returns the recording of the drive without the metadata of the sequence, which the caller adds; `chirp`
+    /// simulates the chirp of a scan and row.
     ///
-    /// # Errors
-    /// Those of `chirp`.
+    /// # Errors Those of `chirp`.
     fn record(
         &self,
         name: &str,

@@ -2,9 +2,10 @@
 
 use core::f64::consts::PI;
 
-/// Returns the backscattered far field of the edge of a perfectly conducting wedge after Keller, in
-/// the units of [`fringe`]. `phi` is measured from the first face, and `exterior` is the angle of
-/// free space (Ufimtsev, Fundamentals of the Physical Theory of Diffraction, eqs. 2.61, 2.63).
+/// Returns the backscattered far field of the edge of a perfectly conducting wedge after Keller, in the units of
+/// [`fringe`]. `phi` is the direction of the radar, measured from the first face, and `exterior` the angle of free
+/// space, radians; `soft`: the electric field is parallel to the edge (Ufimtsev, Fundamentals of the Physical Theory of
+/// Diffraction, eqs. 2.61, 2.63).
 pub fn keller(phi: f64, exterior: f64, soft: bool) -> f64 {
     let n = exterior / PI;
     let reflected = 1.0 / (libm::cos(PI / n) - libm::cos(2.0 * phi / n));
@@ -17,8 +18,8 @@ pub fn keller(phi: f64, exterior: f64, soft: bool) -> f64 {
     libm::sin(PI / n) / n * sum
 }
 
-/// Returns the physical-optics field of the same edge: half the tangent of every lit face's angle
-/// (eqs. 3.46 to 3.50 there, in backscattering direction).
+/// Returns the far field that physical optics gives for the edge of [`keller`], in the same units and with the same
+/// arguments: half the tangent of every lit face's angle (Ufimtsev, eqs. 3.46 to 3.50, in backscattering direction).
 pub fn physical_optics(phi: f64, exterior: f64, soft: bool) -> f64 {
     let mut sum = 0.0;
     for face in [phi, exterior - phi] {
@@ -29,9 +30,9 @@ pub fn physical_optics(phi: f64, exterior: f64, soft: bool) -> f64 {
     if soft { sum } else { -sum }
 }
 
-/// Returns the correction of the facets of both faces for a sharp edge: Keller's field less that of
-/// physical optics. It is finite everywhere, in units of the two-dimensional far field u = f
-/// e^{j(kr+π/4)} / √(2πkr) of a wave of amplitude 1.
+/// Returns the far field that a sharp edge adds to that of the facets of its two faces: Keller's field less that of
+/// physical optics, with the arguments of [`keller`]. It is finite everywhere, in units of the two-dimensional far
+/// field u = f e^{j(kr+π/4)} / √(2πkr) of a wave of amplitude 1.
 pub fn fringe(phi: f64, exterior: f64, soft: bool) -> f64 {
     // Both terms diverge towards the normal of a face, and cancel there.
     let nudged = [0.5 * PI, exterior - 0.5 * PI]

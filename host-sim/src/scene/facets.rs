@@ -13,48 +13,49 @@ pub const MAX_FACETS: usize = 65_536;
 /// seconds.
 pub const MAX_PATCHES: f64 = 40e6;
 
-/// Width of a column, metres: roughness is drawn for every facet in columns across the plane.
+/// Maximum width of a column, metres: roughness is drawn for every facet in columns across the plane.
 const COLUMN: f64 = 2e-3;
 
-/// One strip of surface.
+/// One strip of surface across the plane, shorter than a quarter wavelength along its segment.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet {
-    /// Middle of the facet.
+    /// Middle of the facet, metres.
     pub at: Vec2,
-    /// Unit vector along the segment.
+    /// Unit vector along the segment that the facet is cut from.
     pub along: Vec2,
-    /// Normal of the visible side.
+    /// Unit normal of the visible side.
     pub normal: Vec2,
-    /// Length along the segment.
+    /// Length along the segment, metres.
     pub len: f64,
     /// Index of the segment that it is cut from.
     pub segment: usize,
     /// Whether it lies in a joint of its material.
     pub joint: bool,
-    /// Index of its first height.
+    /// Index of the facet's first height in [`Relief`]'s heights; beyond their end for a smooth facet.
     first: usize,
 }
 
-/// Facets with the random relief of their surfaces.
+/// Facets of all surfaces with their random relief.
 #[derive(Clone)]
 pub struct Relief {
     /// All facets, segment after segment.
     pub facets: Vec<Facet>,
-    /// First facet of every segment, and the number of facets at the end.
+    /// Index of the first facet of every segment, and as last entry the number of facets.
     pub starts: Vec<usize>,
-    /// Columns of every segment for which heights are drawn.
+    /// Columns for which heights are drawn, by segment.
     columns: Vec<Columns>,
     /// Heights of all facets, metres; shared because they take up to 160 MB.
     heights: Arc<Vec<f32>>,
 }
 
-/// Returns the number of facets of a world when none is longer than `limit` metres.
+/// Returns the number of facets of a world whose facets are not longer than `limit` metres.
 pub fn count(world: &World, limit: f64) -> f64 {
     let pieces = world.segments.iter().map(|s| libm::ceil(s.len() / limit));
     pieces.fold(0.0, |sum, n| sum + n)
 }
 
-/// Returns the number of patches (facets times columns) of a world within `reach` of `eye`.
+/// Returns the number of patches (facets times columns) of a world within `reach` metres of `eye`, for facets not
+/// longer than `limit` metres. Columns reach `lateral_reach` to either side per metre of range.
 pub fn patches(world: &World, limit: f64, (eye, reach): (Vec2, f64), lateral_reach: f64) -> f64 {
     let pieces = world.segments.iter().map(|s| {
         let far = (s.a - eye).len().max((s.b - eye).len()).min(reach);
@@ -70,14 +71,15 @@ pub struct Columns {
     middle: f64,
     /// Step of the columns, metres.
     pub spacing: f64,
-    /// First column.
+    /// Index of the first column; column 0 begins at the middle of the surface, or at the plane if that is wider than
+    /// the beam.
     pub low: i64,
-    /// One beyond the last column.
+    /// Index after that of the last column.
     pub high: i64,
 }
 
 impl Columns {
-    /// Returns the columns of a surface that lie within `reach` metres of the plane.
+    /// Returns the columns of a surface that lie within `reach` metres to either side of the plane.
     pub fn new(lateral: &Lateral, reach: f64) -> Self {
         let (middle, spacing, half) = if lateral.half.is_finite() {
             // Columns of a post are narrow enough for the phase to follow its curve.
@@ -106,13 +108,13 @@ impl Columns {
         usize::try_from(self.high - self.low).unwrap_or(0)
     }
 
-    /// Returns the number of the column at `z`.
+    /// Returns the index of the column that contains `z`, metres beside the plane.
     fn number(self, z: f64) -> i64 {
         libm::floor((z - self.middle) / self.spacing) as i64
     }
 }
 
-/// Heights of one facet above its mean surface, column after column; empty for a smooth facet.
+/// Heights of one facet above its mean surface, metres, column after column; empty for a smooth facet.
 #[derive(Clone, Copy)]
 pub struct Heights<'a> {
     columns: Columns,
@@ -120,8 +122,8 @@ pub struct Heights<'a> {
 }
 
 impl Heights<'_> {
-    /// Returns the heights of column `k` and the next ones, metres. Columns beyond the outermost
-    /// ones take the height of the outermost.
+    /// Returns the heights of `N` columns from column `k` on, metres. Columns beyond the outermost ones take the height
+    /// of the outermost.
     pub fn columns<const N: usize>(&self, k: i64) -> [f64; N] {
         let first = usize::try_from(k - self.columns.low);
         match first.ok().and_then(|k| self.heights.get(k..k + N)) {
@@ -137,7 +139,7 @@ impl Heights<'_> {
         height.map_or(0.0, |h| f64::from(*h))
     }
 
-    /// Returns the height at `z` metres beside the plane.
+    /// Returns the height at `z` metres beside the plane, metres.
     pub fn at(&self, z: f64) -> f64 {
         if self.heights.is_empty() {
             return 0.0;
@@ -146,20 +148,20 @@ impl Heights<'_> {
     }
 }
 
-/// Random relief of one surface, drawn row by row of its facets.
+/// Random relief of one surface as an autoregressive field; a row holds one height per column for one facet.
 struct Field {
-    /// Correlation of a row with the next one, and the factor of the new random part.
+    /// Recursion from one row to the next: correlation, and factor of the new random numbers.
     along: [f64; 2],
-    /// Correlation of a column with the next one, and the factor of the new random part.
+    /// Recursion from one column to the next: correlation, and factor of the new random numbers.
     across: [f64; 2],
     /// Standard deviation of the heights, metres.
     scale: f64,
-    /// The next row, with standard deviation 1.
+    /// Heights of the next row, scaled to standard deviation 1.
     row: Vec<f64>,
 }
 
 impl Field {
-    /// Draws the first row.
+    /// Draws the heights of the first row.
     fn start(&mut self, rng: &mut Random) {
         let mut drawn = vec![0.0; self.row.len() + 1];
         rng.normals(&mut drawn);
@@ -170,8 +172,8 @@ impl Field {
         }
     }
 
-    /// Fills `R` rows of heights and draws the row that follows them. Several rows are computed at
-    /// once, because within a row each column depends on the one before.
+    /// Writes `R` rows to `heights`, metres, and draws the row that follows them. Several rows are computed at once,
+    /// because within a row each column depends on the one before.
     fn rows<const R: usize>(&mut self, heights: &mut [f32], rng: &mut Random) {
         let width = self.row.len();
         let mut drawn = vec![0.0; R * (width + 1)];
@@ -191,12 +193,13 @@ impl Field {
 }
 
 impl Relief {
-    /// Cuts all segments into facets not longer than `limit` and draws their heights.
+    /// Cuts all segments into facets not longer than `limit` metres and draws their heights.
     ///
-    /// The relief is a Gaussian field with the separable exponential autocorrelation
-    /// σ² e^{-|Δs|/l} e^{-|Δz|/l}, the usual description of worked surfaces at wavelengths near their
-    /// correlation length (Ulaby, Moore, Fung, Microwave Remote Sensing II, sec. 12-5), drawn by two
-    /// first-order recursions. Only facets within `reach` of one of the `eyes` need one.
+    /// The relief is a Gaussian field with the separable exponential autocorrelation σ² e^{-|Δs|/l} e^{-|Δz|/l}, the
+    /// usual description of worked surfaces at wavelengths near their correlation length (Ulaby, Moore, Fung, Microwave
+    /// Remote Sensing II, sec. 12-5), drawn by two first-order recursions. Heights are drawn to either side of the
+    /// plane up to `lateral_reach` times the largest range, below `reach` metres, of the segment's facets from one of
+    /// the `eyes`.
     pub fn new(
         world: &World,
         materials: &[Material],
@@ -288,7 +291,7 @@ impl Relief {
         }
     }
 
-    /// Moves the surfaces for a chair that has come `travel` metres nearer (see [`World::moved`]).
+    /// Shifts the facets for a chair that has come `travel` metres nearer (see [`World::moved`]).
     pub fn move_by(&mut self, world: &World, travel: f64) {
         let step = Vec2::new(travel * libm::cos(world.yaw), 0.0);
         for facet in &mut self.facets {

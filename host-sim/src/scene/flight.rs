@@ -5,10 +5,10 @@ use super::geometry::{BuiltStep, Lateral, Skin, World, chamfered, rounded};
 use super::maths::Vec2;
 use super::spec::{StairsSpec, Way};
 
-/// Returns the index of a material by its name. The names are checked before shapes are built.
+/// Function that returns the index of a material by its name. The names are checked before shapes are built.
 pub type Lookup<'a> = &'a dyn Fn(&str) -> usize;
 
-/// Unit vectors of the level and the upright directions.
+/// Unit vectors of the level direction forwards and of the upright directions.
 const FORWARD: Vec2 = Vec2::new(1.0, 0.0);
 const UP: Vec2 = Vec2::new(0.0, 1.0);
 const DOWN: Vec2 = Vec2::new(0.0, -1.0);
@@ -17,10 +17,11 @@ const DOWN: Vec2 = Vec2::new(0.0, -1.0);
 /// 7 mm (EN 10279), folded ones 3 to 5.
 pub const CHANNEL_WALL: f64 = 0.004;
 
-/// Gap of the weld between a channel and the tread behind it, metres.
+/// Width of the gap between a channel and the tread behind it, which are welded together, metres.
 const CHANNEL_GAP: f64 = 0.002;
 
-/// One step of a flight: place of its foremost edge, height of its tread, and its rise, metres.
+/// One step of a flight: distance of its foremost edge from the mirror, height of its tread (going down: of the surface
+/// before the drop), and its rise, metres.
 #[derive(Clone, Copy)]
 struct Tread {
     edge: f64,
@@ -28,8 +29,8 @@ struct Tread {
     rise: f64,
 }
 
-/// Returns the foremost edge and the height of every tread (up) or of every surface before a drop
-/// (down).
+/// Returns the steps of a flight in order: foremost edge and height of every tread (up) or of every surface before a
+/// drop (down).
 fn treads(s: &StairsSpec) -> Vec<Tread> {
     let (mut edge, mut height) = (s.distance_m, s.base_m);
     (0..s.count)
@@ -54,7 +55,7 @@ fn treads(s: &StairsSpec) -> Vec<Tread> {
         .collect()
 }
 
-/// Adds a flight to `world`, and its steps to the truth.
+/// Adds the surfaces of a flight to `world`, and its steps to the truth; `material` returns a material's index.
 pub fn stairs(world: &mut World, s: &StairsSpec, material: Lookup) {
     let steps = treads(s);
     let tread = material(&s.material);
@@ -93,18 +94,18 @@ struct Flight<'a> {
 }
 
 impl Flight<'_> {
-    /// Returns the thickness of the overhanging part of a tread for this rise.
+    /// Returns the thickness of the overhanging part of a tread at a step of height `rise`, metres.
     fn thickness(&self, rise: f64) -> f64 {
         self.spec.tread_thickness_m.min(0.6 * rise)
     }
 
-    /// Returns the nosing radius, limited by the tread's thickness.
+    /// Returns the nosing radius at a step of height `rise`, limited by the tread's thickness, metres.
     fn radius(&self, rise: f64) -> f64 {
         self.spec.nosing_radius_m.min(0.45 * self.thickness(rise))
     }
 
-    /// Returns the points of the rounding or chamfer of the corner `at` between the directions
-    /// `into` and `out`.
+    /// Returns the points of the rounding or chamfer that replaces the corner `at` between the directions `into` and
+    /// `out`.
     fn corner(&self, at: Vec2, into: Vec2, out: Vec2, rise: f64) -> Vec<Vec2> {
         let shape = if self.spec.chamfered {
             chamfered
@@ -114,8 +115,8 @@ impl Flight<'_> {
         shape(at, into, out, self.radius(rise))
     }
 
-    /// Adds the underside of the nosing, the foremost edge and the nosing strip, from below upwards
-    /// for a flight up. The skin of each piece is added to `skins`.
+    /// Adds to `points` the underside of the nosing, the foremost edge and the nosing strip, from below upwards as for
+    /// a flight going up, and to `skins` the skin of each piece.
     fn front(&self, step: Tread, points: &mut Vec<Vec2>, skins: &mut Vec<Skin>) {
         let s = self.spec;
         let edge = Vec2::new(step.edge, step.height + s.strip_proud_m);

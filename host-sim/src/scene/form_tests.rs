@@ -1,4 +1,4 @@
-//! Forms and effects of the random scenes, compared with textbooks and geometry.
+//! Shapes and effects of the random scenes, compared with textbooks and geometry.
 
 use core::f64::consts::PI;
 
@@ -13,7 +13,8 @@ use super::spec::SceneSpec;
 use super::textbook::{PERFECT, WAVELENGTH, assert_close, fresnel, scene, sum, windowed};
 use super::{Scene, geometry};
 
-/// A step whose foremost edge lies `r` metres away, `below` radians below the mirror.
+/// Returns scene text of a step whose foremost edge lies `r` metres away, `below` radians below the mirror, with a
+/// nosing `radius` in metres.
 fn nose(r: f64, below: f64, radius: f64) -> String {
     let (x, y) = (r * below.cos(), 0.4 - r * below.sin());
     format!(
@@ -59,7 +60,7 @@ fn chords_keep_to_the_arc_of_a_nose_within_a_tenth_of_a_radian() {
     }
 }
 
-/// Total γ of σ° = γ cos θ of a floor of `material`, relief and volume together, dB.
+/// Returns the simulated γ of σ° = γ cos θ of a floor of `material`, relief and volume together, dB.
 fn gamma(spec: &SceneSpec, material: &str) -> f64 {
     let mut floor = SceneSpec::default();
     let m = &spec.materials[material];
@@ -90,7 +91,7 @@ fn gamma(spec: &SceneSpec, material: &str) -> f64 {
     10.0 * (power / area / (0.4 / r)).log10()
 }
 
-/// Power of the echoes within 1 cm of `range`, times r⁴: σ of that cell.
+/// Returns σ, m², of the cell at `range` metres: power of the sum of the echoes within 1 cm, times r⁴.
 fn cell_power(echoes: &[Echo], range: f64) -> f64 {
     let inside = echoes.iter().filter(|e| (e.range - range).abs() < 0.01);
     let sum: Complex64 = inside.map(|e| e.amplitude).sum();
@@ -114,8 +115,8 @@ fn carpets_scatter_like_something_between_asphalt_and_grass() {
     assert!(seen > 3);
 }
 
-/// A floating step with a channel as its front, `width` metres wide across the plane. Its middle
-/// lies `r` metres away and `below` radians below the mirror.
+/// Returns scene text of a floating step with a channel as its front, `width` metres wide across the plane. The middle
+/// of the front lies `r` metres away and `below` radians below the mirror.
 fn channel(r: f64, below: f64, (height, flange): (f64, f64), width: f64, open: bool) -> String {
     let (x, y) = (r * below.cos(), 0.4 - r * below.sin());
     format!(
@@ -173,13 +174,13 @@ fn treads_with_fall_rise_to_the_next_riser_and_keep_their_edges() {
     assert!((end - 0.32).abs() < 1e-9, "{end}");
 }
 
-/// A scene with an ideal receiver and mirror, the keys `mount` and the shapes `text`.
+/// Returns a scene with an ideal receiver and mirror, the mounting keys `mount` and the shapes `text`.
 fn plain(mount: &str, text: &str) -> Scene {
     let perfect = PERFECT.replace("[mount]\nbeamwidth_deg = 30.0\n", "");
     Scene::parse(&format!("{perfect}[mount]\n{mount}\n{text}")).unwrap()
 }
 
-/// A small plate that faces the mirror, 1.5 m away and `below` degrees below it (depth plane).
+/// Returns scene text of a small plate that faces the mirror, 1.5 m away and `below` degrees below it (depth plane).
 fn target(below: f64) -> String {
     let (sin, cos) = below.to_radians().sin_cos();
     let (x, y, h) = (1.5 * cos, 0.4 - 1.5 * sin, 0.002);
@@ -192,7 +193,8 @@ fn target(below: f64) -> String {
     )
 }
 
-/// Recorded mirror angle of the strongest echo, and the half-power width about it, degrees.
+/// Returns the recorded mirror angle of the strongest echo, and the half-power width of the echo over the mirror angle,
+/// degrees.
 fn strongest(s: &Scene) -> (f64, f64) {
     let receiver = super::Receiver::new(&s.spec.radar, &s.spec.receiver);
     let tones = s.place(&receiver, &s.echoes(1));

@@ -34,7 +34,7 @@ impl Pair {
         }
     }
 
-    /// Returns the pair times j.
+    /// Returns the pair times j, the imaginary unit.
     fn turned(self) -> Self {
         Self {
             re: [-self.im[0], -self.im[1]],
@@ -55,7 +55,7 @@ impl Pair {
         }
     }
 
-    /// Adds `o` times the real number `k`.
+    /// Adds `o` times the real number `k` to both signals.
     pub fn add_scaled(&mut self, o: &Self, k: f64) {
         for lane in 0..2 {
             self.re[lane] += o.re[lane] * k;
@@ -63,18 +63,18 @@ impl Pair {
         }
     }
 
-    /// Returns the number of signal `lane`.
+    /// Returns the complex number of signal `lane`, 0 or 1.
     pub fn lane(&self, lane: usize) -> Complex64 {
         Complex64::new(self.re[lane], self.im[lane])
     }
 }
 
-/// Transform of one length.
+/// Inverse Fourier transform of one length, for two signals at once.
 #[derive(Clone)]
 pub struct Fourier {
     length: usize,
-    /// Twiddle factors e^{jφ}, e^{2jφ}, e^{3jφ} with φ = 2πp / n of every radix-4 stage, n = length
-    /// first.
+    /// Twiddle factors by radix-4 stage: e^{jφ}, e^{2jφ}, e^{3jφ} with φ = 2πp / n for p = 0, 1, …, where n is the
+    /// length of the transforms that remain, in the first stage all points.
     stages: Vec<Vec<[Complex64; 3]>>,
 }
 
@@ -122,7 +122,8 @@ impl Fourier {
     }
 }
 
-/// Computes one stage: transforms of four points, `stride` of them for every element of `turns`.
+/// Computes one radix-4 stage from `x` to `y`: for every element of `turns`, its twiddle factors, `stride` transforms
+/// of four points.
 fn fourths(turns: &[[Complex64; 3]], stride: usize, x: &[Pair], y: &mut [Pair]) {
     let quarter = turns.len() * stride;
     let (first, second) = x.split_at(2 * quarter);

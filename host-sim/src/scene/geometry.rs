@@ -6,7 +6,7 @@ use super::maths::Vec2;
 /// Extent of a surface across the plane that the mirror sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lateral {
-    /// Middle of the surface, metres beside the plane.
+    /// Offset of the surface's middle from the plane, metres.
     pub centre: f64,
     /// Half of its width, metres; infinite when it is wider than any beam.
     pub half: f64,
@@ -33,7 +33,8 @@ impl Lateral {
         })
     }
 
-    /// Returns the distance of the surface at `z` behind its foremost line, metres.
+    /// Returns the distance at which the surface at `z` metres beside the plane lies behind its foremost line, metres;
+    /// 0 unless it is round.
     pub fn recess(&self, z: f64) -> f64 {
         if !self.round {
             return 0.0;
@@ -46,41 +47,41 @@ impl Lateral {
 /// A straight piece of surface. The solid lies to the right of the direction from `a` to `b`.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
-    /// Start.
+    /// Start point, metres.
     pub a: Vec2,
-    /// End.
+    /// End point, metres.
     pub b: Vec2,
     /// Index of its material.
     pub material: usize,
     /// Extent across the plane.
     pub lateral: Lateral,
-    /// Whether it is a thin sheet, visible from both sides.
+    /// Whether the segment is a thin sheet, visible from both sides.
     pub sheet: bool,
-    /// Length of the same outline before its start, metres. Joints and roughness continue from
-    /// piece to piece.
+    /// Length of the outline from its start to this segment, metres. Joints and roughness continue from segment to
+    /// segment.
     pub start: f64,
-    /// Index of its outline.
+    /// Index of the outline to which the segment belongs.
     pub outline: usize,
 }
 
 impl Segment {
-    /// Returns the length, metres.
+    /// Returns the segment's length, metres.
     pub fn len(&self) -> f64 {
         (self.b - self.a).len()
     }
 
-    /// Returns the direction from start to end.
+    /// Returns the unit vector from start to end.
     pub fn direction(&self) -> Vec2 {
         (self.b - self.a).unit()
     }
 
-    /// Returns the normal of the free side.
+    /// Returns the unit normal of the free side, to the left of the direction from start to end.
     pub fn normal(&self) -> Vec2 {
         self.direction().left()
     }
 
-    /// Returns the fraction (0…1) of the way from `p` to `q` at which the segment is crossed, ends
-    /// included.
+    /// Returns the fraction (0…1) of the way from `p` to `q` at which the segment crosses it, ends included; `None`
+    /// where it does not.
     pub fn crossing(&self, p: Vec2, q: Vec2) -> Option<f64> {
         let (way, along) = (q - p, self.b - self.a);
         let det = way.cross(along);
@@ -97,10 +98,10 @@ impl Segment {
 /// A sharp convex edge, which needs a correction of physical optics.
 #[derive(Clone, Copy, Debug)]
 pub struct Wedge {
-    /// Place of the edge.
+    /// Place of the edge, metres.
     pub at: Vec2,
-    /// Direction of its first face, away from the edge. Angles are measured from there,
-    /// anticlockwise through free space.
+    /// Direction of the edge's first face, away from the edge. Angles are measured from this direction, anticlockwise
+    /// through free space.
     pub face: Vec2,
     /// Exterior angle, radians: 3π/2 for a square edge, 2π for a sheet's.
     pub exterior: f64,
@@ -110,7 +111,7 @@ pub struct Wedge {
     pub lateral: Lateral,
 }
 
-/// A step as built.
+/// A step as built, for the ground truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuiltStep {
     /// Distance of the edge as the recording format defines it, metres.
@@ -119,16 +120,16 @@ pub struct BuiltStep {
     pub height: f64,
     /// Height of its riser, metres.
     pub rise: f64,
-    /// The step's foremost edge, which must lie in sight, range and angles.
+    /// The step's foremost edge, which must lie in sight and within the scan's ranges and angles.
     pub edge: Vec2,
-    /// Lowest and highest point of the step's own surfaces, metres.
+    /// Heights of the lowest and the highest point of the step's own surfaces, metres.
     pub span: (f64, f64),
     /// For a step down: start and end of the surface after the drop, of which one point must be in
     /// sight.
     pub below: Option<(Vec2, Vec2)>,
 }
 
-/// All objects in the radar's view.
+/// Surfaces, edges and steps of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct World {
     /// Surfaces.
@@ -139,15 +140,15 @@ pub struct World {
     pub up: Vec<BuiltStep>,
     /// Steps going down.
     pub down: Vec<BuiltStep>,
-    /// Fronts of boxes that a chair cannot mount.
+    /// Fronts of boxes, as steps that do not count because a chair cannot mount them.
     pub boxes: Vec<BuiltStep>,
     /// Heading of the scanner relative to the perpendicular of the edges, radians.
     pub yaw: f64,
     outlines: usize,
 }
 
-/// Minimum turn of a sharp corner, radians. Smaller turns are part of a curve, whose facets need no
-/// edge of their own.
+/// Minimum turn between two segments at a sharp corner, radians. Smaller turns are part of a curve, whose facets need
+/// no edge of their own.
 const SHARP: f64 = 0.5;
 
 /// Material and lateral extent of an outline.
@@ -180,7 +181,7 @@ impl World {
         }
     }
 
-    /// Adds a thin sheet.
+    /// Adds a thin sheet along `points`.
     pub fn sheet(&mut self, points: &[Vec2], skin: Skin) {
         self.pieces(points, true, &|_| skin);
         let n = points.len();
@@ -219,7 +220,7 @@ impl World {
         }
     }
 
-    /// Returns the world from a chair that has come `travel` metres nearer.
+    /// Returns the world as seen from a chair that has come `travel` metres nearer.
     pub fn moved(&self, travel: f64) -> Self {
         let mut world = self.clone();
         let (ahead, across) = (
@@ -271,8 +272,8 @@ impl World {
         self.outlines += 1;
     }
 
-    /// Adds the edge at `at` between the pieces from `before` and to `after` if it is sharp and
-    /// convex.
+    /// Adds the edge at `at` between the segment that comes from `before` and the one that goes to `after`, if it is
+    /// sharp and convex.
     fn convex(&mut self, before: Vec2, at: Vec2, after: Vec2, skin: Skin) {
         let (along, onward) = ((at - before).unit(), (after - at).unit());
         let turn = libm::atan2(onward.cross(along), along.dot(onward));
@@ -288,7 +289,7 @@ impl World {
     }
 }
 
-/// Returns twice the signed area, positive when the points run anticlockwise.
+/// Returns twice the signed area of a polygon, positive when the points run anticlockwise.
 fn area(points: &[Vec2]) -> f64 {
     let Some(&last) = points.last() else {
         return 0.0;
@@ -325,7 +326,8 @@ pub fn rounded(at: Vec2, into: Vec2, out: Vec2, radius: f64) -> Vec<Vec2> {
         .collect()
 }
 
-/// Returns the two ends of a chamfer, each `depth` from the sharp corner `at`.
+/// Returns the two ends of a chamfer at the corner between the directions `into` and `out`, each `depth` metres from
+/// the sharp corner `at`.
 pub fn chamfered(at: Vec2, into: Vec2, out: Vec2, depth: f64) -> Vec<Vec2> {
     if depth <= 0.0 {
         return vec![at];

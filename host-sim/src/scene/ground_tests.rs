@@ -1,4 +1,5 @@
-//! Echo levels of the ground of streets and entrances, compared with each other and with Fresnel.
+//! Echo levels of the ground of streets and entrances, compared with each other and with Fresnel's reflection
+//! coefficients.
 
 use core::f64::consts::PI;
 
@@ -8,15 +9,15 @@ use super::Scene;
 use super::scatter::Echo;
 use super::textbook::{assert_close, windowed};
 
-/// An ideal receiver and mirror.
+/// Scene text of an ideal mirror: no jitter of the beam, and no floor of side lobes.
 const STILL: &str = "[mirror]\njitter_deg = 0.0\nsidelobe_floor_db = 300.0\n";
 
 fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{STILL}{text}")).unwrap()
 }
 
-/// Mean power of the echoes between two ranges over 20 surfaces, dB, under a Hann window of ±3 cm
-/// at every 1.5 cm, as the radar resolves them.
+/// Returns the mean power of the echoes between two ranges, metres, over 20 draws of the surfaces, dB: Hann windows of
+/// ±3 cm at every 1.5 cm, as the radar resolves them.
 fn level(text: &str, (near, far): (f64, f64)) -> f64 {
     let scene = scene(text);
     let (runs, cells) = (20, ((far - near) / 0.015) as usize);
@@ -30,7 +31,7 @@ fn level(text: &str, (near, far): (f64, f64)) -> f64 {
     10.0 * (power / (f64::from(runs as u32) * cells as f64)).log10()
 }
 
-/// Windowed sum of the echoes about `range`.
+/// Returns the sum of the echoes within 3 cm of `range`, weighted by a Hann window.
 fn seen(echoes: &[Echo], range: f64) -> Complex64 {
     let weighed = echoes.iter().filter_map(|e| {
         let d = (e.range - range) / 0.03;
@@ -39,15 +40,15 @@ fn seen(echoes: &[Echo], range: f64) -> Complex64 {
     weighed.sum()
 }
 
-/// Mean power about `range` over ten surfaces, dB.
+/// Returns the mean power of the echoes within 3 cm of `range` (Hann window) over ten draws of the surfaces, dB.
 fn cell(text: &str, range: f64) -> f64 {
     let s = scene(text);
     let power = (0..10).map(|seed| seen(&s.echoes(seed), range).norm_sqr());
     10.0 * (0.1 * power.sum::<f64>()).log10()
 }
 
-/// Level of ground of `material` seen 15 to 30° below the horizontal; `more` is scene text before
-/// it.
+/// Returns the level of level ground of `material` seen 15 to 30° below the horizontal, dB; `more` is scene text before
+/// the ground.
 fn ground(more: &str, material: &str) -> f64 {
     let text = format!("{more}[[floor]]\nto_m = 2.0\nmaterial = \"{material}\"\n");
     let found = level(&text, (0.8, 1.5));
@@ -71,8 +72,7 @@ fn water_and_dark_carpet_take_the_ground_out_of_sight() {
 /// Grazing angles of the table in `scenes/README.md`, degrees.
 const GRAZING: [f64; 5] = [10.0, 15.0, 20.0, 30.0, 45.0];
 
-/// σ° of `material` at each of [`GRAZING`], dB, relief and volume together, relative to ground of
-/// known σ°.
+/// Returns σ° of `material` at each of [`GRAZING`], dB, relief and volume together, relative to ground of known σ°.
 fn sigma(more: &str, material: &str) -> [f64; 5] {
     let known = "[material.known]\npermittivity = 1.0\nconductivity = 0.0\nroughness_m = 0.0\n\
                  diffuse_db = -20.0\n";
@@ -84,7 +84,7 @@ fn sigma(more: &str, material: &str) -> [f64; 5] {
     })
 }
 
-/// Mean power of the cells about each of [`GRAZING`], dB.
+/// Returns the power of the cells about each of [`GRAZING`], summed over seven cells and 30 draws of the surfaces, dB.
 fn levels(text: &str) -> [f64; 5] {
     let s = scene(text);
     let mut power = [0.0; 5];
@@ -124,7 +124,7 @@ fn sigma_nought_falls_with_the_grazing_angle() {
     }
 }
 
-/// A closed `[[polyline]]` with more keys.
+/// Returns scene text of a closed `[[polyline]]` with more keys.
 fn solid(points: &str, more: &str) -> String {
     format!("[[polyline]]\npoints = {points}\nclosed = true\n{more}\n")
 }
@@ -203,7 +203,7 @@ fn a_glass_pane_reflects_as_fresnel_says_and_glass_takes_what_passes() {
     );
 }
 
-/// Level of the corner at the foot of a kerb 10 cm high, 1 m away, with more keys.
+/// Returns the level of the corner at the foot of a kerb 10 cm high, 1 m away, dB; `keys` are more keys of the kerb.
 fn kerb(keys: &str) -> f64 {
     let text = format!(
         "[[stairs]]\ndistance_m = 1.0\ncount = 1\nrise_m = 0.1\ngoing_m = 0.3\ntread_thickness_m = 0.5\n\

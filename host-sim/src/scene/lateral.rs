@@ -14,7 +14,8 @@ use super::view::View;
 /// Combined echo of several columns of a facet or edge.
 #[derive(Clone, Copy, Default)]
 pub struct Strip {
-    /// Sum of their phases and gains: √σ of a line of unit strength per metre.
+    /// Complex √σ of the strip if its surface has unit strength per metre: sum of the columns' phase factors, gains and
+    /// widths.
     pub sum: Complex64,
     /// Effective width that the two-way beam lights, in terms of power, metres.
     pub lit: f64,
@@ -32,14 +33,14 @@ pub const BLOCK: usize = 32;
 /// Minimum power of a strip relative to the strongest one; weaker strips are left out.
 const DARK: f64 = 1e-6;
 
-/// Lateral geometry of a scatterer: its extent, the lengths of the way out and back, and the
-/// forward part of the directions in which they leave the scanner.
+/// Geometry across the plane of a scatterer: its extent, the lengths of the way out and back, and the forward
+/// components of the directions in which these leave the scanner.
 pub struct Across<'a> {
-    /// Lateral extent.
+    /// Extent across the plane.
     pub lateral: &'a Lateral,
     /// Lengths of the way out and back, metres.
     pub legs: [f64; 2],
-    /// Forward parts of the two directions.
+    /// Forward components of the unit vectors of the way out and the way back, seen from the scanner.
     pub forward: [f64; 2],
 }
 
@@ -50,20 +51,20 @@ pub const PATCH: f64 = 8e-3;
 /// A block of neighbouring columns.
 #[derive(Default)]
 struct Block {
-    /// Places beside the plane, metres.
+    /// Offsets of the columns from the plane, metres.
     places: [f64; BLOCK],
-    /// Cosines and sines of their phases.
+    /// Cosines and sines of the columns' two-way phases.
     phasors: ([f64; BLOCK], [f64; BLOCK]),
-    /// Gains times widths.
+    /// Two-way amplitude gains times widths, metres.
     weights: [f64; BLOCK],
-    /// Powers times widths.
+    /// Squares of the two-way amplitude gains times widths, metres.
     lit: [f64; BLOCK],
-    /// Additional range as in [`Strip`], metres.
+    /// Additional range of the columns relative to that in the profile's plane, metres.
     farther: [f64; BLOCK],
 }
 
 impl Block {
-    /// Adds the first `count` columns to their strips.
+    /// Adds the first `count` columns to their strips, except those that `hidden` says are not in sight.
     fn add_to(&self, strips: &mut Vec<Strip>, count: usize, hidden: impl Fn(f64) -> bool) {
         let (cosines, sines) = &self.phasors;
         let mut sum = Strip::default();
@@ -94,14 +95,14 @@ impl Block {
 }
 
 impl View<'_> {
-    /// Returns the tangent of the angle beside the profile's plane up to which the beam lights
-    /// surfaces.
+    /// Returns the tangent of the angle beside the profile's plane up to which the beam lights surfaces.
     pub fn lateral_reach(&self) -> f64 {
         self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
     }
 
-    /// Sums the columns across the plane, strip by strip. `paths` returns the additional two-way
-    /// path of columns relative to a flat surface, from a column's number on and for these places.
+    /// Sums the echoes of a scatterer's columns across the plane, strip by strip. `paths` returns, for a block of
+    /// columns, the additional two-way path relative to a flat surface, metres, from the first column's index and the
+    /// columns' places beside the plane. `hidden` tells whether the column at a place is out of sight.
     pub fn across(
         &self,
         a: &Across,
@@ -158,9 +159,9 @@ impl View<'_> {
         2 * (r * self.lateral_reach() / PATCH) as usize + 1
     }
 
-    /// Returns √σ of the diffuse scatterers of a facet. They are drawn patch by patch from the
-    /// middle outwards, so that a wider or narrower view draws the same ones. The facet lies `r`
-    /// metres away, in a direction with the forward part `forward`.
+    /// Returns √σ of the diffuse scatterers of a facet, strip by strip. `draw` returns the scatterers patch by patch
+    /// from the middle outwards, so that a wider or narrower view draws the same ones. The facet lies `r` metres away,
+    /// in a direction with the forward component `forward`; `direct` is the shade on it.
     pub fn patches(
         &self,
         lateral: &Lateral,

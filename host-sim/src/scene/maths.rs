@@ -53,7 +53,7 @@ impl Vec2 {
         Self::new(-self.y, self.x)
     }
 
-    /// Returns `self` plus `t` times the vector to `o`.
+    /// Returns the point at the fraction `t` of the way from `self` to `o`.
     pub fn towards(self, o: Self, t: f64) -> Self {
         self + (o - self) * t
     }
@@ -86,11 +86,11 @@ pub fn cis(phase: f64) -> Complex64 {
     Complex64::new(c, s)
 }
 
-/// 1.5 · 2^52: adding it rounds to an integer, which is then in the lowest bits.
+/// 1.5 · 2^52: adding it to a number rounds the number to an integer, which is then in the sum's lowest bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// Maximum magnitude of a phase that is reduced here with two parts of π/2, radians; larger ones
-/// are passed to `libm`.
+/// Maximum magnitude of a phase, radians, that [`cis_all`] reduces with two parts of π/2; larger ones are passed to
+/// `libm`.
 const LARGE_PHASE: f64 = 1e5;
 
 /// Returns the cosines and sines of `phases`, to 3e-16. It has no branches, so that the compiler
@@ -179,7 +179,7 @@ pub fn decibel(power: f64) -> f64 {
     10.0 * libm::log10(power)
 }
 
-/// Number of pairs of Gaussian numbers that are computed at once.
+/// Number of pairs of Gaussian random numbers that are computed at once.
 const PAIRS: usize = 16;
 
 /// Random number generator of one stream.
@@ -249,7 +249,7 @@ impl Random {
         rest.fill_with(|| self.normal());
     }
 
-    /// Returns the next `N` pairs of Gaussian numbers.
+    /// Returns the next `N` pairs of independent Gaussian numbers with mean 0 and variance 1.
     fn pairs<const N: usize>(&mut self) -> [(f64, f64); N] {
         let (mut us, mut vs, mut squares) = ([0.0; N], [0.0; N], [0.5; N]);
         let mut found = 0;

@@ -71,7 +71,7 @@ use tones::{HIGHEST, Moving, Tones};
 use truth::ScanGeometry;
 use view::View;
 
-/// Random streams of one seed: one for the surfaces, and one per chirp from [`CHIRPS`] on.
+/// Numbers of the streams of random numbers of one seed: the surfaces', and from [`CHIRPS`] on one per chirp.
 const SURFACES: u64 = 1;
 const CHIRPS: u64 = 1000;
 
@@ -82,7 +82,8 @@ pub struct Scene {
     world: World,
     eye: Vec2,
     beam: Beam,
-    /// Computed at the first scan, because some scenes are only built.
+    /// Beat tones' transform and echoes from inside the scanner; computed at the first scan, because some scenes are
+    /// only built.
     beats: OnceLock<Arc<Beats>>,
     angles: Vec<f64>,
 }
@@ -90,8 +91,8 @@ pub struct Scene {
 /// Data shared by the chirps of all rows.
 struct Beats {
     tones: Tones,
-    /// Echoes from inside the scanner, sample by sample: the leakage, and the mirror without the
-    /// phase of its run-out.
+    /// Echoes from inside the scanner, sample by sample: the leakage, then the mirror's own echo without the phase of
+    /// its run-out.
     inside: [Vec<Moving>; 2],
 }
 
@@ -174,8 +175,8 @@ impl Scene {
         recording
     }
 
-    /// Returns the chirps of all rows and the truth. `stream` is the stream of the first row's
-    /// random numbers.
+    /// Returns the chirps of all rows and the truth. `stream` is the number of the first row's stream of random
+    /// numbers; each row has the next one.
     fn scan(&self, receiver: &Receiver, tones: &Bundles, (seed, stream): (u64, u64)) -> Scan {
         let rows = 0..self.angles.len();
         let (chirps, clean): (Vec<_>, Vec<_>) = rows
@@ -193,7 +194,7 @@ impl Scene {
         Scan { chirps, truth }
     }
 
-    /// Returns a recording of this scanner without chirps.
+    /// Returns a recording with this scanner's metadata and without chirps.
     fn empty_recording(&self, name: &str) -> Recording {
         let (radar, mount) = (&self.spec.radar, &self.spec.mount);
         Recording {
@@ -220,8 +221,7 @@ impl Scene {
         }
     }
 
-    /// Returns the report of a perfect scanner, without a scan and so without signal-to-noise
-    /// ratios.
+    /// Returns the ground truth, the report of a perfect scanner, without a scan and so without signal-to-noise ratios.
     pub fn truth(&self) -> Truth {
         let unknown = |steps: &[BuiltStep]| vec![None; steps.len()];
         self.geometry().truth(&self.world, unknown)
@@ -243,7 +243,8 @@ impl Scene {
             .echoes(&relief, &mut Diffuse::Fresh(&mut random))
     }
 
-    /// Returns the surfaces of one draw, as far as they are in view after any of the `travels`.
+    /// Returns the relief of one draw of the surfaces, for all facets that are in view after any of the `travels`,
+    /// metres.
     fn relief(&self, seed: u64, travels: &[f64]) -> Relief {
         self.relief_from(&mut Random::new(seed, SURFACES), travels)
     }
@@ -287,14 +288,14 @@ impl Scene {
         })
     }
 
-    /// Places the echoes on the grid of beat tones.
+    /// Places the echoes on the grid of beat frequencies, summed into bundles of equal directions.
     fn place(&self, receiver: &Receiver, echoes: &[Echo]) -> Bundles {
         let gain = receiver.gain(self.antenna_gain_dbi());
         let tones = echoes.iter().map(|e| self.tone(receiver, gain, e));
         Bundles::new(tones.flatten())
     }
 
-    /// Places one echo on the grid; `None` beyond the grid.
+    /// Places one echo on the grid of beat frequencies; `None` if its frequency is beyond the grid.
     fn tone(&self, receiver: &Receiver, gain: f64, echo: &Echo) -> Option<Tone> {
         let offset = self.spec.mount.mirror_offset_m;
         let place = self
@@ -320,8 +321,8 @@ impl Scene {
             .unwrap_or_else(|| decibel(directivity))
     }
 
-    /// Simulates the chirp of angle `row`. Returns its samples, and its complex echoes before the
-    /// receiver's noise and errors.
+    /// Simulates the chirp of angle number `row`. Returns its samples, and its complex echoes before the receiver's
+    /// noise and errors.
     fn chirp(
         &self,
         receiver: &Receiver,
@@ -355,7 +356,7 @@ impl Scene {
         (receiver.digitise(&analog, random), echo.collect())
     }
 
-    /// Returns the tones as weighted by a beam at `angle`.
+    /// Returns the grid of beat frequencies with the tones as weighted by a beam that points at `angle`, radians.
     fn weighed(&self, angle: f64, tones: &[&Bundles]) -> Vec<Complex64> {
         let mut grid = self.beats().tones.grid();
         for bundles in tones {
@@ -364,8 +365,8 @@ impl Scene {
         grid
     }
 
-    /// Returns the echoes from inside the scanner: the leakage, and the mirror, whose run-out
-    /// changes its phase with the shaft's angle.
+    /// Returns the echoes from inside the scanner, sample by sample: the leakage, and the mirror's own echo, without
+    /// the phase that the mirror's run-out adds.
     fn inside(&self, receiver: &Receiver, tones: &Tones) -> [Vec<Moving>; 2] {
         let spec = &self.spec.receiver;
         let wavenumber = self.view().wavenumber;

@@ -17,32 +17,31 @@ use super::scatter::{Diffuse, EVERYWHERE, Echo};
 use super::sequence::Stop;
 use super::spec::PlaneSpec;
 
-/// Travel after which the echoes near the beam are computed anew, metres. By then facets have come
-/// into view or left it, and the place that the beam lights at 30 cm has moved by a tenth of the
-/// beam's width.
+/// Travel after which the echoes near the beam's axis are computed anew, metres. By then facets have come into view or
+/// left it, and the place that the beam lights at 30 cm has moved by a tenth of the beam's width.
 pub const FINE_STEP_M: f64 = 0.01;
-/// Travel after which all other echoes are computed anew, metres.
+/// Travel after which the echoes far from the beam's axis are computed anew, metres.
 pub(super) const COARSE_M: f64 = 0.1;
 /// Angle from the beam's axis, two beam widths, beyond which echoes enter by side lobes only,
 /// radians.
 pub(super) const BESIDE: f64 = 0.2;
-/// Turn of the beam after which the echoes near it are computed anew, radians.
+/// Turn of the beam after which the echoes near its axis are computed anew, radians.
 const TURN: f64 = 0.04;
 
 /// Position, speed and angles at which a row is fired.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot {
-    /// Forward travel, metres.
+    /// True forward travel of the chair, metres.
     pub travel_m: f64,
     /// Forward speed, m/s.
     pub speed: f64,
     /// Pitch of the chair, degrees.
     pub pitch_deg: f64,
-    /// Mirror angle of the row, degrees.
+    /// Mirror angle of the row as scheduled, degrees.
     pub angle_deg: f64,
 }
 
-/// The scene from the middle of one stretch of the way.
+/// The scene as seen from the middle of one stretch of the way.
 struct Place {
     stretch: usize,
     middle_m: f64,
@@ -50,25 +49,25 @@ struct Place {
     relief: Relief,
 }
 
-/// Echoes for the rows of one stretch of the way with about the same beam angle.
+/// Echoes for the rows fired within one stretch of the way at about the same beam angle.
 struct CachedEchoes {
     stretch: usize,
     beam: f64,
-    /// Echoes near the beam, from the middle of the stretch.
+    /// Echoes near the beam's axis with their beat tones, as seen from the middle of the stretch.
     near: Vec<(Echo, Tone)>,
-    /// Tones of these echoes, as shifted for the last row.
+    /// Beat tones of the echoes in `near`, in their order, as shifted for the last row.
     tones: Vec<Tone>,
-    /// The same tones, summed into bundles.
+    /// The tones in `tones`, summed into bundles.
     moved: Bundles,
-    /// Tones of all other echoes.
+    /// Beat tones of the echoes far from the beam's axis, as seen from the middle of the stretch.
     others: Bundles,
 }
 
-/// A scene that a chair passes.
+/// A scene that a chair passes, with the echoes computed for its present position.
 pub struct Passing<'a> {
     scene: &'a Scene,
     seed: u64,
-    /// Error of the pitch in the recording, degrees.
+    /// True pitch less the recorded one, degrees.
     error_deg: f64,
     /// Length of the chair's way, metres.
     end_m: f64,
@@ -76,12 +75,12 @@ pub struct Passing<'a> {
     relief: Relief,
     place: Option<Place>,
     cached: Option<CachedEchoes>,
-    /// Index and middle of a coarse stretch, and all echoes from there.
+    /// Index and middle, metres, of a stretch of [`COARSE_M`], and all echoes as seen from this middle.
     all: Option<(usize, f64, Vec<Echo>)>,
 }
 
-/// Returns the forward component of a direction (a mirror angle less the tilt), and the change of
-/// the angle per metre forward at a range of one metre, radians.
+/// Returns, for a direction (a beam angle in the scan's plane, radians), the forward component of its unit vector, and
+/// the change of the angle per metre of forward travel for an echo at a range of one metre, radians.
 pub(super) fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
     let (sin, cos) = libm::sincos(angle);
     match plane {
@@ -91,7 +90,8 @@ pub(super) fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
 }
 
 impl Scene {
-    /// Returns an echo after `on` metres of forward travel, at `speed` metres per second.
+    /// Returns `echo` as it is after `on` metres of forward travel. Its range includes the apparent change by the
+    /// Doppler shift at `speed` metres per second.
     pub(super) fn nearer(&self, echo: &Echo, on: f64, speed: f64) -> Echo {
         let plane = self.spec.mount.plane;
         let radar = &self.spec.radar;
@@ -108,7 +108,8 @@ impl Scene {
         }
     }
 
-    /// Returns the scene after `travel` metres, with the pitch of the scene file.
+    /// Returns the scene as seen after `travel` metres, with the pitch of the scene file and a pitch error of `error`
+    /// degrees.
     pub(super) fn from(&self, travel: f64, error: f64) -> Result<Self> {
         let stop = Stop {
             travel_m: [travel; 2],
@@ -126,8 +127,8 @@ pub(super) fn stretch(travel: f64, grain: f64) -> (usize, f64) {
 }
 
 impl<'a> Passing<'a> {
-    /// Creates the passing of `scene` up to `end_m`, metres, with the surfaces `relief` of `seed`
-    /// and an error of the recorded pitch in degrees.
+    /// Creates the passing of `scene` on a way of `end_m` metres, with the surfaces `relief` of `seed`; `error_deg` is
+    /// the true pitch less the recorded one, degrees.
     pub fn new(
         scene: &'a Scene,
         receiver: &'a Receiver<'a>,
@@ -149,7 +150,7 @@ impl<'a> Passing<'a> {
         }
     }
 
-    /// Returns the scene and its surfaces after `travel` metres.
+    /// Returns the scene and the relief of its surfaces as seen after `travel` metres.
     pub fn from(&self, travel: f64) -> Result<(Scene, Relief)> {
         let scene = self.scene.from(travel, self.error_deg)?;
         let mut relief = self.relief.clone();
@@ -157,8 +158,7 @@ impl<'a> Passing<'a> {
         Ok((scene, relief))
     }
 
-    /// Returns the echoes of `scene` with its surfaces that come back from `between` two mirror
-    /// angles.
+    /// Returns the echoes of `scene` with the surfaces `relief` that come back from between two mirror angles, radians.
     pub fn echoes(&self, scene: &Scene, relief: &Relief, between: (f64, f64)) -> Vec<Echo> {
         let mut view = scene.view();
         view.between = between;
@@ -190,7 +190,7 @@ impl<'a> Passing<'a> {
         Ok((here, vec![&cached.moved, &cached.others]))
     }
 
-    /// Updates the place to the stretch of `shot`, and returns the beam's angle, radians.
+    /// Moves the scene to the stretch that contains the position of `shot`, and returns the beam's angle, radians.
     fn go(&mut self, shot: &Shot) -> Result<f64> {
         let (at, middle_m) = stretch(shot.travel_m, FINE_STEP_M);
         let mut place = match self.place.take() {
@@ -212,7 +212,8 @@ impl<'a> Passing<'a> {
         Ok((shot.angle_deg + tilt).to_radians())
     }
 
-    /// Computes the echoes that `beam` needs, unless the present ones still serve.
+    /// Computes the echoes that a row with the beam angle `beam`, radians, needs after `travel` metres, unless the
+    /// cached ones still serve.
     fn update_echoes(&mut self, travel: f64, beam: f64) -> Result<()> {
         let Some(place) = &self.place else {
             return Ok(());

@@ -73,8 +73,8 @@ impl<'a> Receiver<'a> {
             .collect()
     }
 
-    /// Returns the response of the anti-alias filter (Butterworth) at `frequency` cycles per
-    /// sample, from the product over its poles.
+    /// Returns the complex response of the anti-alias filter (Butterworth) at `frequency` cycles per sample, from the
+    /// product over its poles.
     pub fn filter(&self, frequency: f64) -> Complex64 {
         let order = f64::from(self.spec.antialias_order);
         let cutoff = self.spec.antialias_cutoff / self.radar.values_per_sample() as f64;
@@ -117,8 +117,8 @@ impl<'a> Receiver<'a> {
         deviations
     }
 
-    /// Applies the last stages: noise, I/Q imbalance, offsets and the ADC. A real chirp's values
-    /// come as pairs.
+    /// Applies the last stages of the receiver to the signals `analog` (in full scales): noise, I/Q imbalance, offsets
+    /// and the ADC. Returns the samples; a real chirp's values come as pairs in place of I and Q.
     pub fn digitise(&self, analog: &[Complex64], random: &mut Random) -> Vec<Iq> {
         let mut drawn = vec![0.0; 2 * analog.len()];
         random.normals(&mut drawn);
@@ -144,9 +144,9 @@ impl<'a> Receiver<'a> {
             .collect()
     }
 
-    /// Returns the factors of Q and of I in the output of channel Q, whose gain differs from that
-    /// of I and whose phase differs from 90°. The image lies (1 + 2g cos φ + g²) / (1 - 2g cos φ +
-    /// g²) below the signal (Razavi, RF Microelectronics, sec. 4.2).
+    /// Returns the factors of Q and of I in the output of channel Q, whose gain differs from that of I by g and whose
+    /// phase differs by φ from 90°. The image lies (1 + 2g cos φ + g²) / (1 - 2g cos φ + g²) below the signal (Razavi,
+    /// RF Microelectronics, sec. 4.2).
     fn skew(&self) -> [f64; 2] {
         let gain = amplitude(self.spec.iq_gain_db);
         let (sin, cos) = libm::sincos(self.spec.iq_phase_deg.to_radians());
@@ -154,11 +154,11 @@ impl<'a> Receiver<'a> {
     }
 }
 
-/// One channel of the ADC.
+/// Quantisation of one channel of the ADC.
 struct Adc {
     /// Number of codes from zero to full scale.
     half: f64,
-    /// Step of the codes in 16-bit values.
+    /// Step of the ADC's codes in 16-bit values.
     step: f64,
 }
 
@@ -171,7 +171,7 @@ impl Adc {
         }
     }
 
-    /// Clips, rounds and left-aligns a value in 16 bits.
+    /// Clips and rounds `x`, in full scales, to a code of the ADC, and left-aligns the code in 16 bits.
     fn convert(&self, x: f64) -> i16 {
         let code = libm::floor(x * self.half + 0.5).clamp(-self.half, self.half - 1.0);
         (code * self.step) as i16
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
     use crate::scene::tones::Tones;
 
-    /// A receiver without errors, to which each test adds one.
+    /// Returns a receiver without errors, to which each test adds one.
     fn perfect() -> ReceiverSpec {
         ReceiverSpec {
             noise_figure_db: -300.0,
@@ -200,7 +200,7 @@ mod tests {
         }
     }
 
-    /// A tone of amplitude 0.5 from `range` metres, digitised by the receiver.
+    /// Returns the digitised samples of a tone of amplitude 0.5 from `range` metres, in full scales.
     fn received(spec: &ReceiverSpec, range: f64, seed: u64) -> Vec<Complex64> {
         let radar = RadarSpec::default();
         let receiver = Receiver::new(&radar, spec);
@@ -219,7 +219,7 @@ mod tests {
             .collect()
     }
 
-    /// Amplitude of the spectral line at `frequency` cycles per sample, rectangular window.
+    /// Returns the amplitude of the spectral line at `frequency` cycles per sample, with a rectangular window.
     fn line(samples: &[Complex64], frequency: f64) -> f64 {
         let sum = samples
             .iter()
@@ -229,7 +229,7 @@ mod tests {
         sum.norm_sqr().sqrt() / samples.len() as f64
     }
 
-    /// The range whose beat frequency is that of bin `k` of 200.
+    /// Returns the range, metres, whose beat frequency is that of bin `k` of 200.
     fn range_of(k: f64) -> f64 {
         k * LIGHT / 20e9
     }

@@ -9,11 +9,11 @@ use super::Scene;
 use super::maths::LIGHT;
 use crate::recording::Recording;
 
-/// A receiver with negligible noise and errors.
+/// Scene text of a receiver with negligible noise and errors.
 const QUIET: &str = "[receiver]\nnoise_figure_db = -100.0\nadc_bits = 16\nfull_scale_dbm = -50.0\n\
                      leakage_dbfs = -200.0\nmirror_echo_dbfs = -200.0\ndc_i = 0.0\ndc_q = 0.0\n";
 
-/// A small plate that faces the mirror: 1.5 m away, 10° below it.
+/// Returns scene text of a small plate that faces the mirror: 1.5 m away, 10° below it.
 fn target() -> String {
     let (sin, cos) = (10.0_f64).to_radians().sin_cos();
     let (x, y, h) = (1.5 * cos, 0.4 - 1.5 * sin, 0.002);
@@ -30,7 +30,7 @@ fn scan(text: &str, seed: u64) -> Recording {
     Scene::parse(text).unwrap().simulate("scan", seed)
 }
 
-/// Amplitude at `range` metres from the mirror in every chirp, Hann-windowed.
+/// Returns, for every chirp, the amplitude at `range` metres from the mirror, under a Hann window.
 fn profile(recording: &Recording, range: f64) -> Vec<f64> {
     let f = 2.0 * (range + 0.22) * 10e9 / LIGHT / 200.0;
     let one = |k: usize| {
@@ -47,7 +47,7 @@ fn profile(recording: &Recording, range: f64) -> Vec<f64> {
     (0..recording.chirps()).map(one).collect()
 }
 
-/// The angles at which the profile crosses half its maximum power, degrees.
+/// Returns the two angles at which the profile crosses half its maximum power, degrees.
 fn half_power(recording: &Recording, profile: &[f64]) -> (f64, f64) {
     let half = profile.iter().copied().fold(0.0, f64::max) * 0.5_f64.sqrt();
     let above: Vec<usize> = (0..profile.len()).filter(|k| profile[*k] >= half).collect();

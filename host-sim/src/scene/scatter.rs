@@ -25,23 +25,23 @@ use super::view::View;
 /// Echo of one facet or edge, before weighting by the beam's pattern in the plane.
 #[derive(Clone, Copy, Debug)]
 pub struct Echo {
-    /// Half the length of the way out and back from the mirror's centre, metres.
+    /// Range from the mirror's centre, metres: half the length of the way out and back.
     pub range: f64,
     /// Complex amplitude √σ / (r₁ r₂), 1/m, which the radar equation's constant multiplies.
     pub amplitude: Complex64,
-    /// Direction in which the wave leaves, as a mirror angle, radians.
+    /// Direction in which the wave leaves the mirror, as a mirror angle, radians.
     pub out: f64,
-    /// Direction from which it comes back, as a mirror angle, radians.
+    /// Direction from which the wave comes back, as a mirror angle, radians.
     pub back: f64,
 }
 
-/// Source of the random scatterers of the diffuse part.
+/// Source of the random scatterers that make the diffuse part of the echoes.
 pub enum Diffuse<'a> {
-    /// A new sum of scatterers for every facet.
+    /// New scatterers for every facet, drawn from this generator.
     Fresh(&'a mut Random),
-    /// Fixed scatterers of this seed, whose sum changes as the chair moves.
+    /// Fixed scatterers drawn by this seed, whose sum changes as the chair moves.
     Steady(u64),
-    /// Fixed scatterers that are kept once drawn.
+    /// Fixed scatterers of a cache, which keeps them once drawn.
     Kept(&'a Scatterers),
 }
 
@@ -52,7 +52,7 @@ pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// zone.
 const SHORTEST_MIRROR: f64 = 0.01;
 
-/// One leg of the path, relative to the receiving facet.
+/// One leg of the path, out or back, relative to the facet that scatters.
 #[derive(Clone, Copy)]
 struct Leg {
     /// Length of the leg, metres.
@@ -79,19 +79,19 @@ impl Leg {
     }
 }
 
-/// The first bounce of two: its place, and its effect on the phase.
+/// The first bounce of two, off the surface that acts as a mirror: its place, and its effect on the phase.
 struct Bounce<'a> {
     facet: usize,
     cos: f64,
-    /// Fraction of the way from the image to the second facet at which it lies.
+    /// Place of the bounce: fraction of the way from the image of the antenna to the second facet.
     share: f64,
-    /// Direction in which the wave leaves the scanner.
+    /// Unit vector in which the wave leaves the scanner.
     leaves: Vec2,
     shades: [&'a Shade; 2],
 }
 
 impl View<'_> {
-    /// Returns the mirror angle under which `p` is seen, radians.
+    /// Returns the mirror angle at which the point `p` is seen, radians.
     pub fn angle(&self, p: Vec2) -> f64 {
         let mut way = p - self.eye;
         // Lengths along the beam are longer than across the edges; see `World::turn`.
@@ -150,7 +150,7 @@ impl View<'_> {
         (material, share)
     }
 
-    /// Adds the single-bounce echoes of facet `k`: the coherent part and the diffuse part.
+    /// Adds to `to` the single-bounce echoes of facet `k`: the coherent part and the diffuse part.
     fn single(
         &self,
         relief: &Relief,
@@ -204,7 +204,8 @@ impl View<'_> {
         }
     }
 
-    /// Returns √σ of a facet of reflection 1 between two legs, relative to the phase of its middle.
+    /// Returns √σ of facet `k`, strip by strip, for a reflection coefficient of 1 and the path of the two legs,
+    /// relative to the phase of the facet's middle.
     fn facet_sum(
         &self,
         relief: &Relief,
@@ -255,7 +256,7 @@ impl View<'_> {
         strips
     }
 
-    /// Adds the diffraction echo of a sharp edge, which physical optics leaves out.
+    /// Adds to `to` the diffraction echo of a sharp edge, which physical optics leaves out.
     fn edge(&self, wedge: &Wedge, to: &mut Vec<Echo>) {
         let way = self.eye - wedge.at;
         let r = way.len();
@@ -300,14 +301,15 @@ impl View<'_> {
         }));
     }
 
-    /// Whether segment `index` is flat and large enough to mirror a wave, and faces the antenna.
+    /// Returns whether segment `index` is flat and large enough to mirror a wave, and faces the antenna.
     fn is_mirror(&self, index: usize) -> bool {
         let s = &self.world.segments[index];
         let faces = s.sheet || s.normal().dot(self.eye - s.a) > 0.0;
         faces && flat(s)
     }
 
-    /// Adds all echoes of two bounces, the first off segment `mirror`.
+    /// Adds to `to` all echoes of two bounces, the first off segment `mirror`, the second off a facet; `lit` has the
+    /// shade on every facet.
     fn corners(&self, relief: &Relief, mirror: usize, lit: &[Option<Shade>], to: &mut Vec<Echo>) {
         let s = &self.world.segments[mirror];
         let side = if s.normal().dot(self.eye - s.a) < 0.0 {
@@ -336,7 +338,7 @@ impl View<'_> {
         }
     }
 
-    /// Returns the echo antenna → `point` on a mirror → facet `k` → antenna.
+    /// Adds to `to` the echo of the path antenna → `point` on segment `mirror` → facet `k` → antenna.
     fn corner(
         &self,
         relief: &Relief,

@@ -1,5 +1,5 @@
-//! The scatterers of a scene's facets, drawn once and cached, because all places along a way use
-//! the same ones.
+//! The diffuse scatterers of a scene's facets, drawn once and cached, because all positions along a way use the same
+//! ones.
 
 use core::cell::RefCell;
 
@@ -8,17 +8,17 @@ use num_complex::Complex64;
 use super::lateral::PATCH;
 use super::maths::Random;
 
-/// First stream of the random numbers of the facets' scatterers.
+/// Number of the first stream of random numbers for scatterers: facet `k` uses stream `SCATTERERS + k`.
 pub const SCATTERERS: u64 = 0x4449_4646_0000_0000;
 
-/// Scatterers of a seed, facet by facet.
+/// Cache of the diffuse scatterers drawn by one seed, facet by facet.
 pub struct Scatterers {
     seed: u64,
     facets: RefCell<Vec<Vec<Complex64>>>,
 }
 
 impl Scatterers {
-    /// Creates an empty cache of a seed.
+    /// Creates an empty cache for the scatterers of `seed`.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -26,7 +26,7 @@ impl Scatterers {
         }
     }
 
-    /// Runs `look` with at least the first `count` scatterers of facet `k`.
+    /// Runs `look` on the scatterers of facet `k`, at least the first `count`, which are drawn if the cache has fewer.
     pub fn with<T>(&self, k: usize, count: usize, look: impl FnOnce(&[Complex64]) -> T) -> T {
         let mut facets = self.facets.borrow_mut();
         if facets.len() <= k {

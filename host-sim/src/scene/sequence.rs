@@ -14,14 +14,14 @@ use super::spec::SceneSpec;
 use super::{CHIRPS, Scene, check};
 use crate::recording::{Motion, Recording, Sequence};
 
-/// Stream of the random numbers of the stops and of the sensors.
+/// Number of the stream of random numbers for the stops; the next one is for the sensors.
 const STOPS: u64 = 2;
 
 /// Number of random streams reserved for the chirps of one scan.
 pub(super) const SCAN_STREAMS: u64 = 1024;
 
-/// Errors of odometry: a scale error of up to 2 % (tyre pressure and load), and a slip of
-/// millimetres that adds up, metres per stop.
+/// Errors of odometry: standard deviation and maximum of the relative scale error (tyre pressure and load), and
+/// standard deviation of the slip per stop, which adds up, metres.
 pub(super) const SCALE_SD: f64 = 0.01;
 pub(super) const MAX_SCALE_ERROR: f64 = 0.02;
 const WANDER_SD: f64 = 0.0015;
@@ -29,21 +29,21 @@ const WANDER_SD: f64 = 0.0015;
 /// Standard deviation of a standing chair's pitch from stop to stop, degrees: floors, castors and
 /// drivers.
 const ROCKING_SD: f64 = 0.15;
-/// Noise of an inclinometer's single readings, degrees.
+/// Standard deviation of an inclinometer's single readings, degrees.
 pub const READING_SD: f64 = 0.02;
 
 /// Row periods, s: 281 rows in 1.3 or 5.7 s.
 pub(super) const ROW_S: [f64; 2] = [4.63e-3, 20.3e-3];
-/// Speed between stops, m/s, and time to come to rest, s.
+/// Speed between stops, m/s, and time to come to rest at a stop, s.
 const SPEED: f64 = 0.25;
 const REST_S: f64 = 0.5;
 
 /// Position of the chair during one scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// Forward travel since the first stop, metres: the true one, and that by odometry.
+    /// Forward travel since the first stop, metres: the true travel, then that by odometry.
     pub travel_m: [f64; 2],
-    /// Pitch relative to that of the scene file, degrees.
+    /// Pitch of the chair relative to that of the scene file, degrees.
     pub rocking_deg: f64,
 }
 
@@ -83,8 +83,7 @@ impl Approach {
     }
 }
 
-/// Returns the scene as seen from `by` metres farther back. The floor that the chair stands on
-/// moves with the chair.
+/// Returns the scene as seen from `by` metres farther back. The floor that the chair stands on moves with the chair.
 pub fn pushed(mut spec: SceneSpec, by: f64) -> SceneSpec {
     for s in &mut spec.stairs {
         s.distance_m += by;
@@ -119,7 +118,7 @@ pub fn pushed(mut spec: SceneSpec, by: f64) -> SceneSpec {
 }
 
 impl Scene {
-    /// Returns the scene seen from `stop`, with an inclinometer error of `error_deg`.
+    /// Returns the scene as seen from `stop`; `error_deg` is the true pitch less the recorded one, degrees.
     pub(super) fn at(&self, stop: &Stop, error_deg: f64) -> Result<Self> {
         let mut spec = self.spec.clone();
         let mount = &mut spec.mount;
@@ -269,7 +268,7 @@ mod tests {
         assert_eq!(read.meta.sequence, written.meta.sequence);
     }
 
-    /// The echoes of a scene after some travel, over surfaces drawn once.
+    /// Returns the echoes of a scene after the travel `travels[k]`, metres, over surfaces drawn once for all `travels`.
     fn after(scene: &Scene, travels: &[f64], k: usize, seed: u64) -> Vec<Echo> {
         let stop = Stop {
             travel_m: [travels[k]; 2],

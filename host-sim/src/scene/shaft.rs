@@ -5,12 +5,12 @@ use super::spec::MirrorSpec;
 /// Full step of the motor, degrees: 200 per turn.
 const FULL_STEP_DEG: f64 = 1.8;
 
-/// Whether the mirror turns during a chirp.
+/// Returns whether the mirror turns during a chirp.
 pub(super) fn turns(mirror: &MirrorSpec) -> bool {
     mirror.turn_deg_s > 0.0
 }
 
-/// Returns the angle error of the shaft while it passes `angle_deg`, degrees.
+/// Returns the angle error by vibration of the shaft while it passes `angle_deg`, degrees; 0 unless it turns.
 pub(super) fn vibration_deg(mirror: &MirrorSpec, angle_deg: f64) -> f64 {
     if !turns(mirror) {
         return 0.0;

@@ -8,7 +8,7 @@ use super::spec::{BoxSpec, DoorSpec, SceneSpec, Way};
 /// End of a floor without a given end when no flight goes up from it, metres.
 const FLOOR_END: f64 = 4.0;
 
-/// Builds all shapes of a checked scene.
+/// Builds the segments, edges and steps of all shapes of a checked scene; `material` returns a material's index.
 pub fn build(spec: &SceneSpec, material: Lookup) -> World {
     let mut world = World::default();
     for s in &spec.stairs {

@@ -3,8 +3,8 @@
 use super::geometry::World;
 use super::maths::Vec2;
 
-/// The blocked part of a line of sight. An object that reaches across the whole beam blocks all of
-/// it, a post or narrow box only the columns in its shadow.
+/// The blocked part of a line of sight to a scatterer. An object that reaches across the whole beam blocks all of the
+/// scatterer's columns, a post or narrow box only the columns in its shadow.
 #[derive(Clone, Debug, Default)]
 pub struct Shade {
     full: bool,
@@ -12,26 +12,25 @@ pub struct Shade {
 }
 
 impl Shade {
-    /// Whether all columns are blocked.
+    /// Returns whether all columns are blocked.
     pub fn is_full(&self) -> bool {
         self.full
     }
 
-    /// Whether the ray to the column at `z` is blocked.
+    /// Returns whether the ray to the column at `z` metres beside the plane is blocked.
     pub fn covers(&self, z: f64) -> bool {
         self.full || self.strips.iter().any(|&(low, high)| z > low && z < high)
     }
 }
 
-/// Fraction of a ray's length at either end within which a crossing is ignored: the surfaces on
-/// which it starts and ends.
+/// Fraction of a ray's length at either end within which crossings are ignored: they belong to the surfaces on which
+/// the ray starts and ends.
 const GRAZE: f64 = 1e-6;
 
-/// Returns the shade on the way from `from` to `to`. `scale` gives the lateral offset of a ray at
-/// its start and at its end per unit of the column's offset: `(0, 1)` for rays that leave the
-/// mirror's centre.
+/// Returns the shade on the way from `from` to `to`. `scale` gives the lateral offset of a ray at its start and at its
+/// end per unit of the column's offset: `(0, 1)` for rays that leave the mirror's centre.
 ///
-/// Segments `skip` are those on which the ray starts or ends; they do not block it.
+/// Segments `skip` (indices) are those on which the ray starts or ends; they do not block it.
 pub fn shade(world: &World, from: Vec2, to: Vec2, scale: (f64, f64), skip: [usize; 2]) -> Shade {
     let mut shade = Shade::default();
     for (index, segment) in world.segments.iter().enumerate() {
@@ -58,8 +57,8 @@ pub fn shade(world: &World, from: Vec2, to: Vec2, scale: (f64, f64), skip: [usiz
     shade
 }
 
-/// Whether the point `to`, which lies on a surface in the swept plane, is visible from `from`, the
-/// mirror's centre.
+/// Returns whether the point `to`, which lies on a surface in the swept plane, is visible from `from`, the mirror's
+/// centre.
 pub fn visible(world: &World, from: Vec2, to: Vec2) -> bool {
     let (to, aside) = world.place(to);
     // A ray that ends just short of the point does not hit the surface on which the point lies.

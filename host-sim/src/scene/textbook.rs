@@ -1,4 +1,4 @@
-//! Comparison of simulated amplitudes with textbook values, within the bounds stated.
+//! Comparison of simulated amplitudes with textbook values, within the bounds that each test states.
 
 use core::f64::consts::{PI, TAU};
 
@@ -11,8 +11,8 @@ use super::scatter::Echo;
 
 pub(super) const WAVELENGTH: f64 = LIGHT / 94e9;
 
-/// A smooth perfect conductor before an ideal scanner whose beam is so wide that its weight is
-/// nearly constant.
+/// Scene text of a smooth perfect conductor as material, and of an ideal scanner whose beam is so wide that its weight
+/// is nearly constant.
 pub(super) const PERFECT: &str = r#"
 [material.perfect]
 permittivity = 1.0
@@ -32,7 +32,7 @@ pub(super) fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{PERFECT}{text}")).unwrap()
 }
 
-/// Sum of the echoes with the beam pointing at `angle`.
+/// Returns the sum of the echoes with the beam pointing at `angle`, radians.
 pub(super) fn sum(scene: &Scene, echoes: &[Echo], angle: f64) -> Complex64 {
     let gain = |e: &Echo| scene.beam.in_plane(angle - e.out) * scene.beam.in_plane(angle - e.back);
     echoes
@@ -41,7 +41,7 @@ pub(super) fn sum(scene: &Scene, echoes: &[Echo], angle: f64) -> Complex64 {
         .fold(Complex64::ZERO, |a, b| a + b)
 }
 
-/// Simulated √σ of an object `range` metres away at `angle`.
+/// Returns the simulated √σ, metres, of an object `range` metres away at `angle` radians.
 fn root_sigma(scene: &Scene, range: f64, angle: f64) -> f64 {
     sum(scene, &scene.echoes(1), angle).norm_sqr().sqrt() * range * range
 }
@@ -57,7 +57,7 @@ pub(super) fn assert_close(found: f64, book: f64, share: f64, what: &str) {
     );
 }
 
-/// A plate of `a` × `b` metres, tilted by `tilt` radians, `x` metres away at the mirror's height.
+/// Returns scene text of a plate of `a` × `b` metres, tilted by `tilt` radians, `x` metres away at the mirror's height.
 fn plate(a: f64, b: f64, tilt: f64, x: f64) -> String {
     let (dx, dy) = (0.5 * a * tilt.sin(), 0.5 * a * tilt.cos());
     format!(
@@ -69,7 +69,8 @@ fn plate(a: f64, b: f64, tilt: f64, x: f64) -> String {
     )
 }
 
-/// √σ of the echoes near `range`, without those of the surfaces' far ends: a Hann window of ±15 cm.
+/// Returns √σ, metres, of the echoes near `range`, without those of the surfaces' far ends: under a Hann window of ±15
+/// cm.
 pub(super) fn windowed(echoes: &[Echo], range: f64) -> f64 {
     let window = |e: &Echo| {
         let d = (e.range - range) / 0.15;
@@ -142,8 +143,8 @@ fn a_square_inner_corner() {
     assert_close(found, fresnel(book, 0.12, r), 0.10, "dihedral √σ");
 }
 
-/// A textbook √σ for a surface `b` wide across the plane, corrected for the curvature of the wave
-/// front at short range, which the textbook's plane wave does not have.
+/// Returns the textbook value `book` of √σ for a surface `b` metres wide across the plane at `r` metres, corrected for
+/// the curvature of the wave front at short range, which the textbook's plane wave does not have.
 pub(super) fn fresnel(book: f64, b: f64, r: f64) -> f64 {
     let k = TAU / WAVELENGTH;
     let steps = 20_000;

@@ -19,19 +19,20 @@ use super::maths::cis;
 /// Number of grid points over which an echo is spread. Six leave an error below -90 dB.
 const TAPS: usize = 6;
 
-/// Kernel from echoes to the grid. The rule of 400 points is exact to 1e-8; the kernel ends at
-/// e^-β.
+/// Kernel that spreads an echo over the grid of beat frequencies. The midpoint rule of 400 points for its transform is
+/// exact to 1e-8; at its ends the kernel has fallen to e^-β.
 const SPREAD: Kernel = Kernel {
     taps: TAPS as f64,
     beta: 2.30 * TAPS as f64,
     steps: 400,
 };
 
-/// Number of places between two grid points for which the table holds weights: 0.2 mm of range at
-/// the most usual bandwidth.
+/// Number of places between two grid points for which the table holds weights; they are 0.2 mm of range apart at the
+/// most usual bandwidth.
 const SPREADS: usize = 32;
 
-/// Table of the weights of tones at places between two grid points.
+/// Table of the weights with which a tone at a place between two grid points is spread: entry k for k / `SPREADS` of
+/// the way from one to the next.
 pub struct Spread {
     weights: [[f64; TAPS]; SPREADS],
 }
@@ -47,29 +48,30 @@ impl Default for Spread {
     }
 }
 
-/// Number of even times from which a sample is interpolated.
+/// Number of evenly spaced times from which a sample is interpolated.
 const TIMES: usize = 14;
 
-/// Kernel from even times to samples.
+/// Kernel that interpolates the samples from evenly spaced times.
 const INTERPOLATE: Kernel = Kernel {
     taps: TIMES as f64,
     beta: 2.27 * TIMES as f64,
     steps: 128,
 };
 
-/// Maximum fraction of the rate of even times that half the band may take. The kernel's transform
-/// has then fallen to 1e-13 where the band repeats.
+/// Maximum of half the band of beat frequencies as a fraction of the rate of the evenly spaced times. The interpolation
+/// kernel's transform has then fallen to 1e-13 where the band repeats.
 const HALF_BAND: f64 = 0.2615;
 
-/// Maximum beat frequency, cycles per sample. The filter suppresses all beyond, or it is too far.
+/// Maximum beat frequency on the grid, cycles per sample. The anti-alias filter suppresses all beyond, or the echo is
+/// too far.
 pub const HIGHEST: f64 = 2.0;
 
-/// Place of a beat tone on the grid.
+/// Place of a beat tone on the grid of beat frequencies.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// First grid point over which it is spread.
+    /// Index of the first grid point over which the tone is spread.
     pub first: usize,
-    /// Weights of this point and the next ones.
+    /// Weights of point `first` and the next ones.
     pub weights: [f64; TAPS],
     /// Phase factor that moves the origin of time from the first sample to the middle of the chirp.
     pub centre: Complex64,
@@ -80,43 +82,43 @@ pub struct Place {
 pub struct Moving {
     /// Value at the sample's own time.
     pub value: Complex64,
-    /// Derivative by time, per sample.
+    /// Derivative of the value by time, per sample period.
     pub slope: Complex64,
 }
 
 impl Moving {
-    /// Returns the value `by` samples later, to first order.
+    /// Returns the value `by` sample periods later, to first order.
     pub fn moved(&self, by: f64) -> Complex64 {
         self.value + self.slope * by
     }
 }
 
-/// The grid and its transform to the samples.
+/// Grid of beat frequencies and its transform to the samples of a chirp.
 ///
-/// Grid points with even and with odd numbers are transformed separately, as two signals with half
-/// the period.
+/// Grid points with even and with odd indices are transformed separately, as two signals with half the period.
 pub struct Tones {
-    /// Grid points per cycle per sample.
+    /// Number of grid points per unit of beat frequency, cycles per sample.
     density: f64,
-    /// Weight of every grid point in the transform: the filter's response divided by the kernel's
-    /// transform.
+    /// Weight of every grid point in the transform: the receiver's response at its frequency divided by the
+    /// interpolation kernel's transform.
     shares: Vec<Complex64>,
     transform: Fourier,
     samples: Vec<Sample>,
     middle: f64,
 }
 
-/// Interpolation of a sample from even times.
+/// Interpolation of one sample from evenly spaced times.
 struct Sample {
-    /// Index of the first even time.
+    /// Index of the first of these times.
     first: usize,
-    /// Weights of the even times in the value, and in its slope.
+    /// Weights of these times: entry k holds the weights of time k in the sample's value and in its slope.
     weights: [[f64; 2]; TIMES],
-    /// Phase factor of the middle frequency of either signal, with the first kernel divided out.
+    /// Phase factor at the middle frequency of each of the two signals, divided by the transform of the spreading
+    /// kernel.
     turns: [Complex64; 2],
 }
 
-/// Returns the angular frequencies of the middle grid points of the two signals, radians per
+/// Returns the angular frequencies of the middle grid points of the two signals (even and odd indices), radians per
 /// sample.
 fn middles(density: f64) -> [f64; 2] {
     [0.0, 1.0].map(|lane| TAU * (1.0 + lane / density))
@@ -160,7 +162,7 @@ impl Tones {
         }
     }
 
-    /// Returns the place of the tone of `frequency` cycles per sample; `None` beyond the grid.
+    /// Returns the place on the grid of a tone of `frequency` cycles per sample; `None` beyond the grid.
     pub fn place(&self, frequency: f64) -> Option<Place> {
         let at = frequency * self.density + TAPS as f64;
         let first = libm::ceil(at - 0.5 * TAPS as f64);
@@ -178,13 +180,13 @@ impl Tones {
         })
     }
 
-    /// Returns the position of `frequency`, cycles per sample, on the grid, in points.
+    /// Returns the position of `frequency`, cycles per sample, on the grid, in grid points.
     pub fn at(&self, frequency: f64) -> f64 {
         frequency * self.density + TAPS as f64
     }
 
-    /// Returns the place of a tone from a table of weights, with the phase `centre`; `None` beyond
-    /// the grid.
+    /// Returns the place on the grid of a tone at position `at`, in grid points, with weights from the table `spread`
+    /// and the phase factor `centre`; `None` beyond the grid.
     pub fn place_by(&self, spread: &Spread, at: f64, centre: Complex64) -> Option<Place> {
         let fine = (at * SPREADS as f64 + 0.5) as usize;
         // The first grid point that a kernel covers is the one after its lower end.
@@ -200,12 +202,12 @@ impl Tones {
         })
     }
 
-    /// Returns an empty grid.
+    /// Returns a grid without tones.
     pub fn grid(&self) -> Vec<Complex64> {
         vec![Complex64::ZERO; self.shares.len()]
     }
 
-    /// Adds a tone of `amplitude`, whose phase is that in the middle of the chirp.
+    /// Adds a tone to `grid`; the phase of `amplitude` is that in the middle of the chirp.
     pub fn add(grid: &mut [Complex64], place: &Place, amplitude: Complex64) {
         if let Some(points) = grid.get_mut(place.first..place.first + TAPS) {
             for (g, w) in points.iter_mut().zip(place.weights) {
@@ -214,8 +216,8 @@ impl Tones {
         }
     }
 
-    /// Adds the grid's transform to the samples. `warp` shifts the time of every sample by a small
-    /// fraction of a sample, to first order.
+    /// Adds the grid's transform to the samples. `warp` shifts the time of every sample, in sample periods, far below
+    /// one, to first order.
     pub fn sum(&self, grid: &[Complex64], warp: &[f64], samples: &mut [Complex64]) {
         let sums = self.sums(grid);
         for ((sum, w), sample) in sums.zip(warp).zip(samples) {
@@ -223,14 +225,14 @@ impl Tones {
         }
     }
 
-    /// Returns the samples of the grid's transform.
+    /// Returns the grid's transform at the sample times: value and slope of every sample.
     pub fn sums(&self, grid: &[Complex64]) -> impl Iterator<Item = Moving> {
         let times = self.even_times(grid);
         let middles = middles(self.density);
         self.samples.iter().map(move |s| s.sum(&times, middles))
     }
 
-    /// Returns both signals at even times, with the first ones repeated at the end.
+    /// Returns both signals at the evenly spaced times, with the first [`TIMES`] repeated at the end.
     fn even_times(&self, grid: &[Complex64]) -> Vec<Pair> {
         let length = self.transform.length();
         let mut lines = vec![Pair::default(); length];
@@ -246,14 +248,14 @@ impl Tones {
     }
 }
 
-/// Returns the position of grid point `m` in the transform of its signal, 0 being the middle.
+/// Returns the position of grid point `m` in the transform of its signal (even or odd points), 0 being the middle.
 fn offset(m: usize, density: f64) -> i64 {
     (m as i64 - (m % 2) as i64 - TAPS as i64 - density as i64) / 2
 }
 
 impl Sample {
-    /// Creates the interpolation of a sample at `at` even times from the middle; `per_sample` of
-    /// them make a sample.
+    /// Creates the interpolation of a sample at `at` evenly spaced times from the middle of the chirp; `per_sample` of
+    /// these times make a sample period.
     fn new(at: f64, per_sample: f64, turns: [Complex64; 2]) -> Self {
         let first = libm::ceil(at - 0.5 * TIMES as f64);
         let weights = core::array::from_fn(|k| {
@@ -286,17 +288,17 @@ impl Sample {
     }
 }
 
-/// The kernel e^{β(√(1-x²) - 1)} over `taps` points.
+/// The kernel e^{β(√(1-x²) - 1)}, x from -1 to 1 over `taps` points.
 struct Kernel {
     taps: f64,
     beta: f64,
-    /// Number of points of the midpoint rule for its transform. The kernel is smooth and ends at
-    /// e^-β.
+    /// Number of points of the midpoint rule by which the kernel's transform is computed. The kernel is smooth and ends
+    /// at e^-β.
     steps: usize,
 }
 
 impl Kernel {
-    /// Returns the value at `x`, -1 to 1 from end to end.
+    /// Returns the kernel's value at `x`, -1 to 1 from end to end.
     fn at(&self, x: f64) -> f64 {
         if x.abs() >= 1.0 {
             return 0.0;
@@ -304,7 +306,7 @@ impl Kernel {
         libm::exp(self.beta * ((1.0 - x * x).sqrt() - 1.0))
     }
 
-    /// Returns the derivative by x.
+    /// Returns the derivative of the kernel by x.
     fn slope_at(&self, x: f64) -> f64 {
         if x.abs() >= 1.0 {
             return 0.0;
@@ -312,13 +314,13 @@ impl Kernel {
         -self.beta * x / (1.0 - x * x).sqrt() * self.at(x)
     }
 
-    /// Returns the step of the rule's points.
+    /// Returns the step of the midpoint rule, in points of the kernel.
     fn step(&self) -> f64 {
         self.taps / self.steps as f64
     }
 
-    /// Returns the values at the points of the rule from the middle on, times their step, for both
-    /// sides.
+    /// Returns the kernel's values at the points of the midpoint rule from the middle on, times the step, and doubled
+    /// for both sides.
     fn nodes(&self) -> Vec<f64> {
         (0..self.steps / 2)
             .map(|k| {
@@ -328,7 +330,7 @@ impl Kernel {
             .collect()
     }
 
-    /// Returns ∫ kernel(2x / taps) cos(2π v x) dx by the midpoint rule with these `nodes`.
+    /// Returns ∫ kernel(2x / taps) cos(2π v x) dx by the midpoint rule, from the values `nodes`.
     fn transform(&self, nodes: &[f64], v: f64) -> f64 {
         let turn = cis(TAU * v * self.step());
         let mut phase = cis(TAU * v * 0.5 * self.step());
@@ -367,7 +369,8 @@ mod tests {
         assert!(tones.place(2.2).is_none() && tones.place(-0.1).is_none());
     }
 
-    /// The grid summed point by point, and its derivative by time.
+    /// Returns the value of the grid's transform `u` sample periods from the chirp's middle, summed point by point, and
+    /// its derivative by time.
     fn directly(grid: &[Complex64], u: f64, density: f64, filter: &[Complex64]) -> Moving {
         let nodes = SPREAD.nodes();
         let scale = 1.0 / SPREAD.transform(&nodes, u.abs() / density);

@@ -11,7 +11,7 @@ use super::sight::visible;
 use super::spec::{PlaneSpec, SceneSpec};
 use crate::recording::{TrueStep, Truth};
 
-/// Maximum distance of a cell from the step to which it belongs, metres.
+/// Maximum distance of a cell (range bin of one row) from the step to which it belongs, metres.
 const NEAR: f64 = 0.03;
 
 /// Minimum rise of a step that a scanner must report, metres. Wheelchairs drive over lower ones.
@@ -20,8 +20,7 @@ const MIN_RISE_M: f64 = 0.06;
 /// Maximum single rise that counts as a step, metres. A higher one is an obstacle.
 const MAX_SINGLE_RISE_M: f64 = 0.30;
 
-/// Number of cells at the far end of the range axis that are not evaluated: the width of the
-/// window's main lobe.
+/// Number of range bins at the far end of the range axis that are not evaluated: the width of the window's main lobe.
 const EDGE_CELLS: f64 = 4.0;
 
 /// Geometry of the scan as stated in the recording.
@@ -35,18 +34,18 @@ pub struct ScanGeometry<'a> {
 }
 
 impl ScanGeometry<'_> {
-    /// Returns the number of points of the scanner's transform.
+    /// Returns the number of points of the scanner's Fourier transform.
     fn fft_len(&self) -> usize {
         self.spec.radar.samples_per_chirp.next_power_of_two()
     }
 
-    /// Returns the beam's angle in degrees at the mirror angle `angle`, by the recorded pitch.
+    /// Returns the beam's angle at the mirror angle `angle`, both degrees, by the recorded pitch.
     fn beam(&self, angle: f64) -> f64 {
         let mount = &self.spec.mount;
         angle + mount.tilt_deg(mount.pitch_deg.unwrap_or(0.0))
     }
 
-    /// Returns the point of the plane at mirror range `range` and `angle` in degrees.
+    /// Returns the point in the plane that lies `range` metres from the mirror at the mirror angle `angle`, degrees.
     fn point(&self, range: f64, angle: f64) -> Vec2 {
         let (sin, cos) = libm::sincos(self.beam(angle).to_radians());
         let height = self.spec.mount.height_m;
@@ -56,7 +55,8 @@ impl ScanGeometry<'_> {
         }
     }
 
-    /// Whether `p` lies within the scan's ranges and angles, main lobe included.
+    /// Returns whether `p` lies within the scan's ranges and angles, and so does the main lobe of a beam that points at
+    /// it.
     fn covers(&self, p: Vec2) -> bool {
         let mount = &self.spec.mount;
         let way = p - Vec2::new(0.0, mount.height_m);
@@ -74,7 +74,7 @@ impl ScanGeometry<'_> {
         (first..=last).contains(&angle) && way.len() + mount.mirror_offset_m <= farthest
     }
 
-    /// Whether the cell at `p` belongs to the step.
+    /// Returns whether the cell at `p` belongs to the step.
     fn belongs(step: &BuiltStep, p: Vec2) -> bool {
         match step.below {
             None => {
@@ -90,8 +90,8 @@ impl ScanGeometry<'_> {
         }
     }
 
-    /// Returns the signal-to-noise power ratio of every step's best cell, from the chirps without
-    /// receiver noise.
+    /// Returns the signal-to-noise ratio, dB, of the strongest cell of every step, from the chirps without receiver
+    /// noise.
     ///
     /// `noise` is the power of the noise of one sample, in the squared units of the chirps.
     pub fn snr(&self, steps: &[BuiltStep], chirps: &[Vec<Complex64>], noise: f64) -> Vec<f64> {
@@ -125,7 +125,7 @@ impl ScanGeometry<'_> {
             .collect()
     }
 
-    /// Whether a scanner must report this step.
+    /// Returns whether a scanner must report this step.
     fn counted(&self, world: &World, step: &BuiltStep) -> bool {
         let eye = Vec2::new(0.0, self.spec.mount.height_m);
         let in_sight = |p: Vec2| self.covers(p) && visible(world, eye, p);

@@ -10,7 +10,8 @@ use super::shaft::vibration_deg;
 use super::{Bundles, Scene};
 
 impl Scene {
-    /// Returns the echoes of a chirp in whose middle the mirror passes `row_deg`.
+    /// Adds to `echo` the echoes of a chirp in whose middle the mirror passes `row_deg`, sample by sample; `tilt` is
+    /// the beam angle less the mirror angle, radians, and `warp` the shift of every sample's time.
     pub(super) fn turning_echoes(
         &self,
         row_deg: f64,
@@ -89,7 +90,7 @@ mod tests {
         assert_eq!(difference(&still, &scene("vibration_deg = 0.5\n")), 0.0);
     }
 
-    /// The beam's mean gain over the turn equals that of the parabola through three places.
+    /// The beam's gain over the turn during a chirp equals the parabola through its gains at three angles.
     #[test]
     fn three_places_are_enough() {
         let beam = super::super::beam::Beam::new(5.0, 5.0, 20.0, 35.0);

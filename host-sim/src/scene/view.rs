@@ -6,7 +6,7 @@ use super::material::Material;
 use super::maths::Vec2;
 use super::spec::{PlaneSpec, Polarisation};
 
-/// Parameters of the echoes other than the surfaces.
+/// Parameters of the echoes other than the relief of the surfaces.
 pub struct View<'a> {
     /// Surfaces and edges.
     pub world: &'a World,
@@ -24,6 +24,6 @@ pub struct View<'a> {
     pub polarisation: Polarisation,
     /// Maximum range of an echo, metres.
     pub reach: f64,
-    /// Interval of mirror angles from which echoes come back; others are left out, radians.
+    /// Interval of mirror angles, radians; echoes that come back from outside it are left out.
     pub between: (f64, f64),
 }

@@ -31,28 +31,28 @@ pub use super::passing::Shot;
 /// Travel after which echoes are computed anew, metres. With a first-order shift, phases are exact
 /// to 0.1 rad on the nearest ground.
 const COARSE_STEP_M: f64 = 0.02;
-/// Number of range shifts within a stretch for which beat tones are summed.
+/// Number of range shifts within a stretch of [`COARSE_STEP_M`] for which beat tones are summed in advance.
 const RANGES: usize = 8;
-/// Step of these range shifts, metres.
+/// Step between these range shifts, metres.
 const RANGE_STEP_M: f64 = COARSE_STEP_M / RANGES as f64;
-/// Width of the interval of directions that form one bundle, radians. The beam is 20 times as wide,
-/// and the phases differ by 0.05 rad over a centimetre.
+/// Width of the interval of directions whose echoes form one bundle, radians. The beam is 20 times as wide, and the
+/// phases differ by 0.05 rad over a centimetre of travel.
 const DIRECTION: f64 = 0.25 * PI / 180.0;
-/// Margin of the sector of near echoes beyond the rows, radians: two beam widths and the chair's
-/// pitch.
+/// Margin of the sector whose echoes are computed for every stretch, beyond the rows' angles, radians: two beam widths
+/// and the chair's pitch.
 const MARGIN: f64 = BESIDE + 0.03;
 /// Number of random streams reserved for one drive's chirps.
 const DRIVE_STREAMS: u64 = 1 << 24;
 
-/// The scene from the middle of one stretch of the way, and its echoes as beat tones at each of the
-/// range shifts.
+/// The scene as seen from the middle of one stretch of the way, and its echoes as beat tones at each of the range
+/// shifts.
 struct Place {
     middle_m: f64,
     scene: RefCell<Scene>,
     tones: [Bundles; RANGES],
 }
 
-/// A scene with its surfaces, and the cached echoes of the places where chairs have been.
+/// A scene with its surfaces, and the cached echoes of the stretches of the way where chairs have been.
 pub struct Way<'a> {
     scene: &'a Scene,
     seed: u64,
@@ -61,10 +61,10 @@ pub struct Way<'a> {
     relief: Relief,
     scatterers: Scatterers,
     spread: Spread,
-    /// Interval of the mirror angles of near echoes, radians.
+    /// Interval of mirror angles from which echoes are computed for every stretch, radians.
     sector: (f64, f64),
     places: Vec<OnceCell<Place>>,
-    /// Middle and echoes outside the sector, for every ten centimetres.
+    /// Echoes from outside the sector, by stretch of ten centimetres, with the middle of the stretch, metres.
     beside: Vec<OnceCell<(f64, Vec<Echo>)>>,
 }
 
@@ -95,10 +95,10 @@ impl<'a> Way<'a> {
         }
     }
 
-    /// Returns the chirp of row `row`, number `number` of drive `drive`, fired as in `shot`.
+    /// Returns the chirp of row `row`, fired as in `shot`. `drive` and `number` (the chirp's index in the drive) select
+    /// its random numbers.
     ///
-    /// # Errors
-    /// Names the place at which the mirror lies inside or behind a surface.
+    /// # Errors Names the place at which the mirror lies inside or behind a surface.
     pub fn chirp(&self, shot: &Shot, row: usize, (drive, number): (u64, u64)) -> Result<Vec<Iq>> {
         let place = self.place(shot.travel_m)?;
         let tones = self.tones(place, shot);
@@ -110,7 +110,7 @@ impl<'a> Way<'a> {
         Ok(chirp)
     }
 
-    /// Returns the beat tones of a place, shifted to the position of `shot`.
+    /// Returns the beat tones of the stretch `place`, shifted to the position and speed of `shot`.
     fn tones(&self, place: &Place, shot: &Shot) -> Bundles {
         let radar = &self.scene.spec.radar;
         let plane = self.scene.spec.mount.plane;
@@ -131,7 +131,7 @@ impl<'a> Way<'a> {
         })
     }
 
-    /// Returns the place that contains `travel_m`.
+    /// Returns the stretch of the way that contains `travel_m`, computed at its first use.
     fn place(&self, travel_m: f64) -> Result<&Place> {
         let (at, middle_m) = stretch(travel_m.min(self.end_m), COARSE_STEP_M);
         let (at, middle_m) = match self.places.get(at) {
@@ -146,7 +146,7 @@ impl<'a> Way<'a> {
         Ok(cell.get_or_init(|| place))
     }
 
-    /// Returns the scene and its surfaces after `travel` metres.
+    /// Returns the scene and the relief of its surfaces as seen after `travel` metres.
     fn from(&self, travel: f64) -> Result<(Scene, Relief)> {
         let scene = self
             .scene
@@ -156,7 +156,7 @@ impl<'a> Way<'a> {
         Ok((scene, relief))
     }
 
-    /// Computes the echoes of a place.
+    /// Computes the echoes as seen from `middle_m`, metres of travel, the middle of a stretch.
     fn look(&self, middle_m: f64) -> Result<Place> {
         let (scene, relief) = self.from(middle_m)?;
         let mut view = scene.view();
@@ -173,8 +173,7 @@ impl<'a> Way<'a> {
         })
     }
 
-    /// Returns the beat tones of a place's echoes, direction by direction, at each of the range
-    /// shifts.
+    /// Returns the beat tones of a stretch's echoes, summed direction by direction, at each of the range shifts.
     fn bundled(&self, scene: &Scene, echoes: &mut [Echo]) -> [Bundles; RANGES] {
         let interval = |angle: f64| libm::floor(angle / DIRECTION) as i64;
         let direction = |e: &Echo| (interval(e.back), interval(e.out));
@@ -213,8 +212,8 @@ impl<'a> Way<'a> {
         bundles
     }
 
-    /// Returns the echoes outside the sector, from the middle of the ten centimetres that contain
-    /// `travel_m`.
+    /// Returns the echoes from outside the sector, as seen from the middle of the ten centimetres that contain
+    /// `travel_m`, with that middle, metres.
     fn beside(&self, travel_m: f64) -> Result<&(f64, Vec<Echo>)> {
         let (at, middle_m) = stretch(travel_m, COARSE_M);
         let cell = &self.beside[at.min(self.beside.len() - 1)];
@@ -233,13 +232,13 @@ impl<'a> Way<'a> {
     }
 }
 
-/// Returns the middle of range shift `k`, metres from the stretch's middle.
+/// Returns the travel of range shift `k`, metres from the stretch's middle.
 fn range_shift(k: usize) -> f64 {
     (k as f64 + 0.5) * RANGE_STEP_M - 0.5 * COARSE_STEP_M
 }
 
 impl Scene {
-    /// Returns the mirror angle of a row, degrees.
+    /// Returns the mirror angle of row `row`, degrees.
     pub fn row_deg(&self, row: usize) -> f64 {
         self.angles[row]
     }
@@ -249,7 +248,7 @@ impl Scene {
         self.spec.mount.pitch_deg.unwrap_or(0.0)
     }
 
-    /// Returns a recording of one sweep of `rows` rows without echoes, from which a scanner can be
+    /// Returns a recording of one guard sweep of `rows` rows whose samples are all zero, from which a scanner can be
     /// set up.
     pub fn no_sweeps(&self, name: &str, rows: usize) -> Recording {
         let mut recording = self.empty_recording(name);
@@ -279,7 +278,7 @@ mod tests {
                          material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n\
                          [sweep]\nfirst_deg = 8.0\nlast_deg = 38.0\nstep_deg = 1.0\n[mirror]\njitter_deg = 0.0\n";
 
-    /// Power of a chirp's echoes, and power of the difference from a second chirp.
+    /// Returns the power of a chirp's echoes, and the power of their difference from those of a second chirp.
     fn powers(a: &[Complex64], b: &[Complex64]) -> (f64, f64) {
         let sum = |of: &dyn Fn(usize) -> Complex64| (0..a.len()).map(|k| of(k).norm_sqr()).sum();
         (sum(&|k| a[k]), sum(&|k| a[k] - b[k]))

@@ -9,14 +9,15 @@ use super::share::at_most;
 /// Numbers of scenes in which a property of the answer differs between two sets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
-    /// Number of scenes with the property only in the second set.
+    /// Number of scenes whose answer has the property only in the second set.
     pub gained: usize,
-    /// Number of scenes with the property only in the first set.
+    /// Number of scenes whose answer has the property only in the first set.
     pub lost: usize,
 }
 
 impl Change {
-    /// From pairs (before, after).
+    /// Counts gains and losses over pairs of one scene each: whether the answer of the first set,
+    /// and that of the second, has the property.
     pub fn of(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut change = Self::default();
         for (before, after) in pairs {
@@ -34,18 +35,19 @@ impl Change {
     }
 }
 
-/// Differences between two sets of answers.
+/// Differences between two sets of answers to the same scenes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Exact answers.
+    /// Change in exact answers: all visible steps reported within 10 cm, and no other.
     pub exact: Change,
-    /// `ok` answers.
+    /// Change in answers with the status `ok`.
     pub ok: Change,
-    /// `ok` and right.
+    /// Change in answers that are `ok` and not wrong.
     pub ok_right: Change,
-    /// `ok` and wrong.
+    /// Change in answers that are `ok` and wrong.
     pub ok_wrong: Change,
-    /// 95th percentile of absolute distance and height errors, metres: before, after.
+    /// 95th percentiles of absolute errors, metres: `[set][k]`, first set before, then after; `k` =
+    /// 0 for distances, 1 for heights.
     pub errors_m: [[f64; 2]; 2],
 }
 
@@ -66,7 +68,7 @@ impl Comparison {
     }
 }
 
-/// 95th percentiles of distance and height errors, metres.
+/// Returns the 95th percentiles of the absolute errors of matched steps, metres: distance, height.
 fn errors(scores: &[SceneScore]) -> [f64; 2] {
     let of = |error: fn(&Match) -> f64| {
         let matches = scores.iter().flat_map(|s| &s.matches);

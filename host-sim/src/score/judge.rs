@@ -1,4 +1,4 @@
-//! Scores one answer against the ground truth.
+//! Scores one answer against the ground truth of its scene.
 
 use stairscan::answer::Direction;
 use stairscan::report::{DropLine, MaybeLine};
@@ -11,105 +11,113 @@ use crate::recording::{TrueStep, Truth};
 
 /// Maximum distance of a reported step from the true step that it matches, metres.
 pub const MATCH_M: f64 = 0.10;
-/// Minimum expanded uncertainty of a reported step, metres. Also the tolerance of the horizon: the check extends this
-/// far beyond it.
+/// Minimum expanded uncertainty of a reported step, metres. Also the tolerance of the horizon: an
+/// answer is checked up to this far beyond its horizon.
 pub const LIMIT_M: f64 = 0.03;
 /// Maximum expanded uncertainty of a reported step, metres.
 const MAX_ERROR_M: f64 = 0.08;
-/// True drops nearer than this must be reported, metres.
+/// Distance within which true drops count as near: the share of these that are reported is scored,
+/// metres.
 pub const NEAR_DROP_M: f64 = 1.6;
-/// Maximum error of a reported depth, metres.
+/// Limit of the error of a reported drop's depth, metres; errors above it are counted.
 pub const DEPTH_M: f64 = 0.02;
-/// Minimum probability of a reported drop that is scored.
+/// Minimum probability, 0…1, at which a reported drop counts as reported.
 const MIN_DROP_PROBABILITY: f64 = 0.5;
-/// Minimum signal-to-noise ratio of a strong step, which must not be missed, dB.
+/// Minimum signal-to-noise ratio of a true step that counts as strong, dB; strong steps should not
+/// be missed.
 const STRONG_DB: f64 = 15.0;
-/// Minimum distance that an answer's confidence applies to, metres: design contract of the report.
+/// Minimum distance from the mirror over which an answer's confidence applies, metres: design
+/// contract of the report.
 const CONFIDENCE_M: f64 = 1.0;
 
-/// One matched step.
+/// A reported step that matches a true step.
 #[derive(Clone, Copy, Debug)]
 pub struct Match {
-    /// Reported less true distance, metres.
+    /// Reported distance less the true one, metres.
     pub distance_error: f64,
-    /// Reported less true height, metres.
+    /// Reported height less the true one, metres.
     pub height_error: f64,
     /// The distance's error in units of its reported standard deviation.
     pub distance_z: f64,
     /// The height's error in units of its reported standard deviation.
     pub height_z: f64,
-    /// Whether the true step is strong.
+    /// Whether the true step is strong: a signal-to-noise ratio of at least 15 dB.
     pub strong: bool,
 }
 
-/// One scene's score.
+/// Score of the answer to one scene.
 #[derive(Clone, Debug)]
 pub struct SceneScore {
     /// Base name of the recording, with the number of the scan if there are several.
     pub recording: String,
     /// Name of the set: the recording's name up to the first `_`.
     pub set: String,
-    /// Reported status.
+    /// Status of the answer.
     pub status: Status,
-    /// Reported direction.
+    /// Direction of the steps that the answer reports.
     pub direction: Direction,
-    /// Reported reasons.
+    /// Reason codes of the answer, as text.
     pub reasons: String,
     /// Horizon of the answer, metres; infinite if it is not reported.
     pub horizon_m: f64,
-    /// Reported confidence, and whether the answer was correct up to its horizon; `None` for a `fault` and without a
-    /// confidence.
+    /// Reported confidence, and whether the answer is correct up to its horizon or over the first
+    /// metre if that is farther; `None` for a `fault` and for an answer without a confidence.
     pub confidence: Option<Prediction>,
-    /// Its `MAYBE`s, and whether there is a step; empty for a `fault`.
+    /// Probability of each `MAYBE` (a possible step) of the answer, and whether there is a step;
+    /// empty for a `fault`.
     pub maybes: Vec<Prediction>,
     /// Whether the answer reports a drop.
     pub reports_drop: bool,
-    /// Whether the reported drop has a depth.
+    /// Whether the answer reports a drop with its depth.
     pub tells_depth: bool,
-    /// Reported less true depth of a drop, metres; `None` if no depth is reported or the drop covers none of known
-    /// depth.
+    /// Reported less true depth of a drop, metres; `None` if no depth is reported, or if the
+    /// reported drop covers no true drop of known depth.
     pub depth_error_m: Option<f64>,
     /// Share of true drops nearer than [`NEAR_DROP_M`] that are reported.
     pub near_drops: Share,
-    /// Whether there is no true drop at any distance.
+    /// Whether the scene has no true drop at any distance.
     pub without_drop: bool,
-    /// Whether a reported drop covers no true one.
+    /// Whether a drop is reported, with a probability of at least one half, where there is no true
+    /// drop.
     pub false_drop: bool,
-    /// True steps in the field of view.
+    /// True steps that must be reported: in sight, range and angles.
     pub truth: Vec<TrueStep>,
-    /// Matched steps.
+    /// Reported steps that match a true step.
     pub matches: Vec<Match>,
-    /// True steps without a reported one.
+    /// True steps that no reported step matches.
     pub missed: Vec<TrueStep>,
-    /// Distances of reported steps without a true one, metres.
+    /// Distances of reported steps that match no true step, metres.
     pub false_steps: Vec<f64>,
     /// Whether every true step is matched and nothing else is reported.
     pub exact: bool,
-    /// Whether something up to the horizon is missing, false, or off by more than its expanded uncertainty.
+    /// Whether, up to the horizon, a step or a drop is missing, false, or off by more than its expanded
+    /// uncertainty; or whether stairs are reported, at any distance, in a scene without any.
     pub wrong: bool,
-    /// The errors up to the horizon, as text.
+    /// The errors that make the answer wrong, as text, one each.
     pub flaws: Vec<String>,
     /// Number of true steps within the horizon or reported; 0 for a `fault`.
     pub covered: usize,
-    /// Whether stairs were reported in a scene without any.
+    /// Whether steps or a direction were reported in a scene without steps.
     pub false_stair: bool,
-    /// Whether the recording's fault causes an error of more than 3 cm or in the number of steps, if it is not detected.
+    /// Whether the recording contains a fault that, if it is not detected, causes an error of more
+    /// than 3 cm or a wrong number of steps.
     pub misleading: bool,
 }
 
 impl SceneScore {
-    /// Whether the answer was `ok` and wrong, the outcome to be avoided.
+    /// Whether the status was `ok` although the answer is wrong, the outcome to be avoided.
     pub fn ok_and_wrong(&self) -> bool {
         self.status == Status::Ok && self.wrong
     }
 }
 
-/// Whether a step is so strong that it must not be missed.
+/// Whether a true step has a signal-to-noise ratio of at least [`STRONG_DB`].
 pub(super) fn is_strong(step: &TrueStep) -> bool {
     step.snr_db.is_some_and(|snr| snr >= STRONG_DB)
 }
 
-/// A reported step.
+/// A reported step: distance from the mirror, height of its tread, and their standard deviations,
+/// metres.
 #[derive(Clone, Copy, Debug)]
 struct Reported {
     distance: f64,
@@ -118,8 +126,8 @@ struct Reported {
     height_sigma: f64,
 }
 
-/// Returns pairs of indices into two lists of distances (metres): one to one, nearest pairs first, within
-/// [`MATCH_M`].
+/// Matches two lists of distances (metres) and returns the pairs of indices into the first and the
+/// second list: one to one, nearest pairs first, at most [`MATCH_M`] apart.
 pub fn nearest(first: &[f64], second: &[f64]) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (i, a) in first.iter().enumerate() {
@@ -140,20 +148,23 @@ pub fn nearest(first: &[f64], second: &[f64]) -> Vec<(usize, usize)> {
     taken
 }
 
-/// Returns [`nearest`] of reported and true steps.
+/// Matches reported with true steps by [`nearest`], and returns the pairs of (reported, true)
+/// indices.
 fn pair(reported: &[Reported], truth: &[TrueStep]) -> Vec<(usize, usize)> {
     let reported: Vec<f64> = reported.iter().map(|step| step.distance).collect();
     let truth: Vec<f64> = truth.iter().map(|step| step.distance_m).collect();
     nearest(&reported, &truth)
 }
 
-/// Reported steps, classified by the ground truth.
+/// Reported steps, each matched with a true step, false or ignored; and the true steps that were
+/// missed.
 struct Sorted {
-    /// Pairs of (reported, true) indices.
+    /// Indices of matched steps: reported, true.
     pairs: Vec<(usize, usize)>,
-    /// Indices of true steps without a reported one.
+    /// Indices of true steps that no reported step matches.
     missed: Vec<usize>,
-    /// Distances of reported steps that match neither a true nor an uncounted one, metres.
+    /// Distances of reported steps that match neither a true step nor an uncounted one (out of
+    /// sight, range or angles), metres.
     false_steps: Vec<f64>,
 }
 
@@ -179,7 +190,8 @@ impl Sorted {
     }
 }
 
-/// Returns distance and height of a reported step less those of a true one, metres.
+/// Returns the errors of distance and height, metres: those of the reported step less those of the
+/// true one.
 fn errors(step: &Reported, real: &TrueStep) -> (f64, f64) {
     (step.distance - real.distance_m, step.height - real.height_m)
 }
@@ -205,18 +217,19 @@ impl ReportedAnswer {
     }
 }
 
-/// Returns the tolerance of a reported drop, metres: max([`MATCH_M`], 3σ).
+/// Returns the maximum distance between a reported drop and a true one that it covers, metres:
+/// max([`MATCH_M`], 3σ).
 fn reach(drop: &DropLine) -> f64 {
     MATCH_M.max(3.0 * metres(drop.distance_sigma))
 }
 
-/// Whether a reported drop covers a true one at `at` metres.
+/// Whether a reported drop covers a true one at `at` metres from the mirror.
 fn covers(drop: Option<&DropLine>, at: f64) -> bool {
     drop.is_some_and(|drop| (metres(drop.distance) - at).abs() <= reach(drop))
 }
 
-/// Returns the depth of the true drop nearest to a reported one that covers it, metres; `None` if it is unknown or
-/// none is covered.
+/// Returns the depth of the true drop that the reported one covers, the nearest if there are
+/// several, metres; `None` if it covers none, or one of unknown depth.
 fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
     let apart = |at: f64| (at - metres(drop.distance)).abs();
     let ends = truth.ground_ends().into_iter();
@@ -232,12 +245,13 @@ fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
     }
 }
 
-/// Whether a reported drop covers no true one.
+/// Whether a reported drop covers no true drop.
 fn is_false_drop(drop: &DropLine, truth: &Truth) -> bool {
     !truth.falls_near(metres(drop.distance), reach(drop))
 }
 
-/// Returns the errors up to `end` (metres) as text: missing, false, or off.
+/// Returns a text for each error of an answer up to `end` (metres from the mirror): a step or drop
+/// that is missing or false, or a step that is off by more than its expanded uncertainty.
 fn errors_before(answer: &ReportedAnswer, truth: &Truth, end: f64) -> Vec<String> {
     let near = |step: &&TrueStep| step.distance_m <= end;
     let steps: Vec<Reported> = (answer.steps.iter().copied())
@@ -278,12 +292,13 @@ fn errors_before(answer: &ReportedAnswer, truth: &Truth, end: f64) -> Vec<String
     steps.chain(drops).chain(false_drop).collect()
 }
 
-/// Whether an answer is wrong up to `horizon` (metres from the mirror).
+/// Whether an answer is wrong up to `horizon`, metres from the mirror, plus [`LIMIT_M`].
 pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
     !errors_before(&ReportedAnswer::of(answer), truth, horizon + LIMIT_M).is_empty()
 }
 
-/// Returns an answer's confidence, and whether the answer is correct over the distance that it applies to.
+/// Returns an answer's confidence, and whether the answer is correct up to its horizon or over the
+/// first metre if that is farther; `None` for a `fault` and without a confidence.
 fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
     let permille = answer.scan.confidence.filter(|_| !answer.is_fault())?;
     let end = answer.horizon_m.unwrap_or(f64::INFINITY).max(CONFIDENCE_M);
@@ -293,7 +308,8 @@ fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
     })
 }
 
-/// Returns the `MAYBE`s of an answer, and whether there is a step.
+/// Returns the probability of each `MAYBE` (a possible step) of an answer, and whether there is a
+/// true step, up or down as reported, within 10 cm; none for a `fault`.
 pub fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
     let reported = answer.maybes.iter().filter(|_| !answer.is_fault());
     let prediction = |maybe: &MaybeLine| {
@@ -330,7 +346,7 @@ pub fn false_stairs(answer: &Answer, truth: &Truth) -> bool {
     none && has_stairs && !answer.is_fault()
 }
 
-/// Scores one answer.
+/// Scores one answer against the truth. [`SceneScore::misleading`] is left false.
 pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let parsed = ReportedAnswer::of(answer);
     let reported = &parsed.steps;

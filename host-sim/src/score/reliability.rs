@@ -1,41 +1,46 @@
-//! Reliability of reported probabilities: predicted against actual shares, by bins.
+//! Reliability of reported probabilities: in each bin of probability, the mean that was reported is
+//! compared with the share that came true.
 
 use serde_json::{Value, json};
 
 use super::share::Share;
 
-/// Edges of the bins of an answer's confidence. They are narrow near the threshold of `ok`.
+/// Edges of the bins of an answer's confidence, 0…1. The bins are narrow near the threshold of
+/// `ok`.
 const CONFIDENCE: &[f64] = &[0.0, 0.5, 0.8, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0];
-/// Edges of the bins of a `MAYBE`'s probability, which is reported from 5 % on.
+/// Edges of the bins of the probability, 0…1, of a `MAYBE` (a possible step), which is reported
+/// from 5 % on.
 const MAYBES: &[f64] = &[0.0, 0.1, 0.2, 0.5, 0.8, 1.0];
-/// Minimum number of predictions of a bin for a comparison.
+/// Minimum number of predictions in a bin for a comparison with their outcomes.
 const MIN_PREDICTIONS: usize = 30;
-/// Maximum difference between prediction and outcome that counts as agreement.
+/// Difference between mean probability and share of true outcomes up to which they agree, 0…1.
 const AGREES: f64 = 0.05;
-/// Maximum difference in standard errors that counts as agreement; the larger of both limits applies.
+/// Difference between mean probability and share of true outcomes up to which they agree, standard
+/// errors; the larger of this limit and [`AGREES`] applies.
 const AGREES_ERRORS: f64 = 2.0;
 
 /// A reported probability with its outcome.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// The probability, 0…1.
+    /// Reported probability, 0…1.
     pub predicted: f64,
-    /// Outcome.
+    /// Whether the predicted event was true.
     pub outcome: bool,
 }
 
-/// Predictions of similar probability.
+/// Predictions whose probabilities fall into one interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin {
-    /// Lower edge.
+    /// Lower edge of the interval of probability, 0…1.
     pub from: f64,
-    /// Upper edge.
+    /// Upper edge of the interval of probability, 0…1.
     pub to: f64,
-    /// Share of predictions that came true.
+    /// Share of predictions whose event was true.
     pub actual: Share,
-    /// Sum of the reported probabilities.
+    /// Sum of the reported probabilities of all predictions.
     sum: f64,
-    /// Variance of the number that come true if the probabilities are calibrated.
+    /// Variance of the number of true events if the probabilities are calibrated: the sum of p (1 −
+    /// p).
     variance: f64,
 }
 
@@ -57,22 +62,22 @@ impl Bin {
         bin
     }
 
-    /// Returns the mean of the reported probabilities; `None` without predictions.
+    /// Returns the mean of the reported probabilities, 0…1; `None` without predictions.
     pub fn predicted(&self) -> Option<f64> {
         let count = self.actual.of as f64;
         (self.actual.of > 0).then(|| self.sum / count)
     }
 
-    /// Returns the standard error of the actual share, assuming calibrated and independent predictions;
-    /// `None` without predictions. It does not vanish when all predictions of a bin came true, unlike
-    /// the standard error from the actual share.
+    /// Returns the standard error of the share that came true, assuming calibrated and independent
+    /// predictions; `None` without predictions. It does not vanish when all predictions of a bin
+    /// came true, unlike the standard error from the actual share.
     pub fn standard_error(&self) -> Option<f64> {
         let count = self.actual.of as f64;
         (self.actual.of > 0).then(|| self.variance.sqrt() / count)
     }
 
-    /// Whether predicted and actual share differ by at most 5 points or twice the standard error; `None`
-    /// with fewer than 30 predictions.
+    /// Whether the mean probability and the share that came true differ by at most 5 points or
+    /// twice the standard error; `None` with fewer than 30 predictions.
     pub fn agrees(&self) -> Option<bool> {
         let is_compared = self.actual.of >= MIN_PREDICTIONS;
         let apart = (self.predicted()? - self.actual.value()?).abs();
@@ -80,7 +85,7 @@ impl Bin {
         is_compared.then_some(apart <= most)
     }
 
-    /// The figures as JSON, probabilities 0…1.
+    /// Returns the bin's interval, shares and standard error as JSON, probabilities 0…1.
     fn json(&self) -> Value {
         json!({
             "from": self.from,
@@ -94,22 +99,22 @@ impl Bin {
     }
 }
 
-/// Reliability by bins and overall.
+/// Reliability of one kind of reported probability, by bins and overall.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reliability {
-    /// The bins in ascending order.
+    /// The bins in ascending order of probability.
     pub bins: Vec<Bin>,
-    /// One bin with all predictions.
+    /// One bin that holds all predictions.
     pub all: Bin,
 }
 
 impl Reliability {
-    /// Reliability of the answers' confidence.
+    /// Compares the answers' confidence with their outcomes, in bins of confidence.
     pub fn of_confidence<'a>(predictions: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
         Self::by(CONFIDENCE, predictions)
     }
 
-    /// Reliability of the `MAYBE`s.
+    /// Compares the probabilities of `MAYBE`s with their outcomes, in bins of probability.
     pub fn of_maybes<'a>(predictions: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
         Self::by(MAYBES, predictions)
     }
@@ -131,12 +136,12 @@ impl Reliability {
         }
     }
 
-    /// Returns the share of judged bins that agree.
+    /// Returns the share of bins that agree, of those with at least 30 predictions.
     pub fn agreeing_bins(&self) -> Share {
         Share::count(self.bins.iter().filter_map(Bin::agrees), |agrees| agrees)
     }
 
-    /// The figures as JSON, probabilities 0…1.
+    /// Returns all bins, and the bin of all predictions, as JSON; probabilities 0…1.
     pub fn json(&self) -> Value {
         json!({
             "all": self.all.json(),
@@ -149,7 +154,8 @@ impl Reliability {
 mod tests {
     use super::*;
 
-    /// Returns `of` predictions of probability `predicted`, of which `right` came true.
+    /// Returns `of` predictions of probability `predicted`, of which the events of `right` are
+    /// true.
     fn predictions(predicted: f64, right: usize, of: usize) -> Vec<Prediction> {
         (0..of)
             .map(|k| Prediction {

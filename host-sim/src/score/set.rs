@@ -1,4 +1,4 @@
-//! Summarises the scores of sets of scenes.
+//! Sums the scores of single scenes up to scores of sets of scenes.
 
 use super::share::upper_bound;
 use serde_json::{Value, json};
@@ -10,18 +10,18 @@ use super::reliability::Reliability;
 use super::share::{Share, wilson};
 use crate::recording::TrueStep;
 
-/// Mean, median and 95th percentile of absolute errors, metres; `None` without any.
+/// Distribution of absolute errors, metres. Where there are none, an `Option` of this is `None`.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
-    /// Mean.
+    /// Mean of the absolute errors, metres.
     pub mean: f64,
-    /// Median.
+    /// Median of the absolute errors, metres.
     pub median: f64,
-    /// 95th percentile, interpolated between ranks.
+    /// 95th percentile of the absolute errors, interpolated between ranks, metres.
     pub p95: f64,
-    /// 95 % interval of the median.
+    /// 95 % confidence interval of the median: lower and upper bound, metres.
     pub median_interval: (f64, f64),
-    /// 95 % interval of the 95th percentile.
+    /// 95 % confidence interval of the 95th percentile: lower and upper bound, metres.
     pub p95_interval: (f64, f64),
 }
 
@@ -50,7 +50,8 @@ impl Spread {
     }
 }
 
-/// Quantile `q` of sorted values, linear between ranks.
+/// Returns quantile `q` (0…1) of values in ascending order, linear between ranks; NaN without
+/// values.
 pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
@@ -61,28 +62,29 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[low] + (sorted[high] - sorted[low]) * (place - low as f64)
 }
 
-/// Returns the distribution-free 95 % interval of quantile `q`: the values at the ranks given by Wilson's
-/// interval of a share `q`.
+/// Returns lower and upper bound of the distribution-free 95 % interval of quantile `q`: the values
+/// at the ranks given by Wilson's interval of a share `q`.
 fn quantile_interval(sorted: &[f64], q: f64) -> (f64, f64) {
     let (low, high) = wilson(q, sorted.len() as f64);
     (quantile(sorted, low), quantile(sorted, high))
 }
 
-/// Type of an answer. The error limit of `ok` applies to each type separately.
+/// Type of an answer by the direction and the drop that it reports. The error limit of `ok` applies
+/// to each type separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerType {
-    /// Neither steps nor a drop.
+    /// The answer reports neither steps nor a drop.
     NoSteps,
-    /// Steps up.
+    /// The answer reports steps up.
     Up,
-    /// Steps down.
+    /// The answer reports steps down.
     Down,
-    /// No steps, and a drop ahead.
+    /// The answer reports no steps, but a drop ahead.
     Drop,
 }
 
 impl AnswerType {
-    /// Every type.
+    /// All types of answers, in the order of tables.
     pub const ALL: [Self; 4] = [Self::NoSteps, Self::Up, Self::Down, Self::Drop];
 
     fn of(scene: &SceneScore) -> Self {
@@ -94,7 +96,7 @@ impl AnswerType {
         }
     }
 
-    /// Returns its identifier in JSON.
+    /// Returns the type's identifier in JSON.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::NoSteps => "none",
@@ -104,7 +106,7 @@ impl AnswerType {
         }
     }
 
-    /// Returns its name in tables.
+    /// Returns the type's name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::NoSteps => "no steps",
@@ -122,23 +124,23 @@ pub struct SetScore {
     pub name: String,
     /// Number of scenes.
     pub scenes: usize,
-    /// Share of scenes that are exact.
+    /// Share of scenes that are exact: every true step matched and nothing else reported.
     pub exact: Share,
-    /// Share of true steps that were missed.
+    /// Share of true steps that no reported step matches.
     pub missed: Share,
-    /// Share of strong true steps that were missed.
+    /// Share of strong true steps (a signal-to-noise ratio of at least 15 dB) that were missed.
     pub strong_missed: Share,
-    /// Number of reported steps without a true one.
+    /// Number of reported steps that match no true step.
     pub false_steps: usize,
-    /// Share of scenes without steps in which some were reported.
+    /// Share of scenes without steps in which steps or a direction were reported.
     pub false_stairs: Share,
-    /// Numbers of scenes reported `ok`, `degraded`, `fault`.
+    /// Numbers of scenes whose answer is `ok`, `degraded` and `fault`, in this order.
     pub status: [usize; 3],
-    /// Share of scenes that are `ok`.
+    /// Share of scenes whose answer is `ok`.
     pub ok: Share,
     /// Share of `ok` answers that are wrong.
     pub ok_and_wrong: Share,
-    /// Share of `ok` answers that are wrong, by type of answer.
+    /// Share of `ok` answers that are wrong, for each type of answer.
     pub ok_and_wrong_by_type: [(AnswerType, Share); 4],
     /// Share of `ok` among the answers that are neither wrong nor a `fault`.
     pub ok_among_correct: Share,
@@ -146,39 +148,45 @@ pub struct SetScore {
     pub covered: Share,
     /// Median horizon of the `ok` answers, metres; infinite if they do not report it.
     pub ok_horizon_m: Option<f64>,
-    /// Reliability of the confidence.
+    /// Reliability of the answers' confidence.
     pub confidence: Reliability,
     /// Share of true drops nearer than [`NEAR_DROP_M`](super::NEAR_DROP_M) that are reported.
     pub reported_drops: Share,
     /// Share of scenes without a true drop in which one is reported.
     pub false_drops_without: Share,
-    /// Number of scenes with a reported drop that covers none, including scenes with true drops elsewhere.
+    /// Number of scenes with a reported drop that covers no true one; true drops may be elsewhere
+    /// in the scene.
     pub false_drops: usize,
     /// Number of answers that report a drop.
     pub drops: usize,
     /// Share of reported drops with a depth.
     pub depths: Share,
-    /// Absolute errors of reported depths, where the true one is known.
+    /// Absolute errors of reported depths of drops, where the true depth is known.
     pub depth: Option<Spread>,
-    /// Share of reported depths that are off by more than [`DEPTH_M`](super::DEPTH_M), of those whose true
-    /// one is known.
+    /// Share of reported depths that are off by more than [`DEPTH_M`](super::DEPTH_M), of those
+    /// whose true depth is known.
     pub depths_off: Share,
-    /// Reliability of the `MAYBE`s.
+    /// Reliability of the probabilities of `MAYBE`s, the possible steps.
     pub maybes: Reliability,
-    /// Share of recordings with a harmful fault that are `ok` nevertheless.
+    /// Share of answers that are `ok`, of the recordings with a fault that may cause a wrong
+    /// answer.
     pub misleading_ok: Share,
-    /// Absolute distance errors of all matched steps, then of the strong ones.
+    /// Absolute distance errors of matched steps: `[0]` of all, `[1]` of the strong ones (at least
+    /// 15 dB).
     pub distance: [Option<Spread>; 2],
-    /// Absolute height errors of all matched steps, then of the strong ones.
+    /// Absolute height errors of matched steps: `[0]` of all, `[1]` of the strong ones (at least 15
+    /// dB).
     pub height: [Option<Spread>; 2],
-    /// Shares of distances within two standard deviations, and beyond three.
+    /// Shares of matched steps whose distance is off by at most two, and by more than three, of its
+    /// reported standard deviations.
     pub distance_sigmas: [Share; 2],
-    /// Shares of heights within two standard deviations, and beyond three.
+    /// Shares of matched steps whose height is off by at most two, and by more than three, of its
+    /// reported standard deviations.
     pub height_sigmas: [Share; 2],
 }
 
 impl SetScore {
-    /// Summarises `scenes`.
+    /// Sums up the scores of `scenes` under the set's name.
     pub fn new<'a>(name: &str, scenes: impl Iterator<Item = &'a SceneScore> + Clone) -> Self {
         let count = |f: &dyn Fn(&SceneScore) -> usize| scenes.clone().map(f).sum::<usize>();
         let matches = || scenes.clone().flat_map(|s| s.matches.iter());
@@ -246,7 +254,7 @@ impl SetScore {
         }
     }
 
-    /// The figures as JSON, lengths in metres.
+    /// Returns the shares, counts, errors and reliability as JSON, lengths in metres.
     pub fn json(&self) -> Value {
         let finite = |v: Option<f64>| v.filter(|v| v.is_finite());
         json!({
@@ -294,7 +302,8 @@ impl SetScore {
     }
 }
 
-/// Returns the scores by set, in the order of their names, followed by the total (if there are several).
+/// Returns the score of each set, in the order of their names, followed by that of all scenes if
+/// there are several sets.
 pub fn by_set(scenes: &[SceneScore]) -> Vec<SetScore> {
     let mut names: Vec<&str> = scenes.iter().map(|s| s.set.as_str()).collect();
     names.sort_unstable();

@@ -1,8 +1,8 @@
-//! Shares with their confidence intervals.
+//! Shares of successes in a number of draws, with their confidence intervals.
 
 use serde_json::{Value, json};
 
-/// Half-width of a two-sided 95 % interval of the normal distribution, standard deviations.
+/// Quantile of the standard normal distribution for a two-sided 95 % interval, standard deviations.
 const Z95: f64 = 1.959_964;
 
 /// Returns Wilson's 95 % score interval of a share `p` (0…1) from `n` draws (E. B. Wilson, Probable Inference, the
@@ -34,7 +34,8 @@ pub fn at_most(k: usize, n: usize, p: f64) -> f64 {
     sum.min(1.0)
 }
 
-/// Number of bisections of an upper bound: accurate to less than a millionth.
+/// Number of bisections of the interval 0…1 in the search for an upper bound, which is then
+/// accurate to less than a millionth.
 const HALVINGS: usize = 24;
 
 /// Returns the upper 95 % confidence bound of a share from `hits` of `of` draws (Clopper and Pearson, Biometrika
@@ -62,12 +63,12 @@ pub struct Share {
 }
 
 impl Share {
-    /// A share of `hits` of `of`.
+    /// Creates a share of `hits` successes in `of` draws.
     pub fn new(hits: usize, of: usize) -> Self {
         Self { hits, of }
     }
 
-    /// Counts the `items` that are `so`.
+    /// Counts the items for which `so` holds, as a share of all `items`.
     pub fn count<T>(items: impl IntoIterator<Item = T>, so: impl Fn(T) -> bool) -> Self {
         let mut share = Self::default();
         for item in items {
@@ -82,12 +83,12 @@ impl Share {
         (self.of > 0).then(|| self.hits as f64 / self.of as f64)
     }
 
-    /// Returns the 95 % interval of the underlying share; `None` without draws.
+    /// Returns Wilson's 95 % confidence interval of the share, 0…1; `None` without draws.
     pub fn interval(self) -> Option<(f64, f64)> {
         Some(wilson(self.value()?, self.of as f64))
     }
 
-    /// Formats as `12.5 % (10.1–15.4)`; a dash without draws.
+    /// Formats share and 95 % interval as `12.5 % (10.1–15.4)`; a dash without draws.
     pub fn percent(self) -> String {
         match (self.value(), self.interval()) {
             (Some(p), Some((low, high))) => {
@@ -98,7 +99,7 @@ impl Share {
         }
     }
 
-    /// Formats as `1/8: 12.5 % (2.2–47.1)`; a dash without draws.
+    /// Formats counts, share and 95 % interval as `1/8: 12.5 % (2.2–47.1)`; a dash without draws.
     pub fn full(self) -> String {
         match self.of {
             0 => "–".into(),
@@ -106,7 +107,7 @@ impl Share {
         }
     }
 
-    /// Count and interval as JSON.
+    /// Returns both counts and the 95 % interval as JSON.
     pub fn json(self) -> Value {
         json!({
             "count": self.hits,

@@ -120,7 +120,7 @@ fn two_sigma_and_quantiles() {
     assert!(quantile(&[], 0.5).is_nan());
 }
 
-/// An answer with the horizon `horizon_m`.
+/// Returns an `ok` answer with the horizon `horizon_m`.
 fn vouching(horizon_m: f64, steps: &[(f64, f64)]) -> Answer {
     Answer {
         horizon_m: Some(horizon_m),

@@ -1,4 +1,4 @@
-//! Formats scores as text tables and as JSON.
+//! Formats scores of sets, and lists of erroneous scenes, as text tables and as JSON.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,8 @@ use super::judge::{DEPTH_M, NEAR_DROP_M, SceneScore};
 use super::set::{SetScore, Spread, quantile};
 use super::share::Share;
 
-/// Returns the text table, errors in centimetres.
+/// Returns a text table of sets, one line each, errors in centimetres; below it the lines on drops,
+/// harmful faults and the horizon.
 pub fn table(sets: &[SetScore]) -> String {
     let mut out = String::from(
         "                     exact              ok and            missed   of 15 dB+   false   false     \
@@ -67,7 +68,7 @@ pub fn table(sets: &[SetScore]) -> String {
     out
 }
 
-/// Returns the line with reported and false drops.
+/// Returns the line that counts reported and false drops, and the errors of their depths.
 pub fn drops(set: &SetScore) -> String {
     let Share { hits, of } = set.reported_drops;
     let without = set.false_drops_without;
@@ -97,7 +98,7 @@ pub fn drops(set: &SetScore) -> String {
     out
 }
 
-/// Returns the line with the share of `ok` answers and their horizon.
+/// Returns the line with the counts of `ok` answers, right and wrong, and their median horizon.
 fn promise(set: &SetScore) -> String {
     let horizon = match set.ok_horizon_m {
         None => "no answer is ok".to_owned(),
@@ -113,8 +114,8 @@ fn promise(set: &SetScore) -> String {
     )
 }
 
-/// Returns a table with the median of each figure over several runs of the same sets, errors in
-/// centimetres.
+/// Returns a text table that has the median of each count and error over several runs of the same
+/// sets, errors in centimetres. `runs[i][k]` is set `k` in run `i`.
 pub fn median_table(runs: &[Vec<SetScore>]) -> String {
     let mut out = String::from(
         "set                 exact    ok  ok and wrong  missed  of 15 dB+   false steps  false stairs   \
@@ -150,7 +151,7 @@ pub fn median_table(runs: &[Vec<SetScore>]) -> String {
     out
 }
 
-/// Returns the scenes that are not exact or are wrong, one line each.
+/// Returns a text line for each scene whose answer is not exact or is wrong.
 pub fn confusions(scenes: &[SceneScore]) -> String {
     let mut out = String::new();
     for scene in scenes.iter().filter(|s| !s.exact || s.wrong) {
@@ -193,7 +194,7 @@ pub fn confusions(scenes: &[SceneScore]) -> String {
     out
 }
 
-/// Returns the scenes that are not exact or are wrong, as JSON.
+/// Returns a JSON array with an object for each scene whose answer is not exact or is wrong.
 pub fn confusions_json(scenes: &[SceneScore]) -> Value {
     let list = scenes.iter().filter(|s| !s.exact || s.wrong).map(|s| {
         json!({

@@ -1,4 +1,5 @@
-//! Addresses to listen on: address and port, or interface and ROS 2 domain, with warnings.
+//! Parses addresses to listen on, with warnings: address and port for Foxglove, interface and
+//! domain for ROS 2.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
@@ -33,7 +34,7 @@ pub fn warning(address: SocketAddr) -> Option<String> {
     })
 }
 
-/// Returns the message for a server that cannot listen at `address`, with a remedy.
+/// Returns the error message, with a remedy, for a server that cannot listen at `address`.
 pub fn trouble(address: SocketAddr, error: &std::io::Error) -> String {
     use std::io::ErrorKind;
     let help = match error.kind() {
@@ -48,11 +49,11 @@ pub fn trouble(address: SocketAddr, error: &std::io::Error) -> String {
     format!("--foxglove {address}: {help}")
 }
 
-/// Loopback interface: reachable from this machine only.
+/// Default interface of ROS 2: loopback, reachable from this machine only.
 pub const HERE: &str = "127.0.0.1";
-/// Maximum domain whose ports are below 65536.
+/// Maximum ROS 2 domain whose ports are below 65536.
 const LAST_DOMAIN: u16 = 232;
-/// Environment variable with the domain of ROS 2 programs.
+/// Environment variable that contains the domain of ROS 2 programs.
 pub const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
 /// Parses the address of an interface of this machine.
@@ -69,7 +70,7 @@ pub fn interface(text: &str) -> Result<Ipv4Addr, String> {
     })
 }
 
-/// Returns the domain: the flag's, else the variable's, else 0.
+/// Returns the ROS 2 domain: that of the flag, else that of the environment variable, else 0.
 ///
 /// # Errors
 /// The variable does not contain a domain; the message names it and its value.
@@ -83,7 +84,7 @@ pub fn domain(flag: Option<u16>, variable: Option<&str>) -> Result<u16, String> 
     }
 }
 
-/// Parses a domain.
+/// Parses a ROS 2 domain, 0 to 232.
 ///
 /// # Errors
 /// The message describes the expected format.

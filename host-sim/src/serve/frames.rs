@@ -4,19 +4,22 @@
 use crate::convert::messages::header;
 use crate::convert::ros::{Point, Pose, TfMessage, TransformStamped};
 
-/// Mounting of the scanner, with the names of the frames.
+/// Place of the mirror in the chair, and the names of the coordinate frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// Frame of the coordinates.
+    /// Name of the frame in which all coordinates are given: its origin is on the ground below the
+    /// mirror.
     pub frame: String,
-    /// Frame of the chair, whose origin lies on the ground.
+    /// Name of the chair's frame, whose origin lies on the ground.
     pub base: String,
     /// Mirror's centre in the chair's frame: forward, left, up, metres.
     pub mount: [f64; 3],
 }
 
 impl Frames {
-    /// Returns both transforms: of the mirror in the chair's frame, and of the ground below the mirror.
+    /// Returns the message with both transforms: of the mirror in the chair's frame, and of the
+    /// ground below the mirror in the mirror's frame. `stamp_ns` is the time, nanoseconds since
+    /// 1970.
     pub fn message(&self, stamp_ns: u64) -> TfMessage {
         let [x, y, z] = self.mount;
         let mirror = format!("{}_mirror", self.frame);

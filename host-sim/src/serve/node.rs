@@ -21,26 +21,27 @@ use super::streams::{Outlet, Service, Stream};
 use crate::convert::messages::{FRAME, Topic};
 use crate::convert::ros::{ENCAPSULATION, Message, TfMessage, encoded};
 
-/// Name of the node.
+/// Name of the ROS 2 node.
 const NODE: &str = "stairscan";
 /// Number of messages that a publisher keeps for readers that have not acknowledged them.
 const DEPTH: usize = 10;
-/// Topic of diagnostics that ROS 2's own tools read.
+/// Topic of diagnostics that ROS 2's own tools display.
 const DIAGNOSTICS: &str = "/diagnostics";
-/// Parameters: names of the frames, and the place of the mirror's centre, metres.
+/// Names of the node's parameters: the names of the coordinate frames, and the place of the
+/// mirror's centre, metres.
 const FRAME_ID: &str = "frame_id";
 const BASE_FRAME_ID: &str = "base_frame_id";
 const MOUNT: [&str; 3] = ["mount_x", "mount_y", "mount_height"];
-/// Maximum length of a frame's name, bytes.
+/// Maximum length of a coordinate frame's name, bytes.
 const LONGEST_NAME: usize = 100;
 /// Maximum distance of the mirror from the chair's origin, metres.
 const FARTHEST_M: f64 = 100.0;
 
-/// An encoded message without its encapsulation, which the writer adds.
+/// A message already encoded, without its encapsulation header, which the writer adds.
 struct Body(Vec<u8>);
 
 impl Serialize for Body {
-    /// Serialises the bytes without a length.
+    /// Passes the encoded bytes on, without a length before them.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut tuple = serializer.serialize_tuple(self.0.len())?;
         for byte in &self.0 {
@@ -50,14 +51,14 @@ impl Serialize for Body {
     }
 }
 
-/// A node with its publishers.
+/// A ROS 2 node with one publisher for each topic.
 pub struct RosNode {
     // Dropped before the node, whose end ends the spinner.
     publishers: Vec<(Stream, Publisher<Body>)>,
     transforms: Publisher<Body>,
     node: Node,
     spinner: JoinHandle<()>,
-    /// The last published transforms.
+    /// The frames in the last published transforms; `None` before the first.
     published: RefCell<Option<Frames>>,
     interface: Ipv4Addr,
 }
@@ -104,7 +105,7 @@ impl RosNode {
         Ok(started)
     }
 
-    /// Returns the frames according to the parameters.
+    /// Returns place and names of the coordinate frames according to the node's parameters.
     fn frames(&self) -> Frames {
         let text = |name: &str| match self.node.get_parameter(name) {
             Some(ParameterValue::String(text)) => text,
@@ -121,7 +122,7 @@ impl RosNode {
         }
     }
 
-    /// Publishes the transforms if they have changed.
+    /// Publishes the transforms of the coordinate frames if they have changed.
     fn publish_frames(&self, stamp_ns: u64) -> Result<()> {
         let frames = self.frames();
         let mut published = self.published.borrow_mut();
@@ -169,7 +170,7 @@ impl Service for RosNode {
         address::interface_warning(self.interface)
     }
 
-    /// Removes publishers and node from the graph, and waits for completion.
+    /// Removes publishers and node from the ROS 2 graph, and waits until that is done.
     fn stop(self: Box<Self>) {
         let Self {
             publishers,
@@ -185,12 +186,12 @@ impl Service for RosNode {
     }
 }
 
-/// QoS profile: reliable, without history for late readers.
+/// Returns the QoS profile of measurements: reliable, without history for readers that join later.
 fn live() -> QosProfile {
     QosProfile::publisher_default().history(History::KeepLast { depth: DEPTH })
 }
 
-/// Returns the topics of a stream; empty if ROS 2 has no type for it.
+/// Returns the ROS 2 topics of a stream; empty if ROS 2 has no type for its messages.
 fn topics(stream: Stream) -> Vec<&'static str> {
     let channel = stream.channel();
     if channel.encoding != "cdr" {
@@ -200,7 +201,7 @@ fn topics(stream: Stream) -> Vec<&'static str> {
     std::iter::once(channel.topic).chain(more).collect()
 }
 
-/// Creates the node in its domain.
+/// Creates the node in its domain, with its parameters.
 fn join(interface: Ipv4Addr, domain: u16, mount_height_m: f64) -> Result<Node> {
     // The participant itself would continue without an interface.
     UdpSocket::bind((interface, 0)).context("no interface of this machine")?;
@@ -224,7 +225,7 @@ fn join(interface: Ipv4Addr, domain: u16, mount_height_m: f64) -> Result<Node> {
     node.map_err(|error| anyhow!("{error:?}"))
 }
 
-/// Checks the value of a parameter.
+/// Checks the value of a parameter of the node; the error describes the expected value.
 fn valid(name: &str, value: &ParameterValue) -> Result<(), String> {
     match value {
         ParameterValue::String(text) => {

@@ -1,6 +1,7 @@
-//! Replaces a program without a feature by one with it, which Cargo builds.
+//! Replaces the running program, built without a feature, by one with it, which Cargo builds.
 //!
-//! A feature has the name of the flag that needs it, and a directory of that name below the target directory.
+//! A feature has the name of the flag that needs it, and a directory of that name below the target
+//! directory.
 
 use std::convert::Infallible;
 use std::os::unix::process::CommandExt;
@@ -29,7 +30,8 @@ pub fn start(feature: &str) -> Result<Infallible> {
     Err(error).with_context(|| format!("{}", program.display()))
 }
 
-/// Builds into a separate directory, so that the program under `release/` stays the one without the feature.
+/// Builds the program with the feature and returns its path. The build has a directory of its own,
+/// so that the program under `release/` stays the one without the feature.
 fn build(root: PathBuf, feature: &str) -> Result<PathBuf> {
     let build_dir = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| root.join("target"), |dir| root.join(dir));

@@ -14,26 +14,27 @@ use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
 
-/// Number of scans that are computed ahead.
+/// Number of scans whose answers are computed ahead of the playback.
 const AHEAD: usize = 2;
-/// Pause between the last chirp of a recording with timestamps and the first chirp of the next pass.
+/// Pause between the last chirp of a recording with timestamps and the first chirp of the next
+/// pass, nanoseconds.
 const PAUSE_NS: u64 = SECOND_NS;
 
-/// Clock of the playback.
+/// Clock of a playback, real or simulated.
 pub trait Clock {
     /// Returns the current time, nanoseconds since 1970.
     fn now_ns(&self) -> u64;
-    /// Waits until `ns` since 1970. Returns `false` if the session has ended.
+    /// Waits until the time `ns`, nanoseconds since 1970. Returns `false` if the session has ended.
     fn wait_until(&mut self, ns: u64) -> bool;
 }
 
-/// A computed scan.
+/// A scan with the answer computed for it.
 struct Part {
     scan: Scan,
     picture: Picture,
 }
 
-/// Times of a recording's chirps, nanoseconds since the start of a pass.
+/// Times of a recording's chirps, nanoseconds since the start of a pass over the recording.
 struct Times<'a> {
     recording: &'a Recording,
     first_ns: u64,
@@ -47,7 +48,8 @@ impl<'a> Times<'a> {
         }
     }
 
-    /// Returns the time of chirp `k` (from 0).
+    /// Returns the time of chirp `k` (from 0 over all scans), nanoseconds since the start of a
+    /// pass.
     fn chirp(&self, k: usize) -> u64 {
         let spread = || {
             let per_scan = self.recording.chirps_per_scan().max(1) as u64;
@@ -57,7 +59,7 @@ impl<'a> Times<'a> {
         at.saturating_sub(self.first_ns)
     }
 
-    /// Returns the period of the passes.
+    /// Returns the duration of a pass over the recording, nanoseconds.
     fn pass(&self) -> u64 {
         let last = self.chirp(self.recording.chirps().saturating_sub(1));
         match chirp_ns(self.recording, 0) {
@@ -103,7 +105,8 @@ pub fn play(
     }
 }
 
-/// Computes the scans of a recording in order, in a thread.
+/// Starts a thread that replays the scans of a recording in order, and returns the receiver of the
+/// results.
 fn work_out(recording: &Arc<Recording>, options: Options) -> Receiver<Result<Part>> {
     let (sender, coming) = mpsc::sync_channel(AHEAD);
     let recording = recording.clone();
@@ -126,7 +129,7 @@ fn next(coming: &Receiver<Result<Part>>) -> Result<Part> {
     coming.recv().context("the scanner gave no answer")?
 }
 
-/// One pass over a recording with its start time.
+/// State of one pass over a recording, which began at `start`.
 struct Session<'a> {
     times: &'a Times<'a>,
     outlet: &'a dyn Outlet,
@@ -134,7 +137,7 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Plays one scan; `None` if the session has ended meanwhile.
+    /// Plays one scan and returns it; `None` if the session has ended meanwhile.
     fn scan(&self, part: &Part, clock: &mut dyn Clock) -> Result<Option<Scan>> {
         let recording = self.times.recording;
         let number = &part.scan.json["scan"];

@@ -12,7 +12,7 @@ use foxglove::{
 use super::address;
 use super::streams::{Outlet, Service, Stream};
 
-/// A running server.
+/// A running Foxglove server.
 pub struct Server {
     handle: WebSocketServerHandle,
     channels: Vec<(Stream, Arc<RawChannel>)>,
@@ -84,7 +84,7 @@ impl Service for Server {
         address::warning(self.address)
     }
 
-    /// Closes the connections and waits for completion.
+    /// Closes the connections and waits until that is done.
     fn stop(self: Box<Self>) {
         self.handle.stop().wait_blocking();
     }

@@ -1,8 +1,8 @@
 //! The topics of a live source. A message is published only while there is a subscriber.
 //!
-//! | topic | schema | holds |
+//! | topic | schema | content |
 //! |---|---|---|
-//! | those of [`Topic`] | as in MCAP files | a message a scan |
+//! | those of [`Topic`] | as in MCAP files | a message per scan |
 //! | `/stairscan/map` | `sensor_msgs/msg/Image` | the polar map of a scan |
 //! | `/stairscan/chirp` | JSON | one chirp as recorded |
 
@@ -15,19 +15,19 @@ use crate::convert::ros::{Image, encoded};
 use crate::convert::scans::Scan;
 use crate::recording::Recording;
 
-/// One topic.
+/// One topic of a live source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stream {
-    /// A topic of MCAP files.
+    /// A topic of MCAP files, with one message per scan.
     Scan(Topic),
-    /// The polar map.
+    /// The polar map of a scan, as an image.
     Map,
-    /// Raw chirps.
+    /// Raw chirps, one message each.
     Chirp,
 }
 
 impl Stream {
-    /// Topics of a recording.
+    /// Topics that a recording can supply.
     pub const OF_RECORDINGS: [Self; 8] = [
         Self::Scan(Topic::Answer),
         Self::Scan(Topic::Echoes),
@@ -38,7 +38,7 @@ impl Stream {
         Self::Map,
         Self::Chirp,
     ];
-    /// Topics of a report port, whose sentences contain neither echoes nor samples.
+    /// Topics that a report port can supply; its sentences contain neither echoes nor samples.
     pub const OF_PORTS: [Self; 5] = [
         Self::Scan(Topic::Answer),
         Self::Scan(Topic::Stairs),
@@ -47,7 +47,7 @@ impl Stream {
         Self::Scan(Topic::Free),
     ];
 
-    /// Returns name and schema.
+    /// Returns the topic's name and the schema of its messages.
     pub fn channel(self) -> Channel {
         match self {
             Self::Scan(topic) => topic.channel(),
@@ -57,29 +57,30 @@ impl Stream {
     }
 }
 
-/// Sink of messages.
+/// Sink of messages: a server, a node or a test.
 pub trait Outlet {
-    /// Whether there is a subscriber.
+    /// Whether a topic has a subscriber.
     fn wanted(&self, stream: Stream) -> bool;
-    /// Publishes an encoded message with the timestamp `stamp_ns`, nanoseconds since 1970.
+    /// Publishes an encoded message on a topic with the timestamp `stamp_ns`, nanoseconds since
+    /// 1970.
     fn publish(&self, stream: Stream, message: &[u8], stamp_ns: u64);
-    /// Returns the name of the coordinate frame.
+    /// Returns the name of the coordinate frame in messages.
     fn frame(&self) -> String {
         FRAME.to_owned()
     }
 }
 
-/// An outlet that other programs can connect to.
+/// A sink of messages to which other programs can connect.
 pub trait Service: Outlet {
-    /// Returns its address as text.
+    /// Returns the address at which other programs connect, as text.
     fn place(&self) -> String;
-    /// Returns a warning, if one applies.
+    /// Returns a warning if other machines can connect.
     fn warning(&self) -> Option<String>;
-    /// Shuts it down.
+    /// Ends the service.
     fn stop(self: Box<Self>);
 }
 
-/// Publishes those messages of a scan that have a subscriber.
+/// Publishes the messages of a scan on those topics that have a subscriber.
 ///
 /// # Errors
 /// None with these messages.
@@ -96,17 +97,18 @@ pub fn publish_scan(outlet: &dyn Outlet, scan: &Scan) -> Result<()> {
     Ok(())
 }
 
-/// A polar map as an image: one row for each angle, one column for each range bin, one byte for each cell.
+/// A polar map as an image: one row of pixels for each angle, one column for each range bin, one
+/// byte for each cell.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Picture {
-    /// Number of range bins.
+    /// Number of range bins, the width of the image in pixels.
     pub width: usize,
-    /// The cells row by row, in the map's units; 0 in lost rows.
+    /// Levels of the cells row by row, in steps of 1/8 octave (0.376 dB); 0 in lost rows.
     pub cells: Vec<u8>,
 }
 
 impl Picture {
-    /// Returns the image of `map`.
+    /// Returns the image of a polar map.
     pub fn of(map: &PolarMap) -> Self {
         let width = map.bins();
         let mut cells = Vec::with_capacity(map.rows() * width);
@@ -119,7 +121,7 @@ impl Picture {
         Self { width, cells }
     }
 
-    /// Returns the ROS 2 message.
+    /// Returns the image as a ROS 2 message of type `sensor_msgs/msg/Image`.
     fn image(&self, stamp_ns: u64, frame: &str) -> Image {
         Image {
             header: header(stamp_ns, frame),
@@ -145,8 +147,8 @@ pub fn publish_map(outlet: &dyn Outlet, picture: &Picture, stamp_ns: u64) -> Res
     Ok(())
 }
 
-/// Publishes chirp `k` (from 0) of a recording if there is a subscriber. `scan` is the number in the scan's
-/// answer.
+/// Publishes chirp `k` (from 0) of a recording if there is a subscriber. `scan` is the scan's
+/// number in its answer.
 pub fn publish_chirp(
     outlet: &dyn Outlet,
     recording: &Recording,

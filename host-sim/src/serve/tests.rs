@@ -18,7 +18,7 @@ use super::streams::{Outlet, Stream};
 /// Start time of the playback, nanoseconds since 1970.
 const BEGIN_NS: u64 = 1_700_000_000 * SECOND_NS;
 
-/// Stores the messages of the subscribed topics.
+/// An outlet that stores the messages of the subscribed topics.
 struct Kept {
     subscribed: Vec<Stream>,
     messages: RefCell<Vec<(Stream, Vec<u8>, u64)>>,
@@ -32,7 +32,7 @@ impl Kept {
         }
     }
 
-    /// Messages and stamps of a topic.
+    /// Returns the messages of a topic with their timestamps.
     fn of(&self, stream: Stream) -> Vec<(Vec<u8>, u64)> {
         let messages = self.messages.borrow();
         let mine = messages.iter().filter(|(of, ..)| *of == stream);
@@ -53,7 +53,7 @@ impl Outlet for Kept {
     }
 }
 
-/// A clock that advances without waiting, up to an end time.
+/// A clock that jumps to each requested time, up to an end time.
 struct Hurried {
     now_ns: u64,
     end_ns: u64,
@@ -75,7 +75,7 @@ fn stair_a() -> Recording {
     Recording::read(&workspace().join("recordings/stair_a")).unwrap()
 }
 
-/// Plays `recording` for a number of seconds.
+/// Plays `recording` for `seconds` and returns the messages of `streams`.
 fn played(recording: &Recording, seconds: f64, streams: &[Stream]) -> Kept {
     let kept = Kept::subscribed(streams);
     let mut clock = Hurried {

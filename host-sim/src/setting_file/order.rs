@@ -8,15 +8,17 @@ use std::collections::BTreeMap;
 use stairscan::config::ConfigError;
 use stairscan::scanner::Settings;
 
-/// A setting and its value, as commands write them.
+/// Name of a setting, and its value in the notation of commands.
 pub type Change = (&'static str, String);
-/// A setting that is refused, and the expected value.
+/// Name of a setting that is refused, and the expected value.
 pub type Refused = (&'static str, ConfigError);
 
-/// Converts the settings that a scanner has reported (`get`), as commands write them.
+/// Returns the settings that a scanner has reported (`get`), given by name in the notation of
+/// commands.
 ///
 /// # Errors
-/// This program would not accept a value: the scanner has another firmware version. The message names the setting.
+/// This program would not accept a value: the scanner has another firmware version. The message
+/// names the setting.
 pub fn settings_of(values: &BTreeMap<String, String>) -> Result<Settings, ConfigError> {
     let mut settings = Settings::default();
     // The radar module's settings, which no command changes.
@@ -38,10 +40,11 @@ pub fn settings_of(values: &BTreeMap<String, String>) -> Result<Settings, Config
     }
 }
 
-/// Returns `changes` in an order in which each is accepted, starting from `settings`, and the resulting settings.
+/// Returns `changes` in an order in which each is accepted, starting from `settings`, and the
+/// resulting settings.
 ///
 /// # Errors
-/// The changes that are refused, with the expected values.
+/// The changes that are refused in any order, with the expected values.
 pub fn in_order(
     settings: &Settings,
     changes: &[Change],

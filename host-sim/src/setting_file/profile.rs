@@ -1,4 +1,5 @@
-//! Reads and writes the file: TOML, one key for each setting, a string with a unit if the setting has one.
+//! Reads and writes a file of settings: TOML, one key for each setting, a string with a unit if the
+//! setting has one.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,25 +12,26 @@ use toml::de::{DeTable, DeValue};
 use super::order::{self, Change};
 use super::table::{self, Row};
 
-/// A setting of a file.
+/// One setting that a file contains.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// The setting.
+    /// The setting, a row of the settings' table.
     pub row: &'static Row,
-    /// Its value, as commands write it.
+    /// Value of the setting, in the notation of commands.
     pub value: String,
-    /// Line of the file, from 1.
+    /// Line of the file on which the setting stands, from 1.
     pub line: usize,
 }
 
 /// The settings of a file, in the order of the settings' table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Profile {
-    /// The settings in the file.
+    /// The settings that the file contains.
     pub entries: Vec<Entry>,
 }
 
-/// Returns the text of a file with all settings in `values`, as commands write them; `about` is its first comment.
+/// Returns the text of a file with all settings in `values`, by name in the notation of commands;
+/// `about` becomes its first comment.
 pub fn text(values: &BTreeMap<String, String>, about: &str) -> String {
     let mut text = String::new();
     for line in about.lines() {
@@ -52,7 +54,8 @@ pub fn text(values: &BTreeMap<String, String>, about: &str) -> String {
     text
 }
 
-/// Returns a value in the notation of the file.
+/// Converts a value from the notation of commands to that of the file, in quotation marks if
+/// needed.
 fn value_text(row: &Row, value: &str) -> String {
     let spoken = row.with_unit(value);
     let bare = row.unit.written.is_empty() && spoken.parse::<f64>().is_ok();
@@ -100,7 +103,8 @@ impl Profile {
         Ok(profile)
     }
 
-    /// Returns the commands, in an order that a scanner with the settings `values` accepts, and the resulting settings.
+    /// Returns the changes of the file in an order that a scanner with the settings `values`
+    /// accepts, and the resulting settings.
     ///
     /// # Errors
     /// All keys of the file `name` that such a scanner would refuse.
@@ -152,7 +156,8 @@ impl Profile {
     }
 }
 
-/// Returns row and value (as commands write it) of one key of a file.
+/// Returns the setting, and the value in the notation of commands, for one key of a file; the error
+/// describes the expected value.
 fn entry(key: &str, value: &Spanned<DeValue<'_>>) -> Result<(&'static Row, String), String> {
     let row = table::row(key).ok_or_else(|| match nearest(key) {
         Some(near) => format!("{key}: no such setting; did you mean {near}?"),
@@ -202,7 +207,8 @@ fn entry(key: &str, value: &Spanned<DeValue<'_>>) -> Result<(&'static Row, Strin
     }
 }
 
-/// Returns a key that differs from `key` by one letter, or by an underscore in place of a hyphen.
+/// Returns the name of a setting that differs from `key` by one letter, or by an underscore in
+/// place of a hyphen; `None` without one.
 fn nearest(key: &str) -> Option<&'static str> {
     let key = key.to_lowercase().replace('_', "-");
     let close = |known: &&&str| {

@@ -9,27 +9,28 @@ use super::units::Unit;
 
 /// The document that holds the table.
 const DOCUMENT: &str = include_str!("../../../docs/hardware.md");
-/// Its header.
+/// Header of the table in the document.
 const HEADER: &str = "| key | unit | values | default | hash | meaning |";
 /// Text in the column of values for settings that no command changes.
 const READ_ONLY: &str = "read only";
 
-/// One setting.
+/// One setting, a row of the table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Its name.
+    /// Name of the setting, the key in files and commands.
     pub key: &'static str,
-    /// Notation of its number in files.
+    /// Unit of the setting's number, and its notation in files.
     pub unit: &'static Unit,
-    /// Minimum and maximum; `None` if the type is the only limit, or the value is a word.
+    /// Minimum and maximum in units of commands; `None` if the type is the only limit, or the value
+    /// is a word.
     pub limits: Option<(i64, i64)>,
     /// Permitted words; empty for numbers.
     pub words: Vec<&'static str>,
-    /// Default, as commands write it.
+    /// Default value, in the notation of commands.
     pub default: &'static str,
-    /// Whether the radar module reports it and no command changes it.
+    /// Whether no command changes the setting, because the radar module reports it.
     pub read_only: bool,
-    /// Meaning.
+    /// Meaning of the setting, in words.
     pub meaning: &'static str,
 }
 
@@ -58,13 +59,13 @@ impl Row {
     }
 }
 
-/// Returns all settings, in the order of their keys.
+/// Returns all settings, in the order of the table in the document.
 pub fn rows() -> &'static [Row] {
     static ROWS: LazyLock<Vec<Row>> = LazyLock::new(read);
     &ROWS
 }
 
-/// Returns the row of `key`.
+/// Returns the row of the setting `key`; `None` if there is no such setting.
 pub fn row(key: &str) -> Option<&'static Row> {
     rows().iter().find(|row| row.key == key)
 }

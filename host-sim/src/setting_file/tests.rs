@@ -66,7 +66,8 @@ fn people_s_units_are_written() {
     assert_eq!(table::row("plane").unwrap().range(), "depth, height, both");
 }
 
-/// A written file is read as the same bits: at both limits, at the default and at odd values.
+/// A written file sets the same values when it is read: at both limits, at the default and at other
+/// values.
 #[test]
 fn a_file_that_was_written_sets_the_same_values() {
     for row in table::rows()
@@ -156,7 +157,7 @@ fn every_wrong_line_is_named_with_its_value_and_range() {
     assert!(refused("plane =\n").starts_with("chair.toml:1:"));
 }
 
-/// The scanner would refuse them in the order of the file.
+/// The scanner would refuse the settings of this file in the order of the file.
 #[test]
 fn settings_that_only_fit_together_are_put_in_order() {
     let text = "first-angle = \"-100 deg\"\nangle-step = \"1 deg\"\nangle-count = 200\nmodule = \"sirad\"\n\

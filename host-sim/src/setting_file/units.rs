@@ -5,31 +5,32 @@
 
 use stairscan::scanner::MICROSTEPS_PER_TURN;
 
-/// A unit of files.
+/// A unit that may stand in a file, such as `cm`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Written {
-    /// Its name.
+    /// Name of the unit, as in the file.
     pub name: &'static str,
-    /// Command units in one of it: numerator and denominator.
+    /// Number of command units in one of this unit: numerator and denominator.
     pub ratio: (i128, i128),
-    /// Minimum number of command units for which it is written; the last entry is also used below its own.
+    /// Magnitude from which a number is written in this unit, in command units.
     pub from: i128,
 }
 
-/// Notation of one command unit.
+/// Notation in files of numbers that commands count in one unit.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// Name in the settings' table.
+    /// Name of the command unit in the settings' table, such as `0.01 mm`.
     pub name: &'static str,
-    /// Units that a file may use; empty: a number without a unit.
+    /// Units that a file may use, in the order in which they are tried for writing; empty for a
+    /// number without a unit.
     pub written: &'static [Written],
-    /// Command units in 1 of a number without a unit.
+    /// Number of command units in 1 of a number that a file contains without a unit.
     pub one: i128,
-    /// Whether a value between two command units is rounded instead of refused.
+    /// Whether a value between two command units is rounded; otherwise it is refused.
     pub rounds: bool,
 }
 
-/// Marks a unit that is read but never written.
+/// Magnitude that marks a unit as one that is read but never written.
 const NEVER: i128 = i128::MAX;
 /// Degrees per turn.
 const TURN_DEG: i128 = 360;
@@ -48,9 +49,9 @@ const fn unit(name: &'static str, written: &'static [Written]) -> Unit {
     }
 }
 
-/// A count, a date, a checksum.
+/// Notation of numbers without a unit: counts, dates, checksums.
 static NUMBER: Unit = unit("", &[]);
-/// Every unit of the settings' table.
+/// Notations of all units of the settings' table.
 static UNITS: &[Unit] = &[
     unit(
         "0.01 mm",
@@ -145,18 +146,19 @@ static UNITS: &[Unit] = &[
     unit("microsteps", &[]),
 ];
 
-/// Numbers that are written as a word, by key.
+/// Numbers that files contain as a word: key, number and word.
 const WORDS: &[(&str, i64, &str)] = &[
     ("mirror-echo", 0, "never"),
     ("mirror-level", 0, "never"),
     ("calibrated", 0, "never"),
     ("encoder-home", -1, "unknown"),
 ];
-/// The key whose number is a date, YYYYMMDD.
+/// Key of the setting whose number is a date, YYYYMMDD.
 const DATE: &str = "calibrated";
 
 impl Unit {
-    /// Returns the unit with this name in the settings' table, for `key`.
+    /// Returns the notation of the unit `name` in the settings' table, for the setting `key`;
+    /// `None` for an unknown unit.
     pub fn of(key: &str, name: &str) -> Option<&'static Self> {
         if name.is_empty() || key == DATE {
             return Some(&NUMBER);
@@ -164,7 +166,8 @@ impl Unit {
         UNITS.iter().find(|unit| unit.name == name)
     }
 
-    /// Returns the word for the number `value` of `key`, or its date.
+    /// Returns the word that stands for the number `value` of `key`, or its date as `YYYY-MM-DD`;
+    /// `None` for all other numbers.
     pub fn word_of(&self, key: &str, value: &str) -> Option<String> {
         let number: i64 = value.parse().ok()?;
         let word = WORDS.iter().find(|word| (word.0, word.1) == (key, number));
@@ -180,7 +183,7 @@ impl Unit {
             .or_else(|| (key == DATE).then(date))
     }
 
-    /// Converts `number` of a command to the notation of files.
+    /// Converts `number`, in command units, to the notation of files, with its unit.
     pub fn shown(&self, number: i128) -> String {
         let of = |w: &&Written| number == 0 || number.abs() >= w.from;
         match self.written.iter().find(of) {
@@ -189,10 +192,10 @@ impl Unit {
         }
     }
 
-    /// Converts `text` of a file to the number of a command.
+    /// Converts `text` of a file to the number of a command, in command units.
     ///
     /// # Errors
-    /// The expected value.
+    /// A description of the expected value.
     pub fn parse(&self, key: &str, text: &str) -> Result<i128, String> {
         let text = text.trim();
         if let Some(word) = WORDS.iter().find(|word| (word.0, word.2) == (key, text)) {
@@ -226,7 +229,7 @@ impl Unit {
         }
     }
 
-    /// Returns a description of the expected value.
+    /// Returns a description of the notations that are accepted.
     fn expected(&self) -> String {
         let names: Vec<&str> = self.written.iter().map(|w| w.name).collect();
         match names.first() {
@@ -240,7 +243,7 @@ impl Unit {
     }
 }
 
-/// Returns `above / below` in decimal, exact if it ends within twelve places.
+/// Returns `above / below` as a decimal number, exact if it ends within twelve places.
 fn decimal(above: i128, below: i128) -> String {
     const PLACES: usize = 12;
     let sign = if above < 0 { "-" } else { "" };
@@ -255,7 +258,8 @@ fn decimal(above: i128, below: i128) -> String {
     format!("{sign}{}{dot}{places}", above / below)
 }
 
-/// Returns the digits of a decimal as an integer, and the number of decimal places.
+/// Splits a decimal number into its digits as an integer, and the number of its decimal places;
+/// `None` if it is no number.
 fn digits_of(text: &str) -> Option<(i128, u32)> {
     const MAX_LETTERS: usize = 24;
     let text = text.replace('_', "");
@@ -270,7 +274,7 @@ fn digits_of(text: &str) -> Option<(i128, u32)> {
     Some((number, u32::try_from(places.len()).ok()?))
 }
 
-/// Returns `YYYY-MM-DD` as one number.
+/// Converts a date `YYYY-MM-DD` to the number YYYYMMDD; `None` if it is no date.
 fn date(text: &str) -> Option<i128> {
     let parts: Vec<&str> = text.split('-').collect();
     let [year, month, day] = parts[..] else {

@@ -13,13 +13,13 @@ use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use super::stage::{Environment, Link, Shaft, Shared};
 use crate::volatile::{Volatile, identity};
 
-/// Time between two steps of the loop; the mirror has settled by then.
+/// Simulated time between two steps of the scanner's loop, µs; the mirror has settled by then.
 const STEP_US: u32 = 10_000;
-/// Maximum number of steps until a command is answered, or a scan of the longest schedule reported,
+/// Maximum number of steps of the loop until a command is answered, or a scan of the longest schedule reported,
 /// including faults.
 const PATIENCE: u32 = 200_000;
 
-/// Memory that the scanner borrows.
+/// Memory that the scanner borrows: its pipeline, reports and odometry.
 pub struct ScannerMemory {
     pipeline: Box<Pipeline>,
     reports: Reports,
@@ -43,12 +43,12 @@ impl Default for ScannerMemory {
     }
 }
 
-/// A reported scan.
+/// A completely reported scan.
 #[derive(Clone, Debug)]
 pub struct ReportedScan {
-    /// Its head.
+    /// The `SCAN` sentence that begins the report.
     pub head: ScanLine,
-    /// All of its lines, including the head.
+    /// All sentences of the report, including the `SCAN` sentence, one line each.
     pub lines: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ pub struct ScannerBench<'a> {
     pub stage: Rc<RefCell<Environment>>,
     scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
-    /// The scan that is being reported.
+    /// The scan whose report has begun and is not yet complete.
     receiving: Option<ReportedScan>,
     to_come: u8,
     reported: Option<ReportedScan>,
@@ -95,7 +95,7 @@ impl<'a> ScannerBench<'a> {
         self.scanner.scans()
     }
 
-    /// Runs one step and processes its output.
+    /// Runs one step of the scanner's loop and processes the lines that it has sent.
     ///
     /// # Errors
     /// A line that is not a sentence, or a missed deadline.
@@ -137,12 +137,12 @@ impl<'a> ScannerBench<'a> {
         Ok(())
     }
 
-    /// Takes the last reported scan.
+    /// Returns the last completely reported scan, once; `None` if no other was reported since.
     pub fn take_report(&mut self) -> Option<ReportedScan> {
         self.reported.take()
     }
 
-    /// Runs steps until `done`.
+    /// Runs steps of the scanner's loop until `done` returns `true`.
     ///
     /// # Errors
     /// Those of [`ScannerBench::step`], or a timeout.
@@ -156,7 +156,7 @@ impl<'a> ScannerBench<'a> {
         bail!("does not move in state {}", self.scanner.state())
     }
 
-    /// Sends a line without waiting for a reply.
+    /// Sends a line to the scanner without waiting for a reply.
     pub fn type_in(&mut self, line: &str) {
         self.stage.borrow_mut().typed.extend(line.bytes());
     }
@@ -181,7 +181,7 @@ impl<'a> ScannerBench<'a> {
     }
 }
 
-/// Returns whether the command was executed if a line is a reply to one.
+/// Returns whether the command was executed, if the line is the reply to a command; else `None`.
 fn answer(line: &str) -> Option<bool> {
     match Sentence::parse(line).ok()? {
         Sentence::Done { .. } | Sentence::Config { .. } | Sentence::State { .. } => Some(true),

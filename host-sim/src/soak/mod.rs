@@ -30,13 +30,14 @@ use stage::{Environment, Plan, ScanChirps};
 
 /// Random stream of the test, separate from those of scenes and faults.
 const STREAM: u64 = 0x534F_414B;
-/// Maximum number of simulated recordings that are kept. Simulating one takes as long as about twenty scans.
+/// Maximum number of simulated recordings that are kept for further visits. Simulating one takes as long as about
+/// twenty scans.
 const MAX_RECORDINGS: usize = 12;
-/// Number of visits after which one of them is replaced.
+/// Number of visits after which a new recording is simulated, in place of the oldest if there are enough.
 const RENEWAL_VISITS: u64 = 10;
-/// Number of consecutive lost rows after which the sweep ends with a silent link, if they are the scan's last.
+/// Number of consecutive lost rows at the end of a scan for which the scanner reports a silent link.
 const STREAK: usize = 8;
-/// Lines that must have no effect in any state of the scanner.
+/// Commands that must not change the scanner in any of its states, some of them invalid.
 const CHATTER: [&str; 9] = [
     "status",
     "version",
@@ -49,24 +50,25 @@ const CHATTER: [&str; 9] = [
     "hello",
 ];
 
-/// Result of the test.
+/// Result of the endurance test.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Number of reported scans.
     pub scans: u64,
-    /// Numbers of `ok`, `degraded` and `fault`, as answered by the pipeline.
+    /// Numbers of completed scans with status `ok`, `degraded` and `fault`.
     pub statuses: [u64; 3],
-    /// Number of scans that ended with a lost module or a stall.
+    /// Number of scans that the scanner ended with a fault of the hardware: a stall, a silent link or too many lost
+    /// rows.
     pub ended: u64,
-    /// Number of scans with lost rows.
+    /// Number of completed scans with lost rows.
     pub lossy: u64,
     /// Number of scans ended by `stop`.
     pub stopped: u64,
     /// Number of scans of recordings with a fault of the instrument.
     pub faulty: u64,
-    /// Number of lines sent.
+    /// Number of commands without effect and settings sent.
     pub typed: u64,
-    /// Differences from a new pipeline.
+    /// One text for each scan whose report differs from a new pipeline's.
     pub differing: Vec<String>,
     /// Maximum resident memory during the first and the second half of the scans, bytes; 0 if the system does not
     /// report it. It varies with the simulated recordings; a leak shows in the maxima.
@@ -81,7 +83,7 @@ fn resident() -> Option<u64> {
     Some(1024 * kib)
 }
 
-/// Recordings of the visits.
+/// Simulated recordings from which the visits choose.
 struct Library {
     recordings: Vec<Recording>,
     visits: u64,
@@ -89,7 +91,7 @@ struct Library {
 }
 
 impl Library {
-    /// Returns a random recording, sometimes with a fault of the instrument, and whether it has one.
+    /// Returns a random recording, four times in ten with a fault of the instrument, and whether it has one.
     fn choose(&mut self, random: &mut Random) -> Result<(Recording, bool)> {
         if self.recordings.len() < MAX_RECORDINGS && self.visits >= self.recordings.len() as u64
             || self.visits.is_multiple_of(RENEWAL_VISITS)
@@ -113,7 +115,7 @@ impl Library {
     }
 }
 
-/// Draws the disturbances of the next scan of `rows` rows.
+/// Returns random disturbances for a scan of `rows` rows; two scans in three have none.
 fn plan(random: &mut Random, rows: usize) -> Plan {
     let mut plan = Plan::default();
     match random.index(12) {
@@ -132,11 +134,11 @@ struct Soak<'a> {
     random: Random,
     tally: Tally,
     wanted: u64,
-    /// Settings that the scanner has been given.
+    /// Configuration that the scanner has been given by commands.
     config: Config,
 }
 
-/// Runs `scans` scans. `look` is called with their number after each visit.
+/// Runs `scans` scans. `look` is called after each visit with the number of scans so far.
 ///
 /// # Errors
 /// A line that is not a sentence, a missed deadline, or a refused setting.
@@ -180,7 +182,8 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
 }
 
 impl Soak<'_> {
-    /// Scans `chirps` a few times.
+    /// Makes a visit: gives the scanner the recording's settings, scans the recording up to four times, and may leave
+    /// it in the middle of another scan.
     fn visit(&mut self, chirps: Rc<ScanChirps>) -> Result<()> {
         self.begin(&chirps)?;
         ensure!(self.bench.command("start")?, "start: refused");
@@ -198,7 +201,8 @@ impl Soak<'_> {
         Ok(())
     }
 
-    /// Changes to another recording: its settings, and a random seed and estimator.
+    /// Begins a visit: stops the scanner, exchanges the recording, and sends its settings with a random seed and
+    /// estimator.
     fn begin(&mut self, chirps: &Rc<ScanChirps>) -> Result<()> {
         ensure!(self.bench.command("stop")?, "stop: refused");
         // The previous scan is discarded.
@@ -243,7 +247,8 @@ impl Soak<'_> {
         }
     }
 
-    /// Runs one scan, with lines without effect and sometimes a setting for the next scan during it.
+    /// Runs one scan and compares its report. During the scan it sends commands without effect, and sometimes the seed
+    /// for the next scan.
     fn scan(&mut self, chirps: &ScanChirps) -> Result<()> {
         let begun = |bench: &mut ScannerBench<'_>| !bench.stage.borrow().shown.is_empty();
         self.bench.until(begun)?;
@@ -276,7 +281,7 @@ impl Soak<'_> {
         Ok(())
     }
 
-    /// Compares the reported with the expected lines.
+    /// Counts a scan, and records its report in the tally if it differs from the expected one.
     fn compare(
         &mut self,
         chirps: &ScanChirps,
@@ -318,13 +323,13 @@ impl Soak<'_> {
     }
 }
 
-/// Returns the settings of a visit: those of [`Config`] without the module's.
+/// Returns the names of the settings that are sent in a visit: those of [`Config`] without the radar module's.
 fn own_keys() -> impl Iterator<Item = &'static &'static str> {
     Config::KEYS.iter().filter(|key| !key.starts_with("radar-"))
 }
 
 /// Returns the lines that a new pipeline reports for the same rows. `of` is the scan's number and the hash of its
-/// settings.
+/// settings; `shown` are the rows in their order, and whether their chirps were received.
 fn fresh(
     chirps: &ScanChirps,
     config: &Config,

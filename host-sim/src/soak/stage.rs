@@ -18,17 +18,17 @@ use crate::playback::{SimShaft, row_at};
 use crate::recording::{META_SUFFIX, Recording};
 use crate::setup;
 
-/// A scan's chirps by row.
+/// A scan's chirps by row, with the configuration for them.
 pub struct ScanChirps {
     /// Name of the recording.
     pub name: String,
-    /// Configuration of the recording.
+    /// The scanner's configuration for the recording.
     pub config: Config,
     chirps: Vec<Option<Vec<Iq>>>,
 }
 
 impl ScanChirps {
-    /// From the first scan of `recording`.
+    /// Takes the chirps of the first scan of `recording`, and the configuration from `base` and the recording.
     ///
     /// # Errors
     /// The recording cannot be scanned; the message names the cause.
@@ -51,7 +51,7 @@ impl ScanChirps {
         })
     }
 
-    /// Returns the chirp of a row.
+    /// Returns the chirp of a row; `None` if the recording has none.
     pub fn chirp(&self, row: usize) -> Option<&[Iq]> {
         self.chirps.get(row)?.as_deref()
     }
@@ -65,32 +65,32 @@ impl ScanChirps {
 /// Disturbances of one scan.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
-    /// Rows whose chirps are lost.
+    /// Indices of the rows whose chirps are lost.
     pub lost: BTreeSet<usize>,
-    /// Position in the scan's order from which on no chirp is delivered.
+    /// Number of rows, in the scan's order, after which no chirp is delivered.
     pub silent_from: Option<usize>,
-    /// Position in the scan's order at which the motor stalls once.
+    /// Number of rows, in the scan's order, after which the motor stalls, once.
     pub stalls_at: Option<usize>,
 }
 
-/// Module, mirror and report port.
+/// Simulated radar module, mirror and report port of one scanner.
 pub struct Environment {
     /// The recording that is scanned.
     pub chirps: Rc<ScanChirps>,
-    /// Disturbances of the current scan, and of the next one.
+    /// Disturbances of the current scan, or, after its report, of the next one.
     pub plan: Plan,
-    /// Rows of the current scan in their order, and whether their chirps were delivered.
+    /// Row indices of the current scan in the order of measurement, each with whether its chirp was delivered.
     pub shown: Vec<(usize, bool)>,
-    /// Input bytes of the report port.
+    /// Bytes that were sent to the scanner's report port and that it has not read yet.
     pub typed: VecDeque<u8>,
-    /// Output of the report port up to the last complete line.
+    /// Bytes from the scanner's report port that are not processed yet; between steps, those of an incomplete line.
     pub printed: Vec<u8>,
-    /// Whether a scan has been requested but no chirp of it yet.
+    /// Whether the module has been programmed for a scan of which no chirp has been requested yet.
     asked: bool,
 }
 
 impl Environment {
-    /// The state before the first scan of `chirps`.
+    /// Returns the state before the first scan of `chirps`.
     pub fn new(chirps: Rc<ScanChirps>) -> Self {
         Self {
             chirps,
@@ -102,7 +102,7 @@ impl Environment {
         }
     }
 
-    /// Returns the chirp of `row` unless it is lost.
+    /// Notes that the module measures `row`, and returns its chirp; `None` if it is lost.
     fn show(&mut self, row: usize) -> Option<&[Iq]> {
         if self.shown.last().is_none_or(|&(last, _)| last != row) {
             self.shown.push((row, false));
@@ -118,11 +118,11 @@ impl Environment {
     }
 }
 
-/// Shared stage that implements one of the scanner's traits.
+/// Shared environment of module, mirror and report port; implements the report port.
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<Environment>>);
 
-/// Link to the simulated module.
+/// Link to the simulated radar module.
 pub struct Link {
     stage: Shared,
     shaft_angle: i32,
@@ -169,7 +169,7 @@ impl RadarModule for Link {
     }
 }
 
-/// Simulated shaft that may stall.
+/// Simulated shaft of the mirror, which stalls where the scan's plan says so.
 pub struct Shaft {
     shaft: SimShaft,
     stage: Shared,

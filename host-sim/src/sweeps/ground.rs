@@ -1,9 +1,10 @@
-//! Distance up to which the ground's echo shows: chirps of guard sweeps in, a distance out.
+//! Distance up to which the ground's echo is detectable: chirps of guard sweeps in, a distance out.
 //!
-//! It is a reference for what a sweep can detect at best, computed without the scanner's code. The
-//! ground is cut into pieces of 10 cm. The echo of a piece is the mean power at the ranges of the
-//! ground, over the rows within the beam's width of it, weighted like the two-way beam, and over
-//! three sweeps. It shows where that power is 3 dB above the noise.
+//! It is a reference for the distance up to which a sweep can detect anything at best, computed
+//! without the scanner's code. The ground is cut into pieces of 10 cm. The echo of a piece is the
+//! mean power at the ranges of the ground, over the rows within the beam's width of it, weighted
+//! like the two-way beam, and over three sweeps. It is detectable where that power is 3 dB above
+//! the noise.
 
 use core::f64::consts::{LN_2, PI, TAU};
 
@@ -12,38 +13,41 @@ use stairscan::Iq;
 
 use crate::recording::{Metadata, Recording};
 
-/// Number of sweeps that are averaged.
+/// Number of sweeps whose rows are averaged.
 pub const SWEEPS: usize = 3;
-/// Length of a piece of ground, metres.
+/// Length of a piece of ground along the way, metres.
 const PIECE_M: f64 = 0.1;
-/// Nearest and farthest end of the pieces, metres from the mirror: within the rows of a mirror at
-/// 0.4 m, and within the guard's range.
+/// Nearest and farthest end of the pieces of ground, metres from the mirror: within the rows of a
+/// mirror at 0.4 m, and within the guard's range.
 const FROM_M: f64 = 0.5;
 const TO_M: f64 = 1.7;
-/// Step of the points at which a piece is sampled, metres.
+/// Distance between the points at which the power of a piece of ground is sampled, metres.
 const STEP_M: f64 = 0.02;
-/// Minimum ratio of the power of ground and noise to that of noise for ground that shows: 3 dB.
+/// Minimum ratio of the power of a piece of ground, which includes noise, to that of noise at which
+/// the ground's echo is detectable: 3 dB.
 const MIN_POWER_RATIO: f64 = 2.0;
-/// Minimum angle between the ground and a row whose cell counts as noise, radians.
+/// Minimum angle between a row and the direction of the ground at a cell's range, at which the cell
+/// counts as noise, radians.
 const OFF_RAD: f64 = 7.0 * PI / 180.0;
-/// Quantile of those cells from which the noise is estimated. Things that stand on the ground fill
-/// the upper quantiles.
+/// Quantile of the cells off the ground from which the noise is estimated. Objects that stand on
+/// the ground fill the upper quantiles.
 const QUANTILE: f64 = 0.35;
 /// Speed of light, m/s.
 const LIGHT: f64 = 299_792_458.0;
 
-/// Powers of one row.
+/// Range spectrum of one row, with the row's direction and place.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Power by range bin, from the first bin that can hold ground.
+    /// Power by range bin, in arbitrary units; entry `k` is bin `first + k` of [`Meter`], the first
+    /// that can hold ground.
     powers: Vec<f32>,
-    /// Direction of the row below the horizontal, radians.
+    /// Angle of the row below the true horizontal, radians.
     below: f64,
-    /// Reading of the odometer, metres.
+    /// Reading of the odometer at this row, metres.
     travel_m: f64,
 }
 
-/// Transform of chirps into the powers of ground and noise.
+/// Computes the powers of ground and noise from chirps, for one mounting and one kind of chirp.
 #[derive(Clone, Debug)]
 pub struct Meter {
     height_m: f64,
@@ -51,14 +55,14 @@ pub struct Meter {
     bin_m: f64,
     width_rad: f64,
     real: bool,
-    /// First range bin.
+    /// Number of the first range bin that is computed, that of the mirror's height.
     first: usize,
-    /// Windowed cosines and sines of each bin.
+    /// Windowed cosine and sine, `waves[k][n]`, of bin `first + k` at sample `n`.
     waves: Vec<Vec<[f32; 2]>>,
 }
 
 impl Meter {
-    /// Creates the meter for the chirps of a recording.
+    /// Creates the meter for the mounting and the chirps of a recording.
     ///
     /// # Errors
     /// The recording does not contain the mirror's mounting.
@@ -88,8 +92,8 @@ impl Meter {
         })
     }
 
-    /// Returns a chirp's powers. `angle_deg` is below the chair's horizontal, and the chair is
-    /// pitched nose up by `pitch_deg`.
+    /// Returns the powers of a chirp. `angle_deg` is the row's angle below the chair's horizontal,
+    /// `pitch_deg` the chair's pitch, nose up, and `travel_m` the odometer's reading.
     pub fn row(&self, chirp: &[Iq], angle_deg: f64, pitch_deg: f64, travel_m: f64) -> Row {
         let values: Vec<[f32; 2]> = match self.real {
             true => (chirp.iter())
@@ -118,7 +122,8 @@ impl Meter {
         }
     }
 
-    /// Returns the mean noise power of rows, from the cells that look off the ground.
+    /// Returns the mean noise power of a cell, estimated from a quantile of all cells that are at
+    /// least [`OFF_RAD`] off the ground; infinite without such cells.
     fn noise(&self, rows: &[Row]) -> f64 {
         let mut cells = Vec::new();
         for row in rows {
@@ -139,8 +144,8 @@ impl Meter {
         f64::from(*quantile) / -libm::log(1.0 - QUANTILE)
     }
 
-    /// Returns the mean power of the piece of ground that begins at `from_m`; `None` where no row
-    /// looks there.
+    /// Returns the mean power of the piece of ground that begins `from_m` metres from the mirror at
+    /// the odometer's reading `travel_m`; `None` where no row looks there.
     fn piece(&self, rows: &[Row], from_m: f64, travel_m: f64) -> Option<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
         for row in rows {
@@ -165,8 +170,8 @@ impl Meter {
         (weights > 0.0).then(|| sum / weights)
     }
 
-    /// Returns the distance up to which the ground shows in the rows of the last sweeps, metres
-    /// from the mirror at the odometer reading `travel_m`.
+    /// Returns the distance up to which the ground's echo is detectable in the rows of the last
+    /// sweeps, metres from the mirror at the odometer's reading `travel_m`.
     pub fn ground_echo_range_m(&self, rows: &[Row], travel_m: f64) -> f64 {
         let noise = self.noise(rows);
         let pieces = ((TO_M - FROM_M) / PIECE_M + 0.5) as usize;
@@ -179,13 +184,14 @@ impl Meter {
     }
 }
 
-/// Whether ground that shows up to `ground_echo_range_m` shows up to a hazard at `at_m`. Only whole pieces
-/// before the hazard count.
+/// Whether the ground's echo, detectable up to `ground_echo_range_m`, is detectable up to a hazard
+/// at `at_m` (both metres). Only whole pieces of ground before the hazard count.
 pub fn reaches(ground_echo_range_m: f64, at_m: f64) -> bool {
     ground_echo_range_m + PIECE_M > at_m
 }
 
-/// Returns the distance up to which the ground shows after each sweep of a recording, metres.
+/// Returns the distance up to which the ground's echo is detectable, metres from the mirror at the
+/// end of each sweep of a recording, one per sweep.
 ///
 /// # Errors
 /// The recording does not contain the mirror's mounting.

@@ -10,34 +10,36 @@ use stairscan::verdict::HazardKind;
 use super::truth::Hazard;
 use crate::scene::spec::{BoxSpec, DoorSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
 
-/// Minimum height of a rise or depth of a drop that is a hazard, metres: the guard's contract.
+/// Minimum height of a rise, and minimum depth of a drop, that is a hazard, metres: the guard's
+/// contract.
 const MIN_HEIGHT_M: f64 = 0.04;
-/// Maximum lateral distance between the swept plane and the nearest part of a thing in the beam,
-/// metres. The beam of 5° (two-way) lights 4 cm to either side at 1 m.
+/// Maximum distance to the side between the swept plane and the nearest part of an object that is
+/// still in the beam, metres. The beam of 5° (two-way) lights 4 cm to either side at 1 m.
 const ASIDE_M: f64 = 0.08;
-/// Maximum top of a box that counts as a rise, metres. A higher single step cannot be climbed and
-/// is an obstacle.
+/// Maximum height of a box's top at which the box counts as a rise, metres. A higher single step
+/// cannot be climbed and is an obstacle.
 const MAX_RISE_M: f64 = 0.30;
-/// End of a floor without a given end, metres: as in scene files.
+/// End of a floor for which the scene gives no end, metres from the mirror: as in scene files.
 const FLOOR_END_M: f64 = 4.0;
 
-/// A scene's geometry within the guard's beam.
+/// A scene and the width of the guard's beam, for tests whether the scene's objects are in the
+/// beam.
 struct Beam<'a> {
     spec: &'a SceneSpec,
-    /// Maximum lateral distance between the swept plane and the nearest part of a thing in the
-    /// beam, metres.
+    /// Maximum distance to the side between the swept plane and the nearest part of an object that
+    /// is still in the beam, metres.
     aside_m: f64,
 }
 
 impl Beam<'_> {
-    /// Whether a thing whose middle lies `lateral_m` beside the swept plane, at any yaw, is in the
-    /// beam.
+    /// Whether an object whose middle lies `lateral_m` metres beside the swept plane is in the
+    /// beam, at any yaw. An object without a width is.
     fn meets(&self, lateral_m: f64, width_m: Option<f64>) -> bool {
         width_m.is_none_or(|width| lateral_m.abs() - 0.5 * width <= self.aside_m)
     }
 
-    /// Whether a thing from `bottom_m` to `top_m` high is in the way and reaches below the mirror.
-    /// No row looks above the mirror.
+    /// Whether an object from `bottom_m` to `top_m` high (metres above the ground) is high enough
+    /// for a hazard and begins below the mirror. No row looks above the mirror.
     fn reaches(&self, bottom_m: f64, top_m: f64) -> bool {
         top_m > MIN_HEIGHT_M && bottom_m < self.spec.mount.height_m
     }
@@ -55,7 +57,8 @@ impl Beam<'_> {
         })
     }
 
-    /// Returns the hazard of a door's jambs and threshold.
+    /// Returns the hazard of a door: an obstacle if a jamb is in the beam, else a rise if its
+    /// threshold is higher than 4 cm.
     fn door(&self, d: &DoorSpec) -> Option<Hazard> {
         let aside = 0.5 * (d.width_m + d.frame_m);
         let jamb = |side: f64| self.meets(d.lateral_m + side, Some(d.frame_m));
@@ -67,8 +70,8 @@ impl Beam<'_> {
         found.then_some(Hazard { at_m: d.at_m, kind })
     }
 
-    /// Returns the places at which a free shape first rises above the ground and first falls below
-    /// it.
+    /// Returns the places at which a free shape (polyline) first rises above the ground, an
+    /// obstacle, and first falls below it, a drop.
     fn shape(&self, p: &PolylineSpec) -> Vec<Hazard> {
         let mut pieces: Vec<_> = p.points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         if let (true, Some(&last), Some(&first)) = (p.closed, p.points.last(), p.points.first()) {
@@ -89,12 +92,13 @@ impl Beam<'_> {
     }
 }
 
-/// Returns all hazards of a scene, unordered, from the mirror at the first row.
+/// Returns all hazards of a scene, unordered, with distances from the mirror at the first row.
 pub fn of(spec: &SceneSpec) -> Vec<Hazard> {
     within_m(spec, ASIDE_M)
 }
 
-/// Returns the hazards of which a part lies at most `aside_m` metres beside the swept plane.
+/// Returns the hazards of a scene of which a part lies at most `aside_m` metres beside the swept
+/// plane, unordered, with distances from the mirror at the first row.
 pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
     let beam = Beam { spec, aside_m };
     let obstacle = |at_m| Hazard {
@@ -138,7 +142,7 @@ fn edge(s: &StairsSpec) -> Option<Hazard> {
     None
 }
 
-/// Returns the end of a scene's last surface, metres.
+/// Returns the distance at which a scene's last surface ends, metres.
 fn ground_end_m(spec: &SceneSpec) -> f64 {
     let flight = |s: &StairsSpec| {
         let goings = (1..s.count).map(|k| s.goings_m.get(k - 1).copied().unwrap_or(s.going_m));
@@ -155,8 +159,8 @@ fn ground_end_m(spec: &SceneSpec) -> f64 {
     ends.fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Returns the minimum x at which a straight piece has a height above `low` and below `high`;
-/// `None` if there is none.
+/// Returns the minimum x of the points of a straight piece (two end points `[x, height]`, metres)
+/// that are above `low` and below `high`; `None` if there is none.
 fn within(piece: [[f64; 2]; 2], low: f64, high: f64) -> Option<f64> {
     let [[x0, y0], [x1, y1]] = piece;
     let (bottom, top) = (y0.min(y1).max(low), y0.max(y1).min(high));
@@ -179,7 +183,7 @@ mod tests {
         toml::from_str(&format!("{floor}{text}")).unwrap()
     }
 
-    /// The nearest hazard.
+    /// Returns distance, metres, and kind of the nearest hazard of a scene file's text.
     fn first(text: &str) -> (f64, HazardKind) {
         let found = of(&scene(text));
         let nearest = found.iter().min_by(|a, b| a.at_m.total_cmp(&b.at_m));

@@ -22,41 +22,45 @@ use crate::seeds::Draw;
 
 /// Number of sweeps of a random recording, alternately forward and backward.
 pub const SWEEPS: usize = 14;
-/// First row, last row and step of a sweep, degrees below the horizontal: the recordings' profile,
-/// the guard's defaults.
+/// First row, last row and distance between rows of a sweep, degrees below the horizontal: the
+/// recordings' profile, the guard's defaults.
 const ROWS_DEG: [f64; 3] = [8.0, 38.0, 1.0];
 /// Time from row to row, seconds: 31 rows of a module that takes 2.8 ms for chirp and transfer (3
 /// Mbaud, `cargo sim timing`).
 pub const ROW_S: f64 = 0.0028;
 /// Time from the first row of a sweep to that of the next one, seconds: ten sweeps a second.
 pub const SWEEP_S: f64 = 0.1;
-/// Sweep period of the simulated drive, seconds: 30 rows, and 0.1 s of turning round between two
-/// scans. Speeds are scaled by the ratio to [`SWEEP_S`], so that the travel per sweep is that of
-/// ten sweeps a second.
+/// Period of sweeps of the drive that is simulated ([`Drive`]), seconds: 30 rows, and 0.1 s of
+/// turning round between two scans. Speeds are scaled by the ratio to [`SWEEP_S`], so that the
+/// travel per sweep is that of ten sweeps a second.
 const DRIVEN_S: f64 = 30.0 * ROW_S + 0.1;
 
-/// Range of chair speeds, m/s: indoors, towards places where a wheelchair may have to stop.
+/// Range of chair speeds, m/s: those indoors, and towards places where a wheelchair may have to
+/// stop.
 const SPEEDS: [f64; 2] = [0.1, 0.6];
 /// Fraction of the recordings in which the chair stands.
 const STANDING: f64 = 0.15;
-/// Maximum magnitude of the pitch error that is not in the recording, degrees: tyres and a mount
-/// that has settled.
+/// Maximum magnitude of the pitch error that the recording's pitch does not contain, degrees:
+/// tyres, and a mount that has settled.
 const PITCH_DEG: f64 = 0.4;
-/// Range of the first hazard's distance at the last sweep, metres.
+/// Range of the first hazard's distance from the mirror at the last sweep, metres.
 const AT_END_M: [f64; 2] = [0.6, 1.8];
-/// Range of the distance of a ramp's foot, or of the legs of a person who stepped in, at the last
-/// sweep, metres.
+/// Range of the distance from the mirror, at the last sweep, of a ramp's foot or of the legs of a
+/// person who stepped in, metres.
 const NEAR_END_M: [f64; 2] = [0.5, 1.3];
-/// Minimum length of ground beyond the last sweep in open scenes, metres: farther than sweeps look.
+/// Minimum length of ground ahead at the last sweep in scenes without stairs and walls, metres:
+/// farther than sweeps look.
 const GROUND_M: f64 = 3.5;
-/// Range of the sweep before which a person steps in, from 0.
+/// First and last number, counted from 0, of the sweep before which a person may step in.
 const STEPS_IN: [usize; 2] = [3, 6];
-/// Stream of the random numbers of drives and places, apart from those of scenes and surfaces.
+/// Base of the streams of random numbers for drives and places in recordings, to which the kind's
+/// number is added; distinct from the streams of scenes and surfaces.
 const STREAM: u64 = 0x4755_4152_4400;
-/// Stream of the random numbers of scenes for drives.
+/// Base of the streams of random numbers for scenes of closed-loop drives ([`approach`]), to which
+/// the kind's number is added.
 const APPROACHES: u64 = 0x4755_4152_4500;
 
-/// Kind of scene of random sweeps.
+/// Kind of scene for random guard sweeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 #[repr(u8)]
 pub enum Kind {
@@ -64,7 +68,7 @@ pub enum Kind {
     Level,
     /// Ramps up of 3 to 12 degrees.
     Ramp,
-    /// Stairs or a kerb going down.
+    /// Stairs going down, or a kerb down.
     Brink,
     /// A hole in the floor or the end of it.
     Hole,
@@ -83,7 +87,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All kinds.
+    /// All kinds, in the order of tables.
     pub const ALL: [Self; 10] = [
         Self::Level,
         Self::Ramp,
@@ -113,8 +117,8 @@ impl Kind {
         }
     }
 
-    /// Returns the kind of random scenes that it is drawn from, and the ends of the descriptions
-    /// that are taken; all if empty.
+    /// Returns the kind of random full-scan scenes from which this kind is drawn, and the endings
+    /// of the descriptions of the scenes that are taken; an empty list takes all.
     const fn source(self) -> (random::Kind, &'static [&'static str]) {
         match self {
             Self::Level | Self::Person => (random::Kind::None, &["floor", "threshold"]),
@@ -129,9 +133,9 @@ impl Kind {
         }
     }
 
-    /// Returns the number of recordings in a table. For the reporting draw at least 3,000 sweeps
-    /// have a hazard within 1.5 m and 3,000 have none. For the other draws two cores simulate it in
-    /// one minute.
+    /// Returns the number of recordings of this kind in a table. For the reporting draw, at least
+    /// 3,000 sweeps have a hazard within 1.5 m and 3,000 have none. For the other draws, two cores
+    /// simulate all recordings in one minute.
     pub fn recordings(self, draw: Draw) -> u64 {
         match (draw, self) {
             (Draw::Reporting, Self::Level) => 200,
@@ -140,7 +144,7 @@ impl Kind {
         }
     }
 
-    /// Returns the seeds of a draw whose scenes are of this kind.
+    /// Returns the seeds of a draw that give scenes of this kind, ascending.
     pub fn seeds(self, draw: Draw) -> impl Iterator<Item = u64> {
         let (source, wanted) = self.source();
         draw.seeds().filter(move |seed| {
@@ -150,14 +154,14 @@ impl Kind {
     }
 }
 
-/// Sets the rows of a scene's scanner to those of a guard.
+/// Sets the rows of a scene's scanner to those of a guard sweep.
 pub fn coarse(spec: &mut SceneSpec) {
     let sweep = &mut spec.sweep;
     [sweep.first_deg, sweep.last_deg, sweep.step_deg] = ROWS_DEG;
 }
 
-/// Returns a drive of `sweeps` sweeps whose travel per sweep is that of `speed` m/s at ten sweeps a
-/// second.
+/// Returns a drive of `sweeps` sweeps whose travel per sweep is that of a chair at `speed` m/s with
+/// ten sweeps a second.
 pub fn drive(seed: u64, sweeps: usize, speed: f64) -> Drive {
     Drive::new(seed, sweeps, speed * SWEEP_S / DRIVEN_S).with_rows(ROW_S)
 }
@@ -175,11 +179,11 @@ pub fn sweeps_of(mut spec: SceneSpec, name: &str, seed: u64, drive: &Drive) -> R
     Ok(recording)
 }
 
-/// Returns the recording of a kind and seed.
+/// Returns the recording of a kind and seed, with its truth.
 ///
 /// # Errors
-/// Names what no scene can be built of, or the place at which the mirror lies inside or behind a
-/// surface.
+/// Names the part of which no scene can be built, or the place at which the mirror lies inside or
+/// behind a surface.
 pub fn recording(kind: Kind, seed: u64) -> Result<Recording> {
     let name = format!("{}_{seed:03}", kind.name());
     let drawn = Drawn::new(kind, seed).with_context(|| name.clone())?;
@@ -199,7 +203,8 @@ pub fn recording(kind: Kind, seed: u64) -> Result<Recording> {
     Ok(recording)
 }
 
-/// Returns the recording of a scene with its drive, from the cache if it is there.
+/// Returns the recording of a scene with its drive, without truth of hazards: from the cache, or
+/// simulated.
 fn simulated(spec: &SceneSpec, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
     let key = format!("sweeps {seed} {drive:?} of {spec:?}");
     cache::recording(name, &key, || {
@@ -207,7 +212,8 @@ fn simulated(spec: &SceneSpec, name: &str, seed: u64, drive: &Drive) -> Result<R
     })
 }
 
-/// Returns the first hazard of each sweep; `hazards` gives those that are there at a sweep.
+/// Returns the first hazard at the end of each sweep. `hazards(k)` gives all hazards that are there
+/// at sweep `k`, with distances from the mirror at the first row.
 fn truth_of<'a>(recording: &Recording, hazards: impl Fn(usize) -> &'a Vec<Hazard>) -> Truth {
     let travel = recording.meta.sequence.truth_travel_m.iter().enumerate();
     travel
@@ -215,7 +221,8 @@ fn truth_of<'a>(recording: &Recording, hazards: impl Fn(usize) -> &'a Vec<Hazard
         .collect()
 }
 
-/// Replaces sweep `from` (counted from 0) and all later sweeps of `recording` by those of `then`.
+/// Replaces sweep `from` (counted from 0) and all later sweeps of `recording` by the same sweeps of
+/// `then`.
 fn splice(recording: &mut Recording, then: &Recording, from: usize) {
     let cut = from * recording.chirps_per_scan() * recording.meta.samples_per_chirp;
     recording.samples.truncate(cut);
@@ -225,11 +232,12 @@ fn splice(recording: &mut Recording, then: &Recording, from: usize) {
     truth.extend_from_slice(&then.meta.sequence.truth[from..]);
 }
 
-/// A random scene, and the drive of a chair towards it.
+/// A random scene with the drive of a chair towards its hazard, as drawn for one recording.
 struct Drawn {
     spec: SceneSpec,
     drive: Drive,
-    /// The sweep (from 0) from which on another scene replaces the first, and that scene.
+    /// The scene with a person in it, and the number of the sweep (from 0) from which on it
+    /// replaces the first scene; `None` if nobody steps in.
     joined: Option<(usize, SceneSpec)>,
 }
 
@@ -265,21 +273,21 @@ impl Drawn {
     }
 }
 
-/// A random scene ahead of a chair that drives as far as it can.
+/// A random scene for a closed-loop drive ([`crate::drives`]), whose chair drives until it stops.
 #[derive(Clone, Debug)]
 pub struct Approach {
-    /// The scene.
+    /// The scene at the beginning.
     pub spec: SceneSpec,
-    /// The scene after a person has stepped in.
+    /// The scene after a person has stepped in; `None` if nobody does.
     pub joined: Option<SceneSpec>,
 }
 
-/// Returns the scene of a kind and seed for drives. Its first hazard, its ramp or its person lies
-/// as far beyond `way_m` as in recordings beyond the last sweep.
+/// Returns the scene of a kind and seed for closed-loop drives. Its first hazard, its ramp or its
+/// person lies as far beyond `way_m` (metres) as in recordings beyond the place of the last sweep.
 ///
 /// # Errors
-/// Names what no scene can be built of, or the place at which the mirror lies inside or behind a
-/// surface.
+/// Names the part of which no scene can be built, or the place at which the mirror lies inside or
+/// behind a surface.
 pub fn approach(kind: Kind, seed: u64, way_m: f64) -> Result<Approach> {
     let rng = &mut Random::new(seed, APPROACHES + kind as u64);
     let mut spec = random(kind.source().0, seed);
@@ -295,7 +303,7 @@ pub fn approach(kind: Kind, seed: u64, way_m: f64) -> Result<Approach> {
     Ok(Approach { spec, joined })
 }
 
-/// Adds a pitch error that is not in the recording.
+/// Adds a random pitch error, which the recording's pitch does not contain, to a scene's mount.
 fn tilt(spec: &mut SceneSpec, rng: &mut Random) {
     let error = rng.between(-PITCH_DEG, PITCH_DEG);
     let mount = &mut spec.mount;
@@ -303,8 +311,8 @@ fn tilt(spec: &mut SceneSpec, rng: &mut Random) {
     mount.pitch_error_deg = error;
 }
 
-/// Moves a scene so that its first hazard, or its ramp, is within the range of the last sweep after
-/// `way` metres.
+/// Returns a scene moved along the way so that its first hazard, or its ramp, has a distance drawn
+/// for the last sweep after `way` metres of travel.
 fn placed(kind: Kind, mut spec: SceneSpec, way: f64, rng: &mut Random) -> Result<SceneSpec> {
     let open = spec.stairs.is_empty() && spec.wall.is_empty();
     if open && let Some(last) = spec.floor.last_mut() {
@@ -339,8 +347,8 @@ fn placed(kind: Kind, mut spec: SceneSpec, way: f64, rng: &mut Random) -> Result
     failed.map_or(Ok(spec), Err)
 }
 
-/// Adds a standing person at `at_m`, one of whose legs is in the beam: legs of 9 to 15 cm over
-/// shoes of 24 to 32 cm, one foot up to 25 cm before the other (DIN 33402-2: calf and thigh
+/// Adds a person who stands at `at_m` metres, one of whose legs is in the beam: legs of 9 to 15 cm
+/// over shoes of 24 to 32 cm, one foot up to 25 cm before the other (DIN 33402-2: calf and thigh
 /// circumferences, foot lengths).
 fn person(scene: &mut SceneSpec, at_m: f64, rng: &mut Random) {
     let (apart, diameter) = (rng.between(0.08, 0.2), rng.between(0.09, 0.15));
@@ -375,7 +383,7 @@ fn person(scene: &mut SceneSpec, at_m: f64, rng: &mut Random) {
 mod tests {
     use super::*;
 
-    /// Returns the first hazard at the first sweep, and the first hazard after the whole way.
+    /// Returns the first hazard as seen from the first sweep, and as seen after the whole way.
     fn ends(kind: Kind, seed: u64) -> [Option<Hazard>; 2] {
         let drawn = Drawn::new(kind, seed).unwrap();
         let spec = drawn.joined.map_or(drawn.spec, |(_, spec)| spec);

@@ -17,30 +17,33 @@ use crate::score::{Share, upper_bound};
 
 /// Number of sweeps at the beginning of a recording that are not counted.
 const SKIPPED_SWEEPS: usize = 2;
-/// Tolerance beyond the hazard above which a free distance is wrong, metres: the guard's contract.
+/// Length by which a free distance may exceed the hazard's distance without being wrong, metres:
+/// the guard's contract.
 const BEYOND_M: f64 = 0.05;
-/// Distance that a useful free distance has to reach where no hazard is nearer, metres.
+/// Distance that a free distance must reach to be useful where no hazard is nearer, metres.
 const USEFUL_RANGE_M: f64 = 1.2;
-/// Tolerance by which a useful free distance may fall short of that or of the hazard, metres.
+/// Length by which a useful free distance may fall short of the hazard or of [`USEFUL_RANGE_M`],
+/// metres.
 const USEFUL_TOLERANCE_M: f64 = 0.25;
-/// Maximum distance of a hazard that must be named, metres.
+/// Distance of a hazard from which on it must be named (reported with its kind), metres.
 pub const NEAR_M: f64 = 1.5;
-/// Number of sweeps within which it must be named.
+/// Number of sweeps, from the first with a hazard within [`NEAR_M`] on, in one of which the hazard
+/// must be named.
 const NAMED_WITHIN: usize = 2;
 
-/// The answer on one sweep.
+/// The guard's answer on one sweep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuardAnswer {
     /// Status of the answer.
     pub status: Status,
-    /// Free distance, metres; `None` of a fault.
+    /// Free distance from the mirror, metres; `None` for a fault.
     pub free_m: Option<f64>,
-    /// Kind of the hazard that ends it.
+    /// Kind of the hazard at which the free distance ends.
     pub ending: HazardKind,
 }
 
 impl GuardAnswer {
-    /// Takes the answer of a sentence.
+    /// Takes the status, free distance and hazard of a `GUARD` sentence.
     pub fn of(guarded: &Guarded) -> Self {
         let line = &guarded.line;
         Self {
@@ -50,7 +53,7 @@ impl GuardAnswer {
         }
     }
 
-    /// Whether the status is `ok`.
+    /// Whether the answer's status is `ok`.
     pub fn is_ok(&self) -> bool {
         self.status == Status::Ok
     }
@@ -63,42 +66,44 @@ impl GuardAnswer {
     }
 }
 
-/// One counted sweep.
+/// One counted sweep: the guard's answer and the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
-    /// The recording.
+    /// Name of the recording.
     pub recording: String,
     /// Number of the sweep in the recording, from 1.
     pub number: usize,
-    /// The first hazard.
+    /// The true first hazard, with its distance from the mirror; `None` without one.
     pub hazard: Option<Hazard>,
-    /// The scanner's answer.
+    /// The guard's answer.
     pub answer: GuardAnswer,
-    /// Whether the hazard was not there at the previous sweep.
+    /// Whether the hazard was not there, or at least 20 cm farther, at the previous sweep.
     pub stepped_in: bool,
-    /// Distance up to which the ground's echo shows, metres ([`super::ground`]).
+    /// Distance from the mirror up to which the ground's echo is detectable, metres
+    /// ([`super::ground`]).
     pub ground_echo_range_m: f64,
 }
 
 impl Sweep {
-    /// Whether the answer is `ok`.
+    /// Whether the answer's status is `ok`.
     pub fn ok(&self) -> bool {
         self.answer.status == Status::Ok
     }
 
-    /// Returns the distance of the first hazard, metres; infinite without one.
+    /// Returns the true distance of the first hazard from the mirror, metres; infinite without one.
     fn hazard_m(&self) -> f64 {
         self.hazard.map_or(f64::INFINITY, |hazard| hazard.at_m)
     }
 
-    /// Whether the answer is `ok` and its free distance ends beyond the hazard. A hazard that has
-    /// just stepped in does not count.
+    /// Whether the answer is `ok` and its free distance ends beyond the hazard, which is wrong. A
+    /// hazard that has just stepped in does not count.
     pub fn free_beyond_hazard(&self) -> bool {
         let beyond = |free_m| free_m > self.hazard_m() + BEYOND_M;
         self.ok() && !self.stepped_in && self.answer.free_m.is_some_and(beyond)
     }
 
-    /// Whether the ground's echo shows up to the hazard, or as far as a chair needs.
+    /// Whether the ground's echo is detectable up to the hazard, or up to `USEFUL_RANGE_M` if
+    /// that is nearer.
     pub fn has_ground_echo(&self) -> bool {
         reaches(
             self.ground_echo_range_m,
@@ -106,8 +111,8 @@ impl Sweep {
         )
     }
 
-    /// Whether the answer is `ok`, not wrong, and reaches the hazard, or as far as a chair needs,
-    /// less a margin.
+    /// Whether the answer is `ok`, not wrong, and its free distance reaches the hazard, or
+    /// `USEFUL_RANGE_M` if that is nearer, less a tolerance.
     pub fn useful(&self) -> bool {
         let least = self.hazard_m().min(USEFUL_RANGE_M) - USEFUL_TOLERANCE_M;
         self.ok()
@@ -115,17 +120,17 @@ impl Sweep {
             && self.answer.free_m.is_some_and(|free_m| free_m >= least)
     }
 
-    /// Whether a rise or a drop is reported where there is no hazard.
+    /// Whether the answer reports a rise or a drop where there is no hazard.
     pub fn false_detection(&self) -> bool {
         self.hazard.is_none() && matches!(self.answer.ending, HazardKind::Rise | HazardKind::Drop)
     }
 
-    /// Whether a hazard is within [`NEAR_M`].
+    /// Whether the true hazard is within [`NEAR_M`].
     fn near(&self) -> bool {
         self.hazard_m() <= NEAR_M
     }
 
-    /// Returns the sweep in one line, lengths in centimetres.
+    /// Returns answer and truth of the sweep in one line of text, lengths in centimetres.
     pub fn text(&self) -> String {
         let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.1}", 100.0 * m));
         let (hazard, kind) = (self.hazard.map(|h| h.at_m), self.hazard.map(|h| h.kind));
@@ -142,20 +147,21 @@ impl Sweep {
     }
 }
 
-/// One recording's score.
+/// The score of one recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scored {
-    /// The counted sweeps.
+    /// The counted sweeps, in order of time.
     pub sweeps: Vec<Sweep>,
-    /// Whether the hazard was named within two sweeps of coming within 1.5 m; `None` if no hazard
-    /// came so near, or if fewer sweeps follow.
+    /// Whether the answers named the hazard (reported it with its kind) within two sweeps of its
+    /// coming within 1.5 m; `None` if no hazard came so near, or if fewer sweeps follow.
     pub named: Option<bool>,
-    /// Whether the ground's echo showed up to the hazard then.
+    /// Whether the ground's echo was detectable up to the hazard at the first sweep with the hazard
+    /// within 1.5 m.
     pub named_with_ground_echo: bool,
 }
 
-/// Scores the answers on a recording's sweeps. `answers`, `truth` and `ground_echo_range_m` have one entry per
-/// sweep.
+/// Scores the answers on a recording's sweeps. `answers`, `truth` and `ground_echo_range_m`
+/// (metres) have one entry per sweep.
 pub fn recording(
     name: &str,
     answers: &[GuardAnswer],
@@ -194,32 +200,35 @@ pub fn recording(
     }
 }
 
-/// Sums over the recordings of one kind.
+/// Counts over the recordings of one kind of scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sums {
     /// Number of recordings.
     pub recordings: usize,
     /// Sweeps with a hazard within [`NEAR_M`], of all counted sweeps.
     pub near: Share,
-    /// Sweeps with `ok`, of all counted sweeps.
+    /// Sweeps with the status `ok`, of all counted sweeps.
     pub ok: Share,
-    /// Wrong sweeps with `ok`, of those with `ok`.
+    /// Sweeps whose free distance ends beyond the hazard, which is wrong, of those with the status
+    /// `ok`.
     pub free_beyond_hazard: Share,
-    /// Useful sweeps, of all counted sweeps.
+    /// Sweeps with a useful answer, of all counted sweeps.
     pub useful: Share,
-    /// Useful sweeps, of those in which the ground's echo shows up to the hazard or as far as a
-    /// chair needs.
+    /// Sweeps with a useful answer, of those in which the ground's echo is detectable up to the
+    /// hazard or up to 1.2 m.
     pub useful_with_echo: Share,
-    /// Recordings whose hazard is named in time, of those in which one comes near.
+    /// Recordings whose hazard is named within two sweeps, of those in which a hazard comes within
+    /// [`NEAR_M`].
     pub named: Share,
-    /// As `named`, of the recordings in which the ground's echo shows up to the hazard.
+    /// Recordings whose hazard is named within two sweeps, of those in which the ground's echo is
+    /// detectable up to the hazard when it comes within [`NEAR_M`].
     pub named_with_echo: Share,
-    /// Sweeps that report a rise or a drop, of those without a hazard.
+    /// Sweeps that report a rise or a drop, of those without a true hazard.
     pub false_detection: Share,
 }
 
 impl Sums {
-    /// Sums over recordings, counting the sweeps for which `wanted` holds.
+    /// Counts over the recordings. Counts of sweeps are over those for which `wanted` holds.
     pub fn of<'a>(
         scored: impl Iterator<Item = &'a Scored>,
         wanted: impl Fn(&Sweep) -> bool,
@@ -249,12 +258,13 @@ impl Sums {
         }
     }
 
-    /// Returns the upper 95 % bound of the share of `ok` sweeps that are wrong.
+    /// Returns the upper 95 % confidence bound of the share of `ok` sweeps whose free distance ends
+    /// beyond the hazard.
     pub fn bound(&self) -> f64 {
         upper_bound(self.free_beyond_hazard.hits, self.free_beyond_hazard.of)
     }
 
-    /// Returns the figures as JSON.
+    /// Returns the counts and shares as JSON.
     pub fn json(&self, name: &str) -> Value {
         json!({
             "kind": name,
@@ -273,13 +283,13 @@ impl Sums {
     }
 }
 
-/// Heading of the table of [`row`]s.
+/// Heading, in Markdown, of the table of [`row`]s.
 pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok`, \
     free beyond the hazard, of `ok` | upper 95 % bound (Clopper-Pearson) | useful | useful, with \
     ground echo | named within two sweeps | named, with ground echo | false rise or drop, without a \
     hazard |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
-/// Returns one line of the table.
+/// Returns the table's line, in Markdown, for one kind of scene.
 pub fn row(name: &str, sums: &Sums) -> String {
     let mut out = format!(
         "| {name} | {} | {} | {} ",

@@ -12,26 +12,28 @@ use crate::guarded::Guarded;
 /// Size of the SVG, and the rectangle of the plot (left, top, right, bottom), pixels.
 const SIZE: [f64; 2] = [760.0, 300.0];
 const AREA: [f64; 4] = [52.0, 30.0, 748.0, 256.0];
-/// Distance at the top, metres: hazards beyond 2.5 m are not counted.
+/// Distance at the top of the plot, metres: hazards beyond 2.5 m are not counted.
 const TOP_M: f64 = 2.5;
-/// Fraction of a sweep's width that its bar takes.
+/// Fraction of the width of a sweep's column that its bar takes.
 const BAR: f64 = 0.8;
-/// Colours by status, distinguishable with red-green colour blindness (Okabe and Ito).
+/// Colour and legend of each status; the colours are distinguishable with red-green colour
+/// blindness (Okabe and Ito).
 const COLOURS: [(Status, &str, &str); 3] = [
     (Status::Ok, "#0072b2", "ok"),
     (Status::Degraded, "#e69f00", "degraded"),
     (Status::Fault, "#8c8c8c", "fault"),
 ];
-/// Colour of the true hazard.
+/// Colour of the mark of the true hazard.
 const TRUTH: &str = "#d55e00";
 
-/// Converts a distance, metres, to a vertical position, pixels.
+/// Converts a distance (metres) to a vertical position in the SVG (pixels).
 fn height(m: f64) -> f64 {
     let [_, top, _, bottom] = AREA;
     bottom - (bottom - top) * m.clamp(0.0, TOP_M) / TOP_M
 }
 
-/// Returns the plot of a recording's sweeps.
+/// Returns the plot of a recording's sweeps as an SVG document: the answers `words`, one per sweep,
+/// and the true hazards.
 pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
     let [left, _, right, bottom] = AREA;
     let width = (right - left) / words.len().max(1) as f64;
@@ -74,7 +76,7 @@ pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
     out + "</svg>\n"
 }
 
-/// Draws a grid line with its distance every half metre.
+/// Draws a grid line, labelled with its distance, every half metre.
 fn axes(out: &mut String) {
     let [left, _, right, bottom] = AREA;
     for half in 0..=5 {
@@ -95,7 +97,7 @@ fn axes(out: &mut String) {
     );
 }
 
-/// Draws the legend of the colours.
+/// Draws the legend of the colours, with the true hazard's if `truth`.
 fn legend(out: &mut String, truth: bool) {
     let [left, top, ..] = AREA;
     let bars = COLOURS

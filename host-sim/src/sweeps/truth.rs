@@ -7,24 +7,27 @@ use stairscan::verdict::HazardKind;
 use crate::recording::Recording;
 use crate::setup;
 
-/// The key of the hazards, one per sweep.
+/// Key of a recording's metadata that lists the first hazard of each sweep.
 const KEY: &str = "stairscan:truth_guard";
-/// Maximum distance of a hazard that counts, metres: the recordings' profile.
+/// Maximum distance of a hazard that counts, metres from the mirror: the recordings' profile.
 const FARTHEST_M: f64 = 2.5;
 
 /// The first place on the way that a chair must not drive into or over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hazard {
-    /// Distance from the mirror, metres.
+    /// Distance of the hazard from the mirror, metres.
     pub at_m: f64,
-    /// `Rise`, `Drop` or `Obstacle`.
+    /// Kind of hazard: `Rise`, `Drop` or `Obstacle`.
     pub kind: HazardKind,
 }
 
-/// The first hazard of each sweep, from the mirror at the end of that sweep.
+/// The first hazard of each sweep, its distance from the mirror at the end of that sweep; `None`
+/// for a sweep without one.
 pub type Truth = Vec<Option<Hazard>>;
 
-/// Returns the first of `hazards` (from the mirror at the first row) that is still ahead after `travel_m`.
+/// Returns the nearest of `hazards` that is still ahead after `travel_m` metres, with its distance
+/// from there; `None` if none is within 2.5 m. Distances in `hazards` are from the mirror at the
+/// first row.
 pub fn first(hazards: &[Hazard], travel_m: f64) -> Option<Hazard> {
     let ahead = hazards.iter().map(|hazard| Hazard {
         at_m: hazard.at_m - travel_m,
@@ -35,7 +38,7 @@ pub fn first(hazards: &[Hazard], travel_m: f64) -> Option<Hazard> {
         .min_by(|a, b| a.at_m.total_cmp(&b.at_m))
 }
 
-/// Marks a recording as guard sweeps with this truth.
+/// Marks a recording as guard sweeps and writes `truth` into its metadata.
 pub fn write(recording: &mut Recording, truth: &Truth) {
     let one = |hazard: &Option<Hazard>| {
         json!({
@@ -48,7 +51,7 @@ pub fn write(recording: &mut Recording, truth: &Truth) {
     recording.meta.extra.insert(KEY.into(), list);
 }
 
-/// Returns the truth of a recording's sweeps; `None` if it has none.
+/// Returns the truth of a recording's sweeps; `None` if its metadata have none.
 ///
 /// # Errors
 /// Names the key and the expected value.
@@ -72,7 +75,8 @@ pub fn read(recording: &Recording) -> Result<Option<Truth>> {
         .ok_or_else(wrong)
 }
 
-/// Returns one sweep's hazard; the outer `None` if the value is no such object.
+/// Reads one sweep's hazard; the inner `None` is a sweep without a hazard, the outer `None` a value
+/// of another form.
 fn parse(value: &Value) -> Option<Option<Hazard>> {
     let (at, kind) = (value.get("hazard_m")?, value.get("hazard")?);
     if at.is_null() && kind.is_null() {

@@ -19,15 +19,16 @@ use stairscan::signal::radar::{LinkError, RadarModule};
 use super::scans::Wire;
 use crate::live::port::passes;
 
-/// Timeout of one answer, µs. USB adapters wait up to 16 ms before they forward data.
+/// Maximum time to wait for the module's answer to one request, µs. USB adapters wait up to 16 ms
+/// before they forward data.
 const TIMEOUT_US: u32 = 500_000;
 /// Number of repetitions of a request without an answer.
 const RETRIES: u32 = 2;
 
-/// Bytes of a port with their direction, recorded since the last read.
+/// Bytes of a port with the wire on which they passed, recorded since this list was last emptied.
 pub type TappedBytes = Rc<RefCell<Vec<(Wire, u8)>>>;
 
-/// A port that records its bytes in both directions.
+/// A port that passes bytes on and records them in both directions.
 #[derive(Debug)]
 pub struct Tapped<P> {
     port: P,
@@ -35,7 +36,7 @@ pub struct Tapped<P> {
 }
 
 impl<P: BytePort> Tapped<P> {
-    /// Records the bytes of `port`.
+    /// Wraps `port`, so that all bytes read and written are added to `tapped`.
     pub fn new(port: P, tapped: TappedBytes) -> Self {
         Self { port, tapped }
     }
@@ -59,14 +60,15 @@ impl<P: BytePort> BytePort for Tapped<P> {
 /// Interval between two reads of a port that has disappeared.
 const GONE: Duration = Duration::from_millis(20);
 
-/// A serial port with the link's interface.
+/// A serial port with the interface that the radar link needs: byte by byte, without waiting for
+/// more.
 pub struct Serial {
     port: Box<dyn SerialPort>,
     arrived: VecDeque<u8>,
 }
 
 impl Serial {
-    /// Uses `port`, whose timeout is the maximum duration of a read.
+    /// Creates the interface to `port`, whose timeout is the maximum duration of a read.
     pub fn new(port: Box<dyn SerialPort>) -> Self {
         let arrived = VecDeque::new();
         Self { port, arrived }
@@ -94,7 +96,7 @@ impl BytePort for Serial {
     }
 }
 
-/// Number of consecutive lost rows that ends a scan, as in the scanner.
+/// Number of consecutive rows without a chirp that ends a scan, as in the scanner.
 const LOST_IN_A_ROW: u32 = 8;
 
 /// Acquires one scan: the module's settings, then a chirp at each of `angles` of the shaft (0.001°). `now` returns
@@ -143,7 +145,7 @@ pub fn scan(
     Ok(())
 }
 
-/// Repeats `ask` until it succeeds, at most [`RETRIES`] times.
+/// Repeats the request `ask` until it succeeds, at most [`RETRIES`] times after the first.
 fn attempts<T>(mut ask: impl FnMut() -> Result<T, LinkError>) -> Result<T, LinkError> {
     let mut result = ask();
     for _ in 0..RETRIES {
@@ -155,7 +157,7 @@ fn attempts<T>(mut ask: impl FnMut() -> Result<T, LinkError>) -> Result<T, LinkE
     result
 }
 
-/// Polls until the result is ready. Every request has a timeout.
+/// Polls the answer to a request until it is ready; every request of the link has a timeout.
 fn wait<T>(mut poll: impl FnMut() -> Poll<Result<T, LinkError>>) -> Result<T, LinkError> {
     loop {
         if let Poll::Ready(result) = poll() {
@@ -178,7 +180,7 @@ fn explain(error: LinkError) -> String {
     }
 }
 
-/// Returns a link over a recorded port.
+/// Returns a radar link whose bytes are recorded in `tapped`.
 pub fn link<P: BytePort>(port: P, tapped: &TappedBytes) -> FrameLink<Tapped<P>> {
     FrameLink::new(Tapped::new(port, tapped.clone()))
 }

@@ -11,22 +11,23 @@ use super::gather::Mounting;
 use crate::live::Ms;
 use crate::recording::MirrorSetup;
 
-/// Maximum difference between the read times of two ports, ms; scans take longer.
+/// Maximum difference between the read times of two ports, ms, by which an answer may seem to
+/// precede its scan's end; scans take longer.
 const APART: Ms = 100;
 
-/// Data of the report port.
+/// The lines of the report port, with the settings and answers among them.
 #[derive(Clone, Debug, Default)]
 pub struct Beside {
-    /// Each line with its time of arrival.
+    /// Each line with its time of arrival, oldest first.
     pub lines: Vec<(Ms, String)>,
     settings: BTreeMap<String, String>,
-    /// Answers with the times of arrival of their heads.
+    /// Answers: time of arrival of the head, and the answer's lines. Oldest first.
     answers: Vec<(Ms, Vec<String>)>,
     to_come: u8,
 }
 
 impl Beside {
-    /// Processes a line.
+    /// Stores a line that arrived at `at`; takes a setting, or a part of an answer, from it.
     pub fn line(&mut self, at: Ms, line: &str) {
         self.lines.push((at, line.to_owned()));
         match Sentence::parse(line) {
@@ -54,7 +55,8 @@ impl Beside {
         found.map(|(_, answer)| &answer[..])
     }
 
-    /// Applies the settings that the scanner has reported.
+    /// Applies the settings that the scanner has reported to `settings`; those that are unknown or
+    /// refused are left out.
     fn apply_reported(&self, settings: &mut Settings) {
         // The angles are valid only in some orders: three passes cover them.
         for _ in 0..3 {
@@ -65,7 +67,8 @@ impl Beside {
         }
     }
 
-    /// Returns the scanner's settings as far as reported (`get`), and whether the mounting is among them.
+    /// Returns the scanner's settings as far as reported (`get`), else the defaults, and whether
+    /// all of the mounting's are reported.
     pub fn settings(&self) -> (Settings, bool) {
         let mut settings = Settings::default();
         self.apply_reported(&mut settings);
@@ -76,7 +79,8 @@ impl Beside {
         )
     }
 
-    /// Returns the angles and the chirp's duration, if reported.
+    /// Returns the schedule of angles and the chirp's duration (µs); `None` for either that has not
+    /// been reported.
     fn reported(&self) -> (Option<SweepConfig>, Option<u32>) {
         let (settings, _) = self.settings();
         let keys = ["first-angle", "angle-step", "angle-count"];

@@ -16,17 +16,17 @@ use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::setup;
 
-/// Timeout of a read.
+/// Maximum time to wait for bytes before the thread checks whether to stop.
 const LOOK: Duration = Duration::from_millis(5);
-/// Timeout of a write; longer than a chirp takes to a busy reader.
+/// Maximum time of writing an answer; longer than a busy reader needs for a chirp.
 const ANSWER: Duration = Duration::from_secs(10);
 
-/// The simulated module. Dropping it ends the thread.
+/// The simulated radar module. Dropping it ends the thread.
 #[derive(Debug)]
 pub struct Demo {
-    /// Path of its port.
+    /// Path of the pseudo-terminal at which the module can be opened as a serial port.
     pub port: String,
-    /// Angles for which it has chirps.
+    /// Schedule of the angles for which the recording has chirps.
     pub sweep: SweepConfig,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,

@@ -11,59 +11,60 @@ use super::sweep::{self, Sweep};
 use crate::live::Ms;
 use crate::recording::{Metadata, MirrorSetup, Recording};
 
-/// Minimum number of rows of a scan.
+/// Minimum number of rows with a chirp for a scan to be recorded.
 const FEWEST: usize = 3;
-/// Maximum duration of a recording: one hour.
+/// Maximum duration of a recording, ms: one hour.
 const LONGEST: Ms = 3_600_000;
 
-/// Properties of the instrument that the link does not transmit.
+/// Properties of the scanner that the radar link does not transmit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mounting {
-    /// Mounting of the scanner.
+    /// Mirror, beam width, height and plane.
     pub setup: MirrorSetup,
-    /// Configured angles, if known.
+    /// Schedule of the scanner's angles; `None` if it is not known.
     pub sweep: Option<SweepConfig>,
-    /// Duration of a chirp, µs, if it is known.
+    /// Duration of a chirp, µs; `None` if it is not known.
     pub chirp_us: Option<u32>,
 }
 
-/// A recording with the times of its scans.
+/// One of the recordings, with the times of its scans.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// The recording.
+    /// The consecutive scans recorded so far.
     pub recording: Recording,
-    /// Times of the first and last trigger of each scan.
+    /// Times of the first and the last trigger of each scan, in the order of the scans.
     pub times: Vec<(Ms, Ms)>,
-    /// Properties common to its scans.
+    /// Properties that the next scan must share to be added to this recording.
     kind: RecordingKind,
-    /// Whether the last scan went from the last angle to the first.
+    /// Whether the last scan went from the last angle of its schedule to the first.
     backward: bool,
 }
 
-/// Properties common to all scans of a recording.
+/// Properties common to all scans of a recording: the module's settings, the schedule of angles,
+/// and whether no row is missing.
 #[derive(Clone, Debug, PartialEq)]
 struct RecordingKind {
     radar: RadarConfig,
-    /// `None` if the angles follow no schedule.
+    /// Schedule of the angles; `None` if the angles follow no schedule.
     sweep: Option<SweepConfig>,
     whole: bool,
 }
 
-/// Collects scans.
+/// Collects scans of a tap into one or several recordings.
 #[derive(Clone, Debug)]
 pub struct Gather {
     name: String,
     mounting: Mounting,
     parts: Vec<Part>,
-    /// Whether the next scan cannot follow the last one in the same recording.
+    /// Whether the next scan begins a new recording, because the one before it was left out.
     broken: bool,
     scans: usize,
-    /// Remarks for the user.
+    /// Remarks for the user on scans that were left out or are incomplete.
     pub notes: Vec<String>,
 }
 
 impl Gather {
-    /// A collector for recordings named `name`, `name-2` and so on.
+    /// Creates a collector whose recordings are named `name`, `name-2` and so on.
     pub fn new(name: &str, mounting: Mounting) -> Self {
         Self {
             name: name.to_owned(),
@@ -75,17 +76,18 @@ impl Gather {
         }
     }
 
-    /// Number of recorded scans.
+    /// Returns the number of scans in all recordings.
     pub fn recorded(&self) -> usize {
         self.parts.iter().map(|part| part.times.len()).sum()
     }
 
-    /// The recordings.
+    /// Returns the recordings, in order of time.
     pub fn parts(self) -> Vec<Part> {
         self.parts
     }
 
-    /// Adds the next scan. A scan that cannot be recorded is left out, with a remark.
+    /// Adds the next scan to the last recording or to a new one. A scan that cannot be recorded is
+    /// left out, with a remark.
     pub fn take(&mut self, scan: &Scan) {
         self.scans += 1;
         if let Err(why) = self.record(scan) {
@@ -143,7 +145,7 @@ impl Gather {
         Ok(())
     }
 
-    /// Refuses a scan that ended before its last angle, if that angle is known.
+    /// Rejects a scan that ended before the last angle of the schedule, if the schedule is known.
     fn check_end(&self, found: Option<&Sweep>) -> Result<(), String> {
         let before = self.parts.last().and_then(|part| part.kind.sweep);
         let (Some(known), Some(found)) = (self.mounting.sweep.or(before), found) else {

@@ -4,25 +4,26 @@ use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::signal::radar::frame::{self, Decoder, Frame, FrameKind, Progress};
 
-/// A received frame.
+/// Content of a frame received from the radar link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkEvent {
-    /// Scanner: request for the settings.
+    /// From the scanner: request for the module's settings, also one that changes them.
     Configure,
-    /// Scanner: request for a chirp at this shaft angle, 0.001°.
+    /// From the scanner: request for a chirp at this shaft angle, 0.001°.
     Trigger(i32),
-    /// Module: its settings.
+    /// From the module: its settings.
     Settings(RadarConfig),
-    /// Module: a chirp.
+    /// From the module: the samples of a chirp.
     Chirp(Vec<Iq>),
-    /// Module: error, with its code.
+    /// From the module: an error, with its code.
     Error(u8),
-    /// A frame whose payload does not fit its kind.
+    /// A frame whose payload does not fit its type.
     Malformed,
 }
 
 impl LinkEvent {
-    /// Returns `None` for frames of the line itself (baud rate), which do not belong to a scan.
+    /// Returns a frame's content; `None` for frames that set the baud rate, which do not belong to
+    /// a scan.
     fn of(frame: &Frame<'_>) -> Option<Self> {
         let payload = frame.payload;
         let received = match frame.kind {
@@ -45,24 +46,26 @@ impl LinkEvent {
     }
 }
 
-/// Finds the frames in a stream.
+/// Finds the frames in a stream of bytes.
 ///
-/// The scanner's own [`Decoder`] is reset with every request. A tap cannot do that, since it may receive the two
-/// directions one after the other. When a frame turns out to be damaged, the listener searches for another frame
-/// within its bytes, so that a few lost bytes cost only the frame that they were lost from.
+/// The scanner's own [`Decoder`] is reset with every request. A tap cannot do that, since it may
+/// receive the two directions one after the other. When a frame turns out to be damaged, the
+/// listener searches for another frame within its bytes, so that a few lost bytes cost only the
+/// frame that they were lost from.
 #[derive(Debug, Default)]
 pub struct Listener {
     decoder: Decoder,
-    /// Bytes since the last complete frame.
+    /// Received bytes that belong to no complete frame yet.
     pending: Vec<u8>,
-    /// Number of these bytes that the decoder has processed.
+    /// Number of the pending bytes that the decoder has processed.
     seen: usize,
-    /// Number of damaged frames, including bytes that looked like the beginning of one.
+    /// Number of damaged frames found so far, including bytes that looked like the beginning of
+    /// one.
     pub damaged: u32,
 }
 
 impl Listener {
-    /// Returns the frames that `bytes` complete, each with its sequence number.
+    /// Adds bytes, and returns the frames that they complete, each with its sequence number.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<(u16, LinkEvent)> {
         self.pending.extend(bytes);
         let mut received = Vec::new();
@@ -86,13 +89,13 @@ impl Listener {
         received
     }
 
-    /// Returns the offset of the frame that the decoder has rejected.
+    /// Returns the offset in `pending` of the frame that the decoder has rejected.
     fn beginning(&self) -> usize {
         let magic = self.pending.windows(2).position(|two| two == b"SR");
         magic.unwrap_or(0)
     }
 
-    /// Drops the first `count` bytes and decodes the rest again.
+    /// Drops the first `count` pending bytes and decodes the rest again.
     fn skip(&mut self, count: usize) {
         self.pending.drain(..count.min(self.pending.len()));
         self.seen = 0;

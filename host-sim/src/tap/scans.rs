@@ -1,4 +1,4 @@
-//! Assembles requests and answers into scans, row by row.
+//! Assembles requests to the radar module and its answers into scans, row by row.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -9,52 +9,53 @@ use stairscan::config::RadarConfig;
 use super::listen::{LinkEvent, Listener};
 use crate::live::Ms;
 
-/// Maximum number of answers that may be read before their request. The ports are read one after the other, and
-/// a busy machine may read one of them half a second late.
+/// Maximum number of answers that are stored until their requests are read. The ports are read one
+/// after the other, and a busy machine may read one of them half a second late.
 const MAX_UNMATCHED: usize = 64;
-/// Time after which such an answer is assigned to a lost request, ms: sequence numbers repeat.
+/// Time after which an answer is no longer assigned to a request, ms: sequence numbers repeat.
 const WAITS: Ms = 1_000;
 
-/// A request with its answer.
+/// A request for a chirp (trigger), with its answer.
 #[derive(Clone, Debug)]
 struct Asked {
     sequence: u16,
-    /// Shaft angle of a trigger, 0.001°.
+    /// Shaft angle in the trigger, 0.001°.
     angle: i32,
     at: Ms,
     answer: Option<LinkEvent>,
 }
 
-/// A scan that is being received: a request for the settings, and the triggers up to the next such request.
+/// A scan that is being received: a request for the module's settings, and the triggers up to the
+/// next such request.
 #[derive(Clone, Debug)]
 struct Draft {
     /// Sequence number of the settings request; `None` if the tap began during the scan.
     question: Option<u16>,
     radar: Option<RadarConfig>,
-    /// Settings of the module before this scan.
+    /// Module settings valid before this scan, used if its own are not received.
     before: Option<RadarConfig>,
     triggers: Vec<Asked>,
 }
 
-/// One row of a scan.
+/// One row of a scan: shaft angle and chirp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Angle of the shaft, 0.001°.
     pub angle: i32,
-    /// Time of its last trigger.
+    /// Time of the row's last trigger, ms.
     pub at: Ms,
     /// The chirp that the scanner received; `None` if the tap did not receive it completely.
     pub chirp: Option<Vec<Iq>>,
 }
 
-/// Losses during a scan.
+/// Numbers of triggers without a usable chirp during a scan, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Losses {
-    /// Number of triggers without an intact answer.
+    /// Number of triggers without an undamaged answer.
     pub unanswered: u32,
-    /// Number of error answers of the module.
+    /// Number of triggers that the module answered with an error.
     pub refused: u32,
-    /// Number of chirps whose number of samples differs from the module's settings.
+    /// Number of chirps whose number of samples differs from that in the module's settings.
     pub misshapen: u32,
 }
 
@@ -76,20 +77,21 @@ impl fmt::Display for Losses {
 /// A scan as received by the tap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scan {
-    /// Settings of the module; `None` if they were never received.
+    /// Settings of the module; `None` if they have never been received.
     pub radar: Option<RadarConfig>,
-    /// Whether the settings were received for this scan; otherwise they are those of an earlier one.
+    /// Whether the module's settings were received in this scan; otherwise they are those of an
+    /// earlier one.
     pub settings_heard: bool,
-    /// Whether its beginning was received.
+    /// Whether the scan's beginning, the request for settings, was received.
     pub begun: bool,
-    /// Its rows, in the order of their triggers.
+    /// The scan's rows, in the order of their triggers.
     pub rows: Vec<Row>,
-    /// Losses.
+    /// Numbers of triggers without a usable chirp.
     pub losses: Losses,
 }
 
 impl Scan {
-    /// Returns the rows with a chirp.
+    /// Returns the rows with a chirp, and their samples.
     pub fn received(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
         let rows = self.rows.iter();
         rows.filter_map(|row| Some((row, row.chirp.as_deref()?)))
@@ -101,34 +103,34 @@ impl Scan {
     }
 }
 
-/// Source of received bytes.
+/// Wire on which bytes were received.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wire {
-    /// From scanner to module.
+    /// The wire from scanner to module.
     ToModule,
-    /// From module to scanner.
+    /// The wire from module to scanner.
     FromModule,
-    /// Both on one port: the link is half-duplex.
+    /// Both directions on one port, because the link is half-duplex.
     Both,
 }
 
-/// The tap.
+/// Receives the bytes of a radar link and assembles them into scans.
 #[derive(Debug, Default)]
 pub struct Tap {
     wires: [Listener; 3],
     drafts: VecDeque<Draft>,
     unmatched: VecDeque<(Ms, u16, LinkEvent)>,
-    /// Last settings that the module reported.
+    /// The last settings that the module reported; `None` before the first.
     radar: Option<RadarConfig>,
-    /// Number of answers whose requests were not received.
+    /// Number of answers discarded so far because their requests were not received.
     unmatched_count: u32,
     done: VecDeque<Scan>,
-    /// Time of the last frame.
+    /// Time at which the last frame was received, ms.
     received: Option<Ms>,
 }
 
 impl Tap {
-    /// Processes bytes received at `now`.
+    /// Processes bytes received on `wire` at `now`, ms.
     pub fn push(&mut self, now: Ms, wire: Wire, bytes: &[u8]) {
         for (sequence, received) in self.wires[wire as usize].push(bytes) {
             self.received = Some(now);
@@ -155,19 +157,19 @@ impl Tap {
         }
     }
 
-    /// Returns the next complete scan.
+    /// Removes and returns the oldest complete scan; `None` if there is none.
     pub fn scan(&mut self) -> Option<Scan> {
         self.done.pop_front()
     }
 
-    /// Completes all scans: no more data will be received for them.
+    /// Completes all scans that are being received, because no more data will come.
     pub fn end(&mut self) {
         while let Some(draft) = self.drafts.pop_front() {
             self.finish(draft);
         }
     }
 
-    /// Returns the time of the last frame.
+    /// Returns the time at which the last frame was received, ms.
     pub fn received(&self) -> Option<Ms> {
         self.received
     }
@@ -215,7 +217,7 @@ impl Tap {
         self.unmatched.push_back((now, sequence, answer));
     }
 
-    /// Discards answers whose requests have not been received in time.
+    /// Discards and counts answers whose requests have not been received within [`WAITS`].
     fn expire_unmatched(&mut self, now: Ms) {
         let late = |unmatched: &mut (Ms, u16, LinkEvent)| now.saturating_sub(unmatched.0) > WAITS;
         while self.unmatched.pop_front_if(late).is_some() {
@@ -223,7 +225,8 @@ impl Tap {
         }
     }
 
-    /// Assigns an answer to its request; returns it if there is none.
+    /// Assigns an answer to the request with this sequence number; returns the answer if there is
+    /// no such request.
     fn answer(&mut self, sequence: u16, answer: LinkEvent) -> Option<LinkEvent> {
         for (place, draft) in self.drafts.iter_mut().enumerate().rev() {
             if draft.question == Some(sequence) {
@@ -250,8 +253,8 @@ impl Tap {
         Some(answer)
     }
 
-    /// Completes a draft. A settings request without triggers does not belong to a scan: it is a self-test or a
-    /// retry.
+    /// Completes a scan that was being received. A settings request without triggers does not
+    /// belong to a scan: it is a self-test or a repeated request.
     fn finish(&mut self, draft: Draft) {
         if draft.triggers.is_empty() {
             return;
@@ -328,7 +331,7 @@ mod tests {
         hear(tap, at, FrameKind::Trigger, sequence, &angle.to_le_bytes());
     }
 
-    /// A chirp all of whose samples are `value`.
+    /// Feeds `tap` with a chirp all of whose samples are `value`.
     fn chirp(tap: &mut Tap, at: Ms, sequence: u16, value: u8) {
         hear(tap, at, FrameKind::Chirp, sequence, &[value; 64]);
     }

@@ -8,17 +8,18 @@
 use stairscan::config::{Plane, SweepConfig};
 use stairscan::schedule::{microsteps, shaft_angle};
 
-/// Maximum difference between a scheduled angle and its microstep, 0.001°, rounded up.
+/// Maximum difference between a scheduled angle and the angle on its microstep, 0.001°, rounded up.
 const OFF: i32 = 4;
-/// Divisors of round angles, 0.001°, roundest first.
+/// Divisors that make an angle round, 0.001°, the roundest first: of several schedules, that of
+/// rounder angles is taken.
 const ROUND: [i32; 8] = [10_000, 5_000, 1_000, 500, 250, 100, 10, 1];
 
-/// A schedule with the row of each trigger.
+/// A schedule of angles, with the row of each trigger.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sweep {
-    /// First angle, step and count.
+    /// First angle, step and number of angles.
     pub config: SweepConfig,
-    /// The row of each angle.
+    /// Row of each trigger in the schedule, in the order of the triggers.
     pub rows: Vec<usize>,
 }
 
@@ -52,7 +53,8 @@ pub fn schedule(angles: &[i32], plane: Plane) -> Option<Sweep> {
     })
 }
 
-/// Returns the rows of `angles` if `config` falls on all of them.
+/// Returns `config` with the row of each of `angles` (of the shaft, 0.001°); `None` unless each is
+/// the microstep of one of its rows.
 pub fn follows(config: &SweepConfig, angles: &[i32], plane: Plane) -> Option<Sweep> {
     let row = |angle: &i32| {
         let along = beam(*angle, plane) - config.first_angle + config.angle_step / 2;
@@ -67,7 +69,8 @@ pub fn follows(config: &SweepConfig, angles: &[i32], plane: Plane) -> Option<Swe
     })
 }
 
-/// Angle of the beam with the shaft at `angle`, 0.001°.
+/// Converts an angle of the shaft to that of the beam from the plane's zero (horizontal, or
+/// straight down), or back; both 0.001°.
 pub fn beam(angle: i32, plane: Plane) -> i32 {
     match plane {
         Plane::Depth => angle,
@@ -75,14 +78,14 @@ pub fn beam(angle: i32, plane: Plane) -> i32 {
     }
 }
 
-/// Returns the shaft angle on the microstep of a row, 0.001°.
+/// Returns the shaft angle of row `row` on its microstep, 0.001°.
 fn on_shaft(config: &SweepConfig, row: usize, plane: Plane) -> i32 {
     let angle = config.first_angle + config.angle_step * row as i32;
     shaft_angle(microsteps(beam(angle, plane)))
 }
 
-/// Returns the rows from the median difference of neighbours, starting at the lowest angle; `None` if the angles
-/// are not monotonic.
+/// Returns the row of each beam angle, from the lowest angle on, if the median difference of
+/// neighbours is one row; `None` if the angles are not monotonic.
 fn places(beams: &[i32]) -> Option<Vec<usize>> {
     let differences: Vec<i32> = beams.windows(2).map(|two| two[1] - two[0]).collect();
     let rising = *differences.first()? > 0;
@@ -104,7 +107,8 @@ fn places(beams: &[i32]) -> Option<Vec<usize>> {
     Some(places)
 }
 
-/// Returns the roundness of an angle: 0 for the roundest.
+/// Returns the roundness of an angle (0.001°): the index of its first divisor in [`ROUND`], 0 for
+/// the roundest.
 fn round(angle: i32) -> usize {
     let place = ROUND.iter().position(|divisor| angle % divisor == 0);
     place.unwrap_or(ROUND.len())

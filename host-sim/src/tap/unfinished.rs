@@ -10,18 +10,19 @@ use super::gather::{Gather, Mounting};
 use super::scans::Scan;
 use crate::recording::{DATA_SUFFIX, meta_path, name_of};
 
-/// Completed scans of a running session.
+/// Completed scans of a running session, each written as a recording.
 #[derive(Debug)]
 pub struct Unfinished {
     dir: PathBuf,
     name: String,
-    /// The recordings in the directory, without suffix.
+    /// Paths of the recordings in the directory, without suffix.
     kept: Vec<PathBuf>,
     scans: usize,
 }
 
 impl Unfinished {
-    /// Begins the directory `NAME.unfinished` beside `output`, the final recording of the session.
+    /// Prepares the directory `NAME.unfinished` beside `output`, the final recording of the
+    /// session; the first scan creates it.
     ///
     /// # Errors
     /// The directory exists and contains the scans of another session.
@@ -42,7 +43,7 @@ impl Unfinished {
         })
     }
 
-    /// Writes a scan. A scan that cannot be recorded is left out.
+    /// Writes a scan as a recording of its own. A scan that cannot be recorded is left out.
     ///
     /// # Errors
     /// The file cannot be written; the message names it.

@@ -1,8 +1,10 @@
-//! An update from the first question to the confirmation.
+//! An update over the report port, from the first request to the confirmation of the new image.
 //!
-//! The scanner stops and leaves for its boot loader; both ends go up to a faster rate where they have one; the header is
-//! offered, then the payload from where the loader wants it on; the loader checks it and resets the chip; the new image runs
-//! on trial, and its self-test confirms it. Whatever breaks off may be begun again: the loader remembers.
+//! The scanner stops and enters its boot loader. Both ends change to a faster baud rate if they
+//! have one. The host sends the image's header, then the payload from the offset that the loader
+//! asks for. The loader checks the image and resets the chip. The new image runs on trial, until
+//! its self-test confirms it. An update that is interrupted at any point may be repeated: the
+//! loader continues after the bytes that it has stored.
 
 use std::time::{Duration, Instant};
 
@@ -18,27 +20,30 @@ use stairscan_boot::slot::Slot;
 use super::package::{Package, Signed};
 use super::wire::{Link, Reply, Wire};
 
-/// For a greeting: the loader checks both slots for its answer, 2 s on the internal oscillator.
+/// Timeout and number of tries of the greeting (`hello`) after a scanner was sent into its loader:
+/// the loader checks both slots before it answers, 2 s on the internal oscillator.
 const HELLO: (Duration, u32) = (Duration::from_millis(2_500), 6);
-/// Where no image speaks, the loader may be there already.
+/// Timeout and number of tries of the greeting if no image sends sentences, because the loader may
+/// be running already.
 const ALREADY: (Duration, u32) = (Duration::from_millis(2_500), 1);
-/// For the first sentence of an image that runs.
+/// Maximum time to wait for the first sentence of a running image.
 const LISTEN: Duration = Duration::from_millis(700);
-/// For an image's refusal to leave for its loader.
+/// Maximum time in which a running image reports that it refuses to enter its loader.
 const REFUSED: Duration = Duration::from_millis(300);
-/// For the first word at another rate.
+/// Timeout and number of tries of the request for another baud rate.
 const RATE: (Duration, u32) = (Duration::from_millis(700), 2);
-/// A loader that heard nothing at another rate is back at the first one within this time.
+/// Time after which a loader that received nothing at another baud rate is back at the first one.
 const RATE_BACK: Duration = Duration::from_millis(2_500);
-/// For a signature's check and three erasures of 4 s at most.
+/// Timeout and number of tries of the header: the loader checks the signature and erases up to
+/// three sectors, 4 s each.
 const BEGIN: (Duration, u32) = (Duration::from_secs(20), 2);
-/// For a piece: 0.1 s on the wire, 30 ms in flash.
+/// Timeout and number of tries of one piece of the payload: 0.1 s on the wire, 30 ms in flash.
 const DATA: (Duration, u32) = (Duration::from_secs(2), 5);
-/// For the check of hash and signature.
+/// Timeout and number of tries of the final request, at which the loader checks hash and signature.
 const FINISH: (Duration, u32) = (Duration::from_secs(10), 2);
-/// For the image's answer to a command.
+/// Maximum time to wait for a running image's answer to a command.
 const ANSWER: Duration = Duration::from_secs(2);
-/// From the reset to the image's first sentence.
+/// Maximum time from the reset to the new image's first sentence.
 const BOOT: Duration = Duration::from_secs(10);
 
 /// Outcome of an update.
@@ -46,28 +51,31 @@ const BOOT: Duration = Duration::from_secs(10);
 pub enum Outcome {
     /// The new image has been confirmed.
     Confirmed,
-    /// It runs on trial, and its self-test has not passed yet: why, as far as it says.
+    /// The new image runs on trial, but its self-test has not passed yet; with the last known
+    /// cause.
     OnTrial(String),
-    /// The loader runs another image.
+    /// The loader executes another image than the new one; with the states of both slots, as the
+    /// loader reports them.
     RolledBack(String),
     /// The scanner has stopped sending.
     Silent,
 }
 
-/// The transfer as it was.
+/// Statistics of a completed transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
-    /// Rate, baud.
+    /// Baud rate of the transfer.
     pub baud: u32,
-    /// Offset at which it went on; 0 for a fresh one.
+    /// Offset in the payload at which the transfer continued an earlier one, bytes; 0 for a new
+    /// transfer.
     pub resumed: u32,
-    /// Bytes sent.
+    /// Number of payload bytes sent.
     pub sent: u32,
-    /// Time for these.
+    /// Duration of the transfer, with the loader's checks.
     pub time: Duration,
 }
 
-/// Returns the remedy for a refusal.
+/// Returns the remedy for a request that the loader refused, for the error message.
 pub fn help(refusal: Refusal) -> &'static str {
     match refusal {
         Refusal::NoImage => "the file is no signed image: `cargo sim keys sign` makes one",
@@ -91,7 +99,8 @@ pub fn help(refusal: Refusal) -> &'static str {
     }
 }
 
-/// An answer's payload, or an error that says what to do.
+/// Returns the payload of an answer; an error with the remedy if the loader refused or did not
+/// answer the request `what`.
 fn good(reply: Option<Reply>, what: &str) -> Result<Vec<u8>> {
     match reply {
         Some(Reply::Good(payload)) => Ok(payload),
@@ -107,19 +116,19 @@ fn next_of(payload: &[u8]) -> Result<u32> {
     }
 }
 
-/// A loader that answers.
+/// Connection to a boot loader that answers.
 #[derive(Debug)]
 pub struct Client<W> {
     link: Link<W>,
-    /// Its description of itself.
+    /// The loader's description of itself and of both slots.
     pub info: Info,
     baud: u32,
-    /// The scanner was at work before, and is to be again.
+    /// Whether the scanner was scanning before the update; it is then started again afterwards.
     at_work: bool,
 }
 
 impl<W: Wire> Client<W> {
-    /// Brings a scanner into its boot loader, unless it is there.
+    /// Brings a scanner into its boot loader, unless the loader is running already.
     ///
     /// # Errors
     /// The scanner does not answer, or has no loader.
@@ -154,7 +163,7 @@ impl<W: Wire> Client<W> {
         })
     }
 
-    /// The slot that a new image goes to.
+    /// Returns the slot into which the loader writes a new image.
     pub fn spare(&self) -> Slot {
         if self.info.spare == 0 {
             Slot::A
@@ -163,7 +172,8 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Goes up to the fastest rate that loader, port and user have. What does not work is left at the first rate.
+    /// Changes to the fastest baud rate that loader and port support, at most `most`. If that
+    /// fails, both ends stay at the first rate.
     fn speed_up(&mut self, most: u32) -> Result<()> {
         let fastest = u32::from(self.info.fastest) * 100_000;
         let rates = [3_000_000, 2_000_000, 1_000_000];
@@ -186,10 +196,11 @@ impl<W: Wire> Client<W> {
         good(self.link.ask(Kind::Hello, &[], HELLO)?, "the greeting").map(|_| ())
     }
 
-    /// Sends the image for the spare slot, and lets the loader check and start it. `told` gets how far it has come.
+    /// Sends the image for the spare slot, and lets the loader check and start it. `told` is called
+    /// with the number of bytes transferred and the total.
     ///
     /// # Errors
-    /// A refusal, each with its own words, or a wire that broke.
+    /// The loader refuses a request (the message contains the remedy), or does not answer.
     pub fn send(
         &mut self,
         package: &Package,
@@ -229,26 +240,27 @@ impl<W: Wire> Client<W> {
         })
     }
 
-    /// Goes back to the image before.
+    /// Requests the loader to return to the confirmed image in the other slot.
     ///
     /// # Errors
-    /// There is none, or the wire broke.
+    /// There is none, or the loader does not answer.
     pub fn back(&mut self) -> Result<()> {
         good(self.link.ask(Kind::Back, &[], FINISH)?, "the request").map(|_| ())
     }
 
-    /// Leaves the loader for whatever it then executes.
+    /// Requests the loader to execute the image that it selects.
     ///
     /// # Errors
-    /// The wire broke.
+    /// The loader does not answer.
     pub fn boot(&mut self) -> Result<()> {
         good(self.link.ask(Kind::Boot, &[], DATA)?, "the request").map(|_| ())
     }
 
-    /// Listens to what comes after the reset: the image on trial, its self-test, its confirmation, for `patience` at most.
+    /// Follows the sentences after the reset, for `patience` at most, and returns the outcome: the
+    /// image on trial, its self-test, its confirmation. `name` is the image's, for messages.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn follow(&mut self, name: &str, patience: Duration) -> Result<Outcome> {
         let wanted = self.spare().as_str();
         self.link.wire.set_rate(FIRST_BAUD)?;
@@ -305,22 +317,23 @@ impl<W: Wire> Client<W> {
     }
 }
 
-/// For a greeting at another rate: both slots are checked at 168 MHz.
+/// Timeout and number of tries of the greeting at another baud rate: the loader checks both slots
+/// at 168 MHz.
 const HELLO_FAST: (Duration, u32) = (Duration::from_millis(1_500), 1);
 
-/// The loader's sentence.
+/// Content of the loader's sentence `LOADER`, which it sends before it executes an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Told<'a> {
-    /// The slot that is executed, empty for none.
+    /// Slot that is executed; empty if none is.
     pub slot: &'a str,
-    /// Which execution on trial, `0` for a confirmed image.
+    /// Number of this execution of an image on trial; `0` for a confirmed image.
     pub trial: &'a str,
-    /// States of both slots.
+    /// States of both slots, as the loader reports them.
     pub states: &'a str,
 }
 
 impl<'a> Told<'a> {
-    /// Reads it; `None` for any other line, or a damaged one.
+    /// Parses a sentence of the loader; `None` for any other line, or a damaged one.
     pub fn parse(line: &'a str) -> Option<Self> {
         let (body, crc) = line.strip_prefix('$')?.rsplit_once('*')?;
         let right = stairscan::crc::of_parts(&[body.as_bytes()]);
@@ -335,7 +348,8 @@ impl<'a> Told<'a> {
     }
 }
 
-/// Whether an image speaks at the port, and is at work: it says five times a second how it fares.
+/// Returns whether the running image is scanning, from its next `LIVE` sentence, sent five times a
+/// second; `None` if there is none.
 fn is_at_work<W: Wire>(link: &mut Link<W>) -> Result<Option<bool>> {
     link.until(LISTEN, |line| match Sentence::parse(line) {
         Ok(Sentence::Live(live)) => Some(!matches!(live.state, "idle" | "fault")),
@@ -343,7 +357,7 @@ fn is_at_work<W: Wire>(link: &mut Link<W>) -> Result<Option<bool>> {
     })
 }
 
-/// Stops the scanner and sends it into its loader.
+/// Stops the scanner and sends it the command to enter its loader.
 fn leave_image<W: Wire>(link: &mut Link<W>) -> Result<()> {
     // Behind whatever stands in the scanner's line buffer.
     let stop = framed(&["stop"]);
@@ -367,7 +381,7 @@ fn leave_image<W: Wire>(link: &mut Link<W>) -> Result<()> {
     }
 }
 
-/// A line on a slot's image for people.
+/// Returns a line of text on the image in a slot: state, name and number.
 pub fn slot_line(info: &Info, slot: Slot) -> String {
     let [a, b] = &info.slots;
     let told = if slot == Slot::A { a } else { b };
@@ -384,7 +398,7 @@ pub fn slot_line(info: &Info, slot: Slot) -> String {
     format!("slot {}: {}{of}", slot.as_str(), text(&told.word))
 }
 
-/// Version in words of a package.
+/// Returns name and number of a package's image as text.
 pub fn version(package: &Package) -> String {
     let header = Header::parse(&package.image(Slot::A).header);
     header.map_or_else(

@@ -1,4 +1,5 @@
-//! Pairs of keys in files: one line of text each, the secret half readable by its owner only.
+//! Reads, creates and writes key files: one line of text each, the secret key readable by its owner
+//! only.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Write};
@@ -12,26 +13,26 @@ use stairscan_boot::key::{KEY, PublicKey};
 
 use crate::recording::regular;
 
-/// The secret half of the development key, which is in the repository.
+/// File with the secret key of development, which is in the repository and therefore not secret.
 const DEVELOPMENT: &str = include_str!("../../../boot/keys/development.key");
-/// Beginning of the line of a secret key.
+/// Beginning of the line in the file of a secret key; the key follows in hexadecimal.
 const SECRET: &str = "stairscan secret key ";
-/// Beginning of the line of a public key.
+/// Beginning of the line in the file of a public key; the key follows in hexadecimal.
 const PUBLIC: &str = "stairscan public key ";
-/// A secret half that its owner alone may read and write.
+/// File mode of a secret key: only its owner may read and write it.
 const OWNER_ONLY: u32 = 0o600;
 
-/// A key as a file holds it.
+/// Key from a file.
 #[derive(Debug)]
 pub enum Key {
-    /// Both halves.
+    /// Secret key, from which the public key follows.
     Pair(SigningKey),
-    /// Public key, which a loader trusts.
+    /// Public key, with which a loader checks signatures.
     Public(PublicKey),
 }
 
 impl Key {
-    /// Its public half.
+    /// Returns the public key.
     pub fn public(&self) -> PublicKey {
         match self {
             Key::Pair(pair) => PublicKey(pair.verifying_key().to_bytes()),
@@ -39,13 +40,13 @@ impl Key {
         }
     }
 
-    /// Whether everybody has its secret half.
+    /// Whether this is the development key, whose secret key is known to everybody.
     pub fn is_development(&self) -> bool {
         development().is_ok_and(|known| known.verifying_key().to_bytes() == self.public().0)
     }
 }
 
-/// The development key.
+/// Returns the secret key of development.
 ///
 /// # Errors
 /// The repository's file is no key.
@@ -56,15 +57,15 @@ pub fn development() -> Result<SigningKey> {
     }
 }
 
-/// Bytes as hex digits.
+/// Formats bytes as hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Reads a key of either kind.
+/// Reads a file with a secret or a public key.
 ///
 /// # Errors
-/// Names the file; says what it is instead.
+/// Names the file and what it contains instead.
 pub fn read(path: &Path) -> Result<Key> {
     regular(path)?;
     let name = || path.display().to_string();
@@ -72,10 +73,10 @@ pub fn read(path: &Path) -> Result<Key> {
     parse(&text).with_context(name)
 }
 
-/// Reads the secret half that signs.
+/// Reads a file with a secret key, for signing.
 ///
 /// # Errors
-/// Names the file, also where others may read it.
+/// Names the file if it contains no secret key, or if others may read it.
 pub fn read_secret(path: &Path) -> Result<SigningKey> {
     let Key::Pair(pair) = read(path)? else {
         bail!("{}: a public key: expected the secret half", path.display());
@@ -124,13 +125,13 @@ fn bytes(digits: &str) -> Result<[u8; KEY]> {
     Ok(key)
 }
 
-/// The file of the public half beside that of the secret one.
+/// Returns the path of the public key's file beside that of the secret key: the suffix is `pub`.
 pub fn public_path(path: &Path) -> PathBuf {
     path.with_extension("pub")
 }
 
-/// Makes a new pair from the system's random numbers: the secret half in `path`, the public one beside it. Neither replaces
-/// anything unless `force` says so.
+/// Creates a key pair from the system's random numbers, writes the secret key to `path` and the
+/// public key beside it, and returns the public key. Existing files are replaced only with `force`.
 ///
 /// # Errors
 /// Names the file that exists, or cannot be written.
@@ -159,7 +160,7 @@ pub fn create(path: &Path, force: bool) -> Result<PublicKey> {
     Ok(key)
 }
 
-/// Writes a file under a name of its own, with its mode from the beginning on, and then renames it.
+/// Writes a file under a temporary name, created with the mode `mode`, and then renames it.
 fn write(path: &Path, text: &str, mode: u32) -> Result<()> {
     let name = || path.display().to_string();
     let mut part = path.as_os_str().to_owned();
@@ -176,7 +177,7 @@ fn write(path: &Path, text: &str, mode: u32) -> Result<()> {
     fs::rename(&part, path).with_context(name)
 }
 
-/// Signs a header.
+/// Returns the header with its signature.
 pub fn sign(key: &SigningKey, header: &Header) -> [u8; HEADER] {
     let message: [u8; SIGNED] = header.message();
     sealed(&message, &key.sign(&message).to_bytes())

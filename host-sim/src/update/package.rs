@@ -1,4 +1,5 @@
-//! The file that `update` sends: the image for slot A and behind it the one for slot B, each with its signed header.
+//! The file that `update` sends: the image for slot A, followed by the same image for slot B, each
+//! with its signed header.
 
 use std::fs;
 use std::path::Path;
@@ -18,28 +19,30 @@ use crate::recording::regular;
 /// A signed image for one slot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signed {
-    /// Its header, with the signature.
+    /// Header of the image, with the signature.
     pub header: [u8; HEADER],
-    /// Payload behind the header.
+    /// Payload of the image, which follows the header in the slot.
     pub payload: Vec<u8>,
 }
 
-/// A signed image for each slot.
+/// A signed image for slot A, then for slot B.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Package(pub [Signed; 2]);
 
 impl Signed {
-    /// Returns the slot as a debug probe or the emulator writes it: confirmed, with a number that orders confirmations.
+    /// Returns the slot's bytes as a debug probe or the emulator writes them: header and payload,
+    /// already confirmed, with the number `order`, by which confirmations are ordered.
     pub fn slot(&self, order: u32) -> Vec<u8> {
         [&factory(&self.header, order)[..], &self.payload].concat()
     }
 }
 
 impl Package {
-    /// Signs the image in an ELF file for both slots.
+    /// Converts an ELF file to images for both slots, with the image number `number`, and signs
+    /// them.
     ///
     /// # Errors
-    /// Names the file that is no image.
+    /// Names the file that contains no image.
     pub fn sign(elf: &Path, number: u32, key: &SigningKey) -> Result<Self> {
         let both = slots::read(elf)?;
         Ok(Self::of(key, |slot| {
@@ -49,7 +52,7 @@ impl Package {
         }))
     }
 
-    /// Signs what `image` gives for each slot.
+    /// Signs both images; `image` returns the unsigned header and the payload for a slot.
     pub fn of(key: &SigningKey, image: impl Fn(Slot) -> (Header, Vec<u8>)) -> Self {
         Self(Slot::BOTH.map(|slot| {
             let (header, payload) = image(slot);
@@ -77,7 +80,7 @@ impl Package {
         }
     }
 
-    /// Its bytes.
+    /// Returns the content of the file: header and payload for slot A, then for slot B.
     pub fn bytes(&self) -> Vec<u8> {
         let parts = self.0.iter();
         parts
@@ -86,10 +89,10 @@ impl Package {
             .collect()
     }
 
-    /// Reads a file.
+    /// Reads and checks a file, without its signature, which is the loader's to check.
     ///
     /// # Errors
-    /// Names the file: none of these, cut off, damaged. Whose key signed it is the loader's to say.
+    /// Names the file, which contains no package, is cut off or damaged.
     pub fn read(path: &Path) -> Result<Self> {
         regular(path)?;
         let name = || path.display().to_string();
@@ -97,10 +100,10 @@ impl Package {
         Self::parse(&bytes).with_context(name)
     }
 
-    /// Reads its bytes.
+    /// Parses and checks the content of a file.
     ///
     /// # Errors
-    /// Says what is wrong with them.
+    /// Describes the difference from a package: no header, cut off, damaged, too long.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let mut rest = bytes;
         let mut next = |slot: Slot| -> Result<Signed> {
@@ -134,13 +137,14 @@ impl Package {
         Ok(Self(both))
     }
 
-    /// First bytes of the key that it says it is signed with.
+    /// Returns the identifier of the signing key (its first bytes) from the header for slot A;
+    /// zeros if the header is damaged.
     pub fn key_id(&self) -> [u8; KEY_ID] {
         let header = Header::parse(&self.image(Slot::A).header);
         header.map_or([0; KEY_ID], |header| header.key_id)
     }
 
-    /// The image for a slot.
+    /// Returns the signed image for a slot.
     pub fn image(&self, slot: Slot) -> &Signed {
         let [a, b] = &self.0;
         match slot {

@@ -1,9 +1,10 @@
-//! An ELF file as the bytes of either slot.
+//! Converts an ELF file to the bytes of either slot.
 //!
-//! The image is linked for slot A. For slot B nothing is compiled or linked again: the linker leaves its relocations in the
-//! file, and every address of code or constants that stands in the image is moved by the distance of the slots. That
-//! distance is a multiple of 64 KB, so that of an address in two instructions (`movw`, `movt`) the upper half changes alone.
-//! A relocation of an unknown kind is an error, never a guess.
+//! The image is linked for slot A. For slot B nothing is compiled or linked again: the linker
+//! leaves its relocations in the file, and every address of code or constants in the image is moved
+//! by the distance of the slots. That distance is a multiple of 64 KB, so that only the upper half
+//! of an address in two instructions (`movw`, `movt`) changes. A relocation of an unknown kind is
+//! an error, never a guess.
 
 use std::fs;
 use std::path::Path;
@@ -19,20 +20,20 @@ use stairscan_boot::slot::Slot;
 
 use crate::recording::regular;
 
-/// Distance of slot B from slot A.
+/// Distance of slot B's address from that of slot A, bytes.
 const DISTANCE: u32 = layout::SLOT;
 const _: () = assert!(DISTANCE.is_multiple_of(0x1_0000) && SLOT == layout::SLOTS);
-/// Where the seal stands in a payload.
+/// Offset of the seal (the image's own checksum) in a payload, bytes.
 const SEAL: usize = 0x200;
 
-/// An image's bytes behind the header, for one slot.
+/// Bytes of an image after its header, for one slot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Payload(pub Vec<u8>);
 
-/// Reads the payload for both slots.
+/// Returns the payloads for slot A and slot B of an ELF file.
 ///
 /// # Errors
-/// Names the file: no ELF file, not linked for slot A, a relocation that is not known.
+/// Names the file: no ELF file, not linked for slot A, or with a relocation of an unknown kind.
 pub fn read(elf: &Path) -> Result<[Payload; 2]> {
     regular(elf)?;
     let name = || elf.display().to_string();
@@ -40,7 +41,7 @@ pub fn read(elf: &Path) -> Result<[Payload; 2]> {
     parse(&bytes).with_context(name)
 }
 
-/// The address of a slot.
+/// Returns the flash address of a slot.
 pub fn address(slot: Slot) -> u32 {
     match slot {
         Slot::A => SLOT,
@@ -61,11 +62,12 @@ pub fn parse(bytes: &[u8]) -> Result<[Payload; 2]> {
     Ok([Payload(image.payload), Payload(moved)])
 }
 
-/// Bytes of the file that go into the slot.
+/// The segments of an ELF file that are written to slot A.
 struct Loaded {
-    /// The bytes behind the header, blank where the file has none.
+    /// Bytes of the payload for slot A; 0xFF between the segments.
     payload: Vec<u8>,
-    /// Where addresses are loaded: from, to, and the offset of the first in the payload.
+    /// Segments: first address at which the segment runs, the address after its last, and the
+    /// offset of its bytes in `payload`.
     places: Vec<(u32, u32, usize)>,
 }
 
@@ -97,7 +99,8 @@ impl Loaded {
         Ok(Self { payload, places })
     }
 
-    /// Offset in the payload of what runs at `address`.
+    /// Returns the offset in the payload of the byte that runs at `address`; `None` outside of all
+    /// segments.
     fn offset(&self, address: u32) -> Option<usize> {
         let places = self.places.iter();
         let place = places
@@ -107,7 +110,8 @@ impl Loaded {
     }
 }
 
-/// Whether an address moves with the slot; its end counts, as the linker's symbols for ends do.
+/// Whether an address is one of code or constants, which moves with the slot. The address after the
+/// last one counts too, because symbols of the linker mark ends.
 fn moves(address: u32) -> bool {
     (SLOT..=CODE_END).contains(&address)
 }
@@ -141,7 +145,8 @@ fn relocate(file: &ElfFile32<'_, Endianness>, image: &Loaded, moved: &mut [u8]) 
     Ok(())
 }
 
-/// Moves one field (ELF for the Arm architecture, table "Relocation codes").
+/// Relocates one field of the payload for slot B. `moves` says whether its target moves with the
+/// slot (ELF for the Arm architecture, table "Relocation codes").
 fn apply(kind: elf::RelocationType, moves: bool, field: &mut [u8; 4]) -> Result<()> {
     match kind {
         elf::R_ARM_NONE | elf::R_ARM_V4BX => {}
@@ -178,7 +183,8 @@ fn apply(kind: elf::RelocationType, moves: bool, field: &mut [u8; 4]) -> Result<
     Ok(())
 }
 
-/// The immediate of `movt` (Armv7-M, A7.7.79, encoding T1): imm4:i:imm3:imm8.
+/// Returns the 16-bit immediate of the instruction `movt` (Armv7-M, A7.7.79, encoding T1):
+/// imm4:i:imm3:imm8.
 fn upper_half(field: &[u8; 4]) -> u16 {
     let [a, b, c, d] = *field;
     let (first, second) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
@@ -195,7 +201,8 @@ fn set_upper_half(field: &mut [u8; 4], value: u16) {
     *field = [a, b, c, d];
 }
 
-/// Puts the seal of the moved image in the place of the other one; a blank one stays.
+/// Replaces the seal in the payload for slot B by that of the relocated bytes; a blank seal stays
+/// blank.
 fn reseal(moved: &mut [u8]) -> Result<()> {
     let at = SEAL..SEAL + 4 * WORDS;
     let (words, _) = moved[at.clone()].as_chunks::<4>();

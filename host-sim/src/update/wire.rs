@@ -1,4 +1,4 @@
-//! Frames to the boot loader and its answers, and the sentences in between.
+//! Frames to the boot loader and its answers, and the sentences of the scanner between them.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -10,22 +10,23 @@ use stairscan_boot::refusal::Refusal;
 
 use crate::live::port::passes;
 
-/// Port for frames and sentences.
+/// A port on which frames and sentences are transferred.
 pub trait Wire {
-    /// Takes what has come; 0 where nothing came for a moment.
+    /// Reads received bytes into `buffer` and returns their number; 0 after a short time without
+    /// any.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize>;
     /// Sends all bytes.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
-    /// Goes on at another rate.
+    /// Changes the port's baud rate.
     ///
     /// # Errors
-    /// The port has no such rate.
+    /// The port does not support the rate.
     fn set_rate(&mut self, baud: u32) -> Result<()>;
 }
 
@@ -56,29 +57,29 @@ impl Wire for Box<dyn SerialPort> {
     }
 }
 
-/// An answer of the loader.
+/// An answer of the loader to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// Its payload.
+    /// The loader has done it; with the answer's payload.
     Good(Vec<u8>),
-    /// Why it does not do it.
+    /// The loader has not done it; with the reason.
     Refused(Refusal),
 }
 
-/// The host's end of the wire.
+/// The host's end of the link to the loader.
 #[derive(Debug)]
 pub struct Link<W> {
-    /// The wire.
+    /// Port on which the loader is connected.
     pub wire: W,
     decoder: Decoder,
     sequence: u8,
     partial: Vec<u8>,
-    /// Sentences that came between the answers, oldest first.
+    /// Sentences received and not yet processed, oldest first.
     pub sentences: Vec<String>,
 }
 
 impl<W: Wire> Link<W> {
-    /// Over a wire at the first rate.
+    /// Creates the link over a port at the first baud rate.
     pub fn new(wire: W) -> Self {
         Self {
             wire,
@@ -89,10 +90,11 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Sends a request, again after each `patience` without an answer, `tries` times in all. `None` where none came.
+    /// Sends a request and returns the answer. After each `patience` without an answer the request
+    /// is sent again, `tries` times in all; then `None`.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn ask(
         &mut self,
         kind: Kind,
@@ -119,7 +121,8 @@ impl<W: Wire> Link<W> {
         Ok(None)
     }
 
-    /// One look at the wire; the payload of the answer to the last request, where it has come.
+    /// Reads the port once, stores sentences, and returns the payload of the answer to the last
+    /// request if that has arrived.
     fn listen(&mut self, kind: Kind) -> Result<Option<Vec<u8>>> {
         let mut buffer = [0; 256];
         let count = self.wire.receive(&mut buffer)?;
@@ -135,7 +138,7 @@ impl<W: Wire> Link<W> {
         Ok(found)
     }
 
-    /// Sentences, among whatever else comes.
+    /// Adds a received byte to the current sentence; bytes outside of sentences are dropped.
     fn hear(&mut self, byte: u8) {
         const LONGEST: usize = 512;
         match byte {
@@ -152,10 +155,11 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Listens for sentences until `done` takes one, at most so long.
+    /// Calls `done` with each sentence until it returns a result, and returns that result; `None`
+    /// after `patience`.
     ///
     /// # Errors
-    /// The port has gone.
+    /// The port has disappeared.
     pub fn until<T>(
         &mut self,
         patience: Duration,
@@ -178,7 +182,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Discards the received bytes.
+    /// Discards the received bytes and sentences.
     pub fn forget(&mut self) {
         self.sentences.clear();
         self.partial.clear();
@@ -186,7 +190,8 @@ impl<W: Wire> Link<W> {
     }
 }
 
-/// Decodes an answer's payload: `hello` has no code.
+/// Decodes an answer's payload: a code (0, or the reason of a refusal), then data. An answer to
+/// `hello` has no code.
 fn reply(kind: Kind, payload: Vec<u8>) -> Reply {
     if kind == Kind::Hello {
         return Reply::Good(payload);

@@ -5,14 +5,14 @@ use crate::model::{Edge, GroundKind, MAX_STEPS, Staircase, View};
 use crate::params::current;
 use heapless::Vec;
 
-/// Maximum number of staircases that are carried on.
+/// Maximum number of staircases that are carried on to the next scan.
 const CARRIED: usize = 4;
 /// Minimum distance of a riser that a scan can show, metres from the mirror.
 const NEAREST_M: f32 = 0.12;
 /// Margin by which the earlier field of view is reduced in range, metres: nearer to its edge, visibility is
 /// uncertain.
 const MARGIN_M: f32 = 0.15;
-/// Factor by which the slope of its upper edge is reduced.
+/// Factor by which the slope of the earlier field of view's upper edge is reduced, for the same reason.
 const MARGIN_SHARE: f32 = 0.9;
 
 /// A staircase with its relative weight.
@@ -29,14 +29,14 @@ pub struct Weighed {
 pub struct CarriedHypotheses {
     past: Vec<Weighed, CARRIED>,
     present: Vec<Weighed, CARRIED>,
-    /// Field of view from the chair's earlier place, reduced by the margins; and that of this scan.
+    /// Field of view of the scan before, from the chair's place then, reduced by the margins.
     past_view: View,
     view: View,
     moved_m: f32,
 }
 
 impl CarriedHypotheses {
-    /// Returns an empty set.
+    /// Returns a set without staircases.
     pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
@@ -87,7 +87,7 @@ impl CarriedHypotheses {
         self.past.len()
     }
 
-    /// Returns a carried staircase up to its last visible step; none if no step is visible.
+    /// Returns carried staircase `k` up to its last step that is visible in this scan; none if no step is visible.
     #[inline(never)]
     pub fn staircase(&self, k: usize) -> Option<Staircase> {
         let mut s = self.past.get(k)?.staircase;
@@ -121,7 +121,8 @@ impl CarriedHypotheses {
         self.holds(&a, &b) && self.holds(&b, &a)
     }
 
-    /// Whether an edge at a place of this scan was well in view from the chair's earlier place.
+    /// Whether an edge at distance `x_m` and height `y_m` of this scan, metres, was well in view from the chair's
+    /// earlier place.
     pub(super) fn could_see(&self, x_m: f32, y_m: f32) -> bool {
         let s = Staircase::nothing().with(0, x_m + self.moved_m, y_m);
         edges(&s, &self.past_view).iter().any(|e| e.seen)
@@ -139,7 +140,8 @@ impl CarriedHypotheses {
         })
     }
 
-    /// Stores a staircase with its log-weight over this and all earlier scans, nats.
+    /// Stores a staircase for the next scan, with its log-weight over this and all earlier scans, nats. If there is no
+    /// room, it replaces the least likely one.
     #[inline(never)]
     pub(super) fn keep(&mut self, staircase: &Staircase, log_weight: f32) {
         let new = Weighed {
@@ -175,7 +177,7 @@ impl CarriedHypotheses {
     }
 }
 
-/// Returns the edges of a staircase.
+/// Returns the edges of a staircase, the nearest first, each with whether it is visible in `view`.
 #[inline(never)]
 fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
     let mut edges = Vec::new();
@@ -186,7 +188,7 @@ fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
     edges
 }
 
-/// Whether all risers of `a` stand at the places of those of `b`.
+/// Whether all risers of `a` stand at the places of those of `b`, within `same_step_m`.
 fn self_alike(a: &Staircase, b: &Staircase) -> bool {
     let places = a.x_m.iter().zip(&b.x_m).take(a.len());
     places
@@ -194,7 +196,7 @@ fn self_alike(a: &Staircase, b: &Staircase) -> bool {
         .all(|off| off < current().same_step_m)
 }
 
-/// Returns the staircase as seen from `by_m` metres farther back.
+/// Returns the staircase as seen from `by_m` metres farther back: all its distances are larger by `by_m`.
 #[inline(never)]
 fn shifted(s: &Staircase, by_m: f32) -> Staircase {
     let mut out = *s;

@@ -29,19 +29,19 @@ use crate::params::current;
 pub struct History {
     /// Number of the latest scan; none before the first one.
     scan: Option<u32>,
-    /// Mounting and radar of that scan.
+    /// Settings of mounting and radar of the latest scan.
     instrument: (MountConfig, RadarConfig),
-    /// Field of view of that scan.
+    /// Field of view of the latest scan.
     view: View,
-    /// Displacement of the chair since then, metres.
+    /// Forward displacement of the chair between the latest scan and the one before, metres.
     moved_m: f32,
-    /// Whether the evidence contradicted this scan.
+    /// Whether the latest scan contradicted the evidence of earlier scans, which was then discarded.
     changed: bool,
-    /// Staircases that may stand there.
+    /// The likeliest staircases, at their present places, with their weights.
     pub hypotheses: CarriedHypotheses,
-    /// Reported steps.
+    /// Reported steps, with places and levels combined over scans.
     pub tracks: Tracks,
-    /// Log-odds of errors by cell.
+    /// Log-odds that the answer is wrong, by way cell.
     pub carried_odds: CarriedOdds,
 }
 
@@ -118,7 +118,8 @@ impl History {
         self.carried_odds.clear_carried();
     }
 
-    /// Compares the steps of this scan's answer with the earlier ones, then combines them.
+    /// Compares the steps of this scan's answer with the earlier ones, then combines them: the distances, heights and
+    /// standard deviations in `steps` become the combined ones.
     #[inline(never)]
     pub fn combine(&mut self, steps: &mut [Step]) {
         let Self {

@@ -1,4 +1,4 @@
-//! Log-odds of errors by cell of the way ahead, carried on from earlier scans.
+//! Log-odds that an answer is first wrong in each way cell, carried on from earlier scans.
 
 use crate::answer::Step;
 use crate::infer::cloud::{CELL_M, CELLS, FIRST_END_M};
@@ -9,23 +9,23 @@ use crate::params::current;
 
 /// Limit of log-odds of an error, nats, of either sign: odds of e^9 count as certain.
 const MAX_ODDS: f32 = 9.0;
-/// Distance beyond which things behind a landing are mostly too faint to be detected, metres.
+/// Distance from the mirror beyond which objects behind a landing are mostly too faint to be detected, metres.
 const FAR_M: f32 = 2.0;
 /// Unit of the distance beyond [`FAR_M`] as a feature, metres.
 const FAR_CELLS_M: f32 = 0.5;
-/// Upper limit of [`MIN_EXPANDED_M`] over the standard deviation of a step's height, as a feature.
+/// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's height.
 const MAX_SIGMAS: f32 = 4.0;
-/// Maximum number of scans that are counted.
+/// Maximum number of earlier scans that are counted for a way cell.
 const MAX_SCANS: f32 = 4.0;
 
-/// Evidence of earlier scans about a cell.
+/// Evidence of earlier scans about a way cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Past {
-    /// Number of scans that agree about it.
+    /// Number of scans whose answers agree in the cell, at most [`MAX_SCANS`].
     scans: f32,
-    /// Minimum of their log-odds of an error, nats.
+    /// Minimum over these scans of the log-odds of an error in the cell, nats.
     least: f32,
-    /// Mean of their log-odds of an error, nats.
+    /// Mean over these scans of the log-odds of an error in the cell, nats.
     mean: f32,
 }
 
@@ -71,7 +71,7 @@ impl Past {
         }
     }
 
-    /// Returns the evidence with one more scan added.
+    /// Returns the evidence with one more scan added, whose log-odds of an error are `odds`, nats.
     fn with(&self, odds: f32) -> Self {
         if self.scans <= 0.0 {
             return Self {
@@ -89,27 +89,28 @@ impl Past {
     }
 }
 
-/// Evidence by cell, and the cells in which two successive answers differ.
+/// Evidence of earlier scans by way cell, and the cells in which this answer and the one before differ.
 #[derive(Debug)]
 pub struct CarriedOdds {
-    /// Evidence of earlier scans, by the cells of the scan before.
+    /// Evidence of earlier scans, by way cell as seen from the chair's place at the scan before, the nearest first.
     past: [PackedOdds; CELLS],
     present: [PackedOdds; CELLS],
-    /// Displacement of the chair since then, metres; none where nothing was carried on.
+    /// Forward displacement of the chair since the scan before, metres; none where no evidence was carried on.
     moved_m: Option<f32>,
-    /// Cells in which this answer differs from the one before, one bit each.
+    /// Cells in which this answer differs from the one before: bit k for cell k.
     differing_cells: u32,
 }
 
 const _: () = assert!(CELLS <= u32::BITS as usize);
 
-/// Returns the number of the cell that holds a place, metres. A step's error lies 3 cm before the step.
+/// Returns the index of the way cell that holds a place, metres from the mirror. For the error of a step, callers pass
+/// the place 3 cm before the step.
 fn cell(x_m: f32) -> usize {
     math::max(math::ceil((x_m - FIRST_END_M) / CELL_M), 0.0) as usize
 }
 
 impl CarriedOdds {
-    /// Returns an empty outlook.
+    /// Returns the state without evidence of earlier scans.
     pub(super) const fn new() -> Self {
         Self {
             past: [PackedOdds::NONE; CELLS],
@@ -132,8 +133,8 @@ impl CarriedOdds {
         self.differing_cells = 0;
     }
 
-    /// Marks the cells in which the steps of this answer, before they are combined, differ from those reported
-    /// before.
+    /// Marks the cells in which the steps of this answer, before they are combined, differ from those `reported` before
+    /// (distance and height, metres). `seen` returns whether the scan before could see a step at a distance and height.
     #[inline(never)]
     pub(super) fn compare(
         &mut self,
@@ -172,7 +173,8 @@ impl CarriedOdds {
         self.moved_m.is_some() && self.differing_cells == 0
     }
 
-    /// Returns the evidence of earlier scans about cell `k`, which holds a step at `step_m`, metres, or none.
+    /// Returns the evidence of earlier scans about way cell `k`, moved by the chair's displacement. `step_m` is the
+    /// distance of the step in the cell, metres, if there is one.
     #[inline(never)]
     fn carried_evidence(&self, k: usize, step_m: Option<f32>) -> Past {
         let Some(moved_m) = self.moved_m else {

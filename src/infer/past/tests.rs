@@ -17,7 +17,7 @@ fn instrument() -> (MountConfig, RadarConfig) {
     (config.mount, config.radar)
 }
 
-/// A flight of three steps that begins at `x_m`.
+/// A flight of three steps that begins `x_m` metres from the mirror.
 fn flight(x_m: f32) -> Staircase {
     let mut s = Staircase::nothing();
     for k in 0..3_u8 {
@@ -37,7 +37,7 @@ fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
     })
 }
 
-/// The outlines of a scan with the flight at `x_m`.
+/// The outlines of a scan that shows the flight at `x_m`, metres, with their log-weights: the flight, and level ground.
 fn outlines(x_m: f32) -> [Weighed; 2] {
     [(flight(x_m), 5.0), (Staircase::nothing(), -20.0)].map(|(staircase, log_weight)| Weighed {
         staircase,
@@ -45,7 +45,7 @@ fn outlines(x_m: f32) -> [Weighed; 2] {
     })
 }
 
-/// Runs a scan with the flight at `x_m`.
+/// Runs scan `number` of the flight at `x_m`, metres, `moved_m` after the scan before, and returns its combined steps.
 fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
     memory.begin(number, instrument(), VIEW, moved_m, 0.0);
     memory.keep(&outlines(x_m));

@@ -24,14 +24,14 @@ use heapless::Vec;
 /// Difference of two readings, in standard deviations, beyond which their variances are enlarged.
 const MAX_SIGMAS: f32 = 2.0;
 
-/// A mean over scans.
+/// Weighted mean of one distance or level of a step over scans, metres.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
     value: f32,
     variance: f32,
-    /// Covariance of its error with that of the last reading.
+    /// Covariance of the mean's error with that of the last reading, m².
     covariance: f32,
-    /// Variance of the last reading.
+    /// Variance of the last reading, m².
     last: f32,
 }
 
@@ -68,8 +68,8 @@ impl Mean {
         }
     }
 
-    /// Returns the mean with one more reading, with a variance as if both errors were fully correlated. What hides a
-    /// nosing's place, its overhang, does so from every distance.
+    /// Returns the mean with one more reading, with a variance as if both errors were fully correlated. A hidden
+    /// overhang makes the same error of a nosing's place from every distance.
     fn with_correlated(&self, reading: Estimate, correlation: f32) -> Self {
         let mut out = self.with(reading, correlation);
         let off = reading.value - self.value;
@@ -84,7 +84,7 @@ impl Mean {
     }
 }
 
-/// A step over several scans.
+/// A step over several scans: its distance and its level.
 #[derive(Clone, Copy, Debug)]
 struct StepTrack {
     place: Mean,
@@ -98,12 +98,13 @@ pub struct Tracks {
     moved_m: f32,
     /// Displacement of the chair during this scan, metres.
     moved_during_scan_m: f32,
-    /// Maximum distance between this scan's steps and the earlier ones, metres; none without earlier ones.
+    /// Maximum distance between a step of this scan and the same step of earlier scans, metres; none if none is the
+    /// same.
     off_m: Option<f32>,
 }
 
 impl Tracks {
-    /// Returns a set without tracks.
+    /// Returns a set without steps.
     pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
@@ -119,7 +120,8 @@ impl Tracks {
             .is_some_and(|off| off <= same_place_m(self.moved_m))
     }
 
-    /// Moves the tracks by the chair's displacement `moved_m`, metres.
+    /// Moves the steps nearer by the chair's displacement `moved_m` since the scan before, metres.
+    /// `moved_during_scan_m` is its displacement during this scan, metres.
     pub(super) fn shift(&mut self, moved_m: f32, moved_during_scan_m: f32) {
         self.moved_m = moved_m;
         self.moved_during_scan_m = moved_during_scan_m;
@@ -133,12 +135,13 @@ impl Tracks {
         self.off_m = None;
     }
 
-    /// Returns the present distance and the height of each step that was reported before, metres.
+    /// Returns distance and height of each step that was reported before, metres, as seen from the chair's present
+    /// place.
     pub fn reported_steps(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
         self.past.iter().map(|t| (t.place.value, t.level.value))
     }
 
-    /// Returns the track of a step, if it was reported before.
+    /// Returns the track of a step, if a step within `same_step_m` of it was reported before.
     #[inline(never)]
     fn of(&self, step: &Step) -> Option<&StepTrack> {
         let off = |t: &StepTrack| (t.place.value - step.distance_m).abs();
@@ -146,7 +149,7 @@ impl Tracks {
         near.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 
-    /// Returns the error of the odometer's displacement, estimated from the steps that were reported before.
+    /// Returns the error of the odometer's displacement, metres, estimated from the steps that were reported before.
     #[inline(never)]
     fn odometer_error(&self, steps: &[Step]) -> Estimate {
         let sigma_m = math::hypot(ODOMETER_SCALE_ERROR * self.moved_m, ODOMETER_WANDER_M);
@@ -165,7 +168,8 @@ impl Tracks {
         }
     }
 
-    /// Combines the steps of this scan with their tracks.
+    /// Combines the steps of this scan with their tracks: `steps` receives the combined distances, heights and standard
+    /// deviations, and the tracks become those of `steps`.
     #[inline(never)]
     pub fn combine(&mut self, steps: &mut [Step]) {
         let off = |s: &Step| Some((self.of(s)?.place.value - s.distance_m).abs());

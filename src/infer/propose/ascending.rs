@@ -15,13 +15,13 @@ use core::ops::Range;
 const RISES_M: [f32; 11] = [
     0.07, 0.09, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21, 0.235, 0.26, 0.29,
 ];
-/// Offsets from the winner's riser height at which its likelihood is evaluated, metres: three times finer than
+/// Offsets from the best flight's riser height at which its likelihood is evaluated, metres: three times finer than
 /// [`RISES_M`], over one and a half of its steps to each side.
 const FINE_RISES_M: [f32; 11] = [
     -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
 ];
 
-/// Returns riser `k` of a chain, between two levels, metres.
+/// Returns riser `k` of a chain, which rises from level `base_m` to `top_m`, metres.
 fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
     Riser {
@@ -33,13 +33,13 @@ fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f3
     }
 }
 
-/// Returns riser number `k` of a flight of regular rises.
+/// Returns riser `k`, counted from 0, of a flight of regular rises.
 pub fn riser(chain: &[ChainLink], shape: FlightShape, k: usize) -> Riser {
     let base_m = k as f32 * shape.rise_m;
     riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
 }
 
-/// Returns riser `k` of a chain of known levels; behind its last riser, the landing.
+/// Returns riser `k`, counted from 0, of a chain of known levels; behind its last riser, the landing.
 pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize) -> Riser {
     let level = |k: usize| levels.get(k).map(|l| l.height.value);
     let base_m = k.checked_sub(1).and_then(level).unwrap_or(0.0);
@@ -47,13 +47,14 @@ pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize)
     riser_between(chain, open, k, (base_m, top_m))
 }
 
-/// Returns the number of the riser that a mark lies near or before; beyond the last riser, that of the landing.
+/// Returns the index of the riser that a mark (an echo in the search) lies near or before; beyond the last riser, that
+/// of the landing. `column_m` is the half-width of a riser's column of echoes, metres.
 pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
     let behind = |l: &&ChainLink| l.along_m < m.x_m - column_m;
     chain.iter().take_while(behind).count()
 }
 
-/// Returns the role of each mark, in the marks' order, for a flight with these levels.
+/// Returns the role of each mark (an echo in the search), in the marks' order, under a flight with these levels.
 pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
@@ -65,16 +66,17 @@ pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Rol
     roles
 }
 
-/// The tread before a riser.
+/// Score of the tread before a riser.
 #[derive(Clone, Copy, Debug, Default)]
 struct TreadScore {
-    /// Score of the marks on it, nats.
+    /// Score of the marks on the tread, nats.
     score: f32,
-    /// Level of the strongest echo on it near the riser, dB.
+    /// SNR of the strongest echo on the tread near the riser, dB.
     strongest_db: f32,
 }
 
-/// Indices that divide the marks into those on the tread before a riser, near it, and behind it.
+/// Indices that divide the marks, which are sorted by distance, into those on the tread before a riser, near it, and
+/// behind it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Span {
     /// First mark that does not lie on the tread before the riser.
@@ -99,25 +101,25 @@ impl Span {
     }
 }
 
-/// Evaluator of flights going up.
+/// Evaluator of the scores of flights going up, on the echoes of one scan.
 #[derive(Debug)]
 pub struct Ascending<'e> {
     scene: &'e Scene<'e>,
     /// Indices of the marks near each column.
     spans: [Span; MAX_COLUMNS],
-    /// Floor before each column, which is the same for every first riser there.
+    /// Score of the floor before each column, which is the same for every first riser there.
     floors: [TreadScore; MAX_COLUMNS],
     /// Cache of the landing's score, at the level that was evaluated last.
     landing: RefCell<Landing>,
     null: f32,
 }
 
-/// Scores of landings at one level, by the mark where they begin.
+/// Cache of the scores of landings at one level, by the mark with which they begin.
 #[derive(Debug)]
 struct Landing {
     level_m: f32,
     open: bool,
-    /// Entry k is the score of all marks from number k on.
+    /// Entry k is the score of all marks from index k on, nats; the last one is 0.
     sums: [f32; MAX_ECHOES + 1],
     /// First entry of `sums` that is valid.
     known: usize,
@@ -135,8 +137,8 @@ impl Default for Landing {
 }
 
 impl Landing {
-    /// Returns the score of the landing behind the last riser of a flight, from mark number `first` on. It returns
-    /// none where the riser's place decides what of the landing is visible.
+    /// Returns the score, nats, of the landing behind the last riser of a flight, from mark `first` on. It returns none
+    /// where the riser's place decides which echoes of the landing are visible.
     fn look_up(
         &mut self,
         scene: &Scene<'_>,
@@ -159,7 +161,7 @@ impl Landing {
         self.sums.get(first).copied()
     }
 
-    /// Adds up the marks of `range`; the sums behind it are valid.
+    /// Fills the sums of `range` from its last mark to its first; the sums behind it are valid.
     fn extend(&mut self, scene: &Scene<'_>, range: Range<usize>) {
         let landing = Riser::landing(None, self.level_m, self.open);
         let mut sum = self.sums.get(range.end).copied().unwrap_or(0.0);
@@ -173,7 +175,8 @@ impl Landing {
 }
 
 impl<'e> Ascending<'e> {
-    /// Computes the score of level ground, and for each column its marks and the floor before it.
+    /// Returns the evaluator, with the score of level ground and, for each column, its marks and the score of the floor
+    /// before it.
     #[inline(never)]
     pub fn new(scene: &'e Scene<'e>) -> Self {
         let mut ascending = Self {
@@ -225,7 +228,7 @@ impl<'e> Ascending<'e> {
         }
     }
 
-    /// Returns the score of one riser with `marks` near it and the tread `before` it.
+    /// Returns the score of one riser with `marks` near it and the tread `before` it, nats.
     fn riser(&self, riser: &Riser, marks: &[Mark], before: TreadScore) -> f32 {
         let (scene, p) = (self.scene, self.scene.params);
         let mut total = before.score - p.step_nats;
@@ -259,8 +262,8 @@ impl<'e> Ascending<'e> {
         total + corner + top
     }
 
-    /// Returns the cost of a landing before a face. A single riser behind a landing is usually a wall and costs more;
-    /// a second riser behind it refunds the difference.
+    /// Returns the cost, nats, of a landing between the chain and a face `next`; 0 without one. A single riser behind a
+    /// landing is usually a wall and costs more; a second riser behind it refunds the difference.
     fn landing_cost(&self, chain: &[ChainLink], next: ChainLink) -> f32 {
         let p = self.scene.params;
         let behind_landing = |a: &ChainLink, b: &ChainLink| b.along_m - a.along_m > p.most_going_m;
@@ -271,7 +274,7 @@ impl<'e> Ascending<'e> {
         }
     }
 
-    /// Returns the riser height of a given chain averaged over its likelihood, metres, and the highest score.
+    /// Returns the riser height of a flight's chain averaged over its likelihood, metres, and the highest score, nats.
     #[inline(never)]
     pub fn rise(&self, flight: &Flight) -> (Estimate, f32) {
         let shape = flight.shape;
@@ -298,12 +301,12 @@ impl<'e> Ascending<'e> {
 }
 
 impl Ascending<'_> {
-    /// Returns the marks and columns.
+    /// Returns the marks and columns that are evaluated.
     pub fn scene(&self) -> &Scene<'_> {
         self.scene
     }
 
-    /// Returns the columns at which a flight may begin, each with all shapes.
+    /// Returns the index of each column at which a flight may begin, with each shape: riser height, open or closed.
     pub fn beginnings(&self) -> impl Iterator<Item = (usize, FlightShape)> {
         let shapes = RISES_M.into_iter();
         let shapes =
@@ -317,7 +320,7 @@ impl Ascending<'_> {
         })
     }
 
-    /// Returns the log-likelihood that `next` adds to the chain, nats.
+    /// Returns the score that face `next`, with the tread before it, adds to the chain, nats.
     pub fn face(&self, chain: &[ChainLink], next: ChainLink, shape: FlightShape) -> f32 {
         let riser = Riser {
             along_m: next.along_m,
@@ -338,7 +341,7 @@ impl Ascending<'_> {
         self.riser(&riser, near, before) - self.landing_cost(chain, next)
     }
 
-    /// Returns the log-likelihood of everything behind the last face, nats.
+    /// Returns the score of the echoes behind the last face of a chain, nats.
     pub fn behind(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level_m = chain.len() as f32 * shape.rise_m;
@@ -352,7 +355,7 @@ impl Ascending<'_> {
         cached.unwrap_or_else(|| self.tread(&landing, marks).score)
     }
 
-    /// Returns the log-likelihood of level ground, nats.
+    /// Returns the score of level ground, nats.
     pub fn null(&self) -> f32 {
         self.null
     }
@@ -363,7 +366,7 @@ impl Ascending<'_> {
         self.scene.role(mark, &riser(chain, shape, k))
     }
 
-    /// Returns the log-likelihood ratio of a whole flight against level ground, nats.
+    /// Returns the score of a whole flight less that of level ground, nats.
     pub fn whole(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
         let faces = (0..chain.len()).filter_map(|k| {
             let (before, rest) = chain.split_at_checked(k)?;

@@ -16,9 +16,10 @@ use heapless::Vec;
 
 /// Maximum number of distinct levels.
 const LEVELS: usize = 16;
-/// Minimum half-height of a level's echoes about the strongest one, metres.
+/// Minimum half-height of the band about its strongest echo in which echoes belong to one level, metres.
 const ROW_M: f32 = 0.015;
-/// Half-height of a level's echoes about the strongest one, in standard deviations of its height.
+/// Half-height of the band about its strongest echo in which echoes belong to one level, in standard deviations of that
+/// echo's height.
 const ROW_SIGMAS: f32 = 1.5;
 /// Minimum depth of a level, metres: higher echoes are the ground's.
 const BELOW_GROUND_M: f32 = 0.035;
@@ -28,9 +29,9 @@ const RISES_M: core::ops::RangeInclusive<f32> = 0.05..=0.27;
 const ALIKE_M: f32 = 0.05;
 /// Maximum deviation of two rises from twice the mean rise, metres, where the tread between them has no echoes.
 const SKIPPED_ALIKE_M: f32 = 0.025;
-/// Number of chains that grow at a time.
+/// Beam width: number of chains of levels that grow by one more level at a time.
 const GROWING: usize = 6;
-/// Number of chains that are weighted, with all their beginnings.
+/// Maximum number of chains of levels that are weighted, with all their beginnings.
 const WEIGHED: usize = 6;
 /// Distances at which ramps downwards begin, metres from the mirror.
 const RAMPS_FROM_M: [f32; 3] = [0.0, -0.1, -0.2];
@@ -42,7 +43,8 @@ const SLOPES: [f32; 12] = [
 /// Levels below the ground, metres, each with the log-likelihood ratio of a tread there, nats.
 type LevelRows = Vec<(f32, f32), LEVELS>;
 
-/// Levels one below the other, by index; [`UNSEEN`] stands for a tread without echoes between two levels.
+/// Chain of levels one below the other, each as an index into [`LevelRows`]; [`UNSEEN`] stands for a tread without
+/// echoes between two levels.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct LevelChain {
     rows: Vec<u8, MAX_TREADS>,
@@ -52,19 +54,19 @@ struct LevelChain {
     nats: f32,
 }
 
-/// Index that stands for a tread without echoes.
+/// Index in a chain of levels that stands for a tread without echoes.
 const UNSEEN: u8 = u8::MAX;
 const _: () = assert!(LEVELS < UNSEEN as usize);
 
 impl LevelChain {
-    /// Returns the mean rise, metres; none without treads.
+    /// Returns the mean rise of the chain's treads, metres; none without treads.
     fn rise_m(&self) -> Option<f32> {
         let count = self.rows.len();
         (count > 0).then(|| -self.last_m / count as f32)
     }
 
-    /// Returns the chain with one more level, or with an unseen tread and a level. It returns none for rises that
-    /// stairs do not have.
+    /// Returns the chain with one more level, number `row` at height `y_m` with log-likelihood ratio `nats`, directly
+    /// or behind a tread without echoes. It returns none for rises that stairs do not have.
     fn with(&self, row: usize, (y_m, nats): (f32, f32)) -> Option<Self> {
         let rise_m = self.last_m - y_m;
         let skipped = match self.rise_m() {
@@ -84,7 +86,8 @@ impl LevelChain {
         Some(out)
     }
 
-    /// Returns its treads, and one more without echoes.
+    /// Returns the treads of the chain, from the top down, and below the last one more without echoes, at the mean
+    /// rise.
     fn treads(&self, levels: &LevelRows) -> Treads {
         let mut treads = Treads::new();
         let level = |row: u8| levels.get(usize::from(row)).map(|level| level.0);
@@ -110,7 +113,7 @@ impl LevelChain {
     }
 }
 
-/// Adds a chain to the best of a list.
+/// Adds a chain to a list of the best chains; in a full list, it replaces the worst one if it is better.
 fn offer<const N: usize>(best: &mut Vec<LevelChain, N>, chain: LevelChain) {
     let Err(chain) = best.push(chain) else { return };
     let worst = best.iter_mut().min_by(|a, b| a.nats.total_cmp(&b.nats));
@@ -153,7 +156,7 @@ fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
     levels
 }
 
-/// Returns the chains of levels with the largest log-likelihood ratios.
+/// Returns the chains of levels with the largest log-likelihood ratios, in the order of their levels.
 #[inline(never)]
 fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
     let mut best = Vec::new();

@@ -10,7 +10,7 @@
 //! | `descending` | proposal of stairs going down from the levels of the echoes |
 //! | `search` | the best flights going up, face by face |
 //!
-//! Going up, its scores are tuned by hand and only select hypotheses: the posterior decides.
+//! Going up, the search's scores are tuned by hand and only select hypotheses: the posterior decides.
 
 pub mod ascending;
 pub mod descending;

@@ -11,18 +11,18 @@ use crate::params::posterior as number;
 use crate::signal::echoes::MAX_ECHOES;
 use heapless::Vec;
 
-/// Role of an echo.
+/// Role of an echo: the feature of a hypothesis that it shows, or how it contradicts it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Role {
     /// The inner corner at the foot of a riser.
     Corner,
-    /// The edge at its top.
+    /// The front edge at the top of a riser.
     Nosing,
     /// The specular reflection of a face at right angles to the line of sight.
     Flash,
     /// A place on a riser between foot and top.
     Face,
-    /// A tread, the landing, the floor.
+    /// The surface of a tread, of the landing or of the floor.
     Tread,
     /// The end of a tread, seen from above.
     Edge,
@@ -32,7 +32,7 @@ pub enum Role {
     Above,
     /// Standing on a tread: contradicts the flight.
     Clutter,
-    /// Not explained.
+    /// Not explained by the flight.
     #[default]
     Stray,
 }
@@ -43,7 +43,7 @@ impl Role {
         matches!(self, Self::Inside | Self::Above | Self::Clutter)
     }
 
-    /// Returns its name.
+    /// Returns the role's name in the output of `cargo sim inspect`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Corner => "corner",
@@ -60,7 +60,7 @@ impl Role {
     }
 }
 
-/// Role of each mark, in the marks' order.
+/// Role of each mark (an echo in the search), in the marks' order.
 pub type Roles = Vec<Role, MAX_ECHOES>;
 
 /// A riser and the tread before it.
@@ -79,7 +79,7 @@ pub struct Riser {
 }
 
 impl Riser {
-    /// Returns the landing behind a last riser, or the whole floor.
+    /// Returns the landing behind a last riser, or the whole floor: as the tread before a riser at infinity.
     pub fn landing(previous_m: Option<f32>, level_m: f32, open: bool) -> Self {
         Self {
             previous_m,
@@ -94,15 +94,15 @@ impl Riser {
 /// Fit of an echo near a riser, nats, weighted by its credibility.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RoleFit {
-    /// As the inner corner.
+    /// Gain as the inner corner, nats.
     pub corner: f32,
-    /// As anything that shows the riser's upper end or its face.
+    /// Gain as a feature of the riser's upper end or as its face, nats.
     pub top: f32,
-    /// As a feature that only the upper end has.
+    /// Gain as nosing, as flash, or as the visible part of a riser whose foot is hidden, nats.
     pub edge: f32,
-    /// Any other role, with its gain or cost.
+    /// Any other role, with its gain (or cost, where negative), nats; `None` where the gains above decide.
     pub other: Option<(Role, f32)>,
-    /// Role of the fit in `top`.
+    /// Role to which the gain `top` belongs.
     top_role: Role,
 }
 
@@ -114,7 +114,7 @@ impl RoleFit {
         }
     }
 
-    /// Returns the role that fits best.
+    /// Returns the role with the largest gain.
     pub fn role(&self) -> Role {
         match self.other {
             Some((role, _)) => role,
@@ -159,7 +159,7 @@ impl Scene<'_> {
         }
     }
 
-    /// Returns the role of a mark on the tread before a riser, and its gain or cost, nats.
+    /// Returns the role of a mark on the tread before a riser, and its gain (or cost, where negative), nats.
     pub fn on_tread(&self, m: &Mark, riser: &Riser) -> (Role, f32) {
         let p = self.params;
         let on = self.as_tread(m, riser);
@@ -176,7 +176,7 @@ impl Scene<'_> {
         (Role::Stray, -p.stray_nats * m.credibility)
     }
 
-    /// Returns the fit of a mark near a riser.
+    /// Returns the gains of a mark near a riser in the roles that it may have there.
     pub fn on_riser(&self, m: &Mark, riser: &Riser) -> RoleFit {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.credibility);
@@ -219,7 +219,7 @@ impl Scene<'_> {
         self.on_visible_riser(m, riser, flash)
     }
 
-    /// Returns the fit of a mark on a riser that is visible from foot to top. `flash` is its gain as a flash, nats.
+    /// Returns the gains of a mark on a riser that is visible from foot to top. `flash` is its gain as a flash, nats.
     fn on_visible_riser(&self, m: &Mark, riser: &Riser, flash: f32) -> RoleFit {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.credibility);

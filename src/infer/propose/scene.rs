@@ -10,14 +10,14 @@ use heapless::Vec;
 /// Maximum number of columns (places where a face may stand).
 pub const MAX_COLUMNS: usize = 32;
 
-/// One echo with the quantities that the likelihood needs.
+/// One echo as the search uses it: its place, standard deviations, SNR, width and credibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mark {
     /// Horizontal distance, metres.
     pub x_m: f32,
     /// Height above the ground, metres.
     pub y_m: f32,
-    /// Index of the echo in the list.
+    /// Index of the echo in the scan's list of echoes.
     pub echo: u8,
     /// Position along the line of sight to the faces that look at the mirror, metres: x for risers, the depth below
     /// the mirror for treads.
@@ -26,7 +26,7 @@ pub struct Mark {
     pub x_sigma_m: f32,
     /// Standard deviation of the height, metres.
     pub y_sigma_m: f32,
-    /// Credibility, 0…1.
+    /// Credibility, 0…1, a factor on the echo's gains and costs: small near the noise, 1 well above it.
     pub credibility: f32,
     /// Power above the noise, dB.
     pub snr_db: f32,
@@ -34,7 +34,7 @@ pub struct Mark {
     pub range_m: f32,
     /// Angular width in units of a point scatterer's.
     pub width: f32,
-    /// Gain as part of the floor, nats, before the credibility is applied; going up only.
+    /// Gain of the echo as part of the floor, nats, before the credibility is applied; 0 going down.
     pub floor_nats: f32,
 }
 
@@ -53,23 +53,24 @@ pub struct Column {
 /// All echoes sorted along the line of sight, and the columns among them.
 #[derive(Debug)]
 pub struct Scene<'p> {
-    /// Sorted by [`Mark::along_m`].
+    /// All echoes, sorted by [`Mark::along_m`].
     pub marks: Vec<Mark, MAX_ECHOES>,
-    /// Sorted by [`Column::along_m`].
+    /// The columns of echoes, sorted by [`Column::along_m`]; none going down.
     pub columns: Vec<Column, MAX_COLUMNS>,
     /// Mounting height of the mirror above the ground, metres.
     pub mount_height_m: f32,
-    /// Tuned numbers.
+    /// Tuned parameters of the estimator.
     pub params: &'p Params,
 }
 
-/// Returns the gain `nats`, reduced by half the squared deviation `z` in standard deviations; at least 0.
+/// Returns the gain `nats`, reduced by half the squared deviation `z`, in standard deviations; at least 0.
 pub fn gain(nats: f32, z: f32) -> f32 {
     math::max(nats - 0.5 * z * z, 0.0)
 }
 
 impl Mark {
-    /// Sets the fields that do not depend on the plane.
+    /// Returns a mark of echo `e`, number `echo` of the scan, with the fields that do not depend on the scanned plane;
+    /// the others are 0.
     fn new(echo: u8, e: &Echo) -> Self {
         Self {
             echo,
@@ -129,8 +130,8 @@ impl<'p> Scene<'p> {
         }
     }
 
-    /// Sorts the marks and groups columns around the strongest remaining ones. Marks nearer than `nearest`, metres,
-    /// are in no column.
+    /// Stores and sorts the marks, and groups columns of half-width `width`, metres, around the strongest remaining
+    /// ones. Marks nearer than `nearest`, metres, are in no column.
     fn group_columns(&mut self, marks: impl Iterator<Item = Mark>, width: f32, nearest: f32) {
         for mark in marks {
             // Cannot fail: there are as many marks as echoes.
@@ -166,7 +167,7 @@ impl<'p> Scene<'p> {
         shell_sort(&mut self.columns, |a, b| a.along_m < b.along_m);
     }
 
-    /// Whether an echo on the ground exceeds the level of those before it as a corner does.
+    /// Whether an echo exceeds the level of those on the ground before it as much as a corner does.
     fn is_corner_level(&self, centre: &Mark) -> bool {
         let p = self.params;
         let before = self.between(
@@ -183,13 +184,14 @@ impl<'p> Scene<'p> {
         self.marks.partition_point(|m| m.along_m <= along)
     }
 
-    /// Returns the marks with `from` < along ≤ `to`, metres.
+    /// Returns the marks with `from` < [`Mark::along_m`] ≤ `to`, metres.
     pub fn between(&self, from: f32, to: f32) -> &[Mark] {
         let (first, end) = (self.first_beyond(from), self.first_beyond(to));
         self.marks.get(first..end).unwrap_or(&[])
     }
 
-    /// Returns the indices of the first mark near a face and of the first one behind those.
+    /// Returns the index of the first mark near a face at `along`, metres, and that of the first mark behind those near
+    /// it.
     pub fn near_range(&self, along: f32) -> (usize, usize) {
         let p = self.params;
         let from = math::max(along - p.column_m, p.nearest_riser_m);

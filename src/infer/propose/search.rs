@@ -12,14 +12,14 @@ use heapless::Vec;
 
 /// Beam width: number of beginnings that are followed at a time. With half of it no recording's answer changes.
 const BEGINNINGS: usize = 12;
-/// Numbers of faces without an echo between two with one.
+/// Possible numbers of faces without an echo between two faces with one.
 const SKIPPED: [usize; 2] = [0, 1];
 
-/// The best beginnings so far.
+/// The best beginnings of flights found so far in a round, in no order.
 #[derive(Debug)]
 struct BestPartialFlights {
     flights: Vec<Flight, BEGINNINGS>,
-    /// Index of the worst one, once the list is full.
+    /// Index of the flight of the lowest score, once the list is full.
     worst: usize,
 }
 
@@ -68,12 +68,12 @@ impl Beam {
     }
 }
 
-/// State of the search.
+/// The search, and the best flights that it has found.
 #[derive(Debug)]
 pub struct Search<'s, 'e> {
     /// Evaluator of flights.
     pub stairs: &'s Ascending<'e>,
-    /// The best flight of each number of faces, once [`Search::best`] has run.
+    /// The best flight of each number of faces, in no order; filled by [`Search::best`].
     pub leaders: Vec<Flight, MAX_FLIGHT>,
 }
 
@@ -82,7 +82,7 @@ impl<'s, 'e> Search<'s, 'e> {
         self.stairs.scene().params
     }
 
-    /// Returns the allowed numbers of faces without an echo between two with one.
+    /// Returns the allowed numbers of faces without an echo between two faces with one.
     fn skipped(&self) -> impl Iterator<Item = usize> {
         let most = usize::from(self.params().rules.skipped_face);
         SKIPPED.into_iter().filter(move |skipped| *skipped <= most)
@@ -102,7 +102,7 @@ impl<'s, 'e> Search<'s, 'e> {
         others.map(|f| f.score).fold(0.0, math::max)
     }
 
-    /// Runs the search and returns the best flight.
+    /// Runs the search, stores the leaders, and returns the best flight; none if no column can begin a flight.
     #[inline(never)]
     pub fn best(&mut self, memory: &mut Beam) -> Option<Flight> {
         let Beam { now, next } = memory;
@@ -138,13 +138,13 @@ impl<'s, 'e> Search<'s, 'e> {
         flight.chain.push(link).is_ok()
     }
 
-    /// Scores a flight as if it ended with its last face.
+    /// Sets a flight's score as if it ended with its last face.
     fn finish(&self, flight: &mut Flight) {
         let behind = self.stairs.behind(&flight.chain, flight.shape);
         flight.score = flight.faces + behind - self.stairs.null();
     }
 
-    /// Stores a flight if it is the best of its length so far, and returns whether it is.
+    /// Stores a flight as a leader if it is the best of its number of faces so far, and returns whether it is.
     fn store_leader(&mut self, flight: &Flight) -> bool {
         let same = |f: &&mut Flight| f.chain.len() == flight.chain.len();
         match self.leaders.iter_mut().find(same) {
@@ -164,7 +164,8 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Extends a flight by its next faces.
+    /// Extends a flight by its next face, at the mean spacing of its faces, or by two faces of which the nearer one is
+    /// inferred, and offers the result to the next round.
     fn extend_by_next(&self, flight: &Flight, next: &mut BestPartialFlights) {
         let Some(last) = flight.chain.last() else {
             return;
@@ -183,7 +184,8 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Extends a flight by the first face of a second flight, behind a landing.
+    /// Extends a flight by the first face of a second flight, behind a landing, and offers the result to the next
+    /// round.
     fn extend_landing(&self, flight: &Flight, next: &mut BestPartialFlights) {
         let p = self.params();
         let Some(last) = flight.chain.last() else {
@@ -201,7 +203,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Extends a first face by a second one: any column at a possible going.
+    /// Extends a first face by a second one, any column at a possible going, and offers the results to the next round.
     fn extend_second(&self, flight: &Flight, first: ChainLink, next: &mut BestPartialFlights) {
         let p = self.params();
         for c in 0..self.stairs.scene().columns.len() {
@@ -215,7 +217,8 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Adds `link`, and `skipped` faces before it, to a flight, and offers it to the next round.
+    /// Adds face `link`, and before it `skipped` faces without an echo, to a copy of a flight, and offers it to the
+    /// next round. `spacing` is the distance of the faces, metres.
     fn extend_to(
         &self,
         flight: &Flight,
@@ -238,7 +241,8 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Returns a face at a place: at the column near it, or without a column.
+    /// Returns a face at a distance, metres: at the column near it, or, if there is none, at the distance without a
+    /// column.
     pub fn at(&self, along_m: f32) -> ChainLink {
         self.near(along_m).unwrap_or(ChainLink {
             along_m,
@@ -246,7 +250,7 @@ impl<'s, 'e> Search<'s, 'e> {
         })
     }
 
-    /// Returns the column of the largest weight within the tolerance of a place.
+    /// Returns the column of the largest credibility within the tolerance of a distance, metres, as a face.
     fn near(&self, along: f32) -> Option<ChainLink> {
         let scene = self.stairs.scene();
         let tolerance = self.params().riser_tolerance_m;

@@ -6,20 +6,20 @@ use heapless::Vec;
 /// Maximum number of faces of a flight.
 pub const MAX_FLIGHT: usize = 10;
 
-/// One face of a chain: its place, and the column of its echoes.
+/// One face (riser, or going down tread) of a chain: its place, and the column of its echoes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChainLink {
     /// Position along the line of sight, metres.
     pub along_m: f32,
-    /// Index of the column; none for an inferred face.
+    /// Index of the column of its echoes; none for an inferred face.
     pub column: Option<u8>,
 }
 
-/// Faces one behind the other.
+/// Faces of a flight, one behind the other, the nearest first.
 pub type Chain = Vec<ChainLink, MAX_FLIGHT>;
 
-/// Returns the mean distance of a flight's faces without landings, metres, and the number of landings. A landing is a
-/// distance of more than `most_m`.
+/// Returns the mean going of a flight, metres, without its landings, and the number of landings. A landing is a
+/// distance of more than `most_m`, metres, between two faces.
 pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
     let (mut sum, mut spans, mut landings) = (0.0, 0.0, 0);
     for pair in chain.windows(2) {
@@ -35,7 +35,7 @@ pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
     (sum / math::max(spans, 1.0), landings)
 }
 
-/// Kind of an explanation.
+/// Kind of an explanation of the echoes, with its dimensions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Explanation {
     /// Level ground; going down also a falling ramp.
@@ -56,7 +56,7 @@ pub enum Explanation {
     },
 }
 
-/// Parameters of a flight besides its risers' places.
+/// Parameters of a flight besides the places of its risers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlightShape {
     /// Riser height, metres.
@@ -65,15 +65,15 @@ pub struct FlightShape {
     pub open: bool,
 }
 
-/// A flight, or the beginning of one.
+/// A flight going up, or the beginning of one, as the search builds it.
 #[derive(Clone, Debug, Default)]
 pub struct Flight {
-    /// Its faces.
+    /// Faces of the flight, the nearest first.
     pub chain: Chain,
-    /// Its shape.
+    /// Riser height of the flight, and whether its treads are open.
     pub shape: FlightShape,
-    /// Log-likelihood of its faces, nats.
+    /// Sum of the scores of its faces with the treads before them, nats.
     pub faces: f32,
-    /// Log-likelihood ratio against ground without stairs, nats.
+    /// Score of the whole flight less that of level ground, nats.
     pub score: f32,
 }

@@ -7,7 +7,7 @@ use crate::model::{MAX_STEPS, Staircase};
 /// Standard deviations of levels that are exactly known.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
-/// Returns a flight of `n` risers, identified by the distance of its wall.
+/// Returns a flight of `n` risers with a wall behind, whose distance identifies it by number `name`.
 fn named(n: usize, name: usize) -> Staircase {
     Staircase {
         wall_m: 3.0 + name as f32,
@@ -15,7 +15,7 @@ fn named(n: usize, name: usize) -> Staircase {
     }
 }
 
-/// Returns a cloud of (risers, log-weight), compared with an answer without steps.
+/// Returns a cloud of flights given as (number of risers, log-weight), which are compared with an answer without steps.
 fn cloud(particles: &[(usize, f32)]) -> Cloud {
     let mut cloud = Cloud::new();
     let told = ReportedAnswer {
@@ -29,13 +29,13 @@ fn cloud(particles: &[(usize, f32)]) -> Cloud {
     cloud
 }
 
-/// Returns the identifiers and probabilities of a cloud's particles.
+/// Returns the numbers by which a cloud's particles are identified, with their probabilities.
 fn held(cloud: &Cloud) -> Vec<(usize, f32)> {
     let all = cloud.particles();
     all.map(|(s, p)| ((s.wall_m - 3.0) as usize, p)).collect()
 }
 
-/// Returns the probabilities of the counts, computed directly.
+/// Returns the probability of each number of steps, the index, computed directly from (number of risers, log-weight).
 fn expected(particles: &[(usize, f32)]) -> [f64; MAX_STEPS + 1] {
     let weights = particles.iter().map(|p| f64::from(p.1));
     let top = weights.clone().fold(f64::NEG_INFINITY, f64::max);

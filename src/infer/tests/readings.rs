@@ -5,14 +5,15 @@ use crate::model::Staircase;
 use crate::model::tests::{echo, flight, geometry, model, regular};
 use crate::signal::echoes::Echo;
 
-/// Returns the readings of these echoes for a staircase.
+/// Returns the readings (place and height of each riser) that these echoes give for a staircase.
 fn read(echoes: &[Echo], s: &Staircase) -> Readings {
     let mut readings = Readings::default();
     model(echoes, &geometry()).readings(s, &mut readings);
     readings
 }
 
-/// Two risers of 22 cm: the second one's face is at right angles to the line of sight, 40 cm above the ground.
+/// Two risers of 22 cm. The mirror, 40 cm above the ground, is level with the second one's face, which therefore is at
+/// right angles to the line of sight and flashes.
 fn facing() -> Staircase {
     regular(2, 0.6, 0.25, 0.22)
 }

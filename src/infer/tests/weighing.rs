@@ -79,7 +79,8 @@ fn a_floor_outweighs_stairs_and_a_gap_in_it_says_nothing_of_them() {
     }
 }
 
-/// Refines a staircase whose rise has a standard deviation of 2 cm.
+/// Returns a staircase refined on the model's echoes, and its levels' standard deviations, metres. Its rise is known
+/// with a standard deviation of 2 cm.
 fn refined(model: &Model<'_>, s: &Staircase) -> (Staircase, Sigmas) {
     let rise = Estimate::new(s.rise(), 0.02);
     let (mut s, mut levels) = (*s, TreadLevels::default());
@@ -251,7 +252,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     );
 }
 
-/// Evenly distributed between `low` and `high`.
+/// Returns a strategy of numbers that are evenly distributed between `low` and `high`.
 fn between(low: f32, high: f32) -> impl Strategy<Value = f32> {
     any::<u16>().prop_map(move |v| low + (high - low) * f32::from(v) / f32::from(u16::MAX))
 }

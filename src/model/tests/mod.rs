@@ -37,7 +37,7 @@ pub(crate) fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Stai
     flight(&(0..n).map(riser).collect::<Vec<_>>())
 }
 
-/// Returns the steps of an exact answer.
+/// Returns the steps of an answer without any uncertainty, from distances and heights, metres.
 pub(crate) fn told(steps: &[(f32, f32)]) -> Vec<ReportedStep> {
     let step = |&step| ReportedStep::new(step, (0.0, 0.0));
     steps.iter().map(step).collect()
@@ -50,12 +50,12 @@ pub(crate) fn geometry() -> Geometry {
     *map.geometry()
 }
 
-/// Returns a model of the default scan's echoes.
+/// Returns the measurement model with these echoes, as of a default scan.
 pub(crate) fn model<'a>(echoes: &[Echo], geometry: &Geometry) -> Model<'a> {
     Model::new(echoes, VIEW, geometry, &measured::MODEL)
 }
 
-/// Returns an echo at (x, y).
+/// Returns an undisturbed echo at a distance and height, metres.
 pub(crate) fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
     let down = VIEW.height_m - y_m;
     Echo {
@@ -71,7 +71,7 @@ pub(crate) fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
     }
 }
 
-/// Random number generator.
+/// Seeded random number generator for tests.
 pub(crate) struct Dice(Xoroshiro64Star);
 
 impl Dice {
@@ -84,14 +84,14 @@ impl Dice {
         low + (high - low) * (self.0.next_u32() as f32 / u32::MAX as f32)
     }
 
-    /// Returns a normal number of standard deviation `sigma`: the sum of twelve even ones.
+    /// Returns a normally distributed number of standard deviation `sigma`: the sum of twelve evenly distributed ones.
     pub(crate) fn normal(&mut self, sigma: f32) -> f32 {
         let sum: f32 = (0..12).map(|_| self.even(-0.5, 0.5)).sum();
         sigma * sum
     }
 }
 
-/// Returns a feature's echo at its expected place, plus the model's own noise times `noise`.
+/// Returns a point feature's echo at its expected place, plus the measurement model's own noise times `noise`.
 fn shows(place: &FeaturePlace, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo {
     let p = &measured::MODEL.points[place.class as usize];
     let (x, y) = (place.x_m, place.y_m - VIEW.height_m);
@@ -107,7 +107,8 @@ fn shows(place: &FeaturePlace, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo
     )
 }
 
-/// Returns the echoes of every feature of `s`, and of the floor before it.
+/// Returns the echoes of every point feature of `s`, and of the floor before it, with the measurement model's own noise
+/// times `noise`.
 pub(crate) fn echoes(s: &Staircase, dice: &mut Dice, noise: f32) -> Vec<Echo> {
     let blank = model(&[], &geometry());
     let mut echoes = Vec::new();

@@ -13,7 +13,7 @@ fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict
         .collect()
 }
 
-/// Returns which edges of risers are visible.
+/// Returns which edges are visible, in the order of the risers, given as (distance, level of the top), metres.
 fn seen(risers: &[(f32, f32)], open: bool) -> Vec<bool> {
     let s = Staircase {
         open,

@@ -1,57 +1,58 @@
-//! Grid of places at which an edge may lie, 1 cm apart, densities over it, and the deviations of edges from equal
-//! goings.
+//! Grid of places at which an edge may lie, 1 cm apart; densities over it; the deviations of edges from equal goings.
 
 use crate::math;
 
 /// Number of places at which an edge may lie: from behind the mirror of a chair that stands before the stairs to the
 /// end of the scanned sector.
 pub(super) const PLACES: usize = 201;
-/// Distance of the first place from the mirror, metres.
+/// Horizontal distance of the first place from the mirror, metres.
 pub(super) const FIRST_PLACE_M: f32 = -0.30;
-/// Spacing of the places, metres: about the accuracy of the echoes.
+/// Spacing of the places of an edge, metres: about the accuracy of the echoes.
 pub(super) const PLACE_M: f32 = 0.01;
 /// Log-density of an edge relative to its largest one, by place, in 1/64 nat.
 pub(super) type EdgeDensity = [i16; PLACES];
-/// Units of a log-density per nat.
+/// Units of a stored log-density per nat.
 pub(super) const PER_NAT: f32 = 64.0;
-/// Minimum log-density, nats: smaller ones count as this.
+/// Minimum log-density of an edge relative to its largest one, nats: smaller ones count as this.
 pub(super) const MIN_NATS: f32 = -20.0;
-/// Density at [`MIN_NATS`].
+/// Density of an edge, relative to its largest one, at [`MIN_NATS`].
 const MIN_DENSITY: f32 = 2e-9;
 /// Share of edges that deviate from equal goings by up to [`ODD_PLACES`].
 const ODD: f32 = 0.05;
-/// Maximum deviation of an edge from equal goings, places.
+/// Maximum deviation of an edge from equal goings, in places of 1 cm.
 const ODD_PLACES: usize = 7;
-/// Share of deviating edges at each place.
+/// Share of all edges, by those that deviate, at each place within [`ODD_PLACES`] of equal goings.
 const EACH_ODD: f32 = ODD / (2 * ODD_PLACES + 1) as f32;
-/// Share of the other edges at each neighbouring place: they deviate by 6 mm, half a place included.
+/// Share of the other edges at each of both neighbouring places: they deviate by 6 mm, half a place included.
 const BESIDE: f32 = 0.166;
 
-/// Returns the distance of a place from the mirror, metres.
+/// Returns the horizontal distance of place `k` from the mirror, metres.
 pub(super) fn place_m(k: usize) -> f32 {
     FIRST_PLACE_M + PLACE_M * k as f32
 }
 
-/// Returns the first place beyond a distance from the mirror, metres.
+/// Returns the index of the first place at or beyond a distance from the mirror, metres.
 pub(super) fn place_beyond(x_m: f32) -> usize {
     // `as` saturates.
     (math::ceil((x_m - FIRST_PLACE_M) * (1.0 / PLACE_M)) as usize).min(PLACES)
 }
 
-/// Density of an edge, convolved with its deviations from equal goings: mostly half a place, sometimes several.
+/// Density of an edge by place, convolved with its deviations from equal goings: mostly half a place, sometimes
+/// several.
 pub(super) struct EdgeSpread<'d> {
     pub density: &'d [f32; PLACES],
 }
 
 impl EdgeSpread<'_> {
-    /// Returns the density where equal goings put the edge at a place.
+    /// Returns the convolved density of the edge for flights whose equal goings put it at `place`.
     pub fn at(&self, place: usize) -> f32 {
         let mut sum = 0.0;
         self.each(place, &mut |_, density| sum += density);
         math::max(sum, f32::MIN_POSITIVE)
     }
 
-    /// Calls `part` with each place where the edge may really lie, and the share of the density there.
+    /// For flights whose equal goings put the edge at `place`: calls `part` with each place where it may really lie,
+    /// and the share of the density there.
     pub fn each(&self, place: usize, part: &mut dyn FnMut(usize, f32)) {
         let first = place.saturating_sub(ODD_PLACES);
         let near = self.density.iter().enumerate().skip(first);
@@ -66,7 +67,8 @@ impl EdgeSpread<'_> {
     }
 }
 
-/// Writes the convolved log-densities of all places.
+/// Writes the logarithm, in 1/64 nat, of the density of an edge at all places, convolved with its deviations from equal
+/// goings.
 #[inline(never)]
 pub(super) fn spread_all(density: &[f32; PLACES], out: &mut EdgeDensity) {
     let at = |k: Option<usize>| k.and_then(|k| density.get(k)).copied().unwrap_or(0.0);

@@ -10,19 +10,19 @@ use crate::math;
 use crate::model::prior::{P_CONTINUES, departure, ln};
 use crate::params::posterior as number;
 
-/// Places of the first edge: up to 28 cm behind the mirror and 8 cm before it.
+/// Places of the first edge, as indices of the grid: up to 28 cm behind the mirror and 8 cm before it.
 const FIRST_EDGES: core::ops::Range<usize> = 2..39;
-/// Goings of stairs, in places.
+/// Goings of stairs, in places of 1 cm.
 const GOINGS: core::ops::Range<usize> = 20..63;
 /// Distance below the likeliest flight at which flights are left out: 9 nats, in 1/64 nat.
 const UNREACHABLE: i32 = 9 * 64;
-/// Maximum probability of an edge beyond three standard deviations.
+/// Maximum probability that an edge lies beyond three standard deviations.
 const OUTSIDE: f32 = 0.005;
-/// Below any log-density.
+/// Stands for no flight: below any log-density, 1/64 nat.
 pub(super) const NONE: i32 = i32::MIN / 2;
-/// Volume of a tread's level after the echoes are known, metres: √(2π) times its standard deviation of 3 mm.
+/// Width of the posterior of a tread's level, metres: √(2π) times its standard deviation of 3 mm.
 const VOLUME_M: f32 = 0.0075;
-/// Range of first rises, metres.
+/// Length of the range of first rises, metres, over which they are evenly distributed.
 const RISES_M: f32 = 0.16;
 /// Mean of 2 rise + going of a flight, metres: Blondel 1675.
 const STRIDE_M: f32 = 0.63;
@@ -56,7 +56,8 @@ impl Descending {
         }
     }
 
-    /// Calls `each` with the log-density, the first edge and the going of all likely flights, in places.
+    /// Calls `each` with the log-density in 1/64 nat, the place of the first edge and the going in places, for all
+    /// likely flights of `count` treads.
     #[inline(always)]
     fn each_flight(&self, count: usize, mut each: impl FnMut(i32, usize, usize)) {
         let (Some((first, others)), true) = (self.edges.split_first(), count > 0) else {
@@ -109,8 +110,8 @@ impl Descending {
         }
     }
 
-    /// Returns the place of edge `k` of the first `count` treads that were evaluated last, averaged over all flights
-    /// and deviations from equal goings.
+    /// Returns the distance from the mirror, metres, of edge `k` of the first `count` treads that were evaluated last,
+    /// averaged over all flights and deviations from equal goings.
     #[inline(never)]
     pub fn place(&self, count: usize, k: usize) -> Estimate {
         let mut flights = [0.0; PLACES];
@@ -141,8 +142,9 @@ impl Descending {
         self.estimate(&places)
     }
 
-    /// Returns mean and variance of a place from its density, which need not be normalised. With heavy tails the
-    /// variance is enlarged, so that the place lies within three standard deviations as often as promised.
+    /// Returns mean, metres, and variance of an edge's distance from its density by place, which need not be
+    /// normalised. With heavy tails the variance is enlarged, so that the edge lies within three standard deviations as
+    /// often as promised.
     fn estimate(&self, density: &[f32; PLACES]) -> Estimate {
         let mean_of = |of: &dyn Fn(f32) -> f32| {
             let each = density.iter().enumerate();
@@ -166,7 +168,8 @@ impl Descending {
     }
 }
 
-/// Adds the log-densities of a flight's further edges; returns none once it is too unlikely.
+/// Returns the log-density of a flight, in 1/64 nat: `begun`, and those of its further edges, `going` places apart
+/// behind place `from`. It returns none once the flight is too unlikely against `top`.
 fn flight(
     begun: i32,
     (from, going): (usize, usize),
@@ -184,8 +187,8 @@ fn flight(
     Some(sum)
 }
 
-/// Returns the log-prior of a flight's treads, the ground first, plus the logarithm of the volume of their levels
-/// after the echoes are known, nats.
+/// Returns the log-prior of a flight's treads, the ground first, plus the logarithm of the volume of their levels after
+/// the echoes are known, nats.
 fn prior(treads: &[TreadAt]) -> f32 {
     let count = treads.len().saturating_sub(1);
     let (Some(ground), Some(last)) = (treads.first(), treads.last()) else {
@@ -210,7 +213,8 @@ fn prior(treads: &[TreadAt]) -> f32 {
     sum
 }
 
-/// Weighted sums over flights, relative to the likeliest so far: of 1, of the first edge, of the going, in places.
+/// Weighted sums over flights: of 1, of the place of the first edge, and of the going, in places. Weights are relative
+/// to the likeliest flight so far, whose log-density is `top`, 1/64 nat.
 #[derive(Debug)]
 struct Sums {
     top: i32,

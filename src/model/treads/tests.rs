@@ -38,7 +38,8 @@ fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
     }
 }
 
-/// Echoes along treads with edges at these places: every 8 cm where they are visible, and at their ends.
+/// Echoes along treads that end at `edges`, metres from the mirror: every 8 cm where the treads are visible, and at
+/// their ends.
 fn stairs(edges: &[f32]) -> List<Echo> {
     let mut echoes = List::new();
     let mut from_m = -0.3;

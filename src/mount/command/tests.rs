@@ -6,7 +6,7 @@ const MIRROR: MirrorEcho = MirrorEcho {
     level_db: -30.0,
 };
 
-/// True mounting of the scanner.
+/// True mounting of the scanner in a test.
 #[derive(Clone, Copy)]
 struct Real {
     height_m: f32,
@@ -20,7 +20,8 @@ const REAL: Real = Real {
     scale: 1.01,
 };
 
-/// Echo of a point as a scanner with the default configuration measures it.
+/// Returns the echo of a point (x, y), metres, as a scanner with the default configuration and the mounting
+/// `real` measures it.
 fn echo((x, y): (f32, f32), snr_db: f32, real: Real) -> Echo {
     let mirror_m = Config::default().mount.mirror_offset_m();
     let down = real.height_m - y;
@@ -36,7 +37,7 @@ fn echo((x, y): (f32, f32), snr_db: f32, real: Real) -> Echo {
     }
 }
 
-/// Ground and wall, each ground echo slightly above or below the ground.
+/// Returns the echoes of ground and wall, each ground echo slightly above or below the ground.
 fn scene(wall_m: f32, real: Real) -> Vec<Echo> {
     let mut echoes = vec![
         echo((wall_m, real.height_m), 50.0, real),

@@ -1,18 +1,18 @@
-//! Parser of the fields of a line.
+//! Parser of the comma-separated fields of a sentence.
 
 use core::fmt;
 
 use super::frame::Tenths;
 use crate::verdict::{Reason, Reasons};
 
-/// Reason why a line is no valid sentence.
+/// Reason why a line is not a valid sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParseError {
-    /// It does not begin with `$PSTR`, has no `*`, or has a byte that is not printable ASCII.
+    /// The line does not begin with `$PSTR`, has no `*`, or has a byte that is not printable ASCII.
     Frame,
-    /// Its CRC-32 is wrong.
+    /// The line's CRC-32 is wrong.
     Crc,
-    /// This field is missing or malformed.
+    /// The field of this name is missing or malformed.
     Field(&'static str),
 }
 
@@ -28,7 +28,7 @@ impl fmt::Display for ParseError {
 
 impl core::error::Error for ParseError {}
 
-/// Remaining fields of one sentence, from left to right.
+/// Fields of one sentence that have not been parsed yet, from left to right.
 pub struct Fields<'a>(pub core::str::Split<'a, [char; 1]>);
 
 impl<'a> Fields<'a> {
@@ -46,7 +46,7 @@ impl<'a> Fields<'a> {
             .map_err(|_| ParseError::Field(field))
     }
 
-    /// Parses `N` words of eight hex digits each, without separators.
+    /// Parses the next field as `N` words of eight hex digits each, without separators; errors name `field`.
     pub fn hex<const N: usize>(&mut self, field: &'static str) -> Result<[u32; N], ParseError> {
         let malformed = ParseError::Field(field);
         let mut rest = self.text(field)?;
@@ -71,7 +71,7 @@ impl<'a> Fields<'a> {
         self.0.clone().next().is_none()
     }
 
-    /// Parses one word of eight hex digits.
+    /// Parses the next field as one word of eight hex digits, such as the hash of settings; errors name `field`.
     pub fn hash(&mut self, field: &'static str) -> Result<u32, ParseError> {
         let [word] = self.hex(field)?;
         Ok(word)

@@ -5,7 +5,7 @@ use crate::crc;
 /// Maximum length of a sentence with its line end, bytes.
 pub const MAX_SENTENCE: usize = 224;
 
-/// One line, CR LF included.
+/// Text of one sentence, CR LF included.
 pub type Line = heapless::String<MAX_SENTENCE>;
 
 /// Beginning of every sentence of the scanner.
@@ -16,12 +16,12 @@ pub fn crc32(body: &str) -> u32 {
     crc::of_parts(&[body.as_bytes()])
 }
 
-/// A length in tenths of a millimetre, the unit of sentences.
+/// A length in units of 0.1 mm, as the sentences have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Tenths(pub i32);
 
 impl Tenths {
-    /// Maximum magnitude that is written: 100 m.
+    /// Maximum magnitude of a length from metres, 0.1 mm: 100 m.
     const LIMIT: i32 = 1_000_000;
 
     /// Rounds metres to a tenth of a millimetre, half away from zero; saturates at ±100 m, NaN becomes 0.

@@ -1,4 +1,4 @@
-//! Sentence of a guard sweep.
+//! Sentence `GUARD`: result of a guard sweep.
 
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
@@ -6,25 +6,25 @@ use super::lines::{parse_permille, permille};
 use super::writer::Writer;
 use crate::verdict::{GuardResult, HazardKind, Reasons, Status};
 
-/// Free distance by the guard's last sweep.
+/// Content of the sentence `GUARD`: free distance ahead by the guard's last sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GuardLine {
     /// Number of the sweep since the guard was switched on, from 1.
     pub sweep: u32,
-    /// Status of the sweep.
+    /// Status of the result: `ok`, `degraded` or `fault`.
     pub status: Status,
-    /// Free distance from the mirror at the sweep's last row; `None` in a fault.
+    /// Free distance from the mirror at the sweep's last row, 0.1 mm; `None` in a fault.
     pub free: Option<Tenths>,
-    /// Kind of the hazard that ends the free distance.
+    /// Kind of the hazard that ends the free distance, or that there is none.
     pub hazard: HazardKind,
-    /// Probability that no hazard is nearer, tenths of a per cent.
+    /// Probability that no hazard is nearer than the free distance, tenths of a per cent.
     pub confidence: u16,
-    /// Reasons why the status is not `ok`, and limitations of an `ok`.
+    /// Reasons why the status is not `ok`, and limitations of a result that is.
     pub reasons: Reasons,
 }
 
 impl GuardLine {
-    /// Creates the sentence of the result of sweep number `sweep`.
+    /// Creates the sentence of `result`, that of guard sweep number `sweep`.
     pub fn new(sweep: u32, result: &GuardResult) -> Self {
         Self {
             sweep,
@@ -48,7 +48,7 @@ impl GuardLine {
             .finish()
     }
 
-    /// Parses the fields after the name.
+    /// Parses the fields of a sentence after its name `GUARD`.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         Ok(Self {
             sweep: fields.number("sweep")?,

@@ -1,4 +1,4 @@
-//! Sentences of a scan: head, steps, drop, possible further steps.
+//! Sentences of a scan: head `SCAN`, steps `STEP`, drop `DROP`, and possible further steps `MAYBE`.
 
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
@@ -7,33 +7,34 @@ use crate::answer::{Direction, DropEdge, PossibleStep, Step};
 use crate::config::Plane;
 use crate::verdict::{Outcome, Reasons, Status};
 
-/// Sentence of one step.
+/// Content of the sentence `STEP`: one step of a scan's answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepLine {
     /// Number of the scan.
     pub scan: u32,
     /// Index of the step, from 1.
     pub index: u8,
-    /// Number of steps of the scan.
+    /// Number of steps in the scan's answer.
     pub count: u8,
-    /// Horizontal distance from the mirror's centre, negative behind it.
+    /// Horizontal distance from the mirror's centre to the step's foremost edge, 0.1 mm; negative behind the
+    /// mirror.
     pub distance: Tenths,
-    /// Height above the ground.
+    /// Height of the tread above the ground, 0.1 mm; negative going down.
     pub height: Tenths,
-    /// Depth of the tread.
+    /// Depth of the tread up to the next step's edge, 0.1 mm; `None` for the last step.
     pub tread: Option<Tenths>,
-    /// Height of the riser.
+    /// Height of the riser from the level before, 0.1 mm; `None` where that level is not known.
     pub riser: Option<Tenths>,
-    /// Standard deviation of the distance.
+    /// Standard deviation of the distance, 0.1 mm.
     pub distance_sigma: Tenths,
-    /// Standard deviation of the height.
+    /// Standard deviation of the height, 0.1 mm.
     pub height_sigma: Tenths,
-    /// Detection quality of the step, 0…100.
+    /// Detection quality: share of the step's expected features that are detected, per cent.
     pub quality: u8,
 }
 
 impl StepLine {
-    /// Creates the sentence of `step`.
+    /// Creates the sentence of `step`, number `index` (from 1) of `count` steps of scan number `scan`.
     pub fn new(scan: u32, index: u8, count: u8, step: &Step) -> Self {
         Self {
             scan,
@@ -65,7 +66,7 @@ impl StepLine {
             .finish()
     }
 
-    /// Parses the fields after the name.
+    /// Parses the fields of a sentence after its name `STEP`.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
@@ -87,52 +88,54 @@ impl StepLine {
     }
 }
 
-/// Head of a scan's answer.
+/// Content of the sentence `SCAN`, the head of a scan's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ScanLine {
-    /// Number of the scan since boot, from 1.
+    /// Number of the scan since boot, from 1; 0 for a failed self-test.
     pub scan: u32,
-    /// Status of the answer.
+    /// Status of the answer: `ok`, `degraded` or `fault`.
     pub status: Status,
-    /// Direction of the stairs.
+    /// Direction of the stairs: none, up or down.
     pub direction: Direction,
     /// Number of `STEP` sentences that follow.
     pub steps: u8,
-    /// Rows whose chirp was lost.
+    /// Number of rows whose chirp was lost.
     pub lost_rows: u16,
     /// Reasons why the answer is not `ok`, and limitations of an `ok` answer.
     pub reasons: Reasons,
-    /// Horizon: distance from the mirror up to which the answer is valid.
+    /// Horizon, the distance from the mirror up to which the answer is valid, 0.1 mm; `None` in a fault, or
+    /// without an estimate.
     pub horizon: Option<Tenths>,
-    /// Confidence: probability that the answer is right up to the horizon, tenths of a per cent.
+    /// Confidence: probability that the answer is right up to the horizon, or over the first metre if that is
+    /// farther, tenths of a per cent; `None` in a fault, or without an estimate.
     pub confidence: Option<u16>,
     /// Number of `MAYBE` sentences that follow.
     pub possible_steps: u8,
-    /// [`hash`](crate::scanner::Settings::hash) of the settings of the scan.
+    /// [`Settings::hash`](crate::scanner::Settings::hash) of the scan's settings.
     pub settings: u32,
     /// Number of `DROP` sentences that follow: 0 or 1.
     pub drops: u8,
-    /// Plane of the scan. The field is left out unless the scanner changes planes.
+    /// Plane of the scan; `None`, and left out of the sentence, unless the scanner changes planes.
     pub plane: Option<Plane>,
 }
 
-/// Sentence of the edge where the ground ends.
+/// Content of the sentence `DROP`: the edge where the ground ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DropLine {
     /// Number of the scan.
     pub scan: u32,
-    /// Horizontal distance from the mirror's centre to the edge.
+    /// Horizontal distance from the mirror's centre to the edge, 0.1 mm.
     pub distance: Tenths,
-    /// Standard deviation of the distance.
+    /// Standard deviation of the distance, 0.1 mm.
     pub distance_sigma: Tenths,
-    /// Depth of the next surface below the ground; `None` where it is not known.
+    /// Depth of the next surface below the ground, 0.1 mm; `None` where it is not known.
     pub depth: Option<Tenths>,
-    /// Probability that the ground ends there, tenths of a per cent.
+    /// Probability that the ground ends at this edge, tenths of a per cent.
     pub probability: u16,
 }
 
 impl DropLine {
-    /// Creates the sentence of `edge`.
+    /// Creates the sentence of `edge`, reported by scan number `scan`.
     pub fn new(scan: u32, edge: &DropEdge) -> Self {
         Self {
             scan,
@@ -143,7 +146,7 @@ impl DropLine {
         }
     }
 
-    /// Returns the edge in the units of the answer.
+    /// Returns the edge with lengths in metres and a probability from 0 to 1.
     pub fn edge(&self) -> DropEdge {
         DropEdge {
             distance_m: self.distance.metres(),
@@ -164,7 +167,7 @@ impl DropLine {
             .finish()
     }
 
-    /// Parses the fields after the name.
+    /// Parses the fields of a sentence after its name `DROP`.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
@@ -180,25 +183,25 @@ impl DropLine {
     }
 }
 
-/// Sentence of a possible step or drop that the answer does not contain.
+/// Content of the sentence `MAYBE`: a possible step or drop that the answer does not contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MaybeLine {
     /// Number of the scan.
     pub scan: u32,
-    /// Index, from 1.
+    /// Index of the possible step, from 1.
     pub index: u8,
     /// Number of `MAYBE` sentences of the scan.
     pub count: u8,
-    /// Horizontal distance from the mirror's centre.
+    /// Horizontal distance from the mirror's centre to the possible step, 0.1 mm.
     pub distance: Tenths,
-    /// Height above the ground; negative where the ground may end.
+    /// Height of its tread above the ground, 0.1 mm; negative where the ground may end.
     pub height: Tenths,
-    /// Probability, tenths of a per cent.
+    /// Probability that the step or drop exists, tenths of a per cent.
     pub probability: u16,
 }
 
 impl MaybeLine {
-    /// Creates the sentence of `maybe`.
+    /// Creates the sentence of `maybe`, number `index` (from 1) of `count` possible steps of scan number `scan`.
     pub fn new(scan: u32, index: u8, count: u8, maybe: &PossibleStep) -> Self {
         Self {
             scan,
@@ -222,7 +225,7 @@ impl MaybeLine {
             .finish()
     }
 
-    /// Parses the fields after the name.
+    /// Parses the fields of a sentence after its name `MAYBE`.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
@@ -237,19 +240,20 @@ impl MaybeLine {
     }
 }
 
-/// Returns a probability in tenths of a per cent, rounded.
+/// Returns the probability `p`, from 0 to 1, in tenths of a per cent, rounded.
 pub(super) fn permille(p: f32) -> u16 {
     ((1000.0 * p + 0.5) as u16).min(1000)
 }
 
 impl ScanLine {
-    /// Returns the number of sentences of the scan that follow.
+    /// Returns the number of sentences of the same scan that follow this head.
     pub fn following(&self) -> u8 {
         let rest = self.drops.saturating_add(self.possible_steps);
         self.steps.saturating_add(rest)
     }
 
-    /// Creates the head of the answer to scan number `scan`, with the hash of its settings.
+    /// Creates the head of the answer `outcome` to scan number `scan`; `settings` is the hash of the scan's
+    /// settings.
     pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome, settings: u32) -> Self {
         let told = outcome.status() != Status::Fault;
         Self {
@@ -300,7 +304,7 @@ impl ScanLine {
         .finish()
     }
 
-    /// Parses the fields after the name.
+    /// Parses the fields of a sentence after its name `SCAN`.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
         Ok(Self {
             scan: fields.number("scan")?,
@@ -332,7 +336,8 @@ impl ScanLine {
     }
 }
 
-/// Parses a probability in per cent with one decimal; `None` for an empty field. Returns tenths of a per cent.
+/// Parses the next field, a probability in per cent with one decimal; returns tenths of a per cent, `None` for an
+/// empty field.
 pub(super) fn parse_permille(
     fields: &mut Fields<'_>,
     field: &'static str,

@@ -4,10 +4,11 @@ use super::fields::{Fields, ParseError};
 use super::frame::Line;
 use super::writer::Writer;
 
-/// State and counters of the scanner, five times a second. Counters saturate at 65535.
+/// Content of the sentence `LIVE`: state and counters of the scanner, five times a second. Counters saturate at
+/// 65535.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LiveLine<'a> {
-    /// State of the scanner.
+    /// Name of the scanner's state, such as `idle` or `scanning`.
     pub state: &'a str,
     /// Number of the last scan that was begun; 0 before the first.
     pub scan: u32,
@@ -15,7 +16,7 @@ pub struct LiveLine<'a> {
     pub uptime_ms: u32,
     /// Time since the last row of the last scan that was no fault, ms; `None` before the first.
     pub age_ms: Option<u32>,
-    /// State of the motion input.
+    /// State of the motion input, such as `absent` or `good`.
     pub motion: &'a str,
     /// Number of motion sentences that were wrong or too late, since boot.
     pub motion_faults: u16,

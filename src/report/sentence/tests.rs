@@ -433,7 +433,7 @@ proptest! {
     }
 }
 
-/// The field is optional, and both forms are parsed as they were written.
+/// The field for the plane is optional, and a sentence with or without it is parsed as it was written.
 #[test]
 fn only_a_scanner_of_both_planes_tells_the_plane() {
     use crate::config::Plane;

@@ -1,4 +1,4 @@
-//! Builder of a line.
+//! Builder of a sentence's line.
 
 use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
 use crate::verdict::Reasons;
@@ -10,17 +10,17 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Bytes reserved for `*`, the CRC and the line end.
+    /// Number of bytes reserved for `*`, the CRC and the line end.
     const TAIL: usize = 11;
-    /// Bytes reserved for horizon, confidence, number of maybes, settings, number of drops and plane, which
-    /// follow a scan's reasons.
+    /// Number of bytes reserved for the fields after a scan's reasons: horizon, confidence, number of maybes,
+    /// settings, number of drops, and plane.
     const AFTER_REASONS: usize = 40;
 
     pub fn new(name: &str) -> Self {
         Self::behind(PREFIX, name)
     }
 
-    /// Begins a sentence with another prefix than the scanner's own.
+    /// Begins the sentence `name` with another prefix than the scanner's own `$PSTR,`.
     pub fn behind(prefix: &str, name: &str) -> Self {
         let mut writer = Self { line: Line::new() };
         writer.raw(prefix);
@@ -38,7 +38,7 @@ impl Writer {
         text.chars().for_each(|c| self.push(c));
     }
 
-    /// Appends free text; characters that would break the frame become spaces.
+    /// Appends a field of free text; characters that would break the frame become spaces.
     pub fn text(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -70,7 +70,7 @@ impl Writer {
         self
     }
 
-    /// Appends a whole number with its sign, or an empty field.
+    /// Appends a field with a whole number and its sign, or an empty field for `None`.
     pub fn integer(mut self, value: Option<i32>) -> Self {
         self.push(',');
         if let Some(value) = value {
@@ -114,7 +114,7 @@ impl Writer {
         self
     }
 
-    /// Appends words as eight hex digits each, without separators.
+    /// Appends a field of words, eight hex digits each, without separators.
     pub fn hex(mut self, words: &[u32]) -> Self {
         self.push(',');
         for &word in words {
@@ -143,7 +143,7 @@ impl Writer {
     }
 }
 
-/// Appends eight upper-case hex digits, the highest first.
+/// Appends `word` as eight upper-case hex digits, the highest first.
 fn push_hex(line: &mut Line, word: u32) {
     for shift in (0..8).rev() {
         let digit = (word >> (4 * shift)) as u8 & 15;

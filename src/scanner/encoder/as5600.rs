@@ -8,18 +8,18 @@ use embedded_hal::i2c::I2c;
 
 use super::{AngleEncoder, EncoderError};
 
-/// Its address on the bus.
+/// I²C address of the AS5600, 7 bits.
 pub const ADDRESS: u8 = 0x36;
-/// STATUS: state of the magnet.
+/// Address of the register STATUS: state of the magnet.
 const STATUS: u8 = 0x0b;
-/// RAW ANGLE, upper byte first.
+/// Address of the register RAW ANGLE: two bytes, the upper one first.
 const RAW_ANGLE: u8 = 0x0c;
-/// STATUS: MD, magnet detected.
+/// Bit MD of STATUS: magnet detected.
 const MAGNET: u8 = 1 << 5;
-/// Number of bits of RAW ANGLE.
+/// Number of bits of RAW ANGLE: 4096 counts are a turn.
 const BITS: u32 = 12;
 
-/// An AS5600 on `bus`.
+/// An AS5600 on the I²C bus `bus`.
 #[derive(Debug)]
 pub struct As5600<B> {
     bus: B,
@@ -31,7 +31,7 @@ impl<B: I2c> As5600<B> {
         Self { bus }
     }
 
-    /// Reads `register` and, for two bytes, the register after it.
+    /// Reads as many bytes as `bytes` holds, one or two, from `register` on.
     fn read(&mut self, register: u8, bytes: &mut [u8]) -> Result<(), EncoderError> {
         let read = self.bus.write_read(ADDRESS, &[register], bytes);
         read.map_err(|_| EncoderError::Silent)

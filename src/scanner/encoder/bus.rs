@@ -10,10 +10,10 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::i2c::{self, ErrorKind, I2c, NoAcknowledgeSource, Operation};
 
-/// Error of the bus.
+/// Error of an I²C transaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError {
-    /// A line is held low.
+    /// A device holds the clock or data line low.
     Held,
     /// No device acknowledges.
     NoAcknowledge,
@@ -31,21 +31,21 @@ impl i2c::Error for BusError {
     }
 }
 
-/// Duration of half a bit, µs.
+/// Duration of half an I²C bit, µs.
 const HALF_BIT_US: u32 = 2;
-/// Maximum clock stretching, in half bits: 0.1 ms.
+/// Maximum time for which a device may hold the clock low, in half bits of 2 µs: 0.1 ms.
 const STRETCH: u8 = 50;
-/// Number of clocks after which an interrupted device has released the data line: a byte and its
+/// Number of clock pulses after which an interrupted device has released the data line: a byte and its
 /// acknowledgement.
 const RELEASE: u8 = 9;
 
-/// Two open-drain pins with pull-ups, and a delay.
+/// I²C bus over two open-drain pins with pull-ups; `delay` times the bits.
 #[derive(Debug)]
 pub struct PinBus<C, D, T> {
     clock: C,
     data: D,
     delay: T,
-    /// First error of the current transaction; nothing more is sent in it then.
+    /// First error of the current transaction, after which no more bits are sent; `None` without an error.
     error: Option<BusError>,
 }
 
@@ -71,12 +71,12 @@ where
         self.delay.delay_us(HALF_BIT_US);
     }
 
-    /// Stores the first error.
+    /// Stores `error` if it is the first of the transaction.
     fn fail(&mut self, error: BusError) {
         self.error.get_or_insert(error);
     }
 
-    /// Releases the clock and waits until no device holds it low.
+    /// Releases the clock line and waits until no device holds it low; an error after 0.1 ms.
     fn clock_high(&mut self) {
         let mut pin = self.clock.set_high().is_ok();
         for _ in 0..STRETCH {
@@ -124,7 +124,8 @@ where
         seen
     }
 
-    /// Sends a start or repeated start.
+    /// Sends a start condition, or a repeated one. If a device holds the data line low, it is clocked first until
+    /// it releases the line.
     fn start(&mut self) {
         self.set_data(true);
         self.clock_high();
@@ -166,8 +167,9 @@ where
         byte
     }
 
-    /// Performs one operation; `again` if it continues in the direction of the previous one, `goes_on` if the
-    /// next one does.
+    /// Performs one read or write of a transaction. `again`: the previous operation had the same direction, so
+    /// that start condition and address are left out. `goes_on`: the next one has the same direction, so that the
+    /// last byte read is acknowledged.
     fn operate(
         &mut self,
         address: u8,

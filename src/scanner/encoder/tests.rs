@@ -5,7 +5,7 @@ use crate::scanner::settings::EncoderConfig;
 use crate::schedule::microsteps;
 use proptest::prelude::*;
 
-/// A mirror that reaches its target at once, on a shaft that may be elsewhere.
+/// A mirror that reaches its target at once, without an error of its own.
 #[derive(Default)]
 struct Shaft {
     position: i32,
@@ -39,10 +39,10 @@ impl Mirror for Shaft {
     }
 }
 
-/// An encoder stub with given readings; the last one repeats.
+/// An encoder stub that returns given readings one after the other; the last one repeats.
 #[derive(Default)]
 struct Sensor {
-    /// Readings, 1/65536 turn.
+    /// Readings in the order in which they are returned, 1/65536 turn, or errors.
     reads: Vec<Result<u16, EncoderError>>,
     asked: usize,
 }
@@ -72,7 +72,8 @@ fn encoded() -> Encoded {
     EncodedMirror::new(Shaft::default(), Sensor::default())
 }
 
-/// Polls until the shaft stands, or fails; the shaft's angles are off by `off_deg` degrees.
+/// Polls until the mirror stands, or fails; the encoder reads an angle that differs by `off_deg` degrees from the
+/// position by pulses.
 fn still(mirror: &mut Encoded, off_deg: f64) -> Result<(), MirrorError> {
     // Any zero of the encoder.
     const ZERO: f64 = 12_345.0;
@@ -95,7 +96,8 @@ fn answers(mirror: &mut Encoded, reads: Vec<Result<u16, EncoderError>>) -> Resul
     panic!("it must have come to an end");
 }
 
-/// Ends a sweep at this angle, with the shaft off by `off_deg` degrees.
+/// Ends a sweep at shaft angle `angle`, 0.001°, and checks the position there, with the shaft off by `off_deg`
+/// degrees.
 fn end(mirror: &mut Encoded, angle: i32, off_deg: f64) -> Result<(), MirrorError> {
     mirror.start_move(microsteps(angle), &with_encoder(-1));
     assert!(mirror.check_position(), "there is something to wait for");

@@ -4,7 +4,8 @@ use super::*;
 use crate::scanner::driver::DriverError;
 use std::vec::Vec;
 
-/// A simulated shaft with an arbitrary zero; the switch is pressed at and below 0.
+/// A simulated shaft with an arbitrary zero of its position; the home switch is pressed where `place` is 0 or
+/// less.
 #[derive(Debug)]
 struct Bench {
     place: i32,
@@ -18,11 +19,11 @@ struct Bench {
     switch_works: bool,
     /// Whether the switch's level can be read; its edges always work.
     level_works: bool,
-    /// Positions where the next passage causes a spurious edge.
+    /// Values of `place` at which the next passage causes one spurious edge of the home switch.
     spikes: Vec<i32>,
     /// Number of readings of a pressed switch that still find it open.
     bounces: u32,
-    /// Position above which the switch, once pressed, does not open.
+    /// Largest `place` at which a switch that has been pressed still reads as pressed.
     sticks_below: i32,
     stuck: bool,
     moves: Vec<i32>,
@@ -184,7 +185,7 @@ fn stall_switches_off_and_needs_homing() {
     assert!(stepper.homed());
 }
 
-/// Homes over `bench`; returns the error of the home position, microsteps, and the motor.
+/// Homes a motor over `bench`; returns the error of the home position, microsteps, and the motor.
 fn home(bench: Bench) -> Result<(i32, Stepper<Bench>), MirrorError> {
     let motor = MotorConfig::default();
     let mut stepper = Stepper::new(bench);
@@ -280,7 +281,7 @@ fn homing_takes_less_than_three_turns_at_search_speed() {
     assert!(searched + rest < 3 * MICROSTEPS_PER_TURN, "{moves:?}");
 }
 
-/// A driver with a given response.
+/// A driver stub that is ready at the third poll after a request, with an error if `broken`.
 #[derive(Default)]
 struct Wired {
     set_ups: u32,
@@ -408,7 +409,7 @@ fn another_driver_needs_homing() {
     assert!(!stepper.homed() && !stepper.port().enabled);
 }
 
-/// Returns a homed shaft that has slipped by `by` uncounted microsteps.
+/// Returns a homed motor whose shaft has slipped by `by` microsteps that were not counted.
 fn slipped(by: i32, motor: &MotorConfig) -> Stepper<Bench> {
     let mut stepper = Stepper::new(Bench::at(3_000));
     stepper.start_home(motor);

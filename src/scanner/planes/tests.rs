@@ -6,7 +6,8 @@ use crate::scanner::Settings;
 use crate::track::{RowPose, Track};
 use crate::verdict::{Assessment, Evidence};
 
-/// Returns the configuration of a scanner on a pole that sweeps both planes.
+/// Returns the configuration of a scanner that sweeps both planes, with its mirror `mount_height` (0.01 mm) above
+/// the ground.
 fn both(mount_height: i32) -> Config {
     let mut config = Config::default();
     config.mount.plane = Planes::Both;
@@ -14,7 +15,7 @@ fn both(mount_height: i32) -> Config {
     config
 }
 
-/// Returns an answer that reports a drop at `distance_m`, with `finding` on the sweeps.
+/// Returns an outcome that reports a drop at `distance_m` and has `finding` as result of comparing two sweeps.
 fn told(distance_m: f32, finding: Finding) -> Outcome {
     let mut outcome = Outcome::silent();
     outcome.answer.drop = Some(DropEdge {
@@ -69,7 +70,7 @@ fn the_height_plane_reaches_to_its_last_beam_or_to_the_end_of_the_range() {
     assert_eq!(reach_m(&both(400_000)), 0.0);
 }
 
-/// Compares the table of `docs/hardware.md`.
+/// Compares the reach of the height plane with the table of `docs/hardware.md`.
 #[test]
 fn the_document_says_how_far_the_height_plane_sees() {
     let text = include_str!("../../../docs/hardware.md");

@@ -91,7 +91,7 @@ fn pulses_count_and_driver_levels() {
     assert!(enable.get().0);
 }
 
-/// Returns an enabled pulser over pins, for a driver with this many microsteps a turn.
+/// Returns an enabled pulser over pins for STEP, DIR and EN, and a driver with `microsteps` microsteps a turn.
 fn coarse<'a>(
     pins: &'a [Cell<(bool, u32)>; 3],
     microsteps: u16,

@@ -4,7 +4,8 @@ use super::Settings;
 use crate::math::{RAD_PER_DEG, round};
 use crate::mount::Mounting;
 
-/// Setting units per base unit: 0.01 mm in a metre, 0.001° in a degree, 0.001 dB in a decibel, 1e-6 in one.
+/// Number of setting units in a metre (of 0.01 mm), and below in a degree (of 0.001°), a decibel (of 0.001 dB)
+/// and one (of 1e-6).
 const METRE: f32 = 1e5;
 const DEGREE: f32 = 1e3;
 const DECIBEL: f32 = 1e3;
@@ -20,7 +21,8 @@ impl Settings {
         "range-scale",
     ];
 
-    /// Takes over the result of a scan made with these settings. The caller must validate them.
+    /// Sets the settings of the mounting to the result `found` of a scan made with these settings. The caller
+    /// must validate them.
     pub fn calibrate(&mut self, found: &Mounting) {
         let fixed = |value: f32, unit: f32| round(value * unit) as i32;
         let mount = &mut self.config.mount;

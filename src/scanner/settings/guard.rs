@@ -33,7 +33,7 @@ settings! {
 }
 
 impl GuardConfig {
-    /// Returns the angles of a guard sweep.
+    /// Returns first angle, angle step and number of rows of a guard sweep.
     pub fn sweep(&self) -> SweepConfig {
         let step = i32::from(self.step.max(1));
         let steps = self.last.saturating_sub(self.first) / step;
@@ -45,12 +45,12 @@ impl GuardConfig {
         }
     }
 
-    /// Returns the distance at which `watch` takes a full scan, metres.
+    /// Returns the distance of a rise or drop below which `watch` takes a full scan, metres.
     pub fn watch_m(&self) -> f32 {
         self.watch_distance as f32 * 1e-5
     }
 
-    /// Checks that the sector holds enough rows.
+    /// Checks that the guard's sector holds at least nine rows.
     pub fn validate(&self) -> Result<(), ConfigError> {
         let way = self.last.saturating_sub(self.first);
         check(
@@ -60,8 +60,8 @@ impl GuardConfig {
         )
     }
 
-    /// Checks that a guard with this configuration works: its sector is ground that the depth plane covers, its
-    /// rows leave no gap, and the map holds them.
+    /// Checks that a guard with this configuration works: its sector is in the depth plane, its rows leave no
+    /// gap, and the map holds them.
     pub fn check(&self, config: &Config) -> Result<(), ConfigError> {
         let sweep = self.sweep();
         check(

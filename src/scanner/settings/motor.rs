@@ -85,18 +85,19 @@ pub const MAX_MICROSTEPS: u16 = MICROSTEPS_PER_TURN as u16;
 const _: () = assert!(MAX_MICROSTEPS as i32 == MICROSTEPS_PER_TURN);
 
 impl DriverConfig {
-    /// Unit of a driver's microsteps a turn, so that a microstep is a ratio of small numbers.
+    /// Number of which `microsteps-per-turn` must be a multiple, so that the ratio of microsteps has small
+    /// numbers.
     const GRAIN: u16 = 100;
 
-    /// Returns the ratio of the driver's own microsteps to [`MICROSTEPS_PER_TURN`], exact: both numbers are so
-    /// small that some turns fit into 32 bits.
+    /// Returns the exact ratio of the driver's own microsteps to [`MICROSTEPS_PER_TURN`], numerator and
+    /// denominator: both are so small that some turns fit into 32 bits.
     pub fn ratio(&self) -> (i32, i32) {
         let own = i32::from(self.microsteps / Self::GRAIN);
         (own, MICROSTEPS_PER_TURN / i32::from(Self::GRAIN))
     }
 
-    /// Returns the number of clocks for which the interrupt that began a pulse waits before it ends it; the
-    /// interval to the next pulse is programmed shorter by as many. STEP is high for some clocks anyway: the
+    /// Returns the number of core clocks for which the interrupt that began a STEP pulse waits before it ends it;
+    /// the interval to the next pulse is programmed shorter by as many. STEP is high for some clocks anyway: the
     /// computation of that interval has a division of 14 clocks (PM0214, 3.10) and at least some ten other
     /// instructions.
     pub fn held_clocks(&self, core_hz: u32) -> u32 {
@@ -117,8 +118,8 @@ impl DriverConfig {
         )
     }
 
-    /// Returns how often 256 microsteps of a full step must be halved to get the driver's; `None` if they never
-    /// do.
+    /// Returns the TMC2209's MRES: how often 256 microsteps of a full step must be halved to get the microsteps
+    /// of the driver; `None` if they never do.
     pub fn mres(&self) -> Option<u32> {
         let times = (MAX_MICROSTEPS / self.microsteps.max(1)).trailing_zeros();
         (MAX_MICROSTEPS >> times == self.microsteps).then_some(times)
@@ -154,7 +155,7 @@ settings! {
 }
 
 impl MotorConfig {
-    /// Checks the driver's microsteps, and the pulse width against the speeds.
+    /// Checks `microsteps-per-turn` with this driver, and `pulse-width` against the speeds.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.driver.validate()?;
         check(
@@ -183,8 +184,8 @@ impl MotorConfig {
         fast.saturating_add(2 * slow).saturating_add(back)
     }
 
-    /// Returns the total time for which STEP is high or low in a second at top speed, with the shortest pulses,
-    /// µs.
+    /// Returns the minimum time that the high and low times of all STEP pulses of a second take at top speed, µs:
+    /// for each pulse twice `pulse-width`.
     fn pulse_time_per_second_us(&self) -> u32 {
         let (own, of) = self.driver.ratio();
         let fastest = self.speed.max(self.search_speed);

@@ -36,7 +36,7 @@ fn each_key_is_in_the_table_once_with_a_meaning() {
     assert_eq!(meanings, Settings::KEYS.len());
 }
 
-/// The table of `docs/hardware.md`.
+/// Returns the table of all settings in `docs/hardware.md`, made from their rows.
 #[cfg(feature = "paper")]
 fn table() -> String {
     let mut meanings = Vec::new();

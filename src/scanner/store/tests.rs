@@ -6,14 +6,14 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use std::{format, vec, vec::Vec};
 
-/// Bytes of a sector: two slots, so that every third save erases.
+/// Bytes of a sector of the simulated flash: two slots, so that every third save erases.
 const SECTOR: usize = 2 * SLOT as usize;
 
-/// Two sectors of NOR flash: writing clears bits, erasing sets all of a sector.
+/// Simulated NOR flash of two sectors: writing clears bits, erasing sets all of a sector.
 #[derive(Clone, Debug)]
 struct Model {
     bytes: Vec<u8>,
-    /// Number of operations (words written, sectors erased) until the power fails.
+    /// Number of operations (words written, sectors erased) until the power fails; `None`: it does not.
     left: Option<u32>,
     random: Xoshiro128PlusPlus,
     /// Whether the controller refuses every operation.
@@ -46,7 +46,8 @@ impl Model {
         }
     }
 
-    /// Returns whether the operation that begins now is interrupted; an error once the power is off.
+    /// Counts an operation that begins now; returns whether the power fails during it, or an error if it has
+    /// failed before.
     fn cut(&mut self) -> Result<bool, PowerLost> {
         self.operations += 1;
         match &mut self.left {
@@ -160,7 +161,7 @@ fn what_was_saved_last_is_loaded() {
     );
 }
 
-/// Power failures at every single word written and every erasure, over saves that fill and change sectors.
+/// Power fails at every single word written and at every erasure, over saves that fill and change sectors.
 #[test]
 fn a_power_cut_leaves_the_old_or_the_new() {
     let mut whole = Store::new(Model::new(2));

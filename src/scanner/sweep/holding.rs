@@ -11,12 +11,13 @@ use crate::time::Micros;
 /// busy. The time therefore counts from when the last byte has been handed over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct CaptureTimer {
-    /// Time at which the trigger was seen to be handed over.
+    /// Time at which the port was first seen to have taken the whole trigger; `None` before.
     out: Option<Micros>,
 }
 
 impl CaptureTimer {
-    /// Whether a chirp of `chirp_us` microseconds is captured by `now`; `false` if its duration is unknown (0).
+    /// Whether the chirp of the last trigger, which takes `chirp_us` microseconds, has been captured by `now`;
+    /// `false` if its duration is unknown (0).
     pub fn captured(&mut self, now: Micros, link: &impl RadarModule, chirp_us: u32) -> bool {
         if chirp_us == 0 || !link.sent() {
             return false;
@@ -37,7 +38,7 @@ mod tests {
     use crate::signal::radar::module::{LinkError, RequestedSettings};
     use crate::signal::radar::wire::{RowTimes, Wire};
 
-    /// Link stub: whether the trigger has been sent, and the wire.
+    /// Link stub: whether the trigger has been sent, and the timing of the wire.
     struct Link(bool, Option<Wire>);
 
     impl RadarModule for Link {

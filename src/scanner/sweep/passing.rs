@@ -12,12 +12,12 @@ use crate::signal::radar::module::{LinkError, RadarModule};
 use crate::time::Micros;
 use crate::verdict::Reason;
 
-/// Maximum delay of a trigger behind its row's position, microsteps: 0.02 degree, the jitter of a shaft at rest
+/// Maximum delay of a trigger behind its row's position, microsteps: 0.02°, the jitter of a shaft at rest
 /// (docs/accuracy.md).
 const LATE: i32 = 3;
 
 impl Sweep {
-    /// Begins the turn once the mirror stands where the ramp begins.
+    /// Begins the turn at constant speed once the mirror stands where its ramp begins.
     pub(super) fn begin_turn(&mut self, now: Micros, mirror: &mut impl Mirror) {
         if core::mem::take(&mut self.needs_second_move) {
             let target = self.target();
@@ -87,13 +87,14 @@ impl Sweep {
         self.finish(now, mirror)
     }
 
-    /// Returns the next row to be triggered.
+    /// Returns the next row to be triggered, as an index of the map; `None` after the last.
     fn untriggered(&self) -> Option<u16> {
         let turning = self.turning.as_ref()?;
         (turning.next < self.schedule.rows()).then(|| self.nth(turning.next))
     }
 
-    /// Triggers the row whose position is near; returns a reason if the scan must end.
+    /// Triggers the row that is due with the shaft at `position`, microsteps, and marks rows as lost for whose
+    /// triggers it is too late; returns a reason if the scan must end.
     fn fire(
         &mut self,
         now: Micros,
@@ -127,7 +128,7 @@ impl Sweep {
         }
     }
 
-    /// Triggers `row`, if the link accepts another request.
+    /// Triggers `row` if the link accepts another request now.
     fn fire_row(&mut self, now: Micros, row: u16, link: &mut impl RadarModule) {
         let angle = shaft_angle(self.schedule.position(row));
         let Some(turning) = &mut self.turning else {
@@ -150,7 +151,7 @@ impl Sweep {
         self.deadline = later(self.deadline, now.plus(timeout).plus(MARGIN_US));
     }
 
-    /// Marks the next row as lost because it was not triggered in time; returns a reason if the scan must end.
+    /// Marks the next row as lost because it was not triggered in time; returns a reason if too many are lost.
     fn miss(&mut self, data: &mut impl DataPath) -> Option<Reason> {
         let row = self.untriggered()?;
         let turning = self.turning.as_mut()?;
@@ -159,14 +160,14 @@ impl Sweep {
         self.lose(row, data)
     }
 
-    /// Marks `row` as lost; returns a reason if the scan must end.
+    /// Marks `row` as lost; returns a reason if too many are lost.
     fn lose(&mut self, row: u16, data: &mut impl DataPath) -> Option<Reason> {
         data.lost(row);
         self.lost = self.lost.saturating_add(1);
         (self.lost > self.settings.timing.max_lost).then_some(Reason::TooManyLost)
     }
 
-    /// Takes the answer to the oldest trigger.
+    /// Handles the answer to the oldest trigger under way: a chirp, or an error, by which its row is lost.
     fn take(
         &mut self,
         now: Micros,

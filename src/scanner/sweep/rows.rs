@@ -8,11 +8,11 @@ use crate::verdict::Reason;
 /// Number of consecutive rows without a chirp after which the scan ends at once: noise on the line loses fewer.
 pub(super) const LOST_STREAK: u16 = 8;
 
-/// Margin of every computed deadline, µs: for the duration of a main loop pass, and for a long listing by
+/// Margin that is added to every computed deadline, µs: for one pass of the main loop, and for a long listing by
 /// `get`.
 pub(super) const MARGIN_US: u32 = 100_000;
 
-/// State of the row that is due.
+/// State of a sweep: how far the row that is due has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RowState {
     /// The module's settings are queried; the mirror already moves.
@@ -33,16 +33,16 @@ pub(super) enum RowState {
     Prove,
 }
 
-/// Result of a scan's rows.
+/// Result of a sweep: how many of its rows were lost, and why it ended early if it did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rows {
-    /// Number of rows without a chirp.
+    /// Number of lost rows: those without a chirp.
     pub lost: u16,
-    /// Reason for which the scan ended before its last row.
+    /// Reason for which the scan ended before its last row; `None` if it is complete.
     pub fault: Option<Reason>,
 }
 
-/// Returns the reason that corresponds to a link error.
+/// Returns the reason that reports an error of the link to the radar module.
 pub fn link_reason(error: LinkError) -> Reason {
     match error {
         LinkError::Module(_) | LinkError::Answer => Reason::ModuleError,
@@ -50,7 +50,7 @@ pub fn link_reason(error: LinkError) -> Reason {
     }
 }
 
-/// Returns the reason that corresponds to a motor error.
+/// Returns the reason that reports an error of the mirror's motor.
 pub fn mirror_reason(error: MirrorError) -> Reason {
     match error {
         MirrorError::Stall => Reason::MotorStall,

@@ -16,7 +16,7 @@ fn settings(mode: SweepMode) -> Settings {
     }
 }
 
-/// For every captured row, the shaft stood on the row's microstep from trigger to end.
+/// Asserts that for every captured row the shaft stood on the row's microstep from trigger to end.
 fn assert_still(outcome: &Outcome) {
     for capture in &outcome.captures {
         let (begin, end) = (capture.begin, capture.end);
@@ -25,7 +25,7 @@ fn assert_still(outcome: &Outcome) {
     }
 }
 
-/// Every row was received or reported as lost, each with its own chirp.
+/// Asserts that every row was received or reported as lost, each with its own chirp.
 fn assert_whole(outcome: &Outcome, rows: u16) {
     let mut all: Vec<u16> = outcome.rows.iter().chain(&outcome.lost).copied().collect();
     all.sort_unstable();
@@ -188,7 +188,7 @@ fn a_continuous_sweep_tells_what_it_lost_and_does_not_stop() {
     }
 }
 
-/// Unrequested answers use the wire's time: rows are lost, and the wire catches up.
+/// Answers that nobody requested use the wire's time: rows are lost, and the wire catches up.
 #[test]
 fn a_continuous_sweep_outlives_what_comes_twice() {
     let settings = settings(SweepMode::Continuous);

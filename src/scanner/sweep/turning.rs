@@ -6,17 +6,19 @@ use crate::scanner::pace::Cruise;
 use crate::schedule::Schedule;
 use crate::time::Micros;
 
-/// A continuous sweep under way.
+/// State of a sweep at constant speed.
 #[derive(Clone, Debug)]
 pub(super) struct ContinuousSweep {
     pub cruise: Cruise,
-    /// Next row to be triggered, in the order of the sweep.
+    /// Next row to be triggered, counted in the order of the sweep from 0.
     pub next: u16,
-    /// Time of its trigger; `None` until its microstep is reached.
+    /// Time of the next row's trigger; `None` until the shaft is at the microstep from which the delay of this
+    /// trigger counts.
     pub due: Option<Micros>,
-    /// Rows whose chirps are under way, in the order of their triggers, with the timeout of each.
+    /// Rows whose chirps are under way, as indices of the map in the order of their triggers, each with the
+    /// timeout of its chirp.
     pub in_flight: Deque<(u16, Micros), 2>,
-    /// Whether the next row is skipped to let the wire catch up.
+    /// Whether the next row is left out, and lost, to let the wire catch up.
     pub skip_next: bool,
 }
 
@@ -32,13 +34,13 @@ impl ContinuousSweep {
         }
     }
 
-    /// Returns the start position of the shaft, microsteps.
+    /// Returns the position from which the shaft starts, before its ramp, microsteps.
     pub fn start(&self, schedule: &Schedule, backward: bool) -> i32 {
         self.cruise.ends(schedule, backward).0
     }
 
-    /// Returns the distance of a shaft at `position` behind the trigger position of `row`, microsteps; negative
-    /// before it.
+    /// Returns how far a shaft at `position` is past the position at which the trigger of `row` is prepared,
+    /// microsteps; negative before it.
     pub fn distance_past(
         &self,
         schedule: &Schedule,

@@ -20,19 +20,19 @@ pub enum ChipFault {
     IgnoresWrites,
 }
 
-/// A chip on a single wire.
+/// A simulated TMC2209 on a single wire.
 #[derive(Debug)]
 pub struct Chip {
     /// Register values by address.
     pub registers: BTreeMap<u8, u32>,
     pub fault: ChipFault,
-    /// Number of accepted writes (IFCNT).
+    /// Number of accepted writes since reset (IFCNT), which wraps.
     pub count: u8,
-    /// Indices of bytes that will be lost on the wire, counted from the next one.
+    /// Indices of bytes from the scanner that will be lost on the wire; the next byte has index 0.
     pub loses: Vec<usize>,
-    /// Number of writes after which the chip resets itself.
+    /// Number of writes after which the chip resets itself; `None`: it does not.
     pub resets_after: Option<u32>,
-    /// Bytes on the wire to the scanner.
+    /// Bytes on the wire that the scanner has not received yet.
     wire: VecDeque<u8>,
     /// Number of consecutive polls of the wire, a byte's time apart, that found it idle.
     idle: u8,
@@ -79,7 +79,7 @@ impl Default for Chip {
 }
 
 impl Chip {
-    /// Power-up: default registers, with the reset flag in GSTAT.
+    /// Resets the chip as at power-up: default registers, with the reset flag in GSTAT.
     pub fn reset(&mut self) {
         self.registers = [
             (0x00, 0x0000_0101),
@@ -96,13 +96,13 @@ impl Chip {
         self.registers.get(&address).copied().unwrap_or(0)
     }
 
-    /// Sets a value that only the chip itself can write.
+    /// Sets the register at `address` to a value that only the chip itself can write.
     pub fn put(&mut self, address: u8, value: u32) {
         self.registers.insert(address, value);
     }
 
-    /// Returns the next byte of the wire. A pause of 63 bits makes the chip discard an incomplete datagram
-    /// (section 4.1.1).
+    /// Returns the next byte that the scanner receives from the wire. A pause of 63 bits makes the chip discard
+    /// an incomplete datagram (section 4.1.1).
     pub fn say(&mut self) -> Option<u8> {
         let byte = self.wire.pop_front();
         self.idle = match byte {
@@ -115,7 +115,7 @@ impl Chip {
         byte
     }
 
-    /// Takes a byte from the scanner.
+    /// Takes a byte that the scanner sends.
     pub fn receive(&mut self, byte: u8) {
         self.idle = 0;
         if self.fault != ChipFault::Cut {

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;
 
-/// The wire: transfers one byte at a time in each direction.
+/// The wire to the simulated chip: transfers one byte at a time in each direction.
 #[derive(Clone, Default)]
 struct Wire(Rc<RefCell<Chip>>);
 
@@ -33,7 +33,7 @@ fn motor() -> MotorConfig {
     motor
 }
 
-/// Polls until the current activity ends; returns its result and duration, µs.
+/// Polls the driver until its set-up or reading ends; returns the result and the duration, µs.
 fn finish<P: BytePort>(driver: &mut Tmc2209<P>) -> (Result<(), DriverError>, u32) {
     // Across the wrap of the clock.
     let begun = Micros(u32::MAX - 2_000);

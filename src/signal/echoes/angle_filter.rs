@@ -9,13 +9,15 @@
 use crate::math;
 use crate::signal::grid::{EIGHTHS, Geometry, MAX_BINS, PolarMap};
 
-/// Maximum length of a box, rows: the sums of a uniform map of maximum power stay below 2³².
+/// Maximum length of each of the filter's two running boxes, rows: with it the sums over a uniform map of
+/// maximum power stay below 2³².
 pub const MAX_BOX: usize = 15;
-/// Units of a level per octave of power.
+/// Resolution of a filtered level: units per octave of power.
 const UNITS_PER_OCTAVE: usize = 128;
-/// Decibels per unit of a level.
+/// Decibels per unit of a filtered level (1/128 octave): 0.024.
 pub const LEVEL_DB: f32 = math::DB_PER_OCTAVE / UNITS_PER_OCTAVE as f32;
-/// Bits by which the unit of a level is finer than a map unit, which is an eighth octave.
+/// Number of bits by which a cell of the map (1/8 octave) is shifted to the finer unit of a filtered level
+/// (1/128 octave).
 pub const UNITS_PER_CELL_BITS: u32 = 4;
 
 /// Cell value whose linear power is 1: 15 dB above the map's zero, and still below the noise of any receiver.
@@ -43,17 +45,18 @@ static POWER: [u32; 256] = {
     table
 };
 
-/// Returns the linear power of a cell.
+/// Returns the linear power of a cell's value; 1 at [`UNIT_CELL`].
 #[inline]
 fn power(cell: u8) -> u32 {
     POWER[usize::from(cell)]
 }
 
 /// Ratio of the one-way 3 dB width to the standard deviation of the two-way power pattern exp(-8 ln2
-/// (t/width)²): sqrt(16 ln 2).
+/// (t/width)²) over the angle t: sqrt(16 ln 2).
 const WIDTH_PER_SIGMA: f32 = 3.330_218_4;
 
-/// Returns the standard deviation of the two-way power pattern of a beam whose one-way 3 dB width is `width`.
+/// Returns the standard deviation of the two-way power pattern of a beam whose one-way 3 dB width is `width`,
+/// in the same unit of angle.
 pub fn two_way_sigma(width: f32) -> f32 {
     width / WIDTH_PER_SIGMA
 }
@@ -64,10 +67,12 @@ pub fn lobe_sigma_rad(geometry: &Geometry) -> f32 {
     two_way_sigma(geometry.beamwidth_rad) * core::f32::consts::SQRT_2
 }
 
-/// Six: the variance of a box of n rows is (n² - 1) / 12, and that of two boxes (n² - 1) / 6.
+/// Factor of 6 between n² - 1 and the variance of two boxes of n rows in series: one box has `(n² - 1) / 12`,
+/// two have `(n² - 1) / 6`.
 const BOXES_PER_VARIANCE: f32 = 6.0;
 
-/// Returns the number of rows of one box for which two boxes have the variance of the two-way beam; odd.
+/// Returns the number of rows of each box, at most [`MAX_BOX`], for which two boxes in series have the variance
+/// of the two-way beam; odd.
 pub fn box_rows(geometry: &Geometry) -> usize {
     let sigma = two_way_sigma(geometry.beamwidth_rad) / geometry.step_rad.max(f32::MIN_POSITIVE);
     // The cast saturates.
@@ -84,10 +89,10 @@ pub fn point_width(geometry: &Geometry) -> f32 {
     math::sqrt(0.5 * (1.0 + math::min(boxes / (sigma * sigma), 1.0)))
 }
 
-/// Bits of a level's fraction of an octave.
+/// Number of low bits of a filtered level that count the fraction of an octave.
 const FRACTION_BITS: u32 = UNITS_PER_OCTAVE.trailing_zeros();
 
-/// 128 log2(1 + f/128), approximated: f + 0.344 f (1 - f), 44/128 = 0.344.
+/// Entry f: 128 log2(1 + x) for x = f / 128, approximated by 128 (x + 0.344 x (1 - x)), where 0.344 is 44/128.
 static FRACTION: [u8; UNITS_PER_OCTAVE] = {
     let mut table = [0; UNITS_PER_OCTAVE];
     let mut fraction = 0;
@@ -110,14 +115,15 @@ pub fn level(power: u32) -> u16 {
     (octaves << FRACTION_BITS | u32::from(FRACTION[fraction as usize])) as u16
 }
 
-/// Running sums of one range bin.
+/// State of the two running boxes in one range bin: the filter's output (`sum`, linear power), and its change
+/// from row to row (`slope`).
 #[derive(Clone, Copy, Debug)]
 struct BinSums {
     slope: u32,
     sum: u32,
 }
 
-/// Running sums of all range bins.
+/// Matched filter over the rows for each range bin, with its running sums.
 #[derive(Debug)]
 pub struct AngleFilter {
     sums: [BinSums; MAX_BINS],
@@ -126,7 +132,7 @@ pub struct AngleFilter {
 }
 
 impl AngleFilter {
-    /// Empty, without rows.
+    /// Creates a filter that has received no row.
     pub const fn new() -> Self {
         Self {
             sums: [BinSums { slope: 0, sum: 0 }; MAX_BINS],
@@ -135,7 +141,7 @@ impl AngleFilter {
         }
     }
 
-    /// Prepares for the first row of a scan.
+    /// Prepares for the first row of a scan with the beamwidth and angle step of `geometry`.
     pub fn begin(&mut self, geometry: &Geometry) {
         self.rows = box_rows(geometry);
         self.fed = 0;
@@ -146,15 +152,16 @@ impl AngleFilter {
         self.rows - 1
     }
 
-    /// Returns the level of a uniform map whose cells are 0, without rounding of its power: the filter's gain,
-    /// 1/128 octave.
+    /// Returns the filter's gain, 1/128 octave: its output for a uniform map whose cells are 0, if their power
+    /// were not rounded.
     pub fn gain(&self) -> u16 {
         let unit = (UNIT_CELL as u16) << UNITS_PER_CELL_BITS;
         level((self.rows * self.rows) as u32).saturating_sub(unit)
     }
 
-    /// Adds the next row, and writes the levels of the row [`AngleFilter::lag`] before it to `levels`. Rows
-    /// before the first one are assumed to be equal to it. `delayed` returns an earlier row.
+    /// Adds the next row, and writes the levels (1/128 octave) of the row [`AngleFilter::lag`] before it to
+    /// `levels`. Rows before the first one are assumed to be equal to it. `delayed(n)` returns the cells of the
+    /// row that was fed n rows before this one.
     pub fn feed<'m>(
         &mut self,
         row: &[u8],
@@ -189,19 +196,21 @@ impl AngleFilter {
     }
 }
 
-/// Rows of a [`Patch`], relative to its middle. With steps of 0.25° they extend 0.75° to each side, half the
-/// standard deviation of the two-way beam.
+/// Offsets of a [`Patch`]'s rows from its middle one. With steps of 0.25° they extend 0.75° to each side, half
+/// the standard deviation of the two-way beam.
 pub const PATCH_ROWS: [i8; 5] = [-3, -2, 0, 2, 3];
-/// Bins of a [`Patch`], relative to its middle.
+/// Offsets of a [`Patch`]'s range bins from its middle one.
 pub const PATCH_BINS: [i8; 3] = [-1, 0, 1];
 /// Extent of a patch to each side of its middle, rows.
 const REACH: usize = 3;
-/// Number of rows that the longest filter needs for a patch, plus the two zero sums before them.
+/// Number of double sums that [`patch`] holds: one for each row that the longest filter needs, after two zeros.
 const SEEN: usize = 2 * (MAX_BOX + REACH) + 1;
-/// Levels of the filtered map around a cell, [bin][row].
+/// Filtered levels around a cell, 1/128 octave: `[b][r]` is at bin offset `PATCH_BINS[b]` and row offset
+/// `PATCH_ROWS[r]`.
 pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
 
-/// Computes the filtered map around one cell from the map.
+/// Returns the filtered levels around the cell (`row`, `bin`), computed anew from the unfiltered cells of
+/// `map`.
 #[inline(never)]
 pub fn patch(map: &PolarMap, row: usize, bin: usize) -> Patch {
     let rows = box_rows(map.geometry());

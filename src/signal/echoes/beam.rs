@@ -13,11 +13,11 @@ use crate::sort::shell_sort;
 /// Statistics of the widths of strong echoes' lobes, relative to that of a point scatterer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobes {
-    /// Number of strong echoes.
+    /// Number of strong echoes: those with an SNR above `beam_echo_db`.
     pub echoes: usize,
-    /// Minimum width.
+    /// Smallest width of their lobes; 1 is a point scatterer's.
     pub least: f32,
-    /// Median width.
+    /// Median width of their lobes; 1 is a point scatterer's.
     pub median: f32,
 }
 
@@ -39,9 +39,9 @@ impl Lobes {
         })
     }
 
-    /// Returns the limits of the widths: the minimum of the median, and the maximum of the narrowest. An
-    /// extended scatterer may be wider than a point, and noise can make a single lobe narrower. Few lobes
-    /// therefore fail only if all of them are far too wide.
+    /// Returns two limits: the minimum of the median width, then the maximum of the smallest width. An extended
+    /// scatterer may be wider than a point, and noise can make a single lobe narrower. Few lobes therefore fail
+    /// only if all of them are far too wide.
     pub fn limits(&self, p: &Params) -> [f32; 2] {
         match self.echoes < p.beam_echoes as usize {
             true => [0.0, p.beam_broad_few],
@@ -49,7 +49,8 @@ impl Lobes {
         }
     }
 
-    /// Returns whether the widths agree with the beam's.
+    /// Returns whether the lobes' widths are those of the configured beam and mirror step: median and smallest
+    /// width within [`Lobes::limits`].
     pub fn fit(&self, p: &Params) -> bool {
         let [narrow, broad] = self.limits(p);
         self.median >= narrow && self.least < broad

@@ -14,38 +14,40 @@ use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use heapless::Vec;
 
 /// Minimum number of rows around a maximum with a CA-CFAR detection (binary integration over the beam), from
-/// which it counts as distinct in range.
+/// which the maximum counts as distinct in range.
 const MIN_DETECTED_ROWS: usize = 3;
-/// Number of rows to each side of a maximum that are counted. With a false-alarm rate of 1.7e-4 per cell, three
-/// cells a row and 13 rows, noise alone reaches [`MIN_DETECTED_ROWS`] once in 2·10⁷ positions.
+/// Number of rows to each side of a maximum in which those with a CA-CFAR detection are counted. With a
+/// false-alarm rate of 1.7e-4 per cell, three cells a row and 13 rows, noise alone reaches
+/// [`MIN_DETECTED_ROWS`] once in 2·10⁷ positions.
 const HIT_ROWS: usize = 6;
 
-/// Levels of the map without echoes.
+/// Background of the filtered map: noise and side lobes between the echoes.
 #[derive(Debug)]
 pub struct Background<'a> {
-    /// Samples of noise and side lobes.
+    /// Sampled levels of the filtered map, from which the noise floor of each range bin is taken.
     pub samples: &'a NoiseSamples,
-    /// Median of the whole filtered map, map units.
+    /// Noise: median of the filtered map without the filter's gain, map units (1/8 octave).
     pub noise: f32,
     /// Gain of the angle filter, 1/128 octave.
     pub gain: u16,
 }
 
-/// Returns the minimum level of a maximum, 1/128 octave: `echo_margin_db` less `spare_db` above the noise (map
-/// units), for a filter with gain `gain`.
+/// Returns the minimum filtered level of a maximum, 1/128 octave: (`echo_margin_db` - `spare_db`) above the
+/// median `noise` (map units), plus the filter's `gain` (1/128 octave).
 pub fn least_level(noise: f32, gain: u16, spare_db: f32, params: &Params) -> u16 {
     let above_gain = (noise * DB_PER_UNIT + params.echo_margin_db - spare_db) / LEVEL_DB;
     gain.saturating_add(above_gain as u16)
 }
 
 /// Returns whether CA-CFAR has detections in enough rows around a maximum. Side lobes over all angles and
-/// oscillator noise raise whole stretches of range and give none.
+/// oscillator noise raise whole stretches of range and give no detections.
 fn is_detected_in_range(map: &PolarMap, row: usize, bin: usize) -> bool {
     let rows = row.saturating_sub(HIT_ROWS)..row + HIT_ROWS + 1;
     map.rows_detected(rows, bin) >= MIN_DETECTED_ROWS
 }
 
-/// Examines the maxima, strongest first, and keeps those that only a separate scatterer explains.
+/// Writes to `echoes` those maxima of `finder` that only a separate scatterer explains, strongest first, and
+/// empties `finder`.
 #[inline(never)]
 pub fn detect(
     map: &PolarMap,

@@ -11,22 +11,23 @@ pub type Echoes = Vec<Echo, MAX_ECHOES>;
 /// One echo, interpreted as a point scatterer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Echo {
-    /// Filtered power above the noise, dB.
+    /// SNR: filtered power over the noise, the median of the filtered map, dB.
     pub snr_db: f32,
     /// Range from the mirror, metres.
     pub range_m: f32,
-    /// Angle, radians.
+    /// Angle of the beam, radians: down from the horizontal (depth plane), or forward from straight down
+    /// (height plane).
     pub angle_rad: f32,
-    /// Horizontal distance from the mirror, metres.
+    /// Horizontal distance from the mirror, forward, metres.
     pub x_m: f32,
     /// Height above the ground, metres.
     pub y_m: f32,
-    /// Width of the filtered lobe in angle, relative to that of a point scatterer.
+    /// Width of the filtered lobe over the angle, in units of a point scatterer's.
     pub width: f32,
     /// Standard deviation of the angle, radians.
     pub angle_sigma_rad: f32,
     /// Standard deviation of the range, metres.
     pub range_sigma_m: f32,
-    /// Native range bin (c/2B) from the radar.
+    /// Range from the radar (not from the mirror), native range bins of c/2B.
     pub native_bin: f32,
 }

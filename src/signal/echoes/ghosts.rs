@@ -9,33 +9,35 @@ use crate::params::Params;
 /// Level of an artefact that cannot occur at this position, dB: below the dynamic range of any receiver.
 const NEVER_DB: f32 = -99.0;
 
-/// A maximum that may be a ghost.
+/// A maximum of the filtered map that may be a ghost: an artefact of a stronger echo.
 #[derive(Clone, Copy, Debug)]
 pub struct Suspect {
-    /// Native range bin (c/2B) from the radar.
+    /// Range from the radar (not from the mirror), native range bins of c/2B.
     pub native_bin: f32,
-    /// Angle, radians.
+    /// Angle of the beam, radians.
     pub angle_rad: f32,
-    /// Power above the noise, dB.
+    /// SNR: filtered power over the median of the filtered map, dB.
     pub snr_db: f32,
-    /// Whether CA-CFAR distinguishes it from its surroundings in range.
+    /// Whether enough rows around it have a CA-CFAR detection, so that it is distinct from its surroundings in
+    /// range.
     pub stands_out: bool,
 }
 
-/// Artefacts of the instrument.
+/// Maximum levels of the instrument's artefacts around an echo: side lobes, range skirt, phase noise, I/Q
+/// image.
 #[derive(Clone, Copy, Debug)]
 pub struct Ghosts<'p> {
-    /// Levels of the artefacts.
+    /// Parameters, among them the levels of the artefacts.
     pub params: &'p Params,
     /// Standard deviation in angle of a point scatterer's lobe, radians.
     pub lobe_sigma_rad: f32,
     /// Sum of the native bins of an echo and of its image at the negative frequency: the number of samples of a
-    /// chirp.
+    /// chirp; infinite for real samples, which have no image.
     pub image_sum: f32,
 }
 
 impl Ghosts<'_> {
-    /// Returns whether `echo` alone explains the suspect.
+    /// Returns whether an artefact of `echo` can be as strong as the suspect, at its range and angle.
     pub fn explain(&self, echo: &Echo, suspect: &Suspect) -> bool {
         let bins = (suspect.native_bin - echo.native_bin).abs();
         let turn = (suspect.angle_rad - echo.angle_rad) / self.lobe_sigma_rad;
@@ -50,7 +52,9 @@ impl Ghosts<'_> {
         suspect.snr_db - echo.snr_db < highest
     }
 
-    /// Main lobe of the beam, and its two-way side lobes over all angles, at the echo's range.
+    /// Returns the level of the beam's main lobe, and of its two-way side lobes over all angles, dB relative to
+    /// the echo. They lie at the echo's range: `bins` is the suspect's distance from it, native bins;
+    /// `lobe_db`: level of the filtered lobe at the suspect's angle.
     fn antenna_db(&self, bins: f32, lobe_db: f32) -> f32 {
         let p = self.params;
         if bins >= p.range_lobe_bins {
@@ -60,7 +64,9 @@ impl Ghosts<'_> {
         pattern_db - p.range_curvature_db * bins * bins
     }
 
-    /// Range skirt of a chirp that is not exactly linear, in the echo's beam.
+    /// Returns the level of the range skirt of a chirp that is not exactly linear, dB relative to the echo: in
+    /// the echo's beam (`lobe_db`: level of the lobe at the suspect's angle) and near its range (`bins`: the
+    /// suspect's distance from it, native bins).
     fn range_skirt_db(&self, bins: f32, lobe_db: f32) -> f32 {
         if bins > self.params.skirt_bins {
             return NEVER_DB;
@@ -68,8 +74,9 @@ impl Ghosts<'_> {
         lobe_db + self.params.same_beam_margin_db - self.params.skirt_db
     }
 
-    /// Phase noise of the oscillator: every range, in the echo's beam. It raises whole stretches of range, so
-    /// it does not explain a maximum that is distinct from its surroundings.
+    /// Returns the level of the oscillator's phase noise, dB relative to the echo: at every range beyond the
+    /// skirt, in the echo's beam (`lobe_db`, level of the lobe at the suspect's angle). It raises whole
+    /// stretches of range, so it does not explain a maximum that is distinct from its surroundings.
     fn oscillator_noise_db(&self, bins: f32, lobe_db: f32, stands_out: bool) -> f32 {
         if bins <= self.params.skirt_bins || stands_out {
             return NEVER_DB;
@@ -77,7 +84,8 @@ impl Ghosts<'_> {
         lobe_db + self.params.same_beam_margin_db - self.params.oscillator_noise_db
     }
 
-    /// Image of an I/Q imbalance at the negative frequency: the two bins add up to the number of samples.
+    /// Returns the level of the image that an I/Q imbalance makes at the negative frequency, dB relative to the
+    /// echo: there the native bins of echo and image add up to the number of samples.
     fn iq_image_db(&self, sum_of_bins: f32, lobe_db: f32) -> f32 {
         if (sum_of_bins - self.image_sum).abs() >= self.params.image_bins {
             return NEVER_DB;

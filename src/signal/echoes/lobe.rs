@@ -13,13 +13,13 @@ use crate::math;
 use crate::params::Params;
 use crate::signal::grid::PolarMap;
 
-/// Curvature of a Gaussian of unit variance in logarithmic power: 10 lg e / 2, dB.
+/// Decrease of a Gaussian's logarithmic power at one standard deviation from its peak, dB: 10 lg e / 2.
 pub const GAUSSIAN_DB: f32 = 2.171_472_4;
 /// Maximum offset of a peak from the middle of its patch, rows: the extent of the patch plus one.
 const MAX_PEAK_OFFSET_ROWS: f32 = 4.0;
-/// Minimum curvature of a peak, as a share of a point scatterer's.
+/// Minimum curvature over the rows of a lobe that has a peak, as a share of a point scatterer's.
 const MIN_CURVATURE: f32 = 0.02;
-/// Width reported without a peak, relative to a point scatterer's.
+/// Width given to a lobe without a peak, in units of a point scatterer's.
 const NO_LOBE: f32 = 9.0;
 
 /// Mean of the squared row offsets [`PATCH_ROWS`].
@@ -27,7 +27,8 @@ const MEAN_SQUARE: f32 = 5.2;
 /// Sum over [`PATCH_ROWS`] of (offset² - mean)²: norm of the quadratic that is orthogonal to the mean.
 const QUADRATIC: f32 = 58.8;
 
-/// An offset, and its variance for levels of unit variance.
+/// Offset of a peak from the middle cell (rows or bins), and its variance if the levels have a variance of 1
+/// dB².
 type Offset = (f32, f32);
 
 /// Curvatures of a point scatterer's response on the grid of the map.
@@ -46,7 +47,8 @@ pub struct Responses {
 pub struct ScattererMotion {
     /// Change of range, stored bins per row; negative when it approaches.
     pub bins: f32,
-    /// Steps by which the beam moves over it per row: 1 without motion.
+    /// Angle by which the beam moves over the scatterer from row to row, in steps of the scan: 1 without
+    /// motion.
     pub steps: f32,
 }
 
@@ -63,7 +65,8 @@ impl Responses {
         }
     }
 
-    /// Separates the offsets of a sheared lobe, each of whose slopes contains a share of the other offset.
+    /// Returns the offsets of a sheared lobe in rows and in bins without each other's share: the slopes over
+    /// the rows (`row`) and over the bins (`bin`) each contain a share of the other offset.
     fn decouple(&self, row: Offset, bin: Offset) -> (Offset, Offset) {
         let of_bin = self.cross_db / self.per_row_db;
         let of_row = self.cross_db / self.per_bin_db;
@@ -77,8 +80,8 @@ impl Responses {
         (solve(row, bin, of_bin), solve(bin, row, of_row))
     }
 
-    /// Returns the responses to a scatterer that moves: beam pattern and range main lobe, sheared, after the
-    /// filter along the angle, all of them Gaussian.
+    /// Returns the responses to a scatterer that moves by `walk` from row to row: beam pattern and range main
+    /// lobe, sheared, after the filter along the angle, all of them Gaussian.
     pub fn of_motion(&self, walk: ScattererMotion) -> Self {
         // Inverse variances in the unit of the curvatures. The filter is matched to the beam without motion.
         let filter = 2.0 * self.per_row_db;
@@ -93,14 +96,14 @@ impl Responses {
     }
 }
 
-/// Position of a scatterer relative to the cell of its maximum.
+/// Position of a scatterer relative to the cell of its maximum, and width of its lobe.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lobe {
-    /// Offset from the cell, rows.
+    /// Offset from the cell's middle, rows, with variance.
     pub row: Estimate,
-    /// Offset from the cell, stored range bins.
+    /// Offset from the cell's middle, stored range bins, with variance.
     pub bin: Estimate,
-    /// Width in angle, relative to a point scatterer's; large without a peak.
+    /// Width over the angle, in units of a point scatterer's; 9 for a lobe without a peak.
     pub width: f32,
 }
 
@@ -148,8 +151,9 @@ impl Lobe {
     }
 }
 
-/// Returns the offset of the peak of a parabola with this curvature, and its variance for levels of unit
-/// variance: from the slope of `values` (dB) over the offsets `at` after the parabola has been subtracted.
+/// Returns the offset of the peak of a parabola with curvature `per_cell_db`, and its variance for levels of
+/// unit variance: from the slope of the levels `values` (dB, overwritten) over the cells `at` after the
+/// parabola has been subtracted.
 fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32) -> Offset {
     let (mut squares, mut slope) = (0.0, 0.0);
     for (v, &d) in values.iter_mut().zip(at) {

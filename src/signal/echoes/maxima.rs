@@ -5,18 +5,19 @@ use heapless::binary_heap::{BinaryHeap, Min};
 
 /// Maximum number of maxima of a scan; the strongest are kept.
 pub const MAX_MAXIMA: usize = 96;
-/// Number of rows held: a maximum exceeds two rows to each side, and the bins beside it.
+/// Number of filtered rows held: a maximum is compared with two rows to each side, and with the bins beside it.
 const WINDOW: usize = 5;
-/// Index of the row that is tested, in the middle of [`WINDOW`].
+/// Number of rows from the newest one held to the one that is tested, in the middle of [`WINDOW`].
 pub const MIDDLE: usize = WINDOW / 2;
 
-/// One local maximum of the filtered map in one word: level, then cell. Words are ordered by level, and equal
-/// levels by cell, so that the order of arrival has no influence.
+/// One local maximum of the filtered map in one word: its level in the upper half, the number of its cell (row
+/// · bins + bin) in the lower half. Words are ordered by level, and equal levels by cell, so that the order of
+/// arrival has no influence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Maximum(u32);
 
 impl Maximum {
-    /// Cell numbers fit 16 bits.
+    /// Creates a maximum of `level` (1/128 octave) at cell number `cell`, which fits 16 bits.
     fn new(level: u16, cell: usize) -> Self {
         Self(u32::from(level) << u16::BITS | (cell as u32 & u32::from(u16::MAX)))
     }
@@ -26,7 +27,7 @@ impl Maximum {
         (self.0 >> u16::BITS) as u16
     }
 
-    /// Returns row and range bin in a map of `bins` bins.
+    /// Returns row and range bin of the maximum in a map of `bins` bins.
     pub fn cell(self, bins: usize) -> (usize, usize) {
         let cell = usize::from(self.0 as u16);
         let row = cell.checked_div(bins).unwrap_or(0);
@@ -64,8 +65,8 @@ impl MaximaFinder {
         &mut self.window[self.fed % WINDOW]
     }
 
-    /// Searches for maxima of at least `least` in the row that is [`MIDDLE`] rows before the one just written.
-    /// `row` is the number of that row in the map, if it exists already.
+    /// Searches for maxima of at least `least` (1/128 octave) in the row that is [`MIDDLE`] rows before the one
+    /// just written. `row` is the number of the searched row in the map; `None` before the first such row.
     pub fn advance(&mut self, bins: usize, row: Option<usize>, least: u16) {
         self.fed += 1;
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
@@ -100,7 +101,7 @@ impl MaximaFinder {
     }
 }
 
-/// Adds a maximum; replaces the weakest one if there is no room.
+/// Adds a maximum; without room for it, it replaces the weakest one if it is stronger.
 fn keep(found: &mut BinaryHeap<Maximum, Min, MAX_MAXIMA>, maximum: Maximum) {
     if found.push(maximum).is_err()
         && let Some(mut weakest) = found.peek_mut()

@@ -85,7 +85,8 @@ impl Collector {
         self.push(map, map.row(k));
     }
 
-    /// Passes one row to filter, noise and finder.
+    /// Passes the cells of one row to the angle filter, and the filtered row to the noise samples and the
+    /// search for maxima.
     fn push(&mut self, map: &PolarMap, row: &[u8]) {
         let last = map.rows().saturating_sub(1);
         let (fed, reversed) = (self.fed, self.reversed);
@@ -110,7 +111,7 @@ impl Collector {
     }
 
     /// Detects the echoes after the last row and writes them to `echoes` (too large for a small stack). Returns
-    /// the noise: median of the filtered map, map units.
+    /// the noise: median of the filtered map without the filter's gain, map units.
     #[inline(never)]
     pub fn finish(
         &mut self,

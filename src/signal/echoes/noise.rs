@@ -4,26 +4,27 @@ use crate::signal::grid::MAX_BINS;
 
 use super::angle_filter::UNITS_PER_CELL_BITS;
 
-/// Maximum number of sampled rows: with these their lower third is accurate to a decibel, and they fit the
-/// memory.
+/// Maximum number of sampled rows: with them the lower third of a bin's samples is accurate to a decibel, and
+/// they fit the memory.
 pub const MAX_SAMPLES: usize = 12;
-/// Reciprocal of the quantile of a bin's samples that is its floor: a third, since echoes fill up to two thirds
-/// of the angles at the range of a wall or a strong riser.
+/// Reciprocal of the quantile of a range bin's samples that is its noise floor: a third, since echoes fill up
+/// to two thirds of the angles at the range of a wall or a strong riser.
 const SHARE: usize = 3;
-/// Number of the smallest samples of a bin that are kept; its floor is among them.
+/// Number of the smallest samples of a range bin that are kept; its noise floor is among them.
 const LEAST: usize = MAX_SAMPLES / SHARE + 1;
-/// Number of samples from which one more moves their median by less than a decibel.
+/// Number of sampled rows from which one more moves the median of all samples by less than a decibel.
 const SETTLED: usize = MAX_SAMPLES / 2;
-/// Half a map unit in the unit of a level, for rounding.
+/// Half a map unit (1/8 octave) in units of a filtered level (1/128 octave), for rounding.
 const HALF_CELL: u16 = 1 << (UNITS_PER_CELL_BITS - 1);
 
-/// Samples of the filtered map at evenly spaced rows, map units. They are sorted during the scan, because time
-/// is short after the last row. Only every second bin is sampled: neighbouring bins share most of their echo.
+/// Sampled levels of the filtered map at evenly spaced rows, without the filter's gain, map units (1/8 octave).
+/// They are sorted during the scan, because time is short after the last row. Only every second bin is sampled:
+/// neighbouring bins share most of their echo.
 #[derive(Debug)]
 pub struct NoiseSamples {
-    /// Smallest samples of each pair of bins, in ascending order.
+    /// Entry k: smallest samples of range bin 2k, which stand also for bin 2k + 1, ascending, map units.
     least: [[u8; LEAST]; MAX_BINS / 2],
-    /// Histogram of all samples, by map units.
+    /// Number of samples of all bins and rows by their level: index k counts those of k map units.
     histogram: [u16; 1 << u8::BITS],
     count: usize,
 }
@@ -45,7 +46,8 @@ impl NoiseSamples {
         self.count = 0;
     }
 
-    /// Adds a row's levels minus the filter's `gain`.
+    /// Adds a row's `levels` minus the filter's `gain`, both in 1/128 octave; no more than [`MAX_SAMPLES`]
+    /// rows.
     pub fn add(&mut self, levels: &[u16], gain: u16) {
         if self.count == MAX_SAMPLES {
             return;
@@ -65,19 +67,20 @@ impl NoiseSamples {
         self.count += 1;
     }
 
-    /// Returns whether there are enough samples for a stable median.
+    /// Returns whether enough rows have been sampled for a stable median.
     pub fn settled(&self) -> bool {
         self.count >= SETTLED
     }
 
-    /// Returns the lower third of the sampled levels in range bin `bin`, map units.
+    /// Returns the noise floor of range bin `bin`, the lower third of its sampled levels, map units; 0 without
+    /// samples.
     pub fn floor(&self, bin: usize) -> u8 {
         let least = self.least.get(bin / 2).filter(|_| self.count > 0);
         let floor = least.and_then(|least| least.get(self.count / SHARE));
         floor.copied().unwrap_or(0)
     }
 
-    /// Returns the median of all samples, interpolated within its map unit; `None` without samples.
+    /// Returns the median of all sampled levels, map units, interpolated within a unit; `None` without samples.
     pub fn median(&self) -> Option<f32> {
         let total: u32 = self.histogram.iter().map(|&n| u32::from(n)).sum();
         let half = total as f32 * 0.5;

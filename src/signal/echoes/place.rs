@@ -12,12 +12,12 @@ use crate::math;
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::track::{RowPose, Track};
 
-/// Motion of the chair during a scan.
+/// Motion of the chair during a scan, by which its echoes are compensated.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionCompensation<'a> {
     /// Time of each row, and position of the chair at that time.
     pub track: &'a Track,
-    /// Steady forward speed that replaces the track's travel, m/s.
+    /// Steady forward speed that replaces the track's travel, m/s; `None` where the track's travel applies.
     pub steady_speed: Option<f32>,
     /// Range-Doppler coupling: metres by which a scatterer appears nearer, per m/s of approach. It is carrier
     /// times duration over bandwidth of the chirp, seconds.
@@ -25,12 +25,13 @@ pub struct MotionCompensation<'a> {
 }
 
 impl<'a> MotionCompensation<'a> {
-    /// Returns the motion of a chair whose motion input is good.
+    /// Returns the motion of the chair by its motion input; `None` if that was not good during the scan.
     pub fn of(drive: &Drive<'a>, radar: &RadarConfig) -> Option<Self> {
         Some(Self::along(drive.known()?, drive, radar))
     }
 
-    /// Returns the motion along a track.
+    /// Returns the motion along `track`, whether or not the motion input is good; `drive` gives the chirp's
+    /// duration.
     pub fn along(track: &'a Track, drive: &Drive<'a>, radar: &RadarConfig) -> Self {
         let ratio = radar.carrier_khz as f32 / radar.bandwidth_khz.max(1) as f32;
         Self {
@@ -61,12 +62,12 @@ impl<'a> MotionCompensation<'a> {
         }
     }
 
-    /// Returns time and position at row `row`.
+    /// Returns the time of row `row`, which may be fractional, and the chair's travel and pitch at that time.
     pub fn at(&self, row: f32) -> RowPose {
         self.with_steady_speed(self.track.at(row))
     }
 
-    /// Returns time and position at the last row.
+    /// Returns the time of the last row, and the chair's travel and pitch at that time.
     pub fn end(&self) -> RowPose {
         self.with_steady_speed(self.track.end())
     }
@@ -81,12 +82,13 @@ impl<'a> MotionCompensation<'a> {
         }
     }
 
-    /// Returns the forward speed around `row`, m/s.
+    /// Returns the chair's forward speed around row `row`, m/s.
     pub fn speed(&self, row: f32) -> f32 {
         self.steady_speed.unwrap_or_else(|| self.track.speed(row))
     }
 
-    /// Moves an echo to where it lies as seen from the mirror at the last row.
+    /// Changes range, angle and position of `echo` to those of its scatterer as seen from the mirror at the
+    /// last row.
     pub fn compensate(&self, echo: &mut Echo, map: &PolarMap) {
         let geometry = map.geometry();
         let row = row_of(echo, map);
@@ -104,7 +106,7 @@ impl<'a> MotionCompensation<'a> {
     }
 }
 
-/// Returns the forward component of the unit vector along a line of sight.
+/// Returns the forward component of the unit vector from the mirror along beam angle `angle_rad`.
 pub fn forward(geometry: &Geometry, angle_rad: f32) -> f32 {
     geometry.point(1.0, angle_rad).0
 }

@@ -7,7 +7,7 @@ use crate::config::Config;
 use crate::drive::Drive;
 use std::vec::Vec;
 
-/// Noise of the synthetic maps, map units.
+/// Level of the mean noise power in the synthetic maps, map units.
 const NOISE: u8 = 80;
 
 /// Returns a map of `config` whose cells are `cell(row, bin)`.
@@ -25,7 +25,7 @@ pub fn map(config: &Config, cell: impl Fn(usize, usize) -> u8) -> Box<PolarMap> 
     map
 }
 
-/// Returns exponential noise in map units, always the same for the same cell.
+/// Returns the power of exponentially distributed noise of mean 1, always the same for the same cell and seed.
 pub fn noise(row: usize, bin: usize, seed: u64) -> f64 {
     let mut h = (row as u64 * 1009 + bin as u64 + 1) ^ seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     for _ in 0..3 {

@@ -8,13 +8,13 @@ use crate::math;
 pub struct Geometry {
     /// Range of the first stored bin from the mirror's centre, metres.
     pub first_range_m: f32,
-    /// Range difference between bins, metres.
+    /// Range difference between neighbouring stored bins, metres.
     pub bin_m: f32,
     /// Height of the mirror centre above the ground, metres.
     pub mount_height_m: f32,
-    /// Difference between scheduled angles, radians.
+    /// Scheduled angle between neighbouring rows, radians.
     pub step_rad: f32,
-    /// Two-sided 3 dB beamwidth, radians.
+    /// Full width of the beam between its one-way 3 dB points, radians.
     pub beamwidth_rad: f32,
     /// Plane in which the mirror turns the beam.
     pub plane: Plane,

@@ -38,17 +38,18 @@ pub const DB_PER_UNIT: f32 = 0.376_287_5;
 /// One row of the map while it is being filled.
 #[derive(Debug)]
 pub struct Row<'a> {
-    /// Logarithmic power, one byte per stored bin, map units.
+    /// Logarithmic power, one byte per stored bin, map units of 1/8 octave.
     pub cells: &'a mut [u8],
-    /// Detections, bit `b % 32` of word `b / 32` for stored bin `b`.
+    /// CA-CFAR detections: bit `b % 32` of word `b / 32` is set if stored bin `b` is one.
     pub mask: &'a mut [u32],
 }
 
-/// Polar map of a whole scan.
+/// Polar map of a whole scan: level and CA-CFAR detection of each row and range bin.
 #[derive(Clone, Debug)]
 pub struct PolarMap {
     cells: [u8; MAX_CELLS],
-    /// Bit k for cell k, so that rows of any length leave no gap.
+    /// CA-CFAR detections: bit `k % 32` of word `k / 32` for cell k = row · bins + bin, so that rows of any
+    /// length leave no gap.
     mask: [u32; MASK_WORDS],
     present: [u32; MAX_ROWS / 32],
     rows: usize,
@@ -110,7 +111,8 @@ impl PolarMap {
         Ok(())
     }
 
-    /// Lets `fill` write row `k`; `None` beyond the last row, without calling `fill`.
+    /// Calls `fill` to write row `k`, marks the row as received, and returns the result of `fill`; `None`
+    /// beyond the last row, without calling `fill`.
     ///
     /// ```
     /// use stairscan::config::Config;
@@ -142,7 +144,8 @@ impl PolarMap {
         Some(filled)
     }
 
-    /// Stores a row's detections between those of its neighbours.
+    /// Stores the detections of row `k` in the mask, between those of its neighbours: bit b % 32 of
+    /// `words[b / 32]` is bin b.
     fn pack(&mut self, k: usize, words: &[u32]) {
         for (first, &word) in (0..self.bins).step_by(32).zip(words) {
             let (at, shift) = self.bit(k, first);
@@ -157,13 +160,13 @@ impl PolarMap {
         }
     }
 
-    /// Returns word and bit of the mask for a cell.
+    /// Returns the index of the mask's word and of the bit in it for a cell.
     fn bit(&self, row: usize, bin: usize) -> (usize, usize) {
         let cell = row * self.bins + bin;
         (cell / 32, cell % 32)
     }
 
-    /// Returns a mask of those of the 32 bins from `bin` on that the row has.
+    /// Returns a word in which bit k is set if a row has a bin `bin` + k, for k = 0…31.
     fn bits_from(&self, bin: usize) -> u32 {
         match self.bins.saturating_sub(bin) {
             0 => 0,
@@ -172,7 +175,7 @@ impl PolarMap {
         }
     }
 
-    /// Returns the detections of the 32 bins of a row from `bin` on.
+    /// Returns the detections of 32 bins of a row: bit k is that of bin `bin` + k.
     fn detection_bits(&self, row: usize, bin: usize) -> u32 {
         let (at, shift) = self.bit(row, bin);
         let words = self.mask.get(at..).and_then(|m| m.first_chunk());
@@ -213,7 +216,7 @@ impl PolarMap {
         self.row(row).get(bin).copied().unwrap_or(0)
     }
 
-    /// Returns the cells from `bin` of row `row` on, row after row; `None` beyond the last.
+    /// Returns the cells from `bin` of row `row` to the end of the map, row after row; `None` beyond the last.
     pub fn from(&self, row: usize, bin: usize) -> Option<&[u8]> {
         let (first, end) = (row * self.bins + bin, self.rows * self.bins);
         self.cells.get(first..end)
@@ -224,7 +227,7 @@ impl PolarMap {
         self.detection_bits(row, bin) & 1 != 0
     }
 
-    /// Returns in how many of `rows` there is a detection at `bin` or beside it.
+    /// Returns the number of rows among `rows` that have a detection at bin `bin` or beside it.
     pub fn rows_detected(&self, rows: core::ops::Range<usize>, bin: usize) -> usize {
         let (first, beside) = (bin.saturating_sub(1), if bin == 0 { 0b011 } else { 0b111 });
         rows.filter(|&row| self.detection_bits(row, first) & beside != 0)
@@ -256,7 +259,8 @@ impl PolarMap {
         })
     }
 
-    /// Returns the words of the mask from row `k`'s first cell on.
+    /// Returns the mask's words from row `k` on, shifted so that bit 0 of the first word is the row's first
+    /// cell.
     fn words_of(&self, k: usize) -> impl Iterator<Item = u32> {
         let (at, shift) = self.bit(k, 0);
         let words = self.mask.get(at..).unwrap_or(&[]).windows(2);
@@ -274,7 +278,7 @@ impl PolarMap {
             .is_some_and(|word| word & (1 << (k % 32)) != 0)
     }
 
-    /// Returns the beam angle of row `k` at its microstep, radians.
+    /// Returns the beam angle of row `k`, radians: that of the motor's microstep at which the row is observed.
     pub fn angle_rad(&self, k: usize) -> f32 {
         self.schedule.row_angle_rad(k as u16)
     }

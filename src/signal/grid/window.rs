@@ -11,8 +11,8 @@ const LEAKAGE_BINS: f32 = 4.0;
 /// lobe of an echo at range zero.
 const WRAP_BINS: f32 = 5.0;
 
-/// Minimum range of a map from the mirror, metres, unless the range axis ends before: twice the minimum horizon
-/// of an `ok`.
+/// Minimum range to which a map must extend, metres from the mirror, unless the range axis ends before: twice
+/// the minimum horizon of an `ok`.
 const MIN_RANGE_M: f32 = 2.0;
 
 /// Range bins that the map keeps: from beyond the mirror's own echo to the wrap-around from negative
@@ -26,7 +26,8 @@ pub struct BinWindow {
 }
 
 impl BinWindow {
-    /// Returns the bins for a radar behind a mirror, or (offset 0) without one.
+    /// Returns the range bins that are kept for a radar behind a mirror, or for one without a mirror (offset
+    /// 0).
     pub fn new(radar: &RadarConfig, mount: &MountConfig, cfar: &CfarConfig) -> Self {
         let spacing = radar.bin_spacing_m();
         let native = radar.range_resolution_m();
@@ -42,8 +43,8 @@ impl BinWindow {
         }
     }
 
-    /// Returns the bins for a scan: if the map cannot hold as many bins in each row, the farthest are left out,
-    /// but none within 2 m of the mirror.
+    /// Returns the range bins that the map of a scan keeps: if the map cannot hold as many bins in each row,
+    /// the farthest are left out, but none within 2 m of the mirror.
     pub fn of_scan(config: &Config) -> Self {
         let whole = Self::new(&config.radar, &config.mount, &config.cfar);
         let rows = usize::from(config.sweep.angle_count).max(1);

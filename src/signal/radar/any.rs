@@ -26,8 +26,8 @@ enum Protocol {
     Bgt60(Bgt60),
 }
 
-/// Returns the times of a row of `samples` for a module with the requested settings: [`RadarModule::row_times`]
-/// before it has answered.
+/// Returns the times of trigger, chirp and answer of a row of `samples` samples, as expected from the requested
+/// settings before the module has answered; `None` if the mirror must stop for each chirp.
 pub fn row_times(requested: &RequestedSettings, samples: u16) -> Option<RowTimes> {
     match requested.kind {
         ModuleKind::Pstr => {

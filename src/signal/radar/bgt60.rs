@@ -47,42 +47,43 @@ const RESET_US: u32 = 10_000;
 const POLL_US: u32 = 50;
 /// Maximum number of FIFO words per transfer: 52 bytes with the command, 20 µs at 21 MHz.
 const BURST_WORDS: usize = 16;
-/// Time per transfer, microseconds: the transfer, its command and the scanner's loop around it.
+/// Time to read up to [`BURST_WORDS`] words from the FIFO, microseconds: the transfer, its command and the
+/// scanner's loop around it.
 const PIECE_US: u32 = 40;
-/// Length of a command, bytes.
+/// Length of an SPI command, bytes.
 const COMMAND: usize = 4;
 const WORD: usize = 3;
 /// Command of a burst from the FIFO, without the number of words (section 5.7). It is bounded, so that the chip
 /// removes no word from the FIFO that is not read.
 const BURST: u32 = 0x7f << 25 | 1 << 24 | 0x60 << 17;
 
-/// Stage of the present request.
+/// Stage of the present request to the chip, a set-up or a chirp.
 #[derive(Clone, Copy, Debug)]
 enum ChipStage {
-    /// None.
+    /// No request.
     Idle,
-    /// Waiting for the end of the reset.
+    /// Waiting for the end of the chip's reset.
     Resetting,
-    /// Writing registers; number of those written.
+    /// Writing registers; number of registers written so far.
     Writing(u8),
     /// Waiting for the chirp in the FIFO.
     Sampling,
-    /// Reading the chirp; number of words read.
+    /// Reading the chirp from the FIFO; number of words read so far.
     Reading(u16),
     /// The last request failed.
     Failed(LinkError),
 }
 
-/// Driver of the chip without its port.
+/// Driver of the BGT60TR13C. Each call is given the SPI port.
 #[derive(Debug)]
 pub struct Bgt60 {
     stage: ChipStage,
     shape: ChirpShape,
-    /// Time before which the chip is not accessed.
+    /// Time before which the chip is not accessed again.
     next_poll: Micros,
-    /// Deadline of the answer.
+    /// Deadline of the present request.
     until: Micros,
-    /// FSTAT before the chirp.
+    /// FIFO status (register FSTAT) before the chirp: its error bits are ignored afterwards.
     stale: u32,
 }
 
@@ -93,7 +94,7 @@ impl Default for Bgt60 {
 }
 
 impl Bgt60 {
-    /// Creates a driver without a request.
+    /// Creates a driver without a pending request.
     pub const fn new() -> Self {
         Self {
             stage: ChipStage::Idle,
@@ -121,7 +122,7 @@ impl Bgt60 {
         };
     }
 
-    /// Continues the set-up, one register per call. Returns the settings when all registers read back
+    /// Continues the set-up, one register per call. Returns the radar settings when all registers read back
     /// correctly.
     pub fn settings(
         &mut self,
@@ -153,7 +154,7 @@ impl Bgt60 {
         Poll::Ready(outcome)
     }
 
-    /// Empties the FIFO and starts a frame.
+    /// Empties the FIFO and starts a frame of one chirp.
     pub fn trigger(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -172,7 +173,7 @@ impl Bgt60 {
         };
     }
 
-    /// Returns the times of a row with the present settings.
+    /// Returns the times of trigger, chirp and answer of a row with the present settings.
     pub fn row_times(&self) -> RowTimes {
         let shape = &self.shape;
         RowTimes {
@@ -184,7 +185,7 @@ impl Bgt60 {
         }
     }
 
-    /// Returns the times of a row with the requested settings.
+    /// Returns the times of trigger, chirp and answer of a row with the requested settings.
     pub fn times(requested: &RequestedSettings) -> RowTimes {
         let shape = ChirpShape::of(requested.bandwidth_khz, requested.samples);
         Self {
@@ -200,7 +201,7 @@ impl Bgt60 {
         !matches!(self.stage, ChipStage::Sampling)
     }
 
-    /// Checks whether the chirp is complete, and reads it in pieces.
+    /// Checks whether the chirp is complete, and reads it into `samples`, one piece per call.
     pub fn poll(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -225,8 +226,9 @@ impl Bgt60 {
         Poll::Ready(complete)
     }
 
-    /// Checks whether all samples are in the FIFO, by its threshold: the fill level must not be read while it
-    /// changes (section 4.23).
+    /// Checks by the FIFO's threshold whether all samples are there, from when on they are read; returns false,
+    /// because none has been read yet. The fill level is not used: it must not be read while it changes
+    /// (section 4.23).
     fn look_at_fifo(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -244,8 +246,9 @@ impl Bgt60 {
         Ok(false)
     }
 
-    /// Returns FSTAT; an error if a transfer failed since the frame began. Earlier error bits are ignored: the
-    /// data sheet contradicts itself on whether a FIFO reset clears them (sections 5.8 and 5.10).
+    /// Returns the FIFO status (register FSTAT); an error if a transfer failed since the frame began. Earlier
+    /// error bits are ignored: the data sheet contradicts itself on whether a FIFO reset clears them (sections
+    /// 5.8 and 5.10).
     fn state(&self, spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
         let state = read(spi, FSTAT)?;
         match state & !self.stale & (CLOCK_ERROR | BURST_ERROR) {
@@ -254,7 +257,8 @@ impl Bgt60 {
         }
     }
 
-    /// Reads the next words of the chirp. Returns whether it was the last piece.
+    /// Reads the next words of the chirp into `samples`, of which `done` are complete. Returns whether it was
+    /// the last piece.
     fn read_piece(
         &mut self,
         spi: &mut impl SpiDevice<u8>,
@@ -292,7 +296,7 @@ fn read(spi: &mut impl SpiDevice<u8>, address: u8) -> Result<u32, LinkError> {
     Ok(u32::from_be_bytes(bytes) & 0xff_ffff)
 }
 
-/// Writes a register and checks that it reads back correctly.
+/// Writes a register of 24 bits and checks that it reads back correctly.
 fn set(spi: &mut impl SpiDevice<u8>, (address, value): (u8, u32)) -> Result<(), LinkError> {
     write(spi, address, value)?;
     match (read(spi, address)? ^ value) & chip::readback_mask(address) {
@@ -311,7 +315,7 @@ fn identify_and_reset(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Resul
     write(spi, MAIN, MAIN_AT_REST | SW_RESET)
 }
 
-/// Starts a frame with an empty FIFO. Returns FSTAT before it.
+/// Starts a frame with an empty FIFO. Returns the FIFO status (register FSTAT) before it.
 fn start(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
     // This also resets the state machine, without which no second frame would start (section 3.1).
     write(spi, MAIN, MAIN_AT_REST | FIFO_RESET)?;
@@ -322,7 +326,8 @@ fn start(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
     Ok(state)
 }
 
-/// Reads as many words as `piece` has samples, at most [`BURST_WORDS`]. Returns the last word.
+/// Reads one FIFO word for each pair of real samples in `piece`, at most [`BURST_WORDS`]. Returns the last
+/// word.
 fn burst(spi: &mut impl SpiDevice<u8>, piece: &mut [Iq]) -> Result<u32, LinkError> {
     let mut bytes = [0; COMMAND + WORD * BURST_WORDS];
     let count = piece.len().min(BURST_WORDS);
@@ -346,8 +351,9 @@ fn burst(spi: &mut impl SpiDevice<u8>, piece: &mut [Iq]) -> Result<u32, LinkErro
     Ok(last)
 }
 
-/// Converts a 12-bit code about 2048 to a sample, left-aligned in 16 bits. The ends of the converter's range
-/// become full scale, by which saturation is detected; the chip may give its lower end as 1 (section 5.1).
+/// Converts a 12-bit code, in which 2048 is zero, to a signed sample, left-aligned in 16 bits. The ends of the
+/// converter's range become full scale, by which saturation is detected; the chip may give its lower end as 1
+/// (section 5.1).
 fn sample_of(code: u32) -> i16 {
     match code {
         0 | 1 => i16::MIN,

@@ -39,9 +39,9 @@ use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig};
 use crate::crc;
 
-/// Version of the format.
+/// Version of the frame format, which every frame contains.
 pub const VERSION: u8 = 1;
-/// Maximum length of a payload, bytes: 256 samples.
+/// Maximum length of a frame's payload, bytes: 256 samples.
 pub const MAX_PAYLOAD: usize = 4 * MAX_SAMPLES;
 /// Maximum length of a frame, bytes.
 pub const MAX_FRAME: usize = HEADER + MAX_PAYLOAD + TRAILER;
@@ -89,15 +89,15 @@ impl FrameKind {
 /// A complete frame with a correct CRC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Kind.
+    /// Kind of the frame.
     pub kind: FrameKind,
-    /// Sequence number.
+    /// Sequence number, in an answer that of the request.
     pub sequence: u16,
-    /// Payload.
+    /// Payload, without header and CRC.
     pub payload: &'a [u8],
 }
 
-/// Assembles a frame in `out`, which is cleared first. A payload that does not fit is truncated; the receiver
+/// Assembles a frame in `out`, which is cleared first. A payload that does not fit is left out; the receiver
 /// then detects an error.
 pub fn encode<const N: usize>(
     kind: FrameKind,
@@ -119,7 +119,7 @@ pub fn encode<const N: usize>(
 /// Optional abilities of a module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ability {
-    /// Maximum rate of the wire, Mbaud.
+    /// Maximum rate of the serial wire, Mbaud.
     pub fastest: u8,
     /// Whether it can capture a chirp while it sends the one before.
     pub ahead: bool,
@@ -127,13 +127,14 @@ pub struct Ability {
     pub pin: bool,
 }
 
-/// Bits of the settings' last byte.
+/// Bits of the abilities, the last byte of a settings frame: real samples (`REAL`), a chirp can be captured
+/// while the one before is sent (`AHEAD`), chirps begin at the edge of TRIG (`PIN`).
 const REAL: u8 = 1;
 const AHEAD: u8 = 2;
 const PIN: u8 = 4;
 
 impl Ability {
-    /// No optional ability.
+    /// Abilities of a module without any option: 1 Mbaud, no chirp ahead, no TRIG pin.
     pub const NONE: Self = Self {
         fastest: 1,
         ahead: false,
@@ -190,7 +191,7 @@ pub fn parse_chirp(payload: &[u8], samples: &mut [Iq]) -> bool {
     true
 }
 
-/// Result of one byte.
+/// State of a [`Decoder`] after a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The frame is not complete.
@@ -221,7 +222,8 @@ impl Decoder {
         self.total = 0;
     }
 
-    /// Takes one byte. After an error the decoder waits for the next beginning of a frame.
+    /// Takes one byte, and returns whether it completes a frame. After an error the decoder waits for the next
+    /// beginning of a frame.
     pub fn push(&mut self, byte: u8) -> Result<Progress, FrameError> {
         if self.total != 0 && self.bytes.len() >= self.total {
             self.reset();
@@ -284,7 +286,7 @@ impl Decoder {
         }
     }
 
-    /// Returns the frame that the last byte completed.
+    /// Returns the frame that the last byte completed; `None` if it completed none.
     pub fn frame(&self) -> Option<Frame<'_>> {
         if self.total == 0 || self.bytes.len() != self.total {
             return None;

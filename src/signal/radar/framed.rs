@@ -1,4 +1,4 @@
-//! Module with this project's frames and its own port.
+//! Radar module with this project's binary frames and a serial port of its own.
 
 use core::task::Poll;
 
@@ -10,7 +10,7 @@ use crate::signal::radar::module::{LinkError, RadarModule, RequestedSettings};
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
-/// [`Frames`] with their own port.
+/// Radar module with this project's binary frames: the protocol ([`Frames`]) and its serial port.
 #[derive(Debug)]
 pub struct FrameLink<P> {
     pub(in crate::signal::radar) port: P,

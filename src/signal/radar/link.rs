@@ -44,10 +44,10 @@ const BREAKS: u8 = 2;
 /// Number of scans after which a failed rate is requested again: some minutes.
 const RETRY_SCANS: u8 = 200;
 
-/// Pending answer of [`Frames::settings`].
+/// Answer of the module that [`Frames::settings`] waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SettingsStage {
-    /// Settings of the module.
+    /// Settings of the module at the present rate.
     Asked,
     /// Confirmation of another rate, Mbaud.
     Raising(u8),
@@ -55,7 +55,7 @@ enum SettingsStage {
     Checking,
 }
 
-/// Protocol without its port.
+/// Protocol of a radar module with this project's binary frames. Each call is given the serial port.
 #[derive(Debug)]
 pub struct Frames {
     decoder: Decoder,
@@ -74,7 +74,7 @@ pub struct Frames {
     /// Whether the module may be at another rate than the scanner: one of them was reset.
     unsure: bool,
     stage: SettingsStage,
-    /// Deadline of the settings.
+    /// Deadline of the request for the module's settings.
     until: Micros,
     requested: RequestedSettings,
     /// Settings and abilities of the module.
@@ -130,7 +130,7 @@ impl Frames {
         self.request = Some(self.begin(port, now, kinds, payload, timeout_us));
     }
 
-    /// Begins to send a request with a new sequence number.
+    /// Begins to send a request with a new sequence number. Returns it as one whose answer is pending.
     fn begin(
         &mut self,
         port: &mut impl BytePort,
@@ -151,14 +151,15 @@ impl Frames {
         }
     }
 
-    /// Ends the pending request; the next one becomes pending.
+    /// Ends the pending request with `result`, which it returns; the request sent ahead, if any, becomes
+    /// pending.
     fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
         self.failures = self.failures.saturating_add(u16::from(result.is_err()));
         self.request = self.ahead.take();
         Poll::Ready(result)
     }
 
-    /// Passes as much of the request to the port as it takes.
+    /// Passes to the port as much of the request as the port takes.
     fn pump(&mut self, port: &mut impl BytePort, now: Micros) {
         while self.breaks > 0 {
             if port.write(&[0]) == 0 {
@@ -177,7 +178,7 @@ impl Frames {
         }
     }
 
-    /// Reads until there is an answer, an error or no byte left, or [`MAX_READ`] bytes have been read.
+    /// Reads bytes until there is an answer, an error or no byte left, or [`MAX_READ`] bytes have been read.
     fn answer(&mut self, port: &mut impl BytePort, now: Micros) -> Poll<Result<(), LinkError>> {
         self.pump(port, now);
         let Some(request) = self.request else {
@@ -225,7 +226,7 @@ impl Frames {
         }))
     }
 
-    /// Returns the result of the decoded frame for `request`; `None` if it answers another request.
+    /// Returns the result that the decoded frame means for `request`; `None` if it answers another request.
     fn judge(&self, request: &Request) -> Option<Result<(), LinkError>> {
         let Frame {
             kind,
@@ -257,21 +258,22 @@ impl Frames {
         self.rate = rate;
     }
 
-    /// Returns both ends to 1 Mbaud, whatever the module's rate is.
+    /// Sets both ends of the wire back to 1 Mbaud, whatever the module's rate is.
     #[inline(never)]
     fn fall_back(&mut self, port: &mut impl BytePort) {
         self.set_rate(port, 1);
         self.breaks = BREAKS;
     }
 
-    /// Returns both ends to 1 Mbaud after a failure at `rate`: for some time only lower rates are requested.
+    /// Sets both ends of the wire back to 1 Mbaud after a failure at `rate` Mbaud: for some time only lower
+    /// rates are requested.
     fn give_up(&mut self, port: &mut impl BytePort, rate: u8) {
         self.max_rate = rate.max(2) - 1;
         self.retry_scans = RETRY_SCANS;
         self.fall_back(port);
     }
 
-    /// Requests the settings, with other values if any are configured.
+    /// Requests the module's settings, and sets it to other values first if any are configured.
     fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
         let payload = frame::requested_payload(&self.requested);
         let (kind, payload) = match self.requested.is_of_module() {
@@ -446,7 +448,7 @@ impl Frames {
         self.by_pin() || self.handed_over()
     }
 
-    /// Returns the wire's properties by the present module and settings.
+    /// Returns rate and abilities of the serial wire with the present module and settings.
     pub fn wire(&self) -> Wire {
         Wire {
             baud: u32::from(self.rate) * LINK_BAUD,

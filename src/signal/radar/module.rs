@@ -21,14 +21,14 @@ pub enum FrameError {
     Crc,
 }
 
-/// Reason why there is no valid answer.
+/// Reason why there is no valid answer of the radar module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkError {
     /// No answer before the deadline.
     Timeout,
     /// The answer was damaged, or is of another version of the protocol.
     Frame(FrameError),
-    /// Only answers to other requests arrived before the deadline: late or repeated ones.
+    /// Only answers to other requests of the scanner arrived before the deadline: late or repeated ones.
     Sequence,
     /// The answer has the wrong kind or length.
     Answer,
@@ -36,7 +36,7 @@ pub enum LinkError {
     Module(u8),
 }
 
-/// Radar module of the scanner.
+/// Kind of radar module, by its protocol.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ModuleKind {
     /// A module with this project's frames ([`super::frame`]).
@@ -83,7 +83,7 @@ settings! {
 }
 
 impl RequestedSettings {
-    /// Returns whether any setting of the module itself is requested.
+    /// Returns whether any setting of the module itself is requested, not only of the wire.
     pub fn is_of_module(&self) -> bool {
         self.bandwidth_khz != 0 || self.samples != 0 || self.pin
     }
@@ -98,7 +98,8 @@ pub trait RadarModule {
     fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32);
     /// Returns the answer to [`RadarModule::program`]: the module's present settings.
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
-    /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001°).
+    /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001°); its answer is due within
+    /// `timeout_us`.
     fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32);
     /// Receives the answer to [`RadarModule::trigger`]: exactly as many samples as `samples` holds.
     fn poll(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
@@ -111,8 +112,8 @@ pub trait RadarModule {
     fn sent(&self) -> bool {
         true
     }
-    /// Returns the times of a row of `samples` whose chirp is triggered while the mirror turns; `None` if the
-    /// mirror must stop for each chirp.
+    /// Returns the times of trigger, chirp and answer of a row of `_samples` samples whose chirp is triggered
+    /// while the mirror turns; `None` if the mirror must stop for each chirp.
     fn row_times(&self, _samples: u16) -> Option<RowTimes> {
         None
     }

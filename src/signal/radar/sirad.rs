@@ -30,16 +30,16 @@ pub use reader::{Reader, ReaderEvent};
 /// Time without a frame that shows that the module does not trigger itself, microseconds: its maximum pause is
 /// 128 ms, and a measurement takes some 16 ms.
 const ALONE_US: u32 = 160_000;
-/// Centre of the chip's band, kHz.
+/// Centre of the chip's band, kHz, which is taken as the carrier.
 const CARRIER_KHZ: u32 = 122_500_000;
-/// Duration of the ramp beyond the sampled part, in half samples. Measured (`docs/modules.md`).
+/// Duration of the ramp beyond the sampled part, in half sample intervals. Measured (`docs/modules.md`).
 const UNSAMPLED_HALVES: u32 = 75;
 /// Factor from 12-bit samples to full scale.
 const SCALE: i16 = 16;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum SiRadStage {
-    /// No answer is pending.
+    /// No request is pending.
     #[default]
     Idle,
     /// The answer to [`command::INFO`] is pending; everything before it belongs to earlier requests.
@@ -50,7 +50,7 @@ enum SiRadStage {
     Alone,
 }
 
-/// SiRad module without its port.
+/// Protocol of a SiRad module. Each call is given the serial port.
 #[derive(Debug)]
 pub struct SiRad {
     reader: Reader,
@@ -60,15 +60,15 @@ pub struct SiRad {
     deadline: Micros,
     /// Whether the last request failed, so that answers to it may still arrive.
     resync_needed: bool,
-    /// The port's count of damaged bytes at the time of the trigger.
+    /// The port's count of damaged bytes at the time of the trigger, to detect those of the answer.
     errors: u16,
     /// Counter of the last accepted raw frame.
     counter: Option<u16>,
     /// Bandwidth that was requested, or that the module reported, kHz.
     bandwidth_khz: u32,
-    /// Number of values of the first measurement's raw frame.
+    /// Number of values (I and Q counted separately) of the raw frame that the first measurement gave.
     count: u16,
-    /// Time of that frame's end.
+    /// Time at which the raw frame of the first measurement ended.
     frame_end: Micros,
 }
 
@@ -192,7 +192,7 @@ impl SiRad {
         self.pump(port);
     }
 
-    /// Passes as much of the output to the port as it takes.
+    /// Passes to the port as much of the output as the port takes.
     fn pump(&mut self, port: &mut impl BytePort) {
         let rest = self.out.get(self.sent..).unwrap_or(&[]);
         if !rest.is_empty() {
@@ -243,7 +243,8 @@ impl SiRad {
         Poll::Ready(result)
     }
 
-    /// Processes an event after the trigger.
+    /// Processes an event of the received bytes after the trigger. Returns the result that ends the request;
+    /// `None` while it is pending.
     fn take(
         &mut self,
         port: &impl BytePort,
@@ -281,7 +282,8 @@ impl SiRad {
         }
     }
 
-    /// Processes a complete raw frame.
+    /// Processes the end of a raw frame of `count` values. Returns the result that ends the request; `None` if
+    /// it stays pending.
     fn raw(
         &mut self,
         port: &impl BytePort,
@@ -306,7 +308,8 @@ impl SiRad {
         }
     }
 
-    /// Returns the settings by the first measurement.
+    /// Returns the radar settings that the first measurement shows: the number of its samples, and the
+    /// bandwidth between the first one and the last.
     fn measured_settings(&self) -> Result<RadarConfig, LinkError> {
         let samples = self.count / 2;
         if !self.count.is_multiple_of(2) || !SAMPLES.contains(&samples) || self.bandwidth_khz == 0 {
@@ -331,8 +334,8 @@ impl Default for SiRad {
     }
 }
 
-/// Writes value `at` of a raw frame into its sample. The module's beat signal has the opposite sense of
-/// rotation: I and Q are exchanged so that a greater range is a higher frequency.
+/// Writes value `at` of a raw frame (I, Q, I, Q …) into its sample. The module's beat signal has the opposite
+/// sense of rotation: I and Q are exchanged so that a greater range is a higher frequency.
 fn put(sample: &mut Iq, at: u16, value: i16) {
     let value = value.saturating_mul(SCALE);
     match at % 2 {

@@ -1,13 +1,13 @@
-//! Transmission times on the serial wire between scanner and module.
+//! Transmission times on the serial wire between scanner and radar module.
 
-/// Initial rate of every module, baud: both clocks of the board divide to it exactly.
+/// Initial rate of the wire with every module, baud: both clocks of the board divide to it exactly.
 pub const LINK_BAUD: u32 = 1_000_000;
 /// Length of a frame's header, bytes.
 pub const HEADER: usize = 8;
-/// Length of a frame's CRC after the payload, bytes.
+/// Length of the CRC that ends a frame, bytes.
 pub const TRAILER: usize = 4;
 
-/// Bits of a byte on the wire: start, eight data bits, stop.
+/// Number of bits of a byte on the serial wire: start, eight data bits, stop.
 const BITS: u32 = 10;
 /// Length of a trigger frame, bytes.
 const TRIGGER: u32 = (HEADER + 4 + TRAILER) as u32;
@@ -20,7 +20,8 @@ pub const SLACK_US: u32 = 100;
 pub struct RowTimes {
     /// Time from the call of trigger to the start of the chirp.
     pub trigger_us: u32,
-    /// Part of `trigger_us` that may remain when the port has taken the whole trigger.
+    /// Part of `trigger_us` that may remain when the port has taken the whole trigger, because it still holds
+    /// bytes.
     pub held_us: u32,
     /// Duration of the chirp if the module knows it; `None`: the configured duration applies.
     pub chirp_us: Option<u32>,
@@ -34,7 +35,7 @@ pub struct RowTimes {
 /// sent and the next.
 const HELD: u32 = 2;
 
-/// Serial wire between scanner and module.
+/// Serial wire between scanner and radar module: rate and abilities, which give the times of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
     /// Rate, baud.
@@ -56,7 +57,7 @@ impl Default for Wire {
 }
 
 impl Wire {
-    /// Returns the time of `bytes` bytes, microseconds, rounded up.
+    /// Returns the transmission time of `bytes` bytes, microseconds, rounded up.
     pub fn time_us(&self, bytes: u32) -> u32 {
         // No overflow in practice: the longest frame has 1036 bytes.
         let bits = bytes.saturating_mul(BITS);
@@ -64,17 +65,18 @@ impl Wire {
         bits.saturating_mul(1000).div_ceil(baud)
     }
 
-    /// Returns the time of one byte, microseconds, rounded up.
+    /// Returns the transmission time of one byte, microseconds, rounded up.
     pub fn byte_us(&self) -> u32 {
         self.time_us(1)
     }
 
-    /// Returns the time from the call of trigger until the module has received it, microseconds.
+    /// Returns the time from the call of trigger until the module has received it, microseconds; 0 if the TRIG
+    /// pin starts the chirp.
     pub fn trigger_us(&self) -> u32 {
         if self.pin { 0 } else { self.time_us(TRIGGER) }
     }
 
-    /// Returns the times of a row of `samples`.
+    /// Returns the times of trigger, chirp and answer of a row of `samples` samples.
     pub fn row_times(&self, samples: u16) -> RowTimes {
         RowTimes {
             trigger_us: self.trigger_us(),
@@ -86,7 +88,7 @@ impl Wire {
         }
     }
 
-    /// Returns the time of the answer with a chirp of `samples`, microseconds.
+    /// Returns the transmission time of the answer with a chirp of `samples` samples, microseconds.
     pub fn chirp_us(&self, samples: u16) -> u32 {
         self.time_us(4 * u32::from(samples) + (HEADER + TRAILER) as u32)
     }

@@ -26,7 +26,7 @@ use crate::signal::grid::BinWindow;
 const MAX_TRAINING: usize = 32;
 /// Maximum number of guard cells on one side.
 const MAX_GUARD: usize = 16;
-/// Number of zeros on both sides of the profile, which make bounds checks unnecessary.
+/// Number of zeros on each side of the profile, which make bounds checks unnecessary.
 const PAD: usize = MAX_GUARD + MAX_TRAINING + 1;
 /// Fractional bits of [`CellUnderTest::ratio`].
 const RATIO_BITS: u32 = 24;
@@ -34,16 +34,16 @@ const RATIO_BITS: u32 = 24;
 /// A cell under test with its training cells.
 #[derive(Clone, Copy, Debug)]
 pub struct CellUnderTest {
-    /// Power of the cell.
+    /// Power of the cell under test.
     pub power: u32,
     /// Sum of the training cells' powers.
     pub training: u64,
-    /// n / α, Q24; 0 without training cells.
+    /// Ratio n / α of the number of training cells and the threshold factor, Q24; 0 without training cells.
     pub ratio: u32,
 }
 
 impl CellUnderTest {
-    /// Returns whether the power exceeds α · training / n, without a division.
+    /// Returns whether the power exceeds the threshold α · training / n, without a division.
     #[inline(always)]
     pub fn is_hit(self) -> bool {
         u64::from(self.power) * u64::from(self.ratio) > self.training << RATIO_BITS
@@ -81,7 +81,7 @@ impl Cfar {
         }
     }
 
-    /// Sets the detector up for the bins `kept` of a profile made with `window`.
+    /// Sets the detector up for the bins `kept` of a profile that was made with `window`.
     pub fn shape(&mut self, config: &CfarConfig, kept: BinWindow, window: &Window) {
         self.guard = usize::from(config.guard).min(MAX_GUARD);
         self.training = usize::from(config.training).min(MAX_TRAINING);
@@ -105,7 +105,7 @@ impl Cfar {
         }
     }
 
-    /// Returns the cells of a profile (`power` of the kept bins), each with its training sum.
+    /// Returns each cell of a profile (`power` of the kept bins) with its training sum and ratio.
     pub fn run(&mut self, power: &[u32]) -> impl Iterator<Item = CellUnderTest> + '_ {
         self.load(power);
         let windows = Windows::new(self.guard, self.training);
@@ -155,7 +155,8 @@ impl Cfar {
         }
     }
 
-    /// Tests whole words of cells. The zeros after the last cell give no detections.
+    /// Writes the detections to `mask`, 32 cells a word, each word by `test_word`. The zeros after the last
+    /// cell give no detections.
     #[inline(always)]
     fn test(
         &self,
@@ -193,14 +194,14 @@ impl Windows {
         self.guard + self.training
     }
 
-    /// Returns the training sum of the first cell, which has no cells before it.
+    /// Returns the training sum of the profile's first cell, which has training cells on one side only.
     #[inline(always)]
     fn first_sum(self, padded: &[u32]) -> u64 {
         let behind = padded.iter().skip(PAD + self.guard + 1).take(self.training);
         behind.map(|&p| u64::from(p)).sum()
     }
 
-    /// [`Arithmetic::test_word`] for any windows.
+    /// [`Arithmetic::test_word`] for any number of guard and training cells.
     #[inline(always)]
     fn test_word<A: Arithmetic>(
         self,
@@ -225,7 +226,8 @@ impl Windows {
         part(cells, self.reach(), self)
     }
 
-    /// Returns the change of the training sum from each cell under test to the next, over such `cells`.
+    /// Returns the change of the training sum from each cell under test to the next. `cells` begins with the
+    /// first one's first training cell and ends after the last one's last.
     #[inline(always)]
     fn steps(self, cells: &[u32]) -> impl Iterator<Item = i32> {
         let leaves_first = part(cells, 0, self);
@@ -248,8 +250,8 @@ fn part(cells: &[u32], start: usize, windows: Windows) -> &[u32] {
     cells.get(start..start + tested).unwrap_or(&[])
 }
 
-/// Returns n / α for `near` + `far` training cells and false-alarm probability `wanted`; 0 without training
-/// cells.
+/// Returns n / α for n = `near` + `far` training cells on the two sides and false-alarm probability `wanted`; 0
+/// without training cells.
 fn count_over_alpha(correlation: &[f32], near: usize, far: usize, wanted: f32) -> f32 {
     if near + far == 0 {
         return 0.0;
@@ -268,8 +270,8 @@ fn count_over_alpha(correlation: &[f32], near: usize, far: usize, wanted: f32) -
     math::exp2(-0.5 * (low + high))
 }
 
-/// Returns log2 det(I + s R) of the leading `near` cells plus that of the leading `far` cells, where R is the
-/// symmetric Toeplitz matrix of `correlation`.
+/// Returns log2 det(I + s R) for the `near` training cells of one side plus that for the `far` cells of the
+/// other, where R is the symmetric Toeplitz matrix of the noise's `correlation` over the distance in cells.
 ///
 /// Levinson-Durbin recursion: the determinant is the product of the prediction errors.
 fn log2_determinants(correlation: &[f32], near: usize, far: usize, s: f32) -> f32 {
@@ -350,7 +352,7 @@ mod tests {
         }
     }
 
-    /// Returns det(I + sR) by Gaussian elimination in f64.
+    /// Returns det(I + sR) for `cells` training cells by Gaussian elimination in f64.
     fn determinant(correlation: &[f32], cells: usize, s: f64) -> f64 {
         let entry = |i: usize, j: usize| {
             let r = s * f64::from(correlation[i.abs_diff(j)]);

@@ -25,14 +25,14 @@ use crate::math::sin_cos;
 /// Maximum number of points of a transform.
 pub const MAX_POINTS: usize = 256;
 
-/// Maximum magnitude of the first stage's output.
+/// Maximum magnitude of a complex number that the first stage puts out, units of its 16-bit parts.
 pub const MAX_MAGNITUDE: i32 = 32_750;
 
 /// Twiddle factors of a stage that joins transforms of L points.
 struct Twiddles<const L: usize>;
 
 impl<const L: usize> Twiddles<L> {
-    /// W(4L)^k, W(4L)^2k, W(4L)^3k for k = 0…L-1, Q15.
+    /// Entry k: W(4L)^k, W(4L)^2k, W(4L)^3k for k = 0…L-1, with W(n) = exp(-2πi / n), Q15.
     const TABLE: [[Packed; 3]; L] = {
         let mut table = [[Packed::ZERO; 3]; L];
         let mut k = 0;
@@ -50,31 +50,33 @@ impl<const L: usize> Twiddles<L> {
     };
 }
 
-/// Returns the nearest Q15 number; 1 becomes 32767 / 32768.
+/// Returns the nearest Q15 number to `x`; 1 becomes 32767 / 32768.
 pub(super) const fn to_q15(x: f32) -> i16 {
     // The cast from float saturates.
     (32_768.0 * x + if x < 0.0 { -0.5 } else { 0.5 }) as i16
 }
 
-/// Magnitude of a block, determined while a stage writes it, without a pass of its own.
+/// Headroom of a block of numbers, determined while a stage writes them, without a pass of its own: the bits
+/// that the largest one needs.
 #[derive(Clone, Copy, Default)]
 pub struct Headroom(u32);
 
 impl Headroom {
-    /// Adds one number.
+    /// Takes one number of the block into account.
     #[inline(always)]
     pub fn see(&mut self, x: Packed) {
         self.0 |= magnitude_bits(x);
     }
 
-    /// Returns whether every part is within -8192…8191.
+    /// Returns whether the real and imaginary parts of all numbers are within -8192…8191.
     #[inline(always)]
     fn is_ample(self) -> bool {
         self.0 & 0xc000_c000 == 0
     }
 }
 
-/// Runs one radix-4 stage with the scale that the headroom requires, and adds its exponent.
+/// Runs one radix-4 stage with the scale that the headroom `seen` of its input requires, and adds the scale's
+/// exponent. Returns the headroom of the output.
 #[inline(always)]
 fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
     src: &[Packed; N],
@@ -91,7 +93,8 @@ fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
     }
 }
 
-/// Runs the last radix-4 stage with the scale that the headroom requires, and returns its exponent.
+/// Runs the last radix-4 stage with the scale that the headroom `seen` of its input requires, and returns the
+/// scale's exponent.
 #[inline(always)]
 fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
     src: &[Packed; N],
@@ -107,8 +110,8 @@ fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
     }
 }
 
-/// Runs all stages after the first. `data` contains the first stage's output (four quarters; quarter m has the
-/// bins m of four-point transforms) and is overwritten, as is `spare`.
+/// Runs all stages of a transform after the first. `data` contains the first stage's output (four quarters;
+/// quarter m has the bins m of four-point transforms) and is overwritten, as is `spare`.
 ///
 /// Returns the exponent e: the true values of the bins are 2^e times `bins`.
 pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
@@ -126,7 +129,7 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
 }
 
-/// Runs [`finish`] for a number of points that is known at run time only.
+/// Runs [`finish`], all stages after the first, for a number of points that is known at run time only.
 pub(super) fn finish_any<A: Arithmetic, B: Bin>(
     data: &mut [Packed],
     spare: &mut [Packed],
@@ -143,8 +146,8 @@ pub(super) fn finish_any<A: Arithmetic, B: Bin>(
     finish_short::<A, B>(data, spare, bins, seen)
 }
 
-/// Repeats the last stage of [`finish`] with complex bins as output: its input is still in one of the two
-/// buffers. Returns the buffer with the bins.
+/// Repeats the last stage of a transform after [`finish`], now with complex bins as output: its input is still
+/// in one of the two buffers. Returns the buffer with the bins.
 pub(super) fn last_stage_complex<'b, A: Arithmetic>(
     data: &'b mut [Packed],
     spare: &'b mut [Packed],
@@ -166,7 +169,8 @@ pub(super) fn last_stage_complex<'b, A: Arithmetic>(
 }
 
 /// Returns one bin of the transform of `points` points that [`finish`] made of `data` and `spare`: repeats the
-/// last stage for that bin, whose input is still in one of the buffers. The bin is given without the exponent.
+/// last stage for that bin, whose input is still in one of the buffers. The bin is given as `[re, im]`, without
+/// the exponent.
 pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32; 2] {
     let (last, table): (_, &[[Packed; 3]]) = match points {
         256 | 128 => (data, &Twiddles::<64>::TABLE),
@@ -202,8 +206,8 @@ pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32
     sum
 }
 
-/// Runs [`finish`] for all transforms but the longest. One copy serves all sizes, with loop counts known at run
-/// time only: shorter chirps leave enough time.
+/// Runs all stages after the first, see [`finish`], for all transforms but the longest. One copy serves all
+/// sizes, with loop counts known at run time only: shorter chirps leave enough time.
 fn finish_short<A: Arithmetic, B: Bin>(
     data: &mut [Packed],
     spare: &mut [Packed],
@@ -235,7 +239,7 @@ fn finish_short<A: Arithmetic, B: Bin>(
     exponent
 }
 
-/// Runs a last radix-2 stage, scaled by 1/2.
+/// Runs the radix-2 stage that ends a transform whose size is no power of 4, scaled by 1/2.
 ///
 /// W(2L)^k = W(4L)^2k, so the radix-4 table of the same L can be used.
 #[inline(always)]

@@ -1,10 +1,10 @@
 //! Binary logarithm of integers in 1/256 octave, by table and count-leading-zeros.
 
-/// 256 · log2(1 + k / 64), rounded, for k = 0…64.
+/// Entry k: 256 · log2(1 + k / 64), rounded, for k = 0…64.
 static MANTISSA: [u16; 65] = mantissa_table(0.0);
 
-/// 256 · log2(1 + (k + ½) / 64), rounded, for k = 0…63: the value at the middle of each interval, for a look-up
-/// without interpolation.
+/// Entry k: 256 · log2(1 + (k + ½) / 64), rounded, for k = 0…63: the value at the middle of each interval, for
+/// a look-up without interpolation.
 static MIDDLE: [u8; 64] = {
     let full = mantissa_table(0.5);
     let mut table = [0; 64];
@@ -52,19 +52,20 @@ pub fn log2_coarse(x: u32) -> i32 {
     (31 - zeros as i32) * 256 + MIDDLE.get(k).map_or(0, |&m| i32::from(m))
 }
 
-/// Cell value of a tone at the converter's full scale.
+/// Cell value of a tone at the converter's full scale, map units of 1/8 octave.
 pub const FULL_SCALE: u8 = 247;
 
-/// Number of 1/256 octaves in one map unit.
+/// Number of 1/256 octaves in one map unit of 1/8 octave.
 pub const FINE: i32 = 32;
 
-/// Rounds 1/256 octaves to a cell.
+/// Returns a logarithmic power, 1/256 octave above the map's zero, rounded to a cell's value (1/8 octave, 0 to
+/// 255).
 #[inline(always)]
 pub fn to_cell(fine: i32) -> u8 {
     ((fine + FINE / 2) >> 5).clamp(0, 255) as u8
 }
 
-/// Writes the logarithms of `power` plus `offset`, 1/256 octave, as cells.
+/// Writes the cell values of `power` to `cells`: its logarithm plus `offset` (both 1/256 octave), rounded.
 ///
 /// Not inlined: inlined, its loop is compiled for its surroundings (2,699 instructions for 231 cells become
 /// 3,566 in `bench`).
@@ -75,7 +76,7 @@ pub fn fill_cells(power: &[u32], offset: i32, cells: &mut [u8]) {
     }
 }
 
-/// Returns 256 · log2(x) of a wider number, within ±1; -256 for 0.
+/// Returns 256 · log2(x) of a 64-bit number, within ±1; -256 for 0.
 pub fn log2_wide(x: u64) -> i32 {
     let excess = 32u32.saturating_sub(x.leading_zeros());
     log2_fine((x >> excess) as u32) + 256 * excess as i32

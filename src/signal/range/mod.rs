@@ -48,7 +48,7 @@ use window::{ChirpLevels, Window};
 
 /// Half width of the window's main lobe, native range bins.
 const LOBE_BINS: f32 = 2.0;
-/// Number of bins beyond those of the mirror's echo that its main lobe may still reach.
+/// Number of bins beyond those in which the mirror's echo can peak that its main lobe may still reach.
 const NEAR_GAP_BINS: u16 = 1;
 /// Maximum level of the I/Q image of an echo at its negative frequency, as a power of two below the echo:
 /// 2^-10, -30 dB. A detection must be stronger.
@@ -59,15 +59,17 @@ const IMAGE_SHIFT: u32 = 10;
 pub struct RowStats {
     /// Number of samples whose I or Q is at full scale.
     pub saturated: u16,
-    /// Maximum distance of any I or Q from its mean; at most 1 when the converter is silent.
+    /// Maximum distance of any I or Q from its mean, units of 16-bit samples; at most 1 when the converter is
+    /// silent.
     pub swing: u16,
-    /// Means of I and Q.
+    /// Means of I and of Q.
     pub mean: Iq,
-    /// Minimum and maximum of I and Q.
+    /// Minima, then maxima, of I and of Q.
     pub extremes: [Iq; 2],
     /// Level of the mirror's own echo, map units; 0 without a mirror.
     pub mirror_echo: u8,
-    /// Offset of the mirror echo's peak from its nominal place by the mirror's offset, 1/16 bin.
+    /// Range of the mirror echo's peak minus the range expected by the mirror's offset, 1/16 bin of the
+    /// transform.
     pub mirror_place: i16,
     /// Level at the mirror's negative frequency, where an I/Q imbalance shows an image of its echo, map units.
     pub image: u8,
@@ -75,7 +77,7 @@ pub struct RowStats {
     pub self_echo: u8,
     /// Level of the strongest bin between the mirror's echo and the first kept bin, map units.
     pub before_window: u8,
-    /// Number of CA-CFAR detections.
+    /// Number of CA-CFAR detections of the row.
     pub detections: u16,
 }
 
@@ -147,17 +149,18 @@ pub type RangeProcessor = Processor<Native>;
 pub struct Processor<A> {
     front_end: FrontEnd,
     kept: BinWindow,
-    /// Bins around the mirror's echo.
+    /// Bins of the transform in which the mirror's own echo can peak.
     mirror: BinWindow,
-    /// Nominal place of the mirror's echo by the mirror's offset, 1/16 bin.
+    /// Range of the mirror's own echo expected by the mirror's offset, 1/16 bin of the transform.
     mirror_at: i32,
     /// Bins of the image of the mirror's echo, at its negative frequency.
     image: BinWindow,
-    /// All bins up to the end of `mirror` except bin 0, which holds no echo.
+    /// All bins up to the end of `mirror` except bin 0, which holds no echo: leakage and mirror echo.
     self_echo: BinWindow,
-    /// Bins between the end of `mirror` and the kept ones.
+    /// Bins between the mirror's echo and the first one that the map keeps.
     before_window: BinWindow,
-    /// Offset from log2 of a mantissa's power to the reference level, 1/256 octave, without gain and exponent.
+    /// Offset from 256 · log2 of a bin's power in mantissas to its level in 1/256 octave above the map's zero,
+    /// without gain and exponent of the chirp.
     offset: i32,
     cfar: Cfar,
     power: [u32; MAX_SAMPLES],
@@ -202,7 +205,7 @@ impl<A: Arithmetic> Processor<A> {
         Ok(processor)
     }
 
-    /// Sets another configuration; after an error the old one stays in force.
+    /// Sets another configuration of radar, mount and detection; after an error the old one stays in force.
     ///
     /// # Errors
     /// Those of [`Processor::new`].
@@ -216,7 +219,7 @@ impl<A: Arithmetic> Processor<A> {
         self.set(radar, mount, cfar, kept)
     }
 
-    /// Sets the configuration of a scan, whose map may not hold all bins.
+    /// Sets the configuration of a scan, whose map may be too small to keep all range bins of each row.
     ///
     /// # Errors
     /// Those of [`Processor::new`].
@@ -270,7 +273,7 @@ impl<A: Arithmetic> Processor<A> {
         Ok(())
     }
 
-    /// Returns the bins that rows keep.
+    /// Returns the bins of the transform that a row of the map keeps.
     pub fn kept(&self) -> BinWindow {
         self.kept
     }
@@ -301,8 +304,8 @@ impl<A: Arithmetic> Processor<A> {
         })
     }
 
-    /// Returns the complex values of stored bin `bin` and of the mirror's echo in the last processed chirp,
-    /// whose phases can be compared; they have the scale of that chirp.
+    /// Returns the complex values `[re, im]` of stored bin `bin` and of the mirror echo's nominal bin in the
+    /// last processed chirp, whose phases can be compared; they have the scale of that chirp.
     pub fn phasors(&self, bin: u8) -> [[f32; 2]; 2] {
         let [data, spare] = &self.front_end.buffers;
         let stored = usize::from(self.kept.first) + usize::from(bin);
@@ -315,8 +318,8 @@ impl<A: Arithmetic> Processor<A> {
         })
     }
 
-    /// Returns the offset of the mirror echo's peak from its nominal place, 1/16 bin: a parabola through the
-    /// logarithmic powers of its strongest bin and the two neighbours.
+    /// Returns the range of the mirror echo's peak minus the expected one, 1/16 bin of the transform: a
+    /// parabola through the logarithmic powers of its strongest bin and the two neighbours.
     fn mirror_place(&self, offset: i32) -> i16 {
         let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
         let bins = (usize::from(self.mirror.first)..).zip(self.mirror.of(power));
@@ -331,7 +334,7 @@ impl<A: Arithmetic> Processor<A> {
         (16 * peak as i32 + part - self.mirror_at) as i16
     }
 
-    /// Processes one chirp into a profile of all bins of the transform, for plots.
+    /// Processes one chirp into a profile: power and CA-CFAR threshold of all bins of the transform, for plots.
     ///
     /// # Errors
     /// A chirp of the wrong length leaves the profile unchanged.
@@ -372,8 +375,8 @@ impl<A: Arithmetic> Processor<A> {
         Ok(unit / (self.front_end.window.sum() * levels.gain() as f32))
     }
 
-    /// Removes detections that are images from the mask; returns the number of the others. Real samples have no
-    /// images.
+    /// Removes those detections from `mask` that I/Q images may cause; returns the number of the others. Real
+    /// samples have no images.
     fn keep(&self, power: &[u32], mask: &mut [u32]) -> u16 {
         match self.front_end.window.is_real() {
             false => remove_images(power, self.kept, mask),
@@ -381,7 +384,8 @@ impl<A: Arithmetic> Processor<A> {
         }
     }
 
-    /// Computes the power of every bin of a chirp; returns also the offset to 256 · log2 of the power.
+    /// Computes the power of every bin of a chirp into `self.power`. Returns the chirp's levels, and the offset
+    /// from 256 · log2 of a bin's power to its level in 1/256 octave above the map's zero.
     fn measure(&mut self, chirp: &[Iq]) -> Result<(ChirpLevels, i32), ChirpLength> {
         let (levels, exponent) = self.front_end.run::<A, u32>(chirp, &mut self.power)?;
         let gain = log::log2_fine(levels.gain() as u32);
@@ -389,7 +393,7 @@ impl<A: Arithmetic> Processor<A> {
     }
 }
 
-/// Window and transform with their buffers: chirp to spectrum.
+/// Window and transform of a chirp to its spectrum, with their buffers.
 #[derive(Clone, Debug)]
 struct FrontEnd {
     points: usize,
@@ -398,7 +402,8 @@ struct FrontEnd {
 }
 
 impl FrontEnd {
-    /// Returns also the exponent e: the true values of the transform are 2^e times `bins`.
+    /// Transforms a chirp to `bins`. Returns the chirp's levels and the exponent e: the true values of the
+    /// transform are 2^e times `bins`.
     fn run<A: Arithmetic, B: Bin>(
         &mut self,
         chirp: &[Iq],
@@ -424,7 +429,7 @@ impl FrontEnd {
         Ok((levels, exponent))
     }
 
-    /// Runs the transform for N points.
+    /// Windows a chirp and transforms it to `bins` with N points. Returns the exponent.
     fn transform<A: Arithmetic, B: Bin, const N: usize>(
         &mut self,
         chirp: &[Iq],
@@ -461,8 +466,8 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
     }
 }
 
-/// Removes the detections that are no stronger than the possible I/Q image of the echo at their negative
-/// frequency (the mirror's own echo, for example); returns the number of the others.
+/// Removes the detections from `mask` that are no stronger than the possible I/Q image of the echo at their
+/// negative frequency (the mirror's own echo, for example); returns the number of the others.
 fn remove_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;
@@ -483,7 +488,7 @@ fn remove_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     count
 }
 
-/// Saturates 1/256 octaves to the range of a profile.
+/// Limits a logarithmic power, 1/256 octave, to the 16 bits of a profile.
 fn to_fine(fine: i32) -> i16 {
     fine.clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }

@@ -12,7 +12,7 @@ use crate::signal::grid::BinWindow;
 pub struct Profile {
     pub(super) power: [i16; MAX_SAMPLES],
     pub(super) threshold: [i16; MAX_SAMPLES],
-    /// Detections: bit k % 32 of word k / 32 for kept bin k.
+    /// CA-CFAR detections: bit k % 32 of word k / 32 belongs to the k-th kept bin.
     pub(super) detection_bits: [u32; MAX_SAMPLES / 32],
     points: usize,
     kept: BinWindow,
@@ -39,14 +39,14 @@ impl Default for Profile {
     }
 }
 
-/// Returns a level of 1/256 octaves in decibels relative to full scale.
+/// Returns a profile's level (1/256 octave) in decibels relative to the converter's full scale.
 fn decibels(fine: f32) -> f32 {
     (fine - (i32::from(FULL_SCALE) * FINE) as f32) * (crate::math::DB_PER_OCTAVE / 256.0)
 }
 
 impl Profile {
-    /// Clears the profile for `points` bins, of which `kept` are tested. The threshold of the others is the
-    /// maximum.
+    /// Clears the profile for `points` bins, of which `kept` are tested. The threshold of the others is
+    /// `i16::MAX`.
     pub(super) fn clear(&mut self, points: usize, kept: BinWindow) {
         self.points = points.min(MAX_SAMPLES);
         self.kept = kept;
@@ -59,17 +59,19 @@ impl Profile {
         self.points
     }
 
-    /// Returns the bins that are tested. The others contain leakage, mirror and wrap-around.
+    /// Returns the bins that CA-CFAR tests. The others contain leakage, mirror and wrap-around.
     pub fn kept(&self) -> BinWindow {
         self.kept
     }
 
-    /// Returns the power of every bin, 1/256 octave.
+    /// Returns the power of every bin, 1/256 octave above the map's zero; a full-scale tone has [`FULL_SCALE`]
+    /// · 32.
     pub fn power(&self) -> &[i16] {
         self.power.get(..self.points).unwrap_or(&[])
     }
 
-    /// Returns the threshold of every bin, 1/256 octave; the maximum for bins that are not tested.
+    /// Returns the CA-CFAR threshold of every bin, 1/256 octave above the map's zero; `i16::MAX` for bins that
+    /// are not tested.
     pub fn threshold(&self) -> &[i16] {
         self.threshold.get(..self.points).unwrap_or(&[])
     }
@@ -79,13 +81,13 @@ impl Profile {
         decibels(self.power.get(bin).map_or(0.0, |&p| f32::from(p)))
     }
 
-    /// Returns the threshold of `bin`, dB relative to full scale; `None` for a bin that is not tested.
+    /// Returns the CA-CFAR threshold of `bin`, dB relative to full scale; `None` for a bin that is not tested.
     pub fn threshold_db(&self, bin: usize) -> Option<f32> {
         let &threshold = self.threshold.get(bin)?;
         (threshold != i16::MAX).then(|| decibels(f32::from(threshold)))
     }
 
-    /// Returns whether `bin` exceeds its threshold.
+    /// Returns whether `bin` exceeds its CA-CFAR threshold.
     pub fn is_hit(&self, bin: usize) -> bool {
         bin.checked_sub(self.kept.first.into())
             .and_then(|k| Some(self.detection_bits.get(k / 32)? >> (k % 32) & 1 != 0))

@@ -24,7 +24,7 @@ use crate::Iq;
 use crate::config::MAX_SAMPLES;
 use crate::math::sin_cos;
 
-/// j W^k of the largest N for k = 0…N/2, Q15.
+/// Entry k: twiddle factor j W^k for k = 0…N/2, where W = exp(-πi / N) and N is the largest size, Q15.
 static TWIDDLES: [Packed; MAX_SAMPLES / 2 + 1] = {
     let mut table = [Packed::ZERO; MAX_SAMPLES / 2 + 1];
     let mut k = 0;
@@ -36,11 +36,11 @@ static TWIDDLES: [Packed; MAX_SAMPLES / 2 + 1] = {
     table
 };
 
-/// Minimum power of a bin, from which the bins are halved before they are combined: |Z| = 16 384.
+/// Power of a bin (|Z| = 16 384) from which all bins are halved before they are combined.
 const LARGE: u32 = 1 << 28;
 
-/// Transforms a chirp of pairs into bins; `levels` becomes that of real values. `points` of both buffers are
-/// used.
+/// Transforms a chirp of pairs of real values into `bins`; its `levels` of I and Q are replaced by those of
+/// real values. The first `points` numbers of both buffers are used.
 ///
 /// Returns the exponent e: the true values of the bins are 2^e times `bins`.
 #[inline(never)]
@@ -69,7 +69,7 @@ pub fn transform<A: Arithmetic, B: Bin>(
     exponent + i32::from(half)
 }
 
-/// DC removal, normalisation and window; fills up with zeros.
+/// Writes the chirp to `out` after DC removal, normalisation and window, and fills `out` up with zeros.
 #[inline(always)]
 fn weigh<A: Arithmetic>(chirp: &[Iq], levels: &ChirpLevels, window: &Window, out: &mut [Packed]) {
     let weigher = Weigher::new(levels);
@@ -91,7 +91,8 @@ fn weigh<A: Arithmetic>(chirp: &[Iq], levels: &ChirpLevels, window: &Window, out
     }
 }
 
-/// Runs the first radix-4 stage, for which the window's scale leaves the headroom.
+/// Runs the first radix-4 stage, for which the window's scale leaves the headroom. Returns the headroom of the
+/// output.
 #[inline(always)]
 fn first_stage<A: Arithmetic>(src: &mut [Packed], dst: &mut [Packed]) -> Headroom {
     let mut seen = Headroom::default();
@@ -106,7 +107,8 @@ fn first_stage<A: Arithmetic>(src: &mut [Packed], dst: &mut [Packed]) -> Headroo
     seen
 }
 
-/// Combines the transforms of even and odd values into that of all values, or into half of it.
+/// Combines `z`, the transform of pairs (even value, odd value), into `bins`, the transform of all values, or
+/// (`half`) into half of it.
 #[inline(always)]
 fn combine_even_odd<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut [B]) {
     let step = MAX_SAMPLES / z.len().max(1);
@@ -143,7 +145,7 @@ fn combine_even_odd<A: Arithmetic, B: Bin>(z: &[Packed], half: bool, bins: &mut 
     }
 }
 
-/// Returns one bin of the last [`transform`] from its buffers, without the exponent.
+/// Returns one bin of the last [`transform`] as `[re, im]` from its buffers, without the exponent.
 #[inline(never)]
 pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32; 2] {
     let z = match points {

@@ -100,7 +100,7 @@ fn reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Returns the fixed-point spectrum relative to a full-scale tone.
+/// Returns the spectrum of the fixed-point `processor`, complex, relative to a full-scale tone.
 fn measured(processor: &mut RangeProcessor, chirp: &[Iq]) -> Vec<(f64, f64)> {
     let mut bins = [Packed::ZERO; 256];
     let unit = f64::from(processor.spectrum(chirp, &mut bins).unwrap());
@@ -112,7 +112,7 @@ fn total(spectrum: &[(f64, f64)]) -> f64 {
     spectrum.iter().map(|(re, im)| re * re + im * im).sum()
 }
 
-/// Returns the ratio of the spectrum's power to that of its error, dB.
+/// Returns the ratio of the exact spectrum's power to that of the fixed-point spectrum's error, dB.
 fn signal_to_error(processor: &mut RangeProcessor, chirp: &[Iq]) -> f64 {
     let (exact, fixed) = (reference(chirp), measured(processor, chirp));
     let pairs = exact.iter().zip(&fixed);
@@ -211,7 +211,7 @@ fn full_scale_stands_at_its_reference() {
     }
 }
 
-/// Processes one row of the default map.
+/// Processes a chirp into one row of the default map: cells, detection mask, statistics.
 fn row_of(processor: &mut RangeProcessor, chirp: &[Iq]) -> (Vec<u8>, Vec<u32>, RowStats) {
     let count = usize::from(processor.kept().count);
     let (mut cells, mut mask) = (vec![0; count], vec![0; count.div_ceil(32)]);
@@ -223,7 +223,8 @@ fn row_of(processor: &mut RangeProcessor, chirp: &[Iq]) -> (Vec<u8>, Vec<u32>, R
     (cells, mask, stats)
 }
 
-/// A scene's chirp: leakage, offset, mirror echo, targets (bin, amplitude) and noise.
+/// Returns a chirp of leakage, offset, mirror echo, targets (bin of 256, amplitude) and noise, in units of
+/// samples.
 fn scene(targets: &[(f64, f64)], noise: f64, random: &mut Gauss) -> Vec<Iq> {
     let spacing = radar(200).bin_spacing_m();
     let mirror = f64::from(0.22 / spacing);
@@ -422,7 +423,7 @@ fn a_chirp_of_the_wrong_length_is_refused() {
     assert!(idle.process(&[], &mut row).is_err());
 }
 
-/// Samples at the limits of the arithmetic: rails, zeros, alternation, noise.
+/// Strategy for random samples at the limits of the arithmetic: full scale, zero, alternation, noise.
 fn any_sample() -> impl Strategy<Value = Iq> {
     let rail = prop_oneof![
         Just(i16::MIN),

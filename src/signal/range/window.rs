@@ -72,7 +72,7 @@ impl Window {
         self.sum = sum / values as f32;
     }
 
-    /// Returns the coefficient of value `n`.
+    /// Returns the coefficient of value `n`, a sample or (real samples) one of its two values, Q15.
     #[inline(always)]
     fn at(&self, n: usize) -> i16 {
         let place = match self.real {
@@ -88,8 +88,8 @@ impl Window {
         self.coefficients[0]
     }
 
-    /// Returns the coefficients of pairs of real values: those of the pairs after the first one up to the
-    /// middle, and those of the others in reverse order and with each pair reversed.
+    /// Returns the coefficients of the pairs of real values in two parts: those of the pairs after the first
+    /// one up to the middle, and those of the others in reverse order and with each pair reversed.
     #[inline(always)]
     pub(super) fn pairs(&self) -> (&[[i16; 2]], &[[i16; 2]]) {
         let part = |range: core::ops::Range<usize>| {
@@ -105,7 +105,7 @@ impl Window {
         self.real
     }
 
-    /// Returns the number of samples.
+    /// Returns the number of samples, or of pairs of real values.
     pub fn samples(&self) -> usize {
         self.samples
     }
@@ -134,16 +134,16 @@ impl Window {
     }
 }
 
-/// Results of the first pass over a chirp.
+/// Levels of a chirp, the results of the first pass over it.
 #[derive(Clone, Copy, Debug)]
 pub struct ChirpLevels {
     /// Mean of I and Q, Q16.16.
     mean: [i32; 2],
-    /// Maximum distance of any I or Q from its mean, rounded up.
+    /// Maximum distance of any I or Q from its mean, rounded up, units of 16-bit samples.
     pub swing: u32,
-    /// Number of samples with a part at full scale.
+    /// Number of samples whose I or Q is at full scale.
     pub saturated: u16,
-    /// Minimum and maximum of I and Q.
+    /// Minima, then maxima, of I and of Q.
     pub extremes: [Iq; 2],
 }
 
@@ -193,7 +193,7 @@ impl ChirpLevels {
         }
     }
 
-    /// Returns the levels of a chirp of real values, which have one mean and one pair of extremes.
+    /// Returns the levels of a chirp of real values, whose I and Q have one common mean and common extremes.
     pub fn of_real(&self) -> Self {
         // Halved first, because the sum does not fit Q16.16.
         let mean = self.mean.iter().map(|mean| mean >> 1).sum();
@@ -231,20 +231,20 @@ fn swing(mean: i32, low: i16, high: i16) -> u32 {
     (above.max(below).max(0) as u32).div_ceil(1 << 15)
 }
 
-/// Returns whether a part of `x` is at the converter's full scale.
+/// Returns whether I or Q of `x` is at the converter's full scale.
 fn at_full_scale(x: &Iq) -> bool {
     [x.i, x.q]
         .iter()
         .any(|&part| part == i16::MAX || part <= -i16::MAX)
 }
 
-/// Returns the number of samples with a part at full scale; rarely called.
+/// Returns the number of samples whose I or Q is at full scale; rarely called.
 #[cold]
 fn count_saturated(chirp: &[Iq]) -> u16 {
     chirp.iter().filter(|&x| at_full_scale(x)).count() as u16
 }
 
-/// Windowing of samples: (x - mean) · c · gain, rounded.
+/// Windowing of the samples of a chirp: (x - mean) · c · gain, rounded, with window coefficient c.
 #[derive(Clone, Copy)]
 pub(super) struct Weigher {
     minus_mean: [i32; 2],
@@ -261,7 +261,7 @@ impl Weigher {
         }
     }
 
-    /// Windows a pair of real values, each with its own coefficient.
+    /// Returns a pair of real values windowed, each with its own coefficient.
     #[inline(always)]
     pub(super) fn weigh_pair<A: Arithmetic>(self, x: Iq, pair: [i16; 2]) -> Packed {
         let (x, [c, d]) = (Packed::from(x), pair.map(i32::from));
@@ -283,7 +283,7 @@ impl Weigher {
         )
     }
 
-    /// Returns sample `k` windowed; 0 beyond the end.
+    /// Returns sample `k` of `x` windowed with coefficient `k` of `c`; 0 beyond the end.
     #[inline(always)]
     fn tap<A: Arithmetic>(self, x: &[Iq], c: &[i16], k: usize) -> Packed {
         match (x.get(k), c.get(k)) {
@@ -294,7 +294,7 @@ impl Weigher {
 }
 
 /// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples a quarter of
-/// the transform apart. Taps in the zero padding are left out.
+/// the transform apart, written to `out`. Returns the headroom of `out`. Taps in the zero padding are left out.
 #[inline(never)]
 pub fn window_and_first_stage<A: Arithmetic, const N: usize>(
     chirp: &[Iq],

@@ -7,7 +7,7 @@ use super::super::measure::SWEEPS;
 use super::super::results::Times;
 use super::super::tally::{Tally, lower, upper};
 
-/// Formats a share of detected bodies, with its lower bound.
+/// Formats a share of detected bodies with its lower 95 % bound, as `30/30, ≥ 90.5 %`.
 pub fn detected(share: Share) -> String {
     match share.of {
         0 => "–".into(),
@@ -20,7 +20,7 @@ pub fn detected(share: Share) -> String {
     }
 }
 
-/// Formats a share of wrong answers, with its upper bound.
+/// Formats a share of wrong answers with its upper 95 % bound, as `0/30, ≤ 9.5 %`.
 pub fn wrong(share: Share) -> String {
     match share.of {
         0 => "–".into(),
@@ -33,7 +33,7 @@ pub fn wrong(share: Share) -> String {
     }
 }
 
-/// Formats a quantile of the guard's response time.
+/// Formats the quantile `q` of the guard's response time over the scenes, seconds.
 fn response(tally: &Tally, q: f64, times: &Times) -> String {
     let seconds = |k: usize| k as f64 * times.sweep_s;
     match tally.sweeps(q) {
@@ -42,7 +42,7 @@ fn response(tally: &Tally, q: f64, times: &Times) -> String {
     }
 }
 
-/// Headings of the columns of scan and guard.
+/// Headings of the columns that every table of detection has after its first ones.
 const COLUMNS: [&str; 6] = [
     "scan detects",
     "scan `ok` and free beyond",
@@ -52,7 +52,7 @@ const COLUMNS: [&str; 6] = [
     "guard, 95 %",
 ];
 
-/// Returns the cells of [`COLUMNS`].
+/// Returns one row's texts for the columns [`COLUMNS`].
 fn columns(tally: &Tally, times: &Times) -> [String; 6] {
     [
         detected(tally.scan.detected),
@@ -64,7 +64,8 @@ fn columns(tally: &Tally, times: &Times) -> [String; 6] {
     ]
 }
 
-/// Returns a table of lines with these columns.
+/// Returns a table with the columns `first`, followed by those of detection, misses and response times. Each of `lines`
+/// is a row: the texts of its first columns, and its counts.
 pub fn table<'a>(
     first: &[&str],
     lines: impl Iterator<Item = (Vec<String>, &'a Tally)>,
@@ -77,12 +78,13 @@ pub fn table<'a>(
     table
 }
 
-/// Formats a share as `3/120`.
+/// Formats a share as a fraction, `3/120`.
 pub fn counted(share: Share) -> String {
     format!("{}/{}", share.hits, share.of)
 }
 
-/// Formats the alarms per hour of answers that take `seconds` each, with the upper bound.
+/// Formats the number of alarms an hour, with its upper 95 % bound, as `36, ≤ 92`. `share` is the share of answers with
+/// an alarm, `seconds` the duration of one answer.
 pub fn an_hour(share: Share, seconds: f64) -> String {
     let rate = |p: f64| 3600.0 * p / seconds;
     format!(

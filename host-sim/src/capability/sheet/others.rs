@@ -9,7 +9,7 @@ use super::super::tally::Tally;
 use super::columns::{an_hour, counted, detected, wrong};
 use super::words;
 
-/// Returns the section on chairs that drive towards a body.
+/// Returns the section on chairs that drive towards a body; empty if none was measured.
 pub fn driven(measured: &Measured) -> Vec<Part> {
     let mut table = Table::new(&[
         "body",
@@ -42,7 +42,7 @@ pub fn driven(measured: &Measured) -> Vec<Part> {
     ]
 }
 
-/// Returns the section on false alarms on level ground.
+/// Returns the section on false alarms on level ground; empty if none was measured.
 pub fn level(measured: &Measured) -> Vec<Part> {
     let mut lines: Vec<(String, Tally)> = Vec::new();
     if let Some(all) = measured.reference(Body::Level) {
@@ -92,7 +92,7 @@ pub fn level(measured: &Measured) -> Vec<Part> {
         Part::Table(table),
     ]
 }
-/// Returns the section that tests the first draw's bounds with the second draw.
+/// Returns the section that tests the first draw's bounds with the second draw; empty without one.
 pub fn second(measured: &Measured) -> Vec<Part> {
     let Some(second) = &measured.second else {
         return Vec::new();

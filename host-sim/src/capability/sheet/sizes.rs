@@ -10,11 +10,11 @@ use super::super::tally::{Counts, Tally, lower};
 use super::columns::table;
 use super::words;
 
-/// Required shares of detection: the requirement, and a share that the cells of dirty windows can
-/// show.
+/// Probabilities of detection for which the smallest size is listed: the requirement, and one for which the number of
+/// scenes behind windows with loss is sufficient.
 const SHARES: [f64; 2] = [0.99, 0.90];
 
-/// Returns the table of the smallest rise and drop that are detected in a share of the scenes.
+/// Returns the section on the smallest rise and drop that are detected with a probability of 99 %, and of 90 %.
 pub fn smallest(measured: &Measured) -> Vec<Part> {
     let mut table = Table::new(&[
         "body at 1 m",
@@ -68,14 +68,14 @@ fn not_beyond(counts: &Counts) -> Share {
     )
 }
 
-/// Whether as many scenes without a miss would show this share at 95 % confidence.
+/// Whether the bodies have enough scenes for the lower 95 % bound to reach `share` if all of them are detected.
 fn shows(all: &[(Body, &Tally)], share: f64) -> bool {
     let full = |tally: &Tally| Share::new(tally.guard.detected.of, tally.guard.detected.of);
     all.iter().all(|(_, tally)| lower(full(tally)) >= share)
 }
 
-/// Returns the size of the smallest body that is, like all larger ones, detected with at least
-/// `share` by its lower bound.
+/// Returns the size of the smallest body that is, like all larger ones, detected with a lower bound of at least
+/// `share`. `all` are the bodies by ascending size.
 fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> String {
     let enough = all
         .iter()
@@ -89,7 +89,7 @@ fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> St
     }
 }
 
-/// Returns the table of every size behind every window.
+/// Returns the section with the counts of every rise and drop behind every window.
 pub fn every_size(measured: &Measured) -> Vec<Part> {
     let lines: Vec<(Vec<String>, &Tally)> = [0.0]
         .into_iter()

@@ -32,7 +32,7 @@ pub const APPROACH: &str = "Guard sweeps, ten a second, of a chair that drives t
     chair do. The last two columns are the distance of the body when half, and 95 %, of the drives \
     had named it. The drives are few, so the bounds are wide.";
 
-/// Returns the name of a condition in which more than one quantity differs from the reference.
+/// Returns all quantities of a cell's condition in brackets: distance, yaw, pitch, loss, ground and speed.
 pub fn condition(cell: &Cell) -> String {
     let c = &cell.condition;
     format!(
@@ -60,7 +60,7 @@ pub fn level(times: &Times) -> String {
     )
 }
 
-/// Returns the text above the list of bounds that the second draw contradicts.
+/// Returns the text above the list of bounds that the second draw contradicts: `broken` of the `bounds` tested.
 pub fn second(bounds: usize, broken: usize) -> String {
     let verdict = match broken {
         0 => "None is contradicted.".to_owned(),
@@ -76,7 +76,7 @@ pub fn second(bounds: usize, broken: usize) -> String {
     )
 }
 
-/// Returns the section on what limits the figures.
+/// Returns the section on the causes that limit detection.
 pub fn limits() -> Vec<Part> {
     let causes = [
         "A smooth upright post returns an echo only to a horizontal beam. The guard's rows point 8° \
@@ -103,7 +103,7 @@ pub fn limits() -> Vec<Part> {
     ]
 }
 
-/// Returns title, origin and terms of a sheet.
+/// Returns the title, the origin and the terms of a sheet.
 pub fn head(head: &Heading) -> Vec<Part> {
     let Times { scan_s, sweep_s } = head.times;
     let bodies = Body::STANDARD.map(|body| format!("{}: {}", body.name(), body.dimensions()));

@@ -15,8 +15,8 @@ pub fn horizon(set: &SetScore) -> String {
     }
 }
 
-/// Returns the tables of wrong `ok` answers for all scenes together, and of confidence and `MAYBE`s
-/// against the outcomes.
+/// Returns the tables of wrong `ok` answers by type for all scenes together, and of the reported probabilities
+/// (confidence and those of `MAYBE`s) against the outcomes.
 pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     let mut out = format!(
         "All scenes together: `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
@@ -86,7 +86,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     out
 }
 
-/// Adds one line for each bin.
+/// Adds one table row for each bin of reported probability: its range, and the comparison with the outcomes.
 fn bins(out: &mut String, reliability: &Reliability) {
     for bin in &reliability.bins {
         let percent = |v: f64| format!("{:.0}", 100.0 * v);
@@ -95,7 +95,8 @@ fn bins(out: &mut String, reliability: &Reliability) {
     }
 }
 
-/// Number, predicted mean, actual share, standard error, and whether they agree.
+/// Returns a bin's table cells as text: number of answers, mean predicted probability, actual share, its standard
+/// error, and whether predicted and actual agree.
 fn figures(bin: &Bin) -> String {
     let percent = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.1} %", 100.0 * v));
     let agree = match bin.agrees() {
@@ -119,7 +120,8 @@ mod tests {
     use stairscan::answer::Direction;
     use stairscan::verdict::Status;
 
-    /// An `ok` answer with its horizon and confidence, and a `MAYBE`.
+    /// Returns the score of an `ok` answer with this horizon and confidence, and with a `MAYBE` of 15 %. `outcome` is
+    /// whether both are right.
     fn scene(horizon_m: f64, predicted: f64, outcome: bool) -> SceneScore {
         SceneScore {
             recording: String::new(),

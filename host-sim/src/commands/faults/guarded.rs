@@ -19,8 +19,8 @@ use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::score::{self, GuardAnswer, Scored};
 use crate::sweeps::{ground, truth};
 
-/// Returns the recordings to which faults are applied: simulated ones of each kind, or those of a directory that
-/// contain guard sweeps with ground truth.
+/// Returns the recordings of guard sweeps to which faults may be applied: `scenes` simulated ones of each kind, or
+/// those in a directory.
 fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording>> {
     if let Some(dir) = on {
         let read = |path| Recording::read(path);
@@ -39,7 +39,7 @@ fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording
     harness::each(&jobs, |(kind, seed)| scenes::recording(*kind, *seed))
 }
 
-/// Scores the answers to a recording's sweeps.
+/// Scores the answers to a recording's guard sweeps against its ground truth.
 fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
     let truth = truth::read(recording)?.unwrap_or_default();
     let words: Vec<GuardAnswer> = words.iter().map(GuardAnswer::of).collect();
@@ -77,7 +77,8 @@ pub fn clean(on: Option<&Path>, scenes: (Draw, u64), options: &Options) -> Resul
     })
 }
 
-/// Applies one fault to each sweep of a recording, and scores the answers from the third sweep on.
+/// Applies one fault to each sweep of a recording. Returns the outcome of every sweep from the third on; none if the
+/// fault cannot be applied to guard sweeps.
 pub fn one(
     (fault, strength): (&Fault, f64),
     recording: &Recording,
@@ -106,8 +107,8 @@ pub fn one(
     Ok(found.sweeps.iter().map(run).collect())
 }
 
-/// Returns the recording with the same fault applied to each of its sweeps; `None` if the fault removes rows or
-/// shifts them: the scanner would then guard with its own angles.
+/// Returns the recording with the same fault applied to each of its sweeps; `None` if the fault removes rows or shifts
+/// them: the scanner would then guard with its own angles.
 fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
     let mut faulty = recording.clone();
     faulty.samples.clear();

@@ -1,4 +1,4 @@
-//! `faults --checks`: values of the health checks without faults. Their limits are chosen from these.
+//! `faults --signs`: values of the health checks without faults. Their limits are chosen from these.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -17,7 +17,7 @@ use crate::inspect;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
 
-/// Quantiles in the table.
+/// Quantiles of each health check's values that the table shows; 1 is the maximum.
 const QUANTILES: [f64; 4] = [0.5, 0.95, 0.99, 1.0];
 
 /// One health check's value in one scene, relative to the limit if that is positive.
@@ -25,7 +25,7 @@ const QUANTILES: [f64; 4] = [0.5, 0.95, 0.99, 1.0];
 struct CheckValue {
     value: f64,
     alarm: bool,
-    /// Whether the answer is `ok`, or would be without the reasons of the instrument.
+    /// Whether the scene's answer is `ok`, or would be without the reasons of the instrument.
     trusted: bool,
 }
 
@@ -40,7 +40,7 @@ const CHECKS_OFF: Params = Params {
     ..Params::DEFAULT
 };
 
-/// Observer of the checks of ground, mounting and beam.
+/// Observer that keeps the results of the checks of ground, mounting and beam.
 #[derive(Default)]
 struct TraceObserver {
     floor: Option<GroundEvidence>,
@@ -59,7 +59,7 @@ impl Observer for TraceObserver {
     }
 }
 
-/// Returns all values of one scene.
+/// Returns name and value of every health check in the first scan of a recording.
 fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValue)>> {
     let first = Options {
         scans: Some(1),
@@ -120,7 +120,8 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValu
     Ok(found)
 }
 
-/// Returns the text table.
+/// Returns the table of health checks: quantiles of their values, and numbers of failures, in all scenes and in `ok`
+/// ones.
 pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
     let scenes: Vec<_> = recordings
         .par_iter()

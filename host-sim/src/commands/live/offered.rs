@@ -17,12 +17,12 @@ use crate::recording::Recording;
 use crate::serve::player::{self, Clock};
 use crate::serve::streams::{Service, Stream, publish_scan};
 
-/// Polling interval for the end of a session.
+/// Interval at which the end of a session is checked while waiting.
 const GRAIN: Duration = Duration::from_millis(50);
 
-/// Properties of the source for a service.
+/// Properties of the source, a port or a recording, that a service needs to start.
 pub struct Offer {
-    /// Its topics.
+    /// Topics on which the source is published.
     pub streams: &'static [Stream],
     /// Height of the mirror's centre above the ground, metres; the default if the source does not report it.
     #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
@@ -32,7 +32,7 @@ pub struct Offer {
 /// Function that starts a service.
 type Open<'a> = &'a dyn Fn(&Offer) -> Result<Box<dyn Service>>;
 
-/// Serves until the session is ended.
+/// Plays a recording or observes a port, and publishes it, until the session is ended.
 pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     match &args.play {
         Some(path) => play(args, path, open),
@@ -40,7 +40,7 @@ pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     }
 }
 
-/// Starts a service and prints its address to stderr.
+/// Starts a service, and prints its address and its warning to stderr.
 fn opened(open: Open<'_>, offer: &Offer) -> Result<Box<dyn Service>> {
     let service = open(offer)?;
     if let Some(warning) = service.warning() {
@@ -50,7 +50,7 @@ fn opened(open: Open<'_>, offer: &Offer) -> Result<Box<dyn Service>> {
     Ok(service)
 }
 
-/// Plays a recording at its true speed, until it is interrupted.
+/// Plays a recording at its true speed and publishes it, until it is interrupted.
 fn play(args: &Args, path: &Path, open: Open<'_>) -> Result<ExitCode> {
     let recording = Recording::read(path)?;
     let options = args.settings.options(args.settings.config()?);
@@ -104,7 +104,7 @@ fn mount_height_m(args: &Args, recording: Option<&Recording>) -> Result<f64> {
     })
 }
 
-/// Returns the current time, nanoseconds since 1970.
+/// Returns the time of day, nanoseconds since 1970.
 fn unix_ns() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.unwrap_or_default().as_nanos() as u64

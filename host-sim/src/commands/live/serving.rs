@@ -14,7 +14,7 @@ use crate::serve::address;
 #[cfg(not(all(feature = "foxglove", feature = "ros2")))]
 use crate::serve::other_build;
 
-/// Serves until the session ends; `None` if no service is requested.
+/// Publishes the source by the requested service until the session ends; `None` if no service is requested.
 pub fn run(args: &Args, started: Instant) -> Result<Option<ExitCode>> {
     Ok(match (args.foxglove, args.ros2) {
         (Some(address), _) => Some(foxglove(args, started, address)?),

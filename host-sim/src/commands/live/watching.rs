@@ -69,7 +69,7 @@ pub struct Args {
     pub settings: Settings,
 }
 
-/// Returns the port or the demonstration, with its initial state; `None` if neither is given.
+/// Returns the port or the demonstration, with the screen's initial state; `None` if neither is given.
 pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> {
     Ok(Some(match (&args.port, &args.demo) {
         (Some(port), _) => (
@@ -124,7 +124,7 @@ pub fn interrupted() -> Result<Arc<AtomicBool>> {
     Ok(stop)
 }
 
-/// Creates the file of a session, if requested.
+/// Creates the file that records a session in `dir`, if requested.
 pub fn begin(dir: Option<&Path>, port: &str) -> Result<Option<Keep>> {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     let about = format!(

@@ -10,56 +10,56 @@ use std::fmt::Write as _;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 
-/// Power of a bin over its noise up to which it holds no echo: 2 dB.
+/// Maximum power of a bin without an echo, as a multiple of its noise: 2 dB.
 const EMPTY: f64 = 1.6;
-/// Power over the noise down to which the leakage reaches, and from which the phase of a coherent echo is
+/// Power, as a multiple of the noise, down to which the leakage extends, and from which a coherent echo's phase is
 /// followed: 10 dB.
 const FOLLOWED: f64 = 10.0;
 /// Multiple of the mean that exponentially distributed power exceeds in one of a hundred cases: ln 100.
 const HUNDREDTH: f64 = 4.605;
-/// Number of bins next to the leakage whose noise is compared.
+/// Number of bins next to the leakage whose noise is compared with that of bins without echoes.
 const NEAR_BINS: usize = 4;
 /// Variance of the second difference of white noise relative to its own: 1 + 4 + 1.
 const SECOND_DIFFERENCE: f64 = 6.0;
 
-/// Complex spectra of a recording's chirps.
+/// Complex spectra of a recording's chirps, in frames.
 #[derive(Clone, Debug)]
 pub struct Spectra {
     /// Spectrum of each chirp, 1 for a tone at full scale; all have the same number of bins.
     pub chirps: Vec<Vec<Complex64>>,
-    /// Chirps in a frame, at least 2.
+    /// Number of chirps in a frame, at least 2.
     pub frame: usize,
     /// Range difference between bins, metres.
     pub spacing_m: f64,
-    /// First bin beyond the leakage, and the first one behind those that are tested.
+    /// Index of the first bin beyond the leakage, and of the first one after those that are tested for echoes.
     pub tested: (usize, usize),
-    /// Correlation of white noise in bins 1 and 2 apart, by the window.
+    /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window causes.
     pub window: [f64; 2],
 }
 
-/// Noise of the bins without echoes.
+/// Noise of a recording in the bins without echoes.
 #[derive(Clone, Debug)]
 pub struct Noise {
     /// Number of bins without echoes.
     pub bins: usize,
-    /// Range of the first and the last of them, metres.
+    /// Range of the first and the last bin without an echo, metres.
     pub range_m: [f64; 2],
-    /// Power of a bin, dB of full scale.
+    /// Mean noise power of a bin, dB of full scale.
     pub power_db: f64,
-    /// Mean power over median power.
+    /// Mean of the noise power over its median; in theory 1 / ln 2.
     pub mean_over_median: f64,
-    /// Share of the powers that exceed 4.6 times their mean.
+    /// Share of the noise powers that exceed 4.6 times their mean; in theory 1 %.
     pub above: f64,
-    /// Magnitude of the correlation of bins 1 and 2 apart.
+    /// Magnitude of the correlation of the noise in bins 1 apart, and 2 apart.
     pub correlation: [f64; 2],
-    /// Correlation of successive chirps of a frame.
+    /// Correlation of the noise in successive chirps of a frame; in theory 0.
     pub chirps: f64,
 }
 
-/// Level and phase of one bin.
+/// Level and phase of the leakage, or of one echo, over the chirps.
 #[derive(Clone, Debug)]
 pub struct Echo {
-    /// Name of the row.
+    /// Name of the table's row: leakage, strongest echo or steadiest echo.
     pub name: &'static str,
     /// Range, interpolated between bins, metres.
     pub range_m: f64,
@@ -69,32 +69,32 @@ pub struct Echo {
     pub over_noise_db: f64,
     /// Noise of this bin over that of bins without echoes, dB.
     pub noise_db: f64,
-    /// Standard deviation of the phase from chirp to chirp, without steady motion, radians.
+    /// Standard deviation of the phase from chirp to chirp within a frame, without steady motion, radians.
     pub phase_rad: f64,
-    /// The same as the noise of bins without echoes causes it, radians.
+    /// Standard deviation of the phase that noise alone causes, with the power of bins without echoes, radians.
     pub phase_of_noise_rad: f64,
-    /// Change of the phase from frame to frame, rms, radians.
+    /// Change of the phase from frame to frame, rms, radians; `None` with a single frame.
     pub frames_rad: Option<f64>,
-    /// Change of the level from frame to frame, rms, dB.
+    /// Change of the level from frame to frame, rms, dB; `None` with a single frame.
     pub level_db: Option<f64>,
 }
 
-/// Statistics of a recording.
+/// Statistics over the chirps of a recording.
 #[derive(Clone, Debug)]
 pub struct Statistics {
-    /// Chirps in whole frames.
+    /// Number of chirps in whole frames.
     pub chirps: usize,
-    /// Chirps in a frame.
+    /// Number of chirps in a frame.
     pub frame: usize,
-    /// Noise; `None` if every bin holds an echo.
+    /// Noise of the bins without echoes; `None` if every bin holds an echo.
     pub noise: Option<Noise>,
     /// Leakage, strongest echo and steadiest echo.
     pub echoes: Vec<Echo>,
     /// Range of the first bin behind the leakage that is less than 10 dB over the noise, metres.
     pub leakage_end_m: Option<f64>,
-    /// Noise of the first tested bins over that of bins without echoes, dB.
+    /// Noise of the first tested bins, next to the leakage, over that of bins without echoes, dB.
     pub near_noise_db: f64,
-    /// Correlation of white noise in bins 1 and 2 apart, by the window.
+    /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window causes.
     window: [f64; 2],
 }
 
@@ -126,7 +126,8 @@ impl Spectra {
         self.chirps.chunks_exact(self.frame)
     }
 
-    /// Returns the difference of each pair of successive chirps in `bin`, with the power of one chirp's noise.
+    /// Returns the difference of each pair of successive chirps in `bin`, divided by √2 so that its power is that of
+    /// one chirp's noise.
     fn differences(&self, bin: usize) -> Vec<Complex64> {
         let pairs = self.frames().flat_map(|frame| frame.as_chunks::<2>().0);
         pairs
@@ -134,14 +135,14 @@ impl Spectra {
             .collect()
     }
 
-    /// Returns the mean of all chirps in `bin`.
+    /// Returns the complex mean of all chirps in `bin`.
     fn coherent(&self, bin: usize) -> Complex64 {
         let sum: Complex64 = self.chirps.iter().map(|chirp| chirp[bin]).sum();
         sum / self.chirps.len() as f64
     }
 
-    /// Returns the noise's power of each bin: of exponentially distributed power the median is ln 2 of the mean,
-    /// and single jumps do not count.
+    /// Returns the noise power of each bin, from the median over the chirps: of exponentially distributed power the
+    /// median is ln 2 of the mean, and single jumps do not count.
     fn noise(&self) -> Vec<f64> {
         let power = |bin| {
             self.differences(bin)
@@ -154,7 +155,7 @@ impl Spectra {
             .collect()
     }
 
-    /// Returns the statistics; `None` without two chirps in a frame, or two bins to test.
+    /// Returns the statistics; `None` without two chirps in a frame, or without two bins to test.
     pub fn statistics(&self) -> Option<Statistics> {
         let (first, end) = self.tested;
         let whole = self.frames().count() * self.frame;
@@ -253,7 +254,7 @@ impl Spectra {
         }
     }
 
-    /// Returns the phase and the level of `bin` over time; the other fields are to be set.
+    /// Returns the changes of phase and level in `bin` over time; the other fields are 0, to be set by the caller.
     fn phase(&self, name: &'static str, bin: usize) -> Echo {
         let angle = |z: Complex64| z.im.atan2(z.re);
         let turn = |a: Complex64, b: Complex64| angle(b * a.conj());
@@ -287,7 +288,8 @@ impl Spectra {
     }
 }
 
-/// Returns the place of the maximum at `bin`, in bins: a parabola through three levels in decibels.
+/// Returns the fractional index of the bin at which the maximum at `bin` lies: the top of a parabola through three
+/// levels in decibels.
 fn interpolated(levels: &[f64], bin: usize) -> f64 {
     let level = |bin: usize| levels.get(bin).map(|&p| decibels(p));
     let around = (level(bin.wrapping_sub(1)), level(bin), level(bin + 1));
@@ -300,7 +302,7 @@ fn interpolated(levels: &[f64], bin: usize) -> f64 {
 }
 
 impl Statistics {
-    /// Returns the statistics as one JSON object.
+    /// Returns the statistics of the chirps as one JSON object.
     pub fn json(&self) -> Value {
         let echo = |echo: &Echo| {
             json!({
@@ -325,7 +327,7 @@ impl Statistics {
         })
     }
 
-    /// Returns the statistics of the recording `name` for people.
+    /// Returns the statistics of the recording `name` as a table of text.
     pub fn text(&self, name: &str) -> String {
         let frames = self.chirps / self.frame;
         let mut out = format!(
@@ -402,8 +404,8 @@ mod tests {
         Complex64::new(radius * cos, radius * sin)
     }
 
-    /// White noise of power 1e-6 in 32 bins, a leakage in bin 1, and an echo in bin 10 whose phase moves on by
-    /// 0.1 rad a chirp with a jitter of `jitter`.
+    /// Returns spectra with white noise of power 1e-6 in 32 bins, a leakage in bin 1, and an echo in bin 10 whose phase
+    /// moves on by 0.1 rad a chirp with a jitter of `jitter`, radians.
     fn spectra(jitter: f64) -> Spectra {
         let mut random = Xoshiro128PlusPlus::seed_from_u64(1);
         let mut normal = |power: f64| {

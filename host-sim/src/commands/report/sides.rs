@@ -41,7 +41,8 @@ const KEYS: [&str; 20] = [
 #[derive(Clone, Debug)]
 pub struct Set {
     text: String,
-    /// Row of the table, and the value as commands write it.
+    /// Settings in the order of the text: the row in the table of settings, and the value as the scanner's commands
+    /// write it.
     values: Vec<(&'static Row, String)>,
 }
 
@@ -74,19 +75,19 @@ impl FromStr for Set {
     }
 }
 
-/// Command line of a comparison.
+/// Arguments of the command line for a comparison.
 pub struct Wanted<'a> {
-    /// Recordings.
+    /// Paths of two recordings, or of one that is compared under two settings.
     pub paths: &'a [PathBuf],
-    /// Options of the command line, and a text with those that differ from the defaults.
+    /// Options of the command line for scanning, and a text with those that differ from the defaults.
     pub given: (Options, String),
-    /// The scanner's defaults.
+    /// The scanner's default options.
     pub defaults: Options,
-    /// Settings of the second side, or of both in order.
+    /// Settings of `--with`: of the second side, or of both in order.
     pub sets: &'a [Set],
 }
 
-/// Returns both sides.
+/// Returns the first and the second side of a comparison.
 ///
 /// # Errors
 /// There are not two sides to compare, a recording cannot be read, or a setting cannot be used for its scans.
@@ -154,7 +155,7 @@ fn side(path: &Path, name: String, options: &Options, set: Option<&Set>) -> Resu
     Ok(side)
 }
 
-/// Replaces settings of the recording and of the scanner.
+/// Applies the settings of `set` to a side: to the recording's mounting, and to the options for scanning it.
 fn apply(side: &mut Side, set: &Set) -> Result<()> {
     let Side {
         recording, options, ..
@@ -187,7 +188,7 @@ fn apply(side: &mut Side, set: &Set) -> Result<()> {
     Ok(())
 }
 
-/// Returns the recording's mounting, with the values that are `is_given` in the settings.
+/// Returns the recording's mounting `own`, in which the values whose keys are given are replaced by those of `set`.
 fn mount(
     set: &MountConfig,
     own: &MirrorSetup,

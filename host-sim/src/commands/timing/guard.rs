@@ -14,17 +14,17 @@ pub fn ms(us: u64) -> f64 {
     us as f64 / 1000.0
 }
 
-/// A module that requires a stop of the mirror at every row.
+/// A radar module that requires a stop of the mirror at every row.
 struct Stopping {
     name: &'static str,
     link: &'static str,
     /// Time from the trigger until the mirror may move on, microseconds.
     chirp_us: u64,
-    /// Time from then until the samples are read, microseconds; it overlaps with the move.
+    /// Time from the end of `chirp_us` until the samples are read, microseconds; it overlaps with the move.
     read_us: u64,
 }
 
-/// Limits of docs/modules.md: SiRad measures every 15.8 ms at best, and its answer takes 10.4 ms.
+/// Timing of a SiRad by the limits of docs/modules.md: it measures every 15.8 ms at best, and its answer takes 10.4 ms.
 const SIRAD: Stopping = Stopping {
     name: "sirad",
     link: "1.0 Mbaud",
@@ -32,20 +32,20 @@ const SIRAD: Stopping = Stopping {
     read_us: 10_400,
 };
 
-/// Duration of one of many guard sweeps by parts, whose sum it is.
+/// Duration of one of many guard sweeps, by parts; it is their sum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardTime {
-    /// The setting `module`.
+    /// Value of the setting `module`.
     pub module: &'static str,
     /// Link to the module and its rate, as text.
     pub link: String,
-    /// Name and microseconds.
+    /// Name and duration of each part, microseconds.
     pub parts: Vec<(&'static str, u64)>,
 }
 
 impl GuardTime {
-    /// Duration with a turning mirror; `None` if the shaft has no room for the ramps. `settings` contain the
-    /// guard's angles.
+    /// Returns the duration with a turning mirror; `None` if the shaft has no room for the ramps. `settings` contain
+    /// the guard's angles.
     fn passing(
         settings: &Settings,
         schedule: &Schedule,
@@ -77,7 +77,7 @@ impl GuardTime {
         })
     }
 
-    /// Duration with stops at every row. The next sweep begins at the row at which the last one ended.
+    /// Returns the duration with stops at every row. The next sweep begins at the row at which the last one ended.
     fn stopping(settings: &Settings, schedule: &Schedule, module: &Stopping) -> Self {
         let (ramp, rows) = (settings.motor.ramp(), u64::from(schedule.rows()));
         let moves = (1..schedule.rows()).map(|row| {
@@ -102,17 +102,17 @@ impl GuardTime {
         }
     }
 
-    /// Returns the period of the sweeps, microseconds.
+    /// Returns the period of the guard sweeps, microseconds.
     pub fn total(&self) -> u64 {
         self.parts.iter().map(|(_, us)| us).sum()
     }
 
-    /// Returns the rate of the sweeps, 1/s.
+    /// Returns the rate of the guard sweeps, 1/s.
     pub fn rate(&self) -> f64 {
         1e6 / self.total().max(1) as f64
     }
 
-    /// Returns the durations as one JSON object.
+    /// Returns the durations of the sweep's parts as one JSON object.
     pub fn json(&self) -> Value {
         let part = |(name, us): &(&str, u64)| ((*name).to_owned(), json!(ms(*us)));
         json!({
@@ -140,7 +140,7 @@ impl GuardTime {
     }
 }
 
-/// Returns the durations for every module at every rate of its link.
+/// Returns the durations of a guard sweep for every module at every rate of its link.
 ///
 /// # Errors
 /// No guard sweep is possible with the settings; the message names the cause.
@@ -167,7 +167,7 @@ pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
     Ok(times)
 }
 
-/// Returns the text table.
+/// Returns the durations of guard sweeps as a table of text.
 pub fn text(settings: &Settings, times: &[GuardTime]) -> String {
     let mut out = String::from("guard with  link                   sweep, ms  sweeps a second\n");
     out.extend(times.iter().map(GuardTime::text));
@@ -183,7 +183,7 @@ pub fn text(settings: &Settings, times: &[GuardTime]) -> String {
 mod tests {
     use super::*;
 
-    /// Returns the rate at 3 Mbaud, or over SPI.
+    /// Returns the rate of guard sweeps with a module at 3 Mbaud, or over SPI, 1/s.
     fn rate(settings: &Settings, module: &str) -> f64 {
         let wire = Wire {
             baud: 3_000_000,

@@ -1,4 +1,4 @@
-//! A session with an observer at the report port, over a pseudo-terminal.
+//! A session of the emulator with an observer at the report port, over a pseudo-terminal.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,7 +11,8 @@ use crate::emulate::qemu::write_all;
 use crate::live::pty::Pty;
 
 impl Session<'_> {
-    /// Connects `pty`: all reports of the image also go there, and what is typed there goes to the image.
+    /// Connects `pty`: all reports of the image, also those so far, go there, and what is typed there goes to the
+    /// image.
     pub fn watch(&mut self, mut pty: Pty) {
         for line in &self.lines {
             pty.write(format!("{line}\r\n").as_bytes());
@@ -19,8 +20,8 @@ impl Session<'_> {
         self.watcher = Some(pty);
     }
 
-    /// Passes the image's output to the observer and the observer's input to the image. Returns whether there was
-    /// any.
+    /// Passes the image's output to the observer, and the observer's input to the image. Returns whether there was
+    /// any input.
     pub(super) fn pass_on(&mut self, said: &[u8]) -> Result<bool> {
         let Some(pty) = &mut self.watcher else {
             return Ok(false);
@@ -31,8 +32,8 @@ impl Session<'_> {
         Ok(!typed.is_empty())
     }
 
-    /// Lets the image scan until `ended`, with the settings of the recording for each scan. A recording of
-    /// several scans is scanned once; the scanner is then stopped.
+    /// Lets the image scan until `ended`, with the recording's settings for each scan. After all `scans` of a
+    /// recording of several scans, the scanner is stopped.
     ///
     /// # Errors
     /// The emulator process has ended.

@@ -1,4 +1,4 @@
-//! A session whose module withholds its chirps, to test whether the mirror waits for them.
+//! A session of the emulator whose radar module withholds its chirps, to test whether the mirror waits for them.
 
 use std::time::Duration;
 
@@ -8,23 +8,23 @@ use stairscan::schedule::microsteps;
 use super::Session;
 use crate::emulate::qemu::write_all;
 
-/// Distance from which on the mirror has moved to another row, microsteps. Rows of 0.25 degrees are 35
-/// microsteps apart, less the fraction.
+/// Minimum distance from a trigger's row at which the mirror counts as moved to another one, microsteps. Rows of 0.25
+/// degrees are 35 microsteps apart, less the fraction.
 const ROW_APART: u64 = 20;
-/// Time without a move after which a withheld chirp belongs to the last row.
+/// Time without a move of the mirror after which a withheld chirp belongs to the last row.
 const LAST_ROW: Duration = Duration::from_secs(3);
 
-/// Whether a mirror at `position`, microsteps from the horizontal, has left the row of a trigger. The row is
-/// taken from the trigger's angle: a busy host serves triggers so late that the mirror may already have moved
-/// on.
+/// Whether a mirror at `position`, microsteps from the horizontal, has left the row of a trigger. The row is taken
+/// from `shaft_angle`, the trigger's angle in 0.001°: a busy host serves triggers so late that the mirror may already
+/// have moved on.
 fn has_left(position: Option<i64>, shaft_angle: i32) -> bool {
     let row = i64::from(microsteps(shaft_angle));
     position.is_some_and(|position| position.abs_diff(row) >= ROW_APART)
 }
 
 impl Session<'_> {
-    /// Sends a withheld chirp once the mirror has moved by a row, or after a timeout: behind the last row it
-    /// does not move.
+    /// Sends a withheld chirp once the mirror has moved by a row, or after a timeout, since the mirror does not move
+    /// behind the last row. Returns whether a chirp was sent.
     pub(super) fn release(&mut self) -> Result<bool> {
         let Some(chirp) = &self.withheld else {
             return Ok(false);

@@ -3,21 +3,21 @@
 
 use super::super::logistic::Matrix;
 
-/// Gaussian prior of a parameter.
+/// Gaussian prior of a fitted parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
-    /// Its mean.
+    /// Mean of the prior, in the parameter's unit.
     pub mean: f64,
-    /// Its standard deviation.
+    /// Standard deviation of the prior, in the parameter's unit.
     pub sigma: f64,
 }
 
 /// Peak of the posterior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peak {
-    /// The parameters.
+    /// Each parameter at the peak.
     pub at: Vec<f64>,
-    /// Standard errors, from the curvature.
+    /// Standard error of each parameter, from the curvature at the peak.
     pub errors: Vec<f64>,
 }
 
@@ -32,7 +32,7 @@ const DAMPING: f64 = 1e-3;
 /// Factor by which the damping grows after a step that does not increase the posterior, and shrinks
 /// after one that does.
 const DAMPING_FACTOR: f64 = 10.0;
-/// Damping at which the search ends.
+/// Damping at which the search ends, in units of the prior's precision.
 const MAX_DAMPING: f64 = 1e12;
 
 /// Maximises `likelihood` (nats) plus the log-priors from `start`. The likelihood must be smooth
@@ -88,7 +88,7 @@ pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64
     }
 }
 
-/// Returns gradient and negative Hessian by central differences.
+/// Returns gradient and negative Hessian of `value` at `u` by central differences; `here` is the value there.
 fn differences(u: &[f64], here: f64, value: &impl Fn(&[f64]) -> f64) -> (Vec<f64>, Matrix) {
     let count = u.len();
     let moved = |steps: &[(usize, f64)]| {

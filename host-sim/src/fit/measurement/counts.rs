@@ -3,46 +3,49 @@
 use super::labels::{Hit, Level, Sample};
 use stairscan::params::generative::{EXTENDED, POINTS};
 
-/// A point feature that was expected to be visible.
+/// A point feature (such as a corner or nosing) of a riser that was expected to be visible.
 #[derive(Clone, Copy, Debug)]
 pub struct DetectionTrial {
-    /// Its class.
+    /// Index of its class.
     pub class: usize,
-    /// Covariates of its detection: 1, predicted level (tens of dB over 30 dB), distance to its
-    /// neighbour in resolution cells less one.
+    /// Covariates of its detection: 1; predicted level, tens of dB over 30 dB; distance to the neighbouring feature,
+    /// in resolution cells less one.
     pub on: [f64; 3],
     /// Whether it was detected.
     pub seen: bool,
 }
 
-/// Numbers of echoes of extended features in a scan.
+/// Numbers of echoes of extended features (face, tread, floor, air, inside, noise) in one scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Scan {
-    /// Its strongest echo, tens of dB over 30 dB.
+    /// SNR of the scan's strongest echo, tens of dB over 30 dB.
     pub q: f64,
-    /// Echoes by class.
+    /// Number of echoes of each class.
     pub echoes: [f64; EXTENDED],
-    /// Exposure by class, for example metres of tread.
+    /// Exposure of each class, for example metres of tread: the expected number of echoes is rate times exposure.
     pub exposure: [f64; EXTENDED],
 }
 
-/// Statistics of all labelled scans.
+/// Sufficient statistics of all labelled scans.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
-    /// Echoes of each class of point features.
+    /// For each class of point features: offsets and level of every echo that is assigned to one.
     pub hits: [Vec<(Hit, Level)>; POINTS],
-    /// Point features of each riser.
+    /// For each riser: its point features that were expected to be visible.
     pub trials: Vec<Vec<DetectionTrial>>,
-    /// For each riser: covariates of showing no echo, and whether it shows none.
+    /// For each riser: covariates of showing no echo (1, predicted level, whether its foot is hidden, level of the
+    /// riser before), and whether it shows none.
     pub risers: Vec<(Vec<f64>, bool)>,
-    /// By class of extended features: level, distance from the surface and its standard deviation.
+    /// For each class of extended features and each of its echoes: level, distance from the surface and the standard
+    /// deviation of that from the angle's noise, metres.
     pub extended: [Vec<(Level, f64, f64)>; EXTENDED],
-    /// The scans.
+    /// Numbers of echoes of extended features in each scan.
     pub scans: Vec<Scan>,
 }
 
 impl Counts {
-    /// Adds one scan: its strongest echo, its exposures of face, tread and floor, its samples.
+    /// Adds one scan: SNR of its strongest echo (tens of dB over 30 dB), its exposures of face, tread and floor, and
+    /// its labelled samples.
     pub fn add(&mut self, q: f32, exposure: [f32; 3], samples: &[Sample]) {
         let mut scan = Scan {
             q: q.into(),

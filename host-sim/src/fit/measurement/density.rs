@@ -15,26 +15,27 @@ const TAIL_WIDTH: f64 = 128.0;
 const PROBIT: f64 = 1.702;
 /// Minimum share of a level's distribution above the detection threshold.
 const MIN_TAIL: f64 = 0.02;
-/// Width of the uniform component of a level, dB.
+/// Width of the uniform component in the distribution of an echo's level, dB.
 const FLAT_DB: f64 = 50.0;
 
-/// Logarithm of the density with tails at the squared deviation `z2`, in variances.
+/// Logarithm of a density with heavy tails, not normalised, at the squared deviation `z2`, in variances.
 pub fn log_tailed(z2: f64) -> f64 {
     (CORE * (-0.5 * z2).exp_portable() + TAIL * (1.0 + z2 / TAIL_WIDTH).powi(-4)).ln_portable()
 }
 
-/// Density with tails in two dimensions, from the squared deviation and the product of the
+/// Density with heavy tails in two dimensions, from the squared deviation in variances and the product of the two
 /// variances.
 pub fn tailed(z2: f64, variances: f64) -> f64 {
     (log_tailed(z2)).exp_portable() / (TAU * variances.sqrt())
 }
 
-/// Upper tail of the normal distribution, logistic approximation.
+/// Upper tail of the standard normal distribution beyond `z`, logistic approximation.
 pub fn above(z: f64) -> f64 {
     1.0 / (1.0 + (PROBIT * z).exp_portable())
 }
 
-/// Density of a level, truncated at the detection threshold.
+/// Density of an echo's level, per dB: a Gaussian, truncated at the detection threshold, and a uniform component of
+/// weight `flat`.
 pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
     let z = (snr_db - mean) / sigma;
     let tail = above((f64::from(MIN_DB) - mean) / sigma).max(MIN_TAIL);

@@ -1,4 +1,4 @@
-//! Fits the numbers of the measurement model to the labelled statistics (maximum posterior).
+//! Fits the parameters of the measurement model to the statistics of labelled echoes (maximum posterior).
 
 use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
@@ -25,33 +25,33 @@ pub const POINT_NAMES: [&str; POINTS] = [
 ];
 /// Names of the classes of extended features.
 pub const EXTENDED_NAMES: [&str; EXTENDED] = ["face", "tread", "floor", "air", "inside", "noise"];
-/// Index of the class of noise.
+/// Index of the class of noise, the last of the extended features.
 const NOISE: usize = EXTENDED - 1;
-/// Number of the classes that lie on a surface: face, tread, floor.
+/// Number of extended classes that lie on a surface: face, tread, floor. They are the first ones.
 const SURFACES: usize = 3;
-/// Weight of the uniform component of a point feature's level, as in the model.
+/// Weight of the uniform component in the distribution of a point feature's level, as in the model.
 const POINT_FLAT: f64 = 0.05;
-/// Weight of the uniform component of each extended class's level, as in the model.
+/// Weight of the uniform component in the distribution of each extended class's level, as in the model.
 const EXTENDED_FLAT: [f64; EXTENDED] = [0.05, 0.002, 0.005, 0.05, 0.01, 0.0];
 /// Variance of the visible ends of a hidden riser due to the beam, m², as in the model.
 const SOFT_M2: f64 = 0.000_144;
 /// Minimum visible height of a hidden riser, metres, as in the model.
 const MIN_SPAN_M: f64 = 0.01;
 
-/// A fitted number.
+/// A fitted parameter of the measurement model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
-    /// Class and field.
+    /// Names of its class and field.
     pub name: String,
-    /// Its value, in the field's unit.
+    /// Fitted value, in the field's unit.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of the value.
     pub error: f64,
-    /// Number of samples.
+    /// Number of samples that it is fitted to.
     pub count: usize,
 }
 
-/// Collects the fitted numbers of a class.
+/// Collects the fitted parameters of one class.
 struct ParameterLog<'n> {
     class: &'static str,
     count: usize,
@@ -69,7 +69,8 @@ impl ParameterLog<'_> {
         value as f32
     }
 
-    /// Adds a standard deviation with a lower bound, `floor`, from the fitted excess over it.
+    /// Adds a standard deviation with the lower bound `floor`, from the fitted excess over it (value, standard
+    /// error), and returns it.
     fn spread(&mut self, field: &str, floor: f64, (over, error): (f64, f64)) -> f32 {
         let value = floor.hypot(over);
         self.number(field, value, error * over.abs() / value)
@@ -89,7 +90,8 @@ fn around(mean: f32, sigma: f64) -> Prior {
     }
 }
 
-/// Prior of a standard deviation's excess over its lower bound.
+/// Returns the prior of a standard deviation's excess over its lower bound `floor`, around that of `value`. Excess
+/// and bound add as variances.
 fn over(value: f32, floor: f64, sigma: f64) -> Prior {
     let value = f64::from(value);
     Prior {
@@ -103,7 +105,8 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     climb(&start, priors, likelihood)
 }
 
-/// Fits the table to the statistics of echoes that were labelled with the table `old`.
+/// Fits the measurement model's parameters to the statistics of echoes that were labelled with the parameters `old`.
+/// Returns them, also as a list with standard errors.
 pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) {
     let mut new = START;
     let mut numbers = Vec::new();
@@ -155,7 +158,7 @@ pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) 
     (new, numbers)
 }
 
-/// Fits the offsets of a class's echoes from their feature.
+/// Fits mean and spread of the offsets of a class's echoes from their feature, and sets them in `p`.
 fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, log: &mut ParameterLog<'_>) {
     let priors = [
         around(start.range_m, sigma::RANGE_M),
@@ -187,8 +190,8 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, log: &mut Paramete
     p.sigma_per_width_m = log.spread("sigma per width m", floor::WIDTH_M, peak.of(5));
 }
 
-/// Fits the places of the echoes of hidden risers, a mixture of three: the lower end of the visible
-/// part, the top, uniform between them.
+/// Fits the places of the echoes of hidden risers, a mixture of three (the lower end of the visible part, the top,
+/// uniform between them), and sets them in `new`.
 fn hidden(hits: &[(Hit, Level)], new: &mut Generative, log: &mut ParameterLog<'_>) {
     let class = Class::Hidden as usize;
     let (start, ends) = (&START.points[class], [START.hidden.low, START.hidden.top]);
@@ -264,7 +267,8 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, log: &mut ParameterLog<'_
     }
 }
 
-/// Fits the level at a strongest echo of 30 dB, its slope per dB of that, and its standard deviation.
+/// Returns the fitted level where the scan's strongest echo has 30 dB, its slope per dB of that echo, and its
+/// standard deviation.
 fn levels_of<'l>(
     levels: impl Iterator<Item = &'l Level>,
     start: [f32; 3],
@@ -293,10 +297,10 @@ fn levels_of<'l>(
     ]
 }
 
-/// Scale of covariates in tens of dB, dB.
+/// Decibels per unit of the covariates in tens of dB.
 const TEN_DB: f64 = 10.0;
 
-/// Fits the log-odds of detection, by class.
+/// Fits the log-odds of detection of each class of point features; `None` for a class without samples.
 ///
 /// The model requires that a riser which shows anything shows at least one feature. Risers without a
 /// detected feature are therefore left out, and each of the others is weighted for those that are
@@ -325,12 +329,12 @@ fn probability(f: &DetectionTrial, g: &Generative) -> f64 {
     (1.0 / (1.0 + (-odds).exp_portable())).clamp(MIN_DETECTION, MAX_DETECTION)
 }
 
-/// Bounds of the probability of detection, as in the model.
+/// Minimum probability of detection, as in the model.
 const MIN_DETECTION: f64 = 0.02;
-/// See [`MIN_DETECTION`].
+/// Maximum probability of detection, as in the model.
 const MAX_DETECTION: f64 = 0.985;
 
-/// Fits a class of extended features.
+/// Fits rate, level and spread of a class of extended features, and sets them in `p`.
 fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<Number>) {
     let (start, samples) = (&START.extended[class], &counts.extended[class]);
     let mut log = ParameterLog {

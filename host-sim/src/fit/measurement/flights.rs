@@ -18,7 +18,7 @@ pub struct Build {
 }
 
 impl Build {
-    /// From a scene; `None` if its flights differ.
+    /// Returns the properties of a scene's flights going up; `None` if they differ or there are none.
     pub fn of(scene: &SceneSpec) -> Option<Self> {
         let up = scene.stairs.iter().filter(|s| s.direction == Way::Up);
         let mut builds = up.map(|s| Self {
@@ -29,7 +29,7 @@ impl Build {
         builds.all(|build| build == first).then_some(first)
     }
 
-    /// All combinations that are tried.
+    /// All combinations of open or closed risers and overhang that are tried.
     fn all() -> Vec<Self> {
         let closed = (0..=OVERHANGS).map(|k| Self {
             open: false,
@@ -45,27 +45,27 @@ impl Build {
 
 /// Number of overhangs that are tried besides none: up to 6 cm.
 const OVERHANGS: u8 = 12;
-/// Step between them, metres.
+/// Step between the overhangs that are tried, metres.
 const OVERHANG_STEP_M: f32 = 0.005;
-/// Number of walls that are tried, at the strongest echoes.
+/// Maximum number of walls that are tried, at the distances of the strongest echoes.
 const WALLS: usize = 3;
-/// Maximum distance between echoes of one wall, metres.
+/// Distance within which two echoes are those of one wall, metres.
 const SAME_WALL_M: f32 = 0.05;
 /// Minimum distance of a wall behind the last riser, metres: the shortest landing.
 const LANDING_M: f32 = 0.28;
-/// Minimum level of a wall's echo, dB.
+/// Minimum SNR of a wall's echo, dB.
 const WALL_DB: f32 = 8.0;
-/// Distances at which ramps begin, metres.
+/// Distances at which the ramps that are tried begin, metres.
 const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// Slopes of ramps: from 1:16 to more than a chair can climb.
+/// Slopes of the ramps that are tried: from 1:16 to more than a chair can climb.
 const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-/// Heights of objects that are no steps, metres: thresholds and boxes.
+/// Heights of the thresholds and boxes that are tried, metres.
 const THINGS_M: [f32; 5] = [0.015, 0.03, 0.3, 0.5, 0.8];
 /// Maximum height of a threshold, metres.
 const THRESHOLD_M: f32 = 0.1;
 
-/// Returns the most likely staircase with the true steps. Open risers, overhang, wall and objects
-/// are tried. `None` if the model cannot represent it: a step goes down or below the ground.
+/// Returns the most likely staircase with the true steps. Open risers, overhang, wall and objects are tried where the
+/// truth does not contain them. `None` if the model cannot represent the truth: a step goes down or below the ground.
 pub fn most_likely_staircase(
     model: &Model<'_>,
     truth: &Truth,
@@ -115,7 +115,7 @@ fn flight(steps: &[(f32, f32)], build: Build) -> Staircase {
     s
 }
 
-/// Distances of the strongest echoes.
+/// Returns the horizontal distances of the strongest echoes, candidates for a wall, metres, the strongest first.
 fn walls(model: &Model<'_>) -> Vec<f32> {
     let mut echoes: Vec<_> = model.echoes.iter().filter(|e| e.snr_db > WALL_DB).collect();
     echoes.sort_by(|a, b| b.snr_db.total_cmp(&a.snr_db));
@@ -128,7 +128,7 @@ fn walls(model: &Model<'_>) -> Vec<f32> {
     walls
 }
 
-/// Candidates for a scene without steps.
+/// Returns the candidates for a scene without steps: level ground, ramps, thresholds and boxes.
 fn non_step_candidates(model: &Model<'_>) -> Vec<Staircase> {
     let mut all = vec![Staircase::nothing()];
     for from_m in RAMPS_FROM_M {
@@ -147,20 +147,20 @@ fn non_step_candidates(model: &Model<'_>) -> Vec<Staircase> {
     all
 }
 
-/// One scan as a sample for the measurement model.
+/// One scan as a training sample for the measurement model.
 #[derive(Clone, Debug)]
 pub struct MeasurementSample {
-    /// Its recording's name.
+    /// Name of the scan's recording.
     pub name: String,
-    /// Its echoes after calibration on the ground.
+    /// Echoes of the scan, calibrated on the ground.
     pub echoes: Vec<Echo>,
-    /// Geometry of the instrument.
+    /// Geometry of the scan's polar map.
     pub geometry: Geometry,
-    /// Its field of view.
+    /// Field of view of the scan.
     pub view: View,
-    /// Ground truth.
+    /// Ground truth of the scene.
     pub truth: Truth,
-    /// Properties of the flight, if known.
+    /// Whether the flight's risers are open, and its overhang, if known.
     pub build: Option<Build>,
 }
 

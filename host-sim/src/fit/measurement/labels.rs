@@ -1,5 +1,5 @@
-//! Labels each echo with a class of the measurement model, given a staircase: the data that the model's numbers are
-//! fitted to.
+//! Labels each echo with a class of the measurement model, given a staircase. The labelled echoes are the data that
+//! the model's parameters are fitted to.
 //!
 //! An echo belongs to the point feature with the largest share of it, if that share exceeds the share of every class
 //! of extended features. Otherwise it belongs to the extended class with the largest density. The shares are those of
@@ -19,84 +19,84 @@ use stairscan::params::posterior as number;
 /// Level of an echo with its covariates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
-    /// Level of the echo, dB.
+    /// SNR of the echo, dB.
     pub snr_db: f32,
-    /// Contribution of its distance to the level, dB.
+    /// Change of the expected level due to the echo's distance, dB.
     pub fade_db: f32,
-    /// The scan's strongest echo over 30 dB, tens of dB.
+    /// SNR of the scan's strongest echo, tens of dB over 30 dB.
     pub q: f32,
 }
 
-/// An echo that is assigned to a point feature.
+/// An echo that is assigned to a point feature, with its offsets from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Offset in range, metres.
+    /// Range less the feature's, metres; of a hidden riser the horizontal distance from it, projected on the line of
+    /// sight.
     pub range_m: f32,
-    /// Offset across the line of sight, upwards, metres.
+    /// Offset from the feature across the line of sight, upwards, metres.
     pub across_m: f32,
     /// Standard deviation of `across_m` from the echo's estimated angle error, metres.
     pub noise_m: f32,
-    /// Excess of the lobe's width over a point's.
+    /// Excess of the lobe's width over a point scatterer's, in units of the latter.
     pub wide: f32,
-    /// Cosine of the angle below the horizontal.
+    /// Cosine of the echo's angle below the horizontal.
     pub cos: f32,
-    /// Height above the lower and above the upper end of the visible part of the riser, metres. Used for hidden
-    /// risers.
+    /// Height above the lower and above the upper end of the riser's visible part, metres. Used for hidden risers.
     pub above_m: [f32; 2],
-    /// The overhang in range, metres.
+    /// Overhang of the nosings, projected on the line of sight, metres.
     pub over_m: f32,
 }
 
-/// A labelled sample.
+/// A sample that labelling gives for the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sample {
     /// A point feature that was expected to be visible, with its echo if there is one.
     Feature {
-        /// Its class.
+        /// Class of the feature.
         class: Class,
-        /// Index of its riser.
+        /// Index of the riser that has the feature.
         riser: usize,
-        /// Predicted level, tens of dB over 30 dB.
+        /// Level that the scan's strongest echo predicts there, tens of dB over 30 dB.
         q: f32,
-        /// Distance to its neighbour, resolution cells.
+        /// Distance to the neighbouring feature, resolution cells.
         room: f32,
-        /// Its echo.
+        /// Echo that is assigned to the feature; `None` if it is not detected.
         hit: Option<(Hit, Level)>,
     },
-    /// A riser, after its features.
+    /// A riser; follows the samples of its features.
     Riser {
-        /// Predicted level at its first feature, tens of dB over 30 dB.
+        /// Level that the scan's strongest echo predicts at the riser's first feature, tens of dB over 30 dB.
         q: f32,
-        /// Whether its foot is hidden.
+        /// Whether the riser's foot is hidden.
         hidden: bool,
-        /// Level of the riser before, tens of dB over 15 dB.
+        /// Level of the riser before this one, tens of dB over 15 dB.
         before: f32,
-        /// Whether none of its features showed an echo.
+        /// Whether none of the riser's features has an echo.
         nothing: bool,
     },
-    /// An echo that is assigned to no point feature.
+    /// An echo that is assigned to no point feature, but to a class of extended features.
     Extended {
-        /// Its class: face, tread, floor, air, inside, noise.
+        /// Index of its class: face, tread, floor, air, inside, noise.
         class: usize,
-        /// Its level.
+        /// Level of the echo.
         level: Level,
-        /// Distance from the surface, metres.
+        /// Distance from the class's surface, metres; 0 for classes without a surface.
         off_m: f32,
         /// Standard deviation of `off_m` from the echo's estimated angle error, metres.
         noise_m: f32,
     },
 }
 
-/// Assignment of an echo to a point feature.
+/// A point feature with the echo that may be assigned to it.
 #[derive(Clone, Copy)]
 struct EchoAssignment {
     riser: usize,
     place: FeaturePlace,
-    /// Index of the echo and the feature's share of it.
+    /// Index of the echo of which the feature has the largest share, and that share.
     echo: Option<(usize, f32)>,
 }
 
-/// A model that labels echoes.
+/// A model that labels echoes, given a staircase.
 struct Labeller<'m, 'p>(&'m Model<'p>);
 
 impl<'p> Deref for Labeller<'_, 'p> {
@@ -107,8 +107,8 @@ impl<'p> Deref for Labeller<'_, 'p> {
     }
 }
 
-/// Passes the labels of the echoes and features under `s` to `emit`. Returns the exposures of face, tread and floor:
-/// expected numbers of echoes over their rates.
+/// Labels the echoes and features under the staircase `s` and passes each sample to `emit`. Returns the exposures of
+/// face, tread and floor: expected numbers of echoes over their rates.
 pub fn label(model: &Model<'_>, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> [f32; 3] {
     Labeller(model).label(s, emit)
 }
@@ -146,7 +146,7 @@ impl Labeller<'_, '_> {
         exposure
     }
 
-    /// Whether a share of an echo exceeds that of every class of extended features.
+    /// Whether a point feature's share of an echo exceeds that of every class of extended features.
     fn most(&self, s: &Staircase, echo: usize, share: f32) -> bool {
         let Some(e) = self.echoes.get(echo) else {
             return false;
@@ -156,13 +156,13 @@ impl Labeller<'_, '_> {
         share > (1.0 - share) * largest / parts.iter().sum::<f32>()
     }
 
-    /// Returns the index of the riser behind the tread below an echo.
+    /// Returns the index of the tread below an echo: the number of risers before it.
     fn tread_of(&self, s: &Staircase, e: &ModelEcho) -> usize {
         let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
         (0..s.len()).take_while(behind).count()
     }
 
-    /// Assigns echoes to the features of riser `k`, in the order of the likelihood; each feature gets the echo of
+    /// Appends the features of riser `k`, in the order of the likelihood, to `assignments`, each with the echo of
     /// which it has the largest share.
     fn claim(
         &self,

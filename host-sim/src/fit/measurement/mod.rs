@@ -35,20 +35,20 @@ pub use table::{print, write};
 /// Number of EM rounds. The labels converge after six.
 const ROUNDS: usize = 8;
 
-/// Result of the fit.
+/// Result of the measurement model's fit.
 #[derive(Clone, Debug)]
 pub struct Measured {
-    /// The table.
+    /// Fitted parameters of the measurement model.
     pub table: Generative,
-    /// Its numbers with standard errors.
+    /// The same parameters as a list, with standard errors.
     pub numbers: Vec<Number>,
-    /// Number of scans.
+    /// Number of labelled scans of the depth plane.
     pub scans: usize,
-    /// Mean log-likelihood of the true flights, nats a scan, in each round.
+    /// Mean log-likelihood of the true flights, nats a scan, in each EM round.
     pub rounds: Vec<f64>,
 }
 
-/// Fits the table to the sightings.
+/// Fits the parameters of the measurement model to scans with ground truth, of both planes.
 pub fn measure(measurement_samples: &[MeasurementSample]) -> Measured {
     let mut out = Measured {
         table: prior::START,
@@ -82,7 +82,7 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> Measured {
     out
 }
 
-/// A scan whose echoes are labelled.
+/// A scan whose echoes are labelled with features or classes of the measurement model.
 struct Labelled {
     q: f32,
     exposure: [f32; 3],
@@ -104,24 +104,25 @@ fn label(measurement_sample: &MeasurementSample, g: &Generative) -> Option<Label
     })
 }
 
-/// Discrimination of true flights from alternatives with a table: means over scans, nats.
+/// Discrimination of true flights from alternatives with the parameters of a measurement model: means over scans,
+/// nats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Contrast {
-    /// Number of scans with steps.
+    /// Number of scans with steps over which the means are taken.
     pub scans: usize,
-    /// Log-likelihood of the truth.
+    /// Mean log-likelihood of the true flight.
     pub truth: f64,
-    /// -ln of the truth's posterior probability against: no staircase, the flight less its last step, one step more,
-    /// and a rise that is 3 cm higher or lower with all that follow.
+    /// Mean of -ln of the truth's posterior probability against one alternative each, in this order: no staircase;
+    /// the flight without its last step; one step more; the upper half of the steps 3 cm higher or lower.
     pub cost: [f64; 4],
 }
 
-/// Change of a rise height, metres.
+/// Change of a rise in the alternatives to a true flight, metres.
 const RISE_CHANGE_M: f32 = 0.03;
-/// Going of an added step where the flight has only one, metres.
+/// Going of the alternatives' additional step where the true flight has only one step, metres.
 const GOING_M: f32 = 0.28;
 
-/// Returns the contrast of a table on scans that it was not fitted to.
+/// Returns the discrimination of true flights with the parameters `g`, on scans that these were not fitted to.
 pub fn contrast(measurement_samples: &[MeasurementSample], g: &Generative) -> Contrast {
     let each: Vec<_> = measurement_samples
         .par_iter()
@@ -152,7 +153,8 @@ pub fn contrast(measurement_samples: &[MeasurementSample], g: &Generative) -> Co
     mean
 }
 
-/// Returns the cost of the truth against each of its alternatives. The first `seen` of its steps are visible.
+/// Returns -ln of the truth's posterior probability against each of its alternatives, in the order of
+/// [`Contrast::cost`]. Only the first `seen` of the true steps, which are visible, are used.
 fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
     let mut truth = *truth;
     while truth.len() > seen {

@@ -1,4 +1,4 @@
-//! Initial values and priors of the measurement model.
+//! Initial values and priors of the measurement model's parameters.
 //!
 //! Set by hand from the instrument and building practice: ranges within a centimetre, heights within
 //! a few centimetres, levels that follow the scene's strongest echo, half of the features detected.
@@ -6,11 +6,12 @@
 
 use stairscan::params::generative::{Extended, Generative, Hidden, Point, TreadNumbers};
 
-/// Level of corners and specular reflections: that of the scene's strongest echo, dB.
+/// Initial SNR of corners and specular reflections where the scene's strongest echo has 30 dB, dB.
 const BRIGHT_DB: f32 = 25.0;
-/// Level of edges, dB.
+/// Initial SNR of edges and hidden risers where the scene's strongest echo has 30 dB, dB.
 const DIM_DB: f32 = 12.0;
-/// Level of edges of open treads, which have no brighter neighbour, dB.
+/// Initial SNR of edges of open treads, which have no stronger neighbour, where the scene's strongest echo has 30 dB,
+/// dB.
 const OPEN_DB: f32 = 15.0;
 
 const fn point(range_mm: f32, across: [f32; 2], snr_db: f32, seen: f32, room: f32) -> Point {
@@ -41,7 +42,7 @@ const fn extended(rate: f32, snr_db: f32, snr_per_db: f32, off_sigma_m: f32) -> 
     }
 }
 
-/// Initial table.
+/// Initial parameters of the measurement model, from which the fit starts.
 pub const START: Generative = Generative {
     points: [
         point(4.0, [0.0, 0.005], BRIGHT_DB, 1.5, 1.0),
@@ -78,42 +79,44 @@ pub const START: Generative = Generative {
 /// Standard deviations of the priors around [`START`]. Those of standard deviations apply to the
 /// excess over their lower bounds.
 pub mod sigma {
-    /// Offsets in range, metres.
+    /// Standard deviation of the priors of echoes' offsets in range, metres.
     pub const RANGE_M: f64 = 0.005;
-    /// Offsets across the line of sight and in height, metres.
+    /// Standard deviation of the priors of offsets across the line of sight and in height, metres.
     pub const ACROSS_M: f64 = 0.03;
-    /// Contribution of the lobe's width, metres per unit.
+    /// Standard deviation of the priors of the lobe width's effect on the place across the line of sight, metres per
+    /// unit of width.
     pub const WIDTH_M: f64 = 0.2;
-    /// Levels, dB.
+    /// Standard deviation of the priors of levels, dB.
     pub const SNR_DB: f64 = 15.0;
-    /// Slopes of levels, per dB of the strongest echo.
+    /// Standard deviation of the priors of the levels' slopes, per dB of the scene's strongest echo.
     pub const SNR_PER_DB: f64 = 0.3;
-    /// Logarithm of a rate.
+    /// Standard deviation of the prior of the logarithm of a rate of echoes.
     pub const RATE: f64 = 3.0;
-    /// Logarithm of a rate per 10 dB.
+    /// Standard deviation of the prior of a log-rate's slope, per 10 dB of the scene's strongest echo.
     pub const RATE_PER_TEN_DB: f64 = 1.0;
-    /// Log-odds, around 0.
+    /// Standard deviation of the priors of log-odds, around 0.
     pub const ODDS: f64 = 3.0;
 }
 
-/// Lower bounds of standard deviations. The labels underestimate the spread: the truth is known to a
+/// Lower bounds of the fitted standard deviations. The labels underestimate the spread: the truth is known to a
 /// millimetre, and simulated surfaces are smoother than real ones.
 pub mod floor {
-    /// Range, metres.
+    /// Minimum standard deviation of an echo's offset in range, metres.
     pub const RANGE_M: f64 = 0.002;
-    /// Across the line of sight, metres.
+    /// Minimum standard deviation of an echo's offset across the line of sight, metres.
     pub const ACROSS_M: f64 = 0.0015;
-    /// Contribution of a wide lobe across the line of sight, metres per unit. Labelling truncates the
-    /// tails, and with too small a value an echo in them supports a wrong height too strongly.
+    /// Minimum contribution of a wide lobe to the standard deviation across the line of sight, metres per unit of
+    /// width. Labelling truncates the tails, and with too small a value an echo in them supports a wrong height too
+    /// strongly.
     pub const WIDTH_M: f64 = 0.05;
-    /// Echoes of hidden risers, metres.
+    /// Minimum standard deviation of the offsets of hidden risers' echoes, metres.
     pub const HIDDEN_M: f64 = 0.004;
-    /// Distance from a surface, metres.
+    /// Minimum standard deviation of an extended feature's echoes about its surface, metres.
     pub const OFF_M: f64 = 0.003;
-    /// Level of a point feature, dB.
+    /// Minimum standard deviation of a point feature's level, dB.
     pub const POINT_DB: f64 = 3.0;
-    /// Level of an extended feature, dB.
+    /// Minimum standard deviation of an extended feature's level, dB.
     pub const EXTENDED_DB: f64 = 2.0;
-    /// Level of noise above its threshold, dB.
+    /// Minimum of the mean level of noise echoes above the detection threshold, dB.
     pub const NOISE_DB: f64 = 0.3;
 }

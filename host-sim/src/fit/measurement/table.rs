@@ -1,4 +1,4 @@
-//! Writes the measurement model's table as Rust source for the firmware and as text.
+//! Writes the measurement model's parameters as Rust source for the firmware and as text.
 
 use std::fmt::Write as _;
 
@@ -6,11 +6,11 @@ use stairscan::params::generative::{Extended, Generative, Point, TreadEnd, Tread
 
 use super::estimate::{EXTENDED_NAMES, Number, POINT_NAMES};
 
-/// Decimals that are kept, as a factor: a hundredth of a millimetre, of a decibel or of a log-odds
-/// unit has no effect.
+/// Reciprocal of the last decimal that is kept, 0.00001 of the parameter's unit. A hundredth of a millimetre, of a
+/// decibel or of a log-odds unit has no effect.
 const UNIT: f64 = 1e5;
 
-/// Rounds the table to the decimals that the source file has.
+/// Returns the parameters, rounded to the decimals of the source file.
 pub fn rounded(g: &Generative) -> Generative {
     let near = |x: &mut f32| *x = ((f64::from(*x) * UNIT).round() / UNIT) as f32 + 0.0;
     let mut g = *g;
@@ -66,7 +66,7 @@ fn extended(p: &mut Extended) -> [(&'static str, &mut f32); 6] {
     ]
 }
 
-/// Returns the source file of the measurement model.
+/// Returns the Rust source file of the measurement model's parameters.
 pub fn write(g: &Generative) -> String {
     let mut g = rounded(g);
     let mut out = String::from(
@@ -139,7 +139,7 @@ fn entry(out: &mut String, kind: &str, name: &str, fields: &[(&str, &mut f32)]) 
     out.push_str("        },\n");
 }
 
-/// Returns a text with every number, its standard error and its number of samples.
+/// Returns a text with every parameter, its standard error and its number of samples.
 pub fn print(numbers: &[Number]) -> String {
     let mut out = String::new();
     for n in numbers {

@@ -1,4 +1,5 @@
-//! Fits the model of treads seen from above: rates of echoes, levels, heights, and echoes at their ends.
+//! Fits the model of treads seen from above (height plane): rates of echoes, levels, heights, and echoes at the
+//! treads' ends.
 
 use crate::fit::portable::Portable as _;
 use std::f64::consts::PI;
@@ -13,22 +14,23 @@ use super::climb::{Peak, Prior, climb};
 use super::estimate::Number;
 use super::flights::MeasurementSample;
 
-/// Width of a stretch in which echoes are counted, degrees.
+/// Width of a stretch of tread in which echoes are counted, degrees of the beam's angle.
 const STRETCH_DEG: f64 = 2.0;
-/// Maximum distance from a tread's end of the echoes that are counted for it, metres.
+/// Maximum distance along a tread from its end to the echoes that are counted as the end's, metres.
 const WINDOW_M: f64 = 0.06;
-/// Distance from every tread's level beyond which an echo is background, metres.
+/// Height difference to every tread beyond which an echo is background, metres.
 const OTHER_M: f64 = 0.03;
-/// Additional background echoes of each level per square metre, for objects that no scene of the draw contains.
+/// Additional background echoes of each level class per square metre, for objects that no scene of the draw contains.
 const UNKNOWN_PER_M2: f64 = 0.007;
-/// Minimum range of echoes, metres.
+/// Range at which the visible area begins, metres.
 const NEAREST_M: f64 = 0.25;
 /// Half-width of the interval with 95 % of a normal distribution, standard deviations.
 const NORMAL_95: f64 = 1.96;
 /// Degrees per radian.
 const DEG_PER_RAD: f64 = 180.0 / PI;
 
-/// A tread of a true staircase: its level, near end and far end, metres.
+/// A tread of a true staircase: its height above the ground, and the distances at which it begins to be visible and
+/// ends, metres.
 #[derive(Clone, Copy, Debug)]
 struct TrueTread {
     y_m: f64,
@@ -36,11 +38,11 @@ struct TrueTread {
     to_m: f64,
 }
 
-/// A scan with its true treads.
+/// A scan of the height plane with its true treads.
 struct SeenScan<'s> {
     measurement_sample: &'s MeasurementSample,
     treads: Vec<TrueTread>,
-    /// Level of the strongest echo, tens of dB over 30 dB.
+    /// SNR of the strongest echo, tens of dB over 30 dB.
     q: f64,
 }
 
@@ -79,7 +81,7 @@ impl<'s> SeenScan<'s> {
         f64::from(self.measurement_sample.view.height_m) - tread.y_m
     }
 
-    /// Returns the tread that an echo lies on.
+    /// Returns the true tread that an echo lies on; `None` if it lies on none.
     fn tread_of(&self, e: &Echo) -> Option<&TrueTread> {
         let on = |t: &&TrueTread| {
             let (x_m, y_m) = (f64::from(e.x_m), f64::from(e.y_m));
@@ -89,7 +91,7 @@ impl<'s> SeenScan<'s> {
         self.treads.iter().find(on)
     }
 
-    /// Whether an echo is background: on no tread.
+    /// Whether an echo is background: its height is that of no tread.
     fn is_other(&self, e: &Echo) -> bool {
         let far = |t: &TrueTread| (f64::from(e.y_m) - t.y_m).abs() > OTHER_M;
         self.treads.iter().all(far)
@@ -104,24 +106,26 @@ impl<'s> SeenScan<'s> {
     }
 }
 
-/// A stretch of tread in one scan: covariates of its rate, its length, its number of echoes.
+/// A stretch of tread in one scan: covariates of its rate of echoes, its length, its number of echoes.
 struct Stretch {
     on: [f64; 4],
     length_m: f64,
     echoes: f64,
 }
 
-/// Statistics that the numbers are fitted to.
+/// Statistics that the parameters of the tread model are fitted to.
 #[derive(Default)]
 struct TreadCounts {
     stretches: Vec<Stretch>,
-    /// Echoes of treads and of the background, by level.
+    /// By level class (1 dB): number of echoes on treads, and of the background.
     levels: [[f64; 2]; LEVELS],
     area_m2: f64,
-    /// Height error of each echo, and its standard deviation from the angle's noise, metres.
+    /// For each echo on a tread: its height less the tread's, and the standard deviation of that from the angle's
+    /// noise, metres.
     heights: Vec<(f64, f64)>,
-    /// By end: number of treads, and for each echo near the end its distance from it along the tread, the standard
-    /// deviation of that from the angle's noise, both in metres, and the rate of echoes there.
+    /// For an end behind the mirror, an end ahead, a start behind, a start ahead: number of treads, and for each echo
+    /// near the end its distance from it along the tread, the standard deviation of that from the angle's noise, both
+    /// in metres, and the rate of echoes there, per metre.
     ends: [(f64, Vec<[f64; 3]>); 4],
 }
 
@@ -145,7 +149,7 @@ fn level(e: &Echo) -> usize {
 }
 
 impl TreadCounts {
-    /// Collects everything but the echoes at the ends.
+    /// Collects the statistics of all scans, except for the echoes at the treads' ends.
     fn of(scans: &[SeenScan<'_>]) -> Self {
         let mut counts = Self::default();
         for scan in scans {
@@ -168,7 +172,7 @@ impl TreadCounts {
         counts
     }
 
-    /// Adds the visible stretches of a tread.
+    /// Adds the visible stretches of a tread. `lowest` and `highest` limit the view: tangents of the beam's angle.
     fn exposed(&mut self, scan: &SeenScan<'_>, tread: &TrueTread, (lowest, highest): (f64, f64)) {
         let depth_m = scan.depth_m(tread);
         let from = (tread.from_m / depth_m).max(lowest).atan() * DEG_PER_RAD;
@@ -191,7 +195,8 @@ impl TreadCounts {
         }
     }
 
-    /// Collects the echoes near the ends of treads.
+    /// Adds the echoes near the ends of a scan's treads. `rates` are the weights of the fitted rate of echoes along a
+    /// tread.
     fn look_at_ends(&mut self, scan: &SeenScan<'_>, rates: &[f64]) {
         for pair in scan.treads.windows(2) {
             let [upper, lower] = pair else { continue };
@@ -219,7 +224,7 @@ impl TreadCounts {
     }
 }
 
-/// Fitted numbers with names and standard errors.
+/// Collects the fitted parameters with names and standard errors.
 struct Listed {
     numbers: Vec<Number>,
 }
@@ -237,17 +242,19 @@ impl Listed {
     }
 }
 
-/// Wide priors of the rates' weights, from the antenna's lobes and building practice.
+/// Wide priors of the weights of the rate of echoes (see [`TreadNumbers::rate`]), from the antenna's lobes and
+/// building practice.
 const RATES: [Prior; 4] = [
     prior(2.0, 1.0),
     prior(0.0, 1.0),
     prior(-0.3, 1.0),
     prior(0.0, 1.0),
 ];
-/// Prior of the logarithm of a height's standard deviation in millimetres; as wide as [`RATES`].
+/// Prior of the natural logarithm of the standard deviation of tread echoes' heights in millimetres; as wide as
+/// [`RATES`].
 const HEIGHT: Prior = prior(1.0, 1.0);
-/// Priors of an end: logarithm of the number of echoes, their place in centimetres, logarithm of the place's standard
-/// deviation in centimetres. As wide as [`RATES`].
+/// Priors for the echoes at a tread's end: logarithm of their number; their place along the tread, centimetres;
+/// logarithm of the place's standard deviation in centimetres. As wide as [`RATES`].
 const END: [Prior; 3] = [prior(-1.0, 1.0), prior(0.0, 1.0), prior(-0.5, 0.5)];
 
 const fn prior(mean: f64, sigma: f64) -> Prior {
@@ -259,7 +266,7 @@ fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     climb(&start, priors, likelihood)
 }
 
-/// Fits the tread model to these scans. Returns the numbers, also as a list with standard errors.
+/// Fits the tread model to scans of the height plane. Returns its parameters, also as a list with standard errors.
 pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<Number>) {
     let below = measurement_samples.iter();
     let below =
@@ -339,8 +346,8 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
     (numbers, listed.numbers)
 }
 
-/// Returns the ratio of the 95 % quantile of the edges' normalised errors to that of a normal distribution. The
-/// errors are those of the current numbers against the true levels.
+/// Returns the ratio of the 95 % quantile of the edges' normalised errors to that of a normal distribution. The edges
+/// are those that the model with `numbers` places, given the treads' true levels.
 fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     // `Descending` keeps the reference.
     let numbers: &'static TreadNumbers = Box::leak(Box::new(numbers));
@@ -366,7 +373,8 @@ fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     within.map_or(1.0, |z| z / NORMAL_95)
 }
 
-/// Log-likelihood of the echoes near an end: the rate of the tread up to it plus the echoes of the end itself.
+/// Log-likelihood of the echoes near an end: the rate of the tread up to it plus the echoes of the end itself. `p`
+/// holds the parameters of [`END`], `echoes` distance, standard deviation (metres) and rate as in [`TreadCounts`].
 fn end_log_likelihood(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
     let (number, off_m) = (p[0].exp_portable(), 0.01 * p[1]);
     let sigma_m = 0.01 * p[2].exp_portable();
@@ -380,7 +388,8 @@ fn end_log_likelihood(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
 }
 
 impl TreadCounts {
-    /// Returns by level the density on treads over that of the background per square metre.
+    /// Returns for each level class its share of the echoes on treads over the number of background echoes per square
+    /// metre, m².
     fn ratios(&self) -> [f32; LEVELS] {
         let on: f64 = self.levels.iter().map(|[on, _]| on).sum();
         self.levels.map(|[tread, other]| {

@@ -10,7 +10,7 @@ use stairscan::verdict::{Reason, Reasons, Status};
 use super::Ms;
 use super::model::{Event, State};
 
-/// The answer to `recordings/stair_a`.
+/// Sentences of the answer to `recordings/stair_a`.
 const STAIR_A: [&str; 4] = [
     "$PSTR,SCAN,1,ok,up,3,0,,1000.0,98.9,0,100152FB,0*48425B4C",
     "$PSTR,STEP,1,1,3,500.5,165.4,279.5,165.4,1.5,3.7,100*2688B9C3",
@@ -36,7 +36,7 @@ fn live(uptime_ms: u32, age_ms: Option<u32>) -> String {
     }))
 }
 
-/// The head of a scan without steps.
+/// The `SCAN` sentence of a scan without steps.
 fn scan(number: u32, status: Status, reasons: &[Reason]) -> String {
     let reasons = reasons.iter().fold(Reasons::NONE, |all, r| all.with(*r));
     line(&Sentence::Scan(ScanLine {

@@ -31,7 +31,7 @@ fn text(buffer: &Buffer) -> String {
     rows.map(row).collect()
 }
 
-/// Compares the screen with the snapshot `name`.
+/// Compares the screen with the snapshot `name`, and returns it.
 fn snapshot(name: &str, state: &State, prompt: &Prompt, now: Ms) -> Buffer {
     let buffer = drawn(state, prompt, now);
     let text = text(&buffer);

@@ -1,6 +1,6 @@
-//! A chirp of the chip as programmed by its registers.
+//! A chirp of the BGT60TR13C as its registers program it.
 
-/// Parameters of a programmed chirp.
+/// Parameters of a chirp: frequencies, samples and duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chirp {
     /// Frequency at the first sample, Hz.
@@ -9,21 +9,21 @@ pub struct Chirp {
     pub step_hz: f64,
     /// Frequencies at the beginning and the end of the ramp, Hz.
     pub ramp_hz: [f64; 2],
-    /// Number of samples.
+    /// Number of samples of the chirp.
     pub samples: usize,
-    /// Sample rate, Hz.
+    /// Sample rate of the converter, Hz.
     pub rate_hz: f64,
-    /// Time from the frame's start to the last sample, seconds.
+    /// Time from the start of the frame to the last sample, seconds.
     pub duration_s: f64,
 }
 
 impl Chirp {
-    /// Returns the middle of the sweep within the samples, Hz.
+    /// Returns the frequency in the middle between the first and the last sample, Hz.
     pub fn carrier_hz(&self) -> f64 {
         self.first_hz + self.bandwidth_hz() / 2.0
     }
 
-    /// Returns the bandwidth of the sweep within the samples, Hz.
+    /// Returns the swept bandwidth within the samples, Hz.
     pub fn bandwidth_hz(&self) -> f64 {
         self.step_hz * self.samples as f64
     }

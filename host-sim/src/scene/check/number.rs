@@ -23,7 +23,7 @@ pub fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
     Ok(())
 }
 
-/// Rejects an interval that does not run from lower to higher.
+/// Rejects an interval whose higher end does not exceed its lower one; `prefix` stands before both keys.
 pub fn ordered(
     prefix: &str,
     (low_key, low): (&str, f64),
@@ -38,9 +38,9 @@ pub fn ordered(
     Ok(())
 }
 
-/// Range of a place, metres.
+/// Permitted range of a place, metres.
 pub const POSITION: (f64, f64) = (-WORLD, WORLD);
-/// Range of a length, metres.
+/// Permitted range of a length, metres.
 pub const LENGTH: (f64, f64) = (1e-4, WORLD);
-/// Range of a level, dB.
+/// Permitted range of a level, dB.
 pub const DECIBEL: (f64, f64) = (-300.0, 300.0);

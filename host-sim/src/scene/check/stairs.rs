@@ -76,8 +76,8 @@ pub fn flight(prefix: &str, s: &StairsSpec) -> Result<()> {
     channel(prefix, s, (lowest, shortest))
 }
 
-/// Checks battered risers and nosing strips: only on closed flights going up, and smaller than
-/// riser and tread.
+/// Checks battered (inclined) risers and nosing strips: only on closed flights going up, and smaller than the lowest
+/// riser and the shortest tread.
 fn front(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result<()> {
     let closed = s.direction == Way::Up && !s.open;
     ensure!(

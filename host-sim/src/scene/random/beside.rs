@@ -7,7 +7,7 @@ use super::draw::pick;
 use super::flight::{flight, opened, surroundings};
 use super::shaped::workmanship;
 
-/// Objects, in equal shares.
+/// Objects beside, under or over a flight, in equal shares.
 const OBJECTS: [&str; 6] = [
     "deep overhang",
     "stringer beside",
@@ -17,7 +17,7 @@ const OBJECTS: [&str; 6] = [
     "ceiling",
 ];
 
-/// A flight of two to six steps and one of [`OBJECTS`].
+/// Draws a flight of two to six steps and one of [`OBJECTS`], whose name it returns.
 pub fn beside(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);

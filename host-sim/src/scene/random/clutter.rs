@@ -6,7 +6,7 @@ use super::draw::{pick, turn};
 use super::flight::floor;
 use super::none::{incline, wall_at};
 
-/// Contents of scenes without stairs, with their number among 28.
+/// Contents of the scenes of kind `clutter`, each with its number of seeds among 28 consecutive ones.
 pub const CLUTTER: [(&str, usize); 13] = [
     ("floor", 2),
     ("wall", 2),
@@ -23,7 +23,7 @@ pub const CLUTTER: [(&str, usize); 13] = [
     ("threshold", 2),
 ];
 
-/// Materials of floors.
+/// Materials of floors, in equal shares.
 const FLOORS: [&str; 5] = [
     "concrete",
     "dark-ceramic",
@@ -32,7 +32,7 @@ const FLOORS: [&str; 5] = [
     "metal",
 ];
 
-/// Draws a scene without stairs; `seed` selects the content in turn.
+/// Draws a scene without stairs; `seed` selects its content from [`CLUTTER`] in turn. Returns the content's name.
 pub fn clutter(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str {
     let what = turn(&CLUTTER, seed);
     scene
@@ -87,7 +87,7 @@ fn wall(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     );
 }
 
-/// Adds a ramp of `degrees`, 0.6 to 2.2 m long.
+/// Adds a ramp 0.6 to 2.2 m long that rises by `degrees`, or falls where they are negative.
 fn ramp(scene: &mut SceneSpec, degrees: f64, rng: &mut Random) {
     let (from, length) = (rng.between(0.4, 1.2), rng.between(0.6, 2.2));
     incline(scene, from, length, degrees);
@@ -108,8 +108,9 @@ fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
     });
 }
 
-/// Adds a standing person: legs of 9 to 15 cm over shoes of 24 to 32 cm, one foot up to `stride`
-/// before the other (DIN 33402-2: calf and thigh circumferences, foot lengths).
+/// Adds a standing person at `at` metres, `lateral` beside the plane: legs of 9 to 15 cm in diameter over shoes 24 to
+/// 32 cm long, one foot up to `stride` metres before the other (DIN 33402-2: calf and thigh circumferences, foot
+/// lengths).
 pub fn person(scene: &mut SceneSpec, (at, lateral): (f64, f64), stride: f64, rng: &mut Random) {
     let (apart, diameter) = (rng.between(0.08, 0.2), rng.between(0.09, 0.15));
     let (shoe, sole) = (rng.between(0.24, 0.32), rng.between(0.05, 0.09));
@@ -144,7 +145,7 @@ pub fn person(scene: &mut SceneSpec, (at, lateral): (f64, f64), stride: f64, rng
     }
 }
 
-/// Adds a post or bollard, mostly with a foot: a base plate, or a block of concrete.
+/// Adds a post or bollard at `at` metres, mostly with a foot: a base plate, or a block of concrete.
 fn post(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     let diameter = rng.between(0.04, 0.16);
     let lateral = rng.between(-0.08, 0.08);
@@ -183,8 +184,8 @@ fn post(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
     });
 }
 
-/// Adds four legs `wide` apart across the plane and `deep` along it, with tops at `height`. Returns
-/// their material.
+/// Adds four legs `wide` metres apart across the plane and `deep` along it, with tops at `height` metres; the nearest
+/// stand at `at`, their middle `lateral` beside the plane. Returns the name of their material.
 fn legs(
     scene: &mut SceneSpec,
     (at, lateral): (f64, f64),

@@ -55,7 +55,7 @@ pub fn downstairs(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     what
 }
 
-/// Returns the height of the floor below a flight going down, and the end of its surface.
+/// Returns the height of the floor below a flight going down, and the distance of that floor's end, metres.
 fn bottom(s: &StairsSpec) -> (f64, f64) {
     let part = |list: &[f64], k: usize, all: f64| list.get(k).copied().unwrap_or(all);
     let fall = (0..s.count).fold(0.0, |sum, k| sum + part(&s.rises_m, k, s.rise_m));
@@ -63,7 +63,7 @@ fn bottom(s: &StairsSpec) -> (f64, f64) {
     (s.base_m - fall, s.distance_m + run + s.landing_m)
 }
 
-/// Adds a wall at the end of the floor below.
+/// Adds a wall at the end of the floor below a flight going down.
 fn end(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     let (floor, at) = bottom(s);
     scene.wall.push(WallSpec {

@@ -7,7 +7,7 @@ use super::super::material::builtin;
 use super::super::maths::Random;
 use super::super::spec::{MaterialSpec, Polarisation, SceneSpec};
 
-/// Draws surfaces, antenna pattern, sweep errors, polarisation and yaw.
+/// Draws, from their range in real instruments, surfaces, antenna pattern, sweep errors, polarisation and yaw.
 pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
     surfaces(scene, rng);
     pattern(scene, rng);

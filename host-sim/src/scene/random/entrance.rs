@@ -8,7 +8,7 @@ use super::draw::{SOLID, pick, turn};
 use super::flight::{flight, floor, surroundings, uneven};
 use super::paving::{self, solid};
 
-/// Contents of scenes of streets and entrances, with their number among 12.
+/// Contents of the scenes of kind `entrance`, each with its number of seeds among 12 consecutive ones.
 pub const ENTRANCE: [(&str, usize); 12] = [
     ("kerb with gutter", 1),
     ("worn kerb", 1),
@@ -24,13 +24,14 @@ pub const ENTRANCE: [(&str, usize); 12] = [
     ("nosing strips", 1),
 ];
 
-/// Materials of roads.
+/// Materials of roads, drawn in equal shares by entry, thus asphalt twice as often.
 const ROADS: [&str; 3] = ["asphalt", "asphalt", "concrete"];
 
-/// End of the ground behind the scene's objects, metres.
+/// Distance of the end of the ground behind the scene's objects, metres.
 const END_M: f64 = 3.4;
 
-/// Draws a scene of a street or an entrance; `seed` selects the content in turn.
+/// Draws a scene of a street or an entrance; `seed` selects its content from [`ENTRANCE`] in turn. Returns the
+/// content's name.
 pub fn entrance(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str {
     let what = turn(&ENTRANCE, seed);
     match what {
@@ -50,7 +51,7 @@ pub fn entrance(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static 
     what
 }
 
-/// Returns a kerb `rise` high at `distance`, its edge rounded by 5 to 15 mm.
+/// Returns a kerb `rise` metres high at `distance` metres, its edge rounded by 5 to 15 mm.
 fn kerb(rng: &mut Random, distance: f64, rise: f64) -> StairsSpec {
     let mut s = flight(rng, 1);
     s.distance_m = distance;
@@ -63,7 +64,7 @@ fn kerb(rng: &mut Random, distance: f64, rise: f64) -> StairsSpec {
     s
 }
 
-/// Draws the height of a kerb over the road: lowered at crossings, or 10 to 14 cm.
+/// Draws the height of a kerb over the road, metres: 3 to 8 cm, lowered as at crossings, or 10 to 14 cm.
 fn upstand(rng: &mut Random) -> f64 {
     if rng.chance(0.5) {
         rng.between(0.03, 0.08)
@@ -140,7 +141,7 @@ fn ramp(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// Adds blisters 40 to 80 cm deep in a level pavement.
+/// Adds a field of blisters (domes of tactile paving) 40 to 80 cm deep to a level pavement.
 fn tactile(scene: &mut SceneSpec, rng: &mut Random) {
     let (from, material) = (
         rng.between(0.4, 1.4),
@@ -150,7 +151,7 @@ fn tactile(scene: &mut SceneSpec, rng: &mut Random) {
     paving::blisters(scene, (from, from + rng.between(0.4, 0.8)), &material, rng);
 }
 
-/// Adds blisters up to a kerb, as on the islands of crossings.
+/// Adds a field of blisters (domes of tactile paving) up to a kerb, as on the islands of crossings.
 fn tactile_kerb(scene: &mut SceneSpec, rng: &mut Random) {
     let (at, rise) = (rng.between(0.9, 1.7), upstand(rng));
     let s = kerb(rng, at, rise);
@@ -161,7 +162,7 @@ fn tactile_kerb(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// Adds corduroy bars 80 cm deep that end 40 cm before a flight.
+/// Adds corduroy (bars of tactile paving) 80 cm deep that ends 40 cm before a flight.
 fn tactile_stairs(scene: &mut SceneSpec, rng: &mut Random) {
     let count = 2 + rng.index(4);
     let mut s = flight(rng, count);
@@ -175,7 +176,7 @@ fn tactile_stairs(scene: &mut SceneSpec, rng: &mut Random) {
     scene.stairs.push(s);
 }
 
-/// Adds a channel's grate, 12 to 40 cm along the way, flush with the floor.
+/// Adds the grate of a drainage channel, 12 to 40 cm along the way, flush with the floor.
 fn grate(scene: &mut SceneSpec, rng: &mut Random) {
     let from = rng.between(0.5, 1.6);
     let to = from + rng.between(0.12, 0.40);

@@ -5,7 +5,7 @@ use crate::recording::Truth;
 use crate::scene::Scene;
 use crate::scene::spec::SceneSpec;
 
-/// The first twenty scenes of the list's entry `what`, with their truth.
+/// Returns the first twenty scenes with the content `what` of [`ENTRANCE`], with their truth.
 fn scenes(what: &str) -> Vec<(SceneSpec, Truth)> {
     let place = ENTRANCE.iter().position(|(name, _)| *name == what);
     let first = place.expect("an entry of the list") as u64;

@@ -4,7 +4,7 @@ use super::super::maths::Random;
 use super::super::spec::{FloorSpec, PostSpec, SceneSpec, StairsSpec, WallSpec, Way};
 use super::draw::{SOLID, pick};
 
-/// Draws a flight within building codes: step length 2 rise + going of 58 to 68 cm for most
+/// Draws a flight of `count` steps going up within building codes: step length 2 rise + going of 58 to 68 cm for most
 /// (Blondel's rule), and the dimensions of older houses and gardens for the rest.
 pub fn flight(rng: &mut Random, count: usize) -> StairsSpec {
     let going = rng.between(0.22, 0.39);
@@ -56,7 +56,7 @@ pub fn flight(rng: &mut Random, count: usize) -> StairsSpec {
     }
 }
 
-/// Draws workmanship: in half of the flights every step is off by a few millimetres.
+/// Draws the accuracy of a flight's steps: in half of the flights every step is off by a few millimetres.
 pub fn uneven(s: &mut StairsSpec, rng: &mut Random) {
     let spread = if rng.chance(0.5) {
         rng.between(0.002, 0.008)
@@ -103,7 +103,7 @@ pub fn surroundings(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
     }
 }
 
-/// Returns a floor from behind the wheels to `to_m`, or to the foot of the stairs.
+/// Returns a level floor from 0.6 m behind the mirror to `to_m` metres before it; `None`: to the foot of the stairs.
 pub fn floor(material: String, to_m: Option<f64>) -> FloorSpec {
     FloorSpec {
         from_m: -0.6,

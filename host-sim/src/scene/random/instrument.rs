@@ -1,4 +1,4 @@
-//! The scanner of a random scene.
+//! Draws of the scanner of a random scene.
 
 use super::super::maths::{LIGHT, Random};
 use super::super::spec::{PlaneSpec, SceneSpec};
@@ -26,11 +26,11 @@ pub fn equipment(scene: &mut SceneSpec, rng: &mut Random) {
 /// Length of a chirp, s: the paper's 200 samples at the default rate.
 const CHIRP_S: f64 = 1e-3;
 
-/// Maximum number of rows with a transform of 256 points: the scanner's map holds 65,536 cells,
-/// whatever part of the range axis the mirror's own echo takes.
+/// Maximum number of rows with a transform of 256 points: the scanner's map of 65,536 cells then holds them, whatever
+/// part of the range axis the mirror's own echo takes.
 const ROWS_AT_256: f64 = 255.0;
 
-/// Draws a scanner of another design: replaces mount, beam, sweep and schedule.
+/// Draws a scanner of another design: replaces mounting, beam, bandwidth, samples, angles and pitch.
 ///
 /// Mount heights of 25 to 80 cm are available at foot rest, battery box and arm rest of a powered
 /// wheelchair (ISO 7176-5 dimensions). Beams of 3 to 8° are those of horns and lenses of 25 to 75
@@ -66,7 +66,7 @@ pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
     }
 }
 
-/// Rounds to a multiple of `unit`, so that a recording's keys have few digits.
+/// Rounds `x` to a multiple of `unit`, so that the numbers in a recording's metadata have few digits.
 fn round_to(x: f64, unit: f64) -> f64 {
     let per = libm::floor(1.0 / unit + 0.5);
     if per >= 1.0 {

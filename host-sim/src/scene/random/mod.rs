@@ -179,29 +179,29 @@ pub enum Spread {
     Wide,
 }
 
-/// Random properties of a scene besides its shapes. Each part has its own stream of random numbers,
-/// so that the same seed gives the same staircase with either spread.
+/// Spread of a scene's random properties besides its shapes. Each of the two parts has its own stream of random
+/// numbers, so that the same seed gives the same staircase with either spread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variety {
     /// Properties that a recording states of its scanner: mount, beam, bandwidth, samples, angles,
     /// pitch.
     pub instrument: Spread,
-    /// Properties that it does not state: surfaces, antenna pattern, sweep errors, polarisation,
-    /// yaw.
+    /// Properties that a recording does not state: surfaces, antenna pattern, sweep errors, polarisation, yaw.
     pub effects: Spread,
 }
 
-/// Streams of the random numbers of scenes, apart from those of scans.
+/// Numbers of the streams of random numbers for a scene's shapes, instrument and effects, to which the kind's number is
+/// added. They differ from the streams of a scan.
 const STREAM: u64 = 0x5343_454E_4500;
 const INSTRUMENT: u64 = 0x494E_5354_5200;
 const EFFECTS: u64 = 0x4546_4645_4300;
 
-/// Returns scene `seed` of a kind, with the kind's own variety.
+/// Returns the scene of a kind that `seed` draws, with the kind's default variety.
 pub fn random(kind: Kind, seed: u64) -> SceneSpec {
     random_with(kind, kind.variety(), seed)
 }
 
-/// Returns scene `seed` of a kind with a given variety.
+/// Returns the scene of a kind that `seed` draws, with a given variety.
 pub fn random_with(kind: Kind, variety: Variety, seed: u64) -> SceneSpec {
     let stream = |of: u64| Random::new(seed, of + kind as u64);
     let rng = &mut stream(STREAM);

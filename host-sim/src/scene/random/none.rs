@@ -1,11 +1,11 @@
-//! Scenes without stairs, as in the first accuracy tables.
+//! Scenes without stairs, of the kind `none` that the first accuracy tables were made with.
 
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, DoorSpec, FloorSpec, PostSpec, RampSpec, SceneSpec, WallSpec};
 use super::draw::{pick, turn};
 use super::flight::floor;
 
-/// Contents of scenes without stairs, with their number among 40.
+/// Contents of the scenes of kind `none`, each with its number of seeds among 40 consecutive ones.
 pub const NONE: [(&str, usize); 10] = [
     ("floor", 5),
     ("wall", 6),
@@ -19,7 +19,7 @@ pub const NONE: [(&str, usize); 10] = [
     ("silent", 1),
 ];
 
-/// Draws a scene without stairs; `seed` selects the content in turn.
+/// Draws a scene without stairs; `seed` selects its content from [`NONE`] in turn. Returns the content's name.
 pub fn none(scene: &mut SceneSpec, seed: u64, rng: &mut Random) -> &'static str {
     let what = turn(&NONE, seed);
     let end = rng.between(2.0, 3.4);
@@ -52,7 +52,7 @@ fn wall(scene: &mut SceneSpec, rng: &mut Random) {
     );
 }
 
-/// Adds a wall at the end of the floor.
+/// Ends the floor at `at` metres, and adds a wall there.
 pub fn wall_at(scene: &mut SceneSpec, at: f64, material: String) {
     scene.floor[0].to_m = Some(at);
     scene.wall.push(WallSpec {
@@ -69,7 +69,8 @@ fn ramp(scene: &mut SceneSpec, rng: &mut Random) {
     incline(scene, from, length, degrees);
 }
 
-/// Adds a ramp of `degrees` to the floor, and the level surface at its top.
+/// Adds a ramp of `degrees` to the floor, from `from` metres on and `length` metres long, and the level surface at its
+/// end.
 pub fn incline(scene: &mut SceneSpec, from: f64, length: f64, degrees: f64) {
     let slope = libm::tan(degrees.to_radians());
     let material = scene.floor[0].material.clone();
@@ -103,7 +104,7 @@ fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
     });
 }
 
-/// Adds the legs of a person, a chair or a table.
+/// Adds the legs of a person, or of a chair or table.
 fn legs(scene: &mut SceneSpec, rng: &mut Random) {
     let person = rng.chance(0.5);
     let (count, at) = (if person { 2 } else { 4 }, rng.between(0.6, 1.8));
@@ -169,7 +170,7 @@ fn threshold(scene: &mut SceneSpec, rng: &mut Random) {
     });
 }
 
-/// Makes the transmitter silent: only noise remains or, below the last bit, no signal at all.
+/// Makes the transmitter silent: only noise remains or, with noise below the ADC's last bit, no signal at all.
 fn silent(scene: &mut SceneSpec, noise_figure_db: f64) {
     scene.radar.tx_power_dbm = -300.0;
     let receiver = &mut scene.receiver;

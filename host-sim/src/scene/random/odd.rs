@@ -1,10 +1,10 @@
-//! Irregular flights.
+//! Irregular flights: with one step off, with all steps off, or with one odd rise or going.
 
 use super::super::maths::Random;
 use super::super::spec::{SceneSpec, StairsSpec};
 use super::flight::{flight, opened, surroundings};
 
-/// Draws a flight with one step off by 2 to 4 cm, the rest shifted with it.
+/// Draws a flight with one rise off by 2 to 4 cm, the following steps shifted with it. Returns its description.
 pub fn irregular(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 3 + rng.index(4);
     let mut s = flight(rng, count);
@@ -33,9 +33,9 @@ pub fn irregular(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// Draws a flight whose rises and goings are all slightly off. A building code lets the largest and
-/// the smallest differ by 9.5 mm (IRC R311.7.5.1); old, outdoor and hand-made flights exceed that
-/// two or three times.
+/// Draws a flight whose rises and goings are all slightly off, and returns its description. A building code lets the
+/// largest and the smallest differ by 9.5 mm (IRC R311.7.5.1); old, outdoor and hand-made flights exceed that two or
+/// three times.
 pub fn uneven(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
@@ -53,7 +53,8 @@ pub fn uneven(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// Draws every rise and going of `s` about its mean.
+/// Draws every rise and going of `s` about the flight's own rise and going, with a standard deviation of 4 to 12 mm and
+/// 4 to 20 mm.
 pub fn make_irregular(s: &mut StairsSpec, rng: &mut Random) {
     let (rise, going) = (rng.between(0.004, 0.012), rng.between(0.004, 0.020));
     s.rises_m = (0..s.count)
@@ -64,10 +65,11 @@ pub fn make_irregular(s: &mut StairsSpec, rng: &mut Random) {
         .collect();
 }
 
-/// Minimum and maximum odd rise, metres: the lowest that counts, and more than a climbable step.
+/// Minimum and maximum of a rise that is made odd, metres: the lowest that counts as a step, and one higher than a
+/// chair can climb.
 const RISES: (f64, f64) = (0.06, 0.27);
 
-/// Draws a flight with one odd rise, one odd going, or both, otherwise regular.
+/// Draws a flight with one odd rise, one odd going, or both, otherwise regular. Returns its description.
 pub fn odd(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let count = 2 + rng.index(5);
     let mut s = flight(rng, count);
@@ -81,10 +83,10 @@ pub fn odd(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     what
 }
 
-/// Makes one rise or going (or both) of a regular flight odd.
+/// Makes one rise or going (or both) of a regular flight odd, and returns a description of the change.
 ///
-/// A floor laid after the stairs makes the first rise low or the last one high (the rest follows).
-/// A tread set at a wrong place is compensated by the next one (the rest stays).
+/// A floor laid after the stairs makes the first rise low or the last one high (all following steps are shifted with
+/// it). A tread set at a wrong place is compensated by the next one (the following steps stay).
 pub fn oddity(s: &mut StairsSpec, rng: &mut Random) -> &'static str {
     s.rises_m = vec![s.rise_m; s.count];
     s.goings_m = vec![s.going_m; s.count - 1];
@@ -117,15 +119,15 @@ pub fn oddity(s: &mut StairsSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// Draws the deviation of an odd rise: 2 to 5 cm up or down, as long as it and the compensating one
-/// stay within [`RISES`].
+/// Draws the deviation of an odd rise from the regular `rise`, metres: 2 to 5 cm up or down, as long as the odd rise
+/// and the compensating one stay within [`RISES`].
 fn odd_rise(rise: f64, rng: &mut Random) -> f64 {
     let room = (RISES.1 - rise).min(rise - RISES.0);
     let off = rng.between(0.02, room.clamp(0.02, 0.05));
     if rng.chance(0.5) { off } else { -off }
 }
 
-/// Makes value `place` odd. If `staying`, the next value compensates for it.
+/// Adds `off` to `values[place]`. If `staying`, the next value compensates for it, so that all following steps stay.
 fn shift(values: &mut [f64], place: usize, off: f64, staying: bool) {
     if let Some(value) = values.get_mut(place) {
         *value += off;

@@ -5,11 +5,10 @@ use super::super::maths::Random;
 use super::super::spec::{FloorSpec, PolylineSpec, SceneSpec, WallSpec};
 use super::draw::pick;
 
-/// Depth of the feet of solids below the floor, metres. It hides edges that exist only in the
-/// model.
+/// Depth below the floor to which solids reach, metres. It hides edges that exist only in the model.
 const DEPTH_M: f64 = 0.002;
 
-/// Returns a solid across the whole way.
+/// Returns a solid of the profile `points` (`[x, height]`, metres) that reaches across the whole way.
 pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
     PolylineSpec {
         points,
@@ -20,8 +19,8 @@ pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
     }
 }
 
-/// Returns a circular arc over a chord of `half` to both sides of `at`, `height` above the floor,
-/// closed below it.
+/// Returns the profile of a circular arc in `pieces` chords, from `half` metres before `at` to `half` behind it and
+/// `height` above the floor, closed below the floor.
 fn cap(at: f64, half: f64, height: f64, pieces: usize) -> Vec<[f64; 2]> {
     let radius = (half * half + height * height) / (2.0 * height);
     let most = libm::asin(half / radius);
@@ -59,8 +58,8 @@ pub fn blisters(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, r
     }
 }
 
-/// Adds corduroy from `from` to `to`: rounded bars across the way, 6 mm high and 20 mm wide at a
-/// pitch of 50 mm (by the guidance cited above).
+/// Adds corduroy from `from` to `to`, metres: rounded bars across the way, 6 mm high and 20 mm wide at a pitch of 50 mm
+/// (by the guidance cited for [`blisters`]).
 pub fn corduroy(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, rng: &mut Random) {
     let pitch = rng.between(0.048, 0.052);
     let bars = ((to - from) / pitch) as usize;

@@ -5,7 +5,7 @@ use super::super::spec::{PlaneSpec, SceneSpec, Way};
 use super::draw::pick;
 use super::flight::{flight, opened, surroundings, uneven};
 
-/// Draws a flight or kerb going up, with its surroundings.
+/// Draws a flight or kerb going up, with its surroundings. Returns its type.
 pub fn ascending(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     let kerb = rng.chance(0.2);
     let count = if kerb { 1 } else { 2 + rng.index(5) };
@@ -27,7 +27,7 @@ pub fn ascending(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     what
 }
 
-/// Draws a flight going down from under the scanner, which a pole holds out over the first edge.
+/// Draws a flight going down from under the scanner, which a pole holds out over the first edge. Returns its type.
 pub fn descending(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     scene.mount.plane = PlaneSpec::Height;
     scene.mount.height_m = rng.between(0.95, 1.3);

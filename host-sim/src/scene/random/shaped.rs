@@ -1,4 +1,5 @@
-//! Built forms: soft, low, steep, with a landing, platforms, open treads, kerbs.
+//! Flights of special shapes: soft, low, steep, with a landing, platforms, open treads, kerbs. Each function returns a
+//! description of what it drew.
 
 use super::super::maths::Random;
 use super::super::spec::{MaterialSpec, RampSpec, SceneSpec, StairsSpec, WallSpec};
@@ -243,8 +244,8 @@ pub fn kerb(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
     }
 }
 
-/// Draws the regularity of a flight: as codes require (half of these exact to the millimetre), or
-/// uneven.
+/// Draws the regularity of a flight: as codes require (half of these exact to the millimetre), or with all rises and
+/// goings off.
 pub fn workmanship(s: &mut StairsSpec, rng: &mut Random) {
     if rng.chance(0.7) {
         uneven(s, rng);

@@ -10,7 +10,7 @@ use crate::scene::spec::{PlaneSpec, Way};
 use crate::setup;
 use stairscan::config::Config;
 
-/// Number of seeds of each kind that are built.
+/// Number of seeds of each kind for which scenes are built.
 const SEEDS: u64 = 200;
 
 const WIDE: Variety = Variety {
@@ -91,7 +91,7 @@ fn scenes_without_stairs_have_no_steps_at_all() {
     }
 }
 
-/// The steps of the first flight: rises, goings and distance.
+/// Returns the rises, the goings and the distance of a scene's first flight, metres.
 fn flight_of(kind: Kind, seed: u64) -> (Vec<f64>, Vec<f64>, f64) {
     let s = random(kind, seed).stairs.remove(0);
     let rises = if s.rises_m.is_empty() {
@@ -239,7 +239,7 @@ fn a_wide_instrument_keeps_its_ranges_and_fits_the_scanner() {
     assert!(rows.iter().max() <= Some(&281), "{rows:?}");
 }
 
-/// A recording of a scene that has the right metadata and no echo.
+/// Returns a recording with a scene's metadata, without its flights, floors, posts and walls: a low wall 4 m away.
 fn blank(spec: &SceneSpec) -> Recording {
     let mut quiet = spec.clone();
     quiet.stairs.clear();

@@ -23,7 +23,7 @@ pub struct SceneSpec {
     pub radar: RadarSpec,
     /// Mounting of the scanner.
     pub mount: MountSpec,
-    /// The angles of the scan.
+    /// Mirror angles of the scan.
     pub sweep: SweepSpec,
     /// Errors of the mirror and its shaft.
     pub mirror: MirrorSpec,
@@ -51,8 +51,7 @@ pub struct SceneSpec {
     pub polyline: Vec<PolylineSpec>,
 }
 
-/// The radar module (paper, section II-A, and the radar equation, Skolnik, Introduction to Radar
-/// Systems, ch. 1).
+/// The radar module (paper, section II-A, and the radar equation, Skolnik, Introduction to Radar Systems, ch. 1).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RadarSpec {
@@ -104,7 +103,7 @@ impl Default for RadarSpec {
     }
 }
 
-/// Direction of the electric field.
+/// Direction of the electric field relative to the edges of the steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Polarisation {
@@ -178,15 +177,15 @@ pub enum PlaneSpec {
     Height,
 }
 
-/// The angles of the scan (paper, section II-B).
+/// Mirror angles of the scan (paper, section II-B).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SweepSpec {
-    /// First angle.
+    /// First mirror angle of the scan.
     pub first_deg: f64,
-    /// Last angle, included.
+    /// Last mirror angle of the scan, included.
     pub last_deg: f64,
-    /// Step of the angles.
+    /// Step from one mirror angle to the next.
     pub step_deg: f64,
 }
 
@@ -200,7 +199,7 @@ impl Default for SweepSpec {
     }
 }
 
-/// The mirror and its shaft.
+/// Errors of the mirror and its shaft.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MirrorSpec {
@@ -217,7 +216,7 @@ pub struct MirrorSpec {
     /// whose torque ripple the driver's microsteps do not even out completely. It is slow compared
     /// with a chirp, so that no chirp averages it.
     pub vibration_deg: f64,
-    /// Phase of that vibration at the horizontal.
+    /// Phase of the shaft's vibration at the mirror angle 0.
     pub vibration_phase_deg: f64,
     /// Run-out of the mirror's surface over a turn, which changes the phase of the mirror's own
     /// echo.
@@ -277,7 +276,7 @@ pub struct ReceiverSpec {
     pub sweep_bow: f64,
     /// Ripple of the sweep: amplitude of a sine, fraction of B (Griffiths, 1991: paired echoes).
     pub sweep_ripple: f64,
-    /// Periods of that ripple in one sweep.
+    /// Periods of the sweep's ripple in one sweep.
     pub sweep_ripple_cycles: f64,
     /// Gain of Q over I, dB.
     pub iq_gain_db: f64,
@@ -286,7 +285,7 @@ pub struct ReceiverSpec {
     /// 3 dB corner of the anti-alias filter, fraction of the sample rate. Complex samples use the
     /// beat frequencies from 0 to the sample rate (eq. 2).
     pub antialias_cutoff: f64,
-    /// Order of that filter (Butterworth).
+    /// Order of the anti-alias filter (Butterworth).
     pub antialias_order: u32,
     /// Bits of the ADC; samples are left-aligned in 16.
     pub adc_bits: u32,
@@ -326,7 +325,7 @@ pub struct MaterialSpec {
     pub conductivity: f64,
     /// Standard deviation of the surface's height.
     pub roughness_m: f64,
-    /// Correlation length of that height (exponential autocorrelation).
+    /// Correlation length of the surface's height (exponential autocorrelation).
     pub correlation_m: f64,
     /// Diffuse scatter of the volume and the fine texture: γ of σ° = γ cos θ, dB.
     pub diffuse_db: f64,

@@ -17,7 +17,7 @@ pub enum Way {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StairsSpec {
-    /// Upwards or downwards.
+    /// Direction of the flight, upwards or downwards.
     #[serde(default)]
     pub direction: Way,
     /// Distance from the mirror to the first step's foremost edge (up), or to the first edge
@@ -41,7 +41,7 @@ pub struct StairsSpec {
     /// Overhang of a tread over the riser below it.
     #[serde(default)]
     pub nosing_m: f64,
-    /// Radius of the foremost edge; real treads are broken or rounded by 2 to 10 mm.
+    /// Radius of the rounding of the foremost edge; real treads are broken or rounded by 2 to 10 mm.
     #[serde(default = "default_radius")]
     pub nosing_radius_m: f64,
     /// Whether the foremost edge is chamfered at 45° over `nosing_radius_m` rather than rounded:
@@ -80,7 +80,7 @@ pub struct StairsSpec {
     /// grating treads).
     #[serde(default)]
     pub channel_m: f64,
-    /// Depth of that channel's flanges.
+    /// Depth of the channel's flanges.
     #[serde(default = "default_flange")]
     pub channel_flange_m: f64,
     /// Whether the channel's open side faces the scanner, with the web behind.
@@ -119,10 +119,10 @@ fn default_landing() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FloorSpec {
-    /// Start of the surface.
+    /// Distance of the surface's beginning from the mirror, negative behind it.
     #[serde(default = "default_floor_start")]
     pub from_m: f64,
-    /// End of the surface; the default is the foot of the first flight going up, else 4 m.
+    /// Distance of the surface's end from the mirror; the default is the foot of the first flight going up, else 4 m.
     #[serde(default)]
     pub to_m: Option<f64>,
     /// Height of the surface.
@@ -140,14 +140,14 @@ fn default_floor_start() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RampSpec {
-    /// Start of the ramp.
+    /// Distance of the ramp's beginning from the mirror.
     pub from_m: f64,
-    /// End of the ramp.
+    /// Distance of the ramp's end from the mirror.
     pub to_m: f64,
-    /// Height at its start.
+    /// Height of the ramp at its beginning.
     #[serde(default)]
     pub from_height_m: f64,
-    /// Height at its end.
+    /// Height of the ramp at its end.
     pub to_height_m: f64,
     /// Its material.
     pub material: String,
@@ -157,12 +157,12 @@ pub struct RampSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WallSpec {
-    /// Distance of the wall.
+    /// Distance of the wall from the mirror.
     pub at_m: f64,
-    /// Height of its foot.
+    /// Height of the wall's foot.
     #[serde(default)]
     pub bottom_m: f64,
-    /// Height of its top.
+    /// Height of the wall's top.
     #[serde(default = "default_wall_top")]
     pub top_m: f64,
     /// Its material.
@@ -177,17 +177,17 @@ fn default_wall_top() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PostSpec {
-    /// Distance of its axis.
+    /// Distance of the post's axis from the mirror.
     pub at_m: f64,
     /// Lateral offset of its axis from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
-    /// Its diameter.
+    /// Diameter of the post.
     pub diameter_m: f64,
-    /// Height of its lower end.
+    /// Height of the post's lower end.
     #[serde(default)]
     pub bottom_m: f64,
-    /// Height of its upper end.
+    /// Height of the post's upper end.
     pub top_m: f64,
     /// Its material.
     pub material: String,
@@ -197,14 +197,14 @@ pub struct PostSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSpec {
-    /// Distance of its front.
+    /// Distance of the box's front from the mirror.
     pub from_m: f64,
-    /// Distance of its back.
+    /// Distance of the box's back from the mirror.
     pub to_m: f64,
-    /// Height of its underside.
+    /// Height of the box's underside.
     #[serde(default)]
     pub bottom_m: f64,
-    /// Height of its top.
+    /// Height of the box's top.
     pub top_m: f64,
     /// Width across the plane; the default is wider than the beam.
     #[serde(default)]
@@ -212,8 +212,7 @@ pub struct BoxSpec {
     /// Lateral offset of its middle from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
-    /// Whether a chair could mount it. If so, a box of 6 to 30 cm is a step of the truth, else an
-    /// uncounted one.
+    /// Whether a chair could mount the box. If so, a box of 6 to 30 cm is a step of the truth, else an uncounted one.
     #[serde(default)]
     pub mountable: bool,
     /// Its material.
@@ -224,15 +223,15 @@ pub struct BoxSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DoorSpec {
-    /// Distance of its front.
+    /// Distance of the door frame's front from the mirror.
     pub at_m: f64,
     /// Thickness of the surrounding wall.
     #[serde(default = "default_door_depth")]
     pub depth_m: f64,
-    /// Clear width.
+    /// Clear width of the opening.
     #[serde(default = "default_door_width")]
     pub width_m: f64,
-    /// Clear height.
+    /// Clear height of the opening.
     #[serde(default = "default_door_height")]
     pub height_m: f64,
     /// Lateral offset of the middle of the opening from the plane that the mirror sweeps.
@@ -241,7 +240,7 @@ pub struct DoorSpec {
     /// Width of a jamb and height of the lintel.
     #[serde(default = "default_frame")]
     pub frame_m: f64,
-    /// Height of the threshold, 0 for none.
+    /// Height of the door's threshold, 0 for none.
     #[serde(default)]
     pub threshold_m: f64,
     /// Its material.

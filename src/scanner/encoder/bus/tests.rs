@@ -7,17 +7,17 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 use proptest::prelude::*;
 
-/// State of a device on the bus.
+/// State of the simulated device on the I²C bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum At {
     /// Not addressed.
     #[default]
     Idle,
-    /// Receives bits of a byte: its address, or data.
+    /// Receives a byte, its address or data; `bits` counts the bits received.
     Hears { address: bool, byte: u8, bits: u8 },
     /// Holds the acknowledgement of a byte.
     Acknowledges { address: bool, byte: u8 },
-    /// Sends a byte; number of bits sent so far.
+    /// Sends a byte; `bits` counts the bits sent so far.
     Says { bits: u8 },
     /// Receives the acknowledgement of a byte it has sent.
     Asked,
@@ -26,13 +26,13 @@ enum At {
 /// Two wires with pull-ups, a master's two pins, and a device with 256 registers.
 #[derive(Default)]
 struct Wires {
-    /// Whether the master releases the line.
+    /// Whether the master releases the clock line.
     clock: bool,
     data: bool,
-    /// Whether the device holds the line low.
+    /// Whether the device holds the data line low.
     holds_data: bool,
     holds_clock: bool,
-    /// Number of reads of the clock for which the device still stretches it, at each bit.
+    /// Number of reads of the clock line during which the device holds it low, at each bit.
     stretch: u32,
     held: u32,
     at: At,
@@ -58,7 +58,7 @@ impl Wires {
         self.registers[usize::from(self.pointer)]
     }
 
-    /// Reaction of the device to a change of the levels.
+    /// Updates the device when the levels of clock and data line have changed from `before`.
     fn change(&mut self, before: (bool, bool)) {
         match (before, self.levels()) {
             ((true, true), (true, false)) => {

@@ -1,4 +1,4 @@
-//! Simulation of shaft, wire and module on one clock.
+//! Simulation of mirror shaft, serial wire and radar module on one clock.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, VecDeque};
@@ -24,19 +24,19 @@ use crate::verdict::Conditions;
 
 /// Core clocks in a microsecond.
 pub const MHZ: u64 = 168;
-/// Time between two polls, µs.
+/// Time between two polls of the sweep, µs.
 pub const SPARE: u32 = 5;
-/// Processing time of a row, µs.
+/// Time for which the simulated data path processes a row, µs.
 const WORK: u64 = 150;
-/// Latency of a step behind its timer, core clocks.
+/// Delay of a motor step behind its timer, core clocks.
 const LATENCY: u64 = 150;
-/// Indices of the wire's ends.
+/// Index of the scanner's end in pairs of both ends of the wire; below, that of the module's end.
 const SCANNER: usize = 0;
 const MODULE: usize = 1;
-/// Delay of a late chirp, µs.
+/// Time by which the answer with a late chirp is delayed, µs.
 const LATE_US: u64 = 70_000;
 
-/// Faults of a chirp's answer.
+/// Fault of the answer to one trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     Lost,
@@ -46,10 +46,10 @@ pub enum Fate {
     Repeat,
 }
 
-/// Position of the shaft while a chirp was captured, microsteps.
+/// Position of the shaft at begin, middle and end of a captured chirp, microsteps.
 #[derive(Clone, Copy, Debug)]
 pub struct Capture {
-    /// Position of the triggered row.
+    /// Position of the row that was triggered, microsteps.
     pub wanted: i32,
     pub begin: f64,
     pub middle: f64,
@@ -91,42 +91,43 @@ pub struct World {
     pub now: u64,
     pulser: Pulser<Pin, Pin, Pin>,
     next_step: Option<u64>,
-    /// Time and position of every step, core clocks and microsteps.
+    /// Time, core clocks, and position, microsteps, after every step, in order.
     way: Vec<(u64, i32)>,
     /// Baud rates of the scanner's end and of the module's, Mbaud.
     rates: [u8; 2],
-    /// Maximum rate of the module, Mbaud.
+    /// Maximum baud rate of the module, Mbaud.
     fastest: u8,
-    /// Trigger after which the module falls back to 1 Mbaud.
+    /// Number, from 0, of the trigger after which the module falls back to 1 Mbaud; `None`: it never does.
     reset_at: Option<u32>,
     ahead: bool,
     pin: bool,
-    /// Time of the last rising edge of TRIG.
+    /// Time of the last rising edge of TRIG, core clocks; `None` once a trigger has used it.
     edge: Option<u64>,
     /// Number of chirps whose trigger came without an edge.
     without_edge: u32,
     chirp_us: u64,
-    /// Time until which the scanner's transmitter is busy.
+    /// Time until which the scanner's transmitter is busy, core clocks.
     sending: u64,
     to_module: VecDeque<(u64, u8, u8)>,
-    /// Time until which the module's transmitter is busy.
+    /// Time until which the module's transmitter is busy, core clocks.
     answering: u64,
     to_scanner: VecDeque<(u64, u8, u8)>,
     decoder: Decoder,
     fates: BTreeMap<u32, Fate>,
     triggers: u32,
-    /// Angle, start and end of every capture.
+    /// Shaft angle in the trigger (0.001°), start and end (core clocks) of every captured chirp, in order.
     pub captures: Vec<(i32, u64, u64)>,
     before: Vec<u8>,
 }
 
 impl World {
-    /// Returns the duration of a byte at one end's rate, core clocks.
+    /// Returns the duration of a byte at the baud rate of end `end` of the wire, core clocks.
     fn byte(&self, end: usize) -> u64 {
         10 * MHZ / u64::from(self.rates[end])
     }
 
-    /// Returns the byte that end `end` receives of one that was sent at `rate`.
+    /// Returns the byte that end `end` of the wire receives if one is sent at `rate`, Mbaud; `None` if its port
+    /// drops it.
     fn heard(&self, byte: u8, rate: u8, end: usize) -> Option<u8> {
         match self.rates[end] {
             own if own == rate => Some(byte),
@@ -155,7 +156,7 @@ impl World {
         }
     }
 
-    /// Handles a whole request that the module has received at `at`.
+    /// Handles a complete request that the module has received at `at`, core clocks.
     fn request(&mut self, at: u64) {
         let Some(frame) = self.decoder.frame() else {
             return;
@@ -225,7 +226,7 @@ impl World {
         self.answering = at;
     }
 
-    /// Returns the position of the shaft at `time`, interpolated between steps.
+    /// Returns the position of the shaft at `time` (core clocks), interpolated between steps, microsteps.
     fn place(&self, time: u64) -> f64 {
         let next = self.way.partition_point(|&(at, _)| at <= time);
         let (from, a) = self.way[next.saturating_sub(1)];
@@ -322,7 +323,7 @@ impl Mirror for Shared {
     fn disable(&mut self) {}
 }
 
-/// Data path that records the rows.
+/// Data path that records the rows it gets, and takes time for each.
 struct Data {
     world: Shared,
     schedule: Schedule,
@@ -376,17 +377,17 @@ impl DataPath for Data {
     }
 }
 
-/// A bench with the shaft at rest near the sector.
+/// A bench for one scan, with the shaft at rest near the sector.
 pub struct Bench {
     world: Shared,
     pub ahead: bool,
     /// Whether chirps begin at the edge of TRIG.
     pub pin: bool,
-    /// Trigger at which the module falls back to 1 Mbaud.
+    /// Number, from 0, of the trigger at which the module falls back to 1 Mbaud; `None`: it never does.
     pub reset_at: Option<u32>,
-    /// Faults by trigger number; all other triggers are answered.
+    /// Faults of answers by number of the trigger, from 0; all other triggers are answered.
     pub fates: BTreeMap<u32, Fate>,
-    /// Durations of other work of the scanner, in turn, µs.
+    /// Durations of other work of the scanner, one every 401 polls, µs.
     pub busy_us: Vec<u32>,
 }
 

@@ -11,7 +11,7 @@ use crate::signal::radar::module::{LinkError, ModuleKind, RadarModule, Requested
 use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
-/// Returns the row times of the driver.
+/// Returns the times of a row by the driver of the BGT60TR13C.
 fn times() -> RowTimes {
     let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
@@ -20,10 +20,11 @@ fn times() -> RowTimes {
     row_times(&requested, 0).unwrap()
 }
 
-/// The chip on its bus.
+/// The simulated chip on its SPI bus.
 pub struct SpiChip {
     world: Shared,
-    /// Angle of the chirp under way, and when its last word has been read, core clocks.
+    /// Shaft angle of the chirp under way, 0.001°, and the time at which its last word has been read, core
+    /// clocks.
     chirp: Option<(i32, u64)>,
 }
 

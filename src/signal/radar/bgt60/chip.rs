@@ -5,117 +5,122 @@
 
 use crate::config::{RadarConfig, SAMPLES};
 
-/// Reference clock of the chip, MHz; the PLL's settings below are valid for no other [3.4.2].
+/// Reference clock of the chip, MHz; the PLL settings in this file are valid for no other [3.4.2].
 pub const CLOCK_MHZ: u32 = 80;
 
-/// Address of a register.
+/// Address of a register of 24 bits.
 pub type Address = u8;
 
-/// FRAME_START, resets, wake-up time [4.2].
+/// Main register: FRAME_START, resets, wake-up time [4.2].
 pub const MAIN: Address = 0x00;
-/// Sampling rate and conversion [4.3].
+/// Register of the converter: sampling rate and conversion [4.3].
 const ADC0: Address = 0x01;
-/// Versions of the digital part and of the antennas [4.4].
+/// Register with the versions of the digital part and of the antennas [4.4].
 pub const CHIP_ID: Address = 0x02;
-/// PLL, analog part [4.6].
+/// First register of the PLL's analog part [4.6].
 pub const PACR1: Address = 0x04;
-/// PLL, analog part [4.7].
+/// Second register of the PLL's analog part [4.7].
 const PACR2: Address = 0x05;
-/// SPI and FIFO settings [4.8].
+/// Register of SPI and FIFO settings [4.8].
 pub const SFCTL: Address = 0x06;
-/// Sensor ADC [4.9].
+/// Register of the sensor ADC [4.9].
 const SADC_CTRL: Address = 0x07;
-/// Blocks that are on while idle [4.11].
+/// Register of the blocks that are on while the chip is idle [4.11].
 const CSCI: Address = 0x0b;
-/// RF, baseband and gains during a chirp [4.10].
+/// First of three registers of RF, baseband and gains during a chirp [4.10].
 const CSU1: Address = 0x10;
-/// Blocks that are on during a chirp [4.11].
+/// Register of the blocks that are on during a chirp [4.11].
 const CSC1: Address = 0x16;
-/// Timing of a frame [4.12 to 4.15].
+/// First of four registers of a frame's timing [4.12 to 4.15].
 const CCR0: Address = 0x2c;
-/// Ramp and samples of the first chirp [4.16, 4.17].
+/// First register of the ramp and samples of the first chirp [4.16, 4.17].
 const PLL1: Address = 0x30;
-/// State of the FIFO [4.23].
+/// Register with the state of the FIFO [4.23].
 pub const FSTAT: Address = 0x5f;
 
-/// CHIP_ID of a BGT60TR13C [4.4].
+/// Value of the register CHIP_ID of a BGT60TR13C [4.4].
 pub const IDENTITY: u32 = 0x00_0303;
 
-/// MAIN: starts a frame.
+/// Bit of MAIN that starts a frame.
 pub const FRAME_START: u32 = 1;
-/// MAIN: sets all registers to their values after power-up.
+/// Bit of MAIN that sets all registers to their values after power-up.
 pub const SW_RESET: u32 = 1 << 1;
-/// MAIN: empties the FIFO and puts the state machine into deep sleep [5.10].
+/// Bit of MAIN that empties the FIFO and puts the state machine into deep sleep [5.10].
 pub const FIFO_RESET: u32 = 1 << 3;
-/// MAIN without those bits: both slow clocks as after reset, T_WU = (157 · 2^6 · 8 + 6 + 3) periods = 1.005 ms,
-/// because the converter's band gap takes up to 1 ms [table 61].
+/// Value of MAIN without frame start and resets: both slow clocks as after reset, T_WU =
+/// `157 · 2^6 · 8 + 6 + 3` periods of 80 MHz = 1.005 ms, because the converter's band gap takes up to 1 ms
+/// [table 61].
 pub const MAIN_AT_REST: u32 = 3 << 19 | 3 << 17 | 6 << 12 | 157 << 4;
 const WAKE_UP: u32 = (157 << 6 << 3) + 9;
 
-/// PACR1 as in the vendor's own configurations: regulators at 1.6 and 1.55 V, band gap, charge pump at 200 µA,
-/// loop filter and clock on, without waiting for lock.
+/// Value of PACR1 as in the vendor's own configurations: regulators at 1.6 and 1.55 V, band gap, charge pump at
+/// 200 µA, loop filter and clock on, without waiting for lock.
 pub const PLL_ON: u32 = 0xe9_67fd;
 
-/// FSTAT: an SPI command had an invalid number of clocks [5.8].
+/// Bit of FSTAT: an SPI command had an invalid number of clocks [5.8].
 pub const CLOCK_ERROR: u32 = 1 << 17;
-/// FSTAT: a burst was shorter or longer than announced [5.8].
+/// Bit of FSTAT: a burst was shorter or longer than announced [5.8].
 pub const BURST_ERROR: u32 = 1 << 18;
-/// FSTAT: underflow, a read from the empty FIFO.
+/// Bit of FSTAT: underflow, a read from the empty FIFO.
 pub const UNDERFLOW: u32 = 1 << 19;
-/// FSTAT: the FIFO holds more words than SFCTL's CREF.
+/// Bit of FSTAT: the FIFO holds more words than its threshold, the field CREF of SFCTL.
 pub const FILLED: u32 = 1 << 21;
-/// FSTAT: overflow, more samples than the FIFO holds.
+/// Bit of FSTAT: overflow, more samples than the FIFO holds.
 pub const OVERFLOW: u32 = 1 << 23;
-/// GSR0, the first byte of every answer: clock error, burst error, overflow or underflow [4.24].
+/// Bits of GSR0, the first byte of every answer: clock error, burst error, overflow or underflow [4.24].
 pub const GSR0_ERRORS: u8 = 0b1011;
-/// GSR0: overflow or underflow only.
+/// Bit of GSR0, the first byte of every answer: overflow or underflow of the FIFO.
 pub const GSR0_FIFO: u8 = 0b1000;
 
-/// T_START, from the state machine's signal to the beginning of the ramp: 10 · 8 + 10 [4.13].
+/// T_START, from the state machine's start of the chirp to the beginning of the ramp, periods of 80 MHz:
+/// `10 · 8 + 10` [4.13].
 const START: u32 = 90;
-/// T_PAEN, from that signal until the transmitter is on: 41 · 8, which is 3 µs after the beginning of the ramp
-/// [4.15].
+/// T_PAEN, from the state machine's start of the chirp until the transmitter is on, periods of 80 MHz: 41 · 8,
+/// which is 3 µs after the beginning of the ramp [4.15].
 const POWER_ON: u32 = 328;
-/// T_SSTART, from there to the first sample: 31 · 8 + 1, the maximum [4.15]. The transient of the baseband's 80
-/// kHz high pass has then decayed to an eighth, and the PLL has had its 5 µs since the beginning of the ramp
-/// [table 54].
+/// T_SSTART, from switching on the transmitter to the first sample, periods of 80 MHz: 31 · 8 + 1 (3.1 µs), the
+/// maximum [4.15]. The transient of the baseband's 80 kHz high pass has then decayed to an eighth, and the PLL
+/// has had its 5 µs since the beginning of the ramp [table 54].
 const SETTLE: u32 = 249;
-/// Time from the beginning of the ramp to the first sample.
+/// Time from the beginning of the ramp to the first sample, periods of 80 MHz.
 pub const LEAD: u32 = POWER_ON + SETTLE - START;
-/// Minimum duration of the ramp after the last sample: T_ECM, 1 µs [3.4.1].
+/// Minimum duration of the ramp after the last sample, periods of 80 MHz: T_ECM, 1 µs [3.4.1].
 const TAIL: u32 = CLOCK_MHZ;
-/// T_INIT0, 188 · 2^2 · 8 + 5, and T_INIT1, 150 · 8 + 3: 75 and 15 µs, the PLL's typical settling times
-/// [table 15]. The converter's calibration, 1792 · 2 + 1569 periods after 660 for its start, takes less [table 60].
+/// Settling time before the chirp, periods of 80 MHz: T_INIT0, 188 · 2^2 · 8 + 5, and T_INIT1, 150 · 8 + 3.
+/// They are 75 and 15 µs, the PLL's typical settling times [table 15]. The converter's calibration, 1792 · 2 +
+/// 1569 periods after 660 for its start, takes less [table 60].
 const SETTLE_PLL: u32 = 6021 + 1203;
 
-/// Time from FRAME_START to the first sample.
+/// Time from FRAME_START to the first sample, periods of 80 MHz.
 const AHEAD: u32 = WAKE_UP + SETTLE_PLL + POWER_ON + SETTLE;
 
-/// Frequency steps: 2^20 steps are 8 · 80 MHz, so 1024 steps are 625 kHz [3.4.2].
+/// Number of the PLL's frequency steps in 625 kHz: 2^20 steps are 8 · 80 MHz [3.4.2].
 const STEPS: u32 = 1024;
 const STEPS_KHZ: u32 = 625;
-/// Frequency of step 0: 96 · 8 · 80 MHz, kHz.
+/// Frequency of the PLL's step 0: 96 · 8 · 80 MHz, kHz.
 const ORIGIN_KHZ: u32 = 61_440_000;
-/// Band of the PLL, 58.0 to 63.5 GHz [table 54], in steps.
+/// Band of the PLL, 58.0 to 63.5 GHz [table 54], frequency steps from [`ORIGIN_KHZ`]: lower and upper end.
 const BAND: [i32; 2] = [-5_636_096, 3_375_104];
-/// Maximum slope, steps per period: 20.9 GHz per millisecond (400 MHz per microsecond is permitted, table 54).
-/// An echo at 3.2 m then has 445 kHz, just below the minimum cutoff of the anti-alias filter, 450 kHz
-/// [table 58]. Echoes beyond half the default sampling rate (500 kHz, 3.6 m) have the maximum possible attenuation.
+/// Maximum slope of the ramp, frequency steps (0.61 kHz) per period of 80 MHz: 20.9 GHz per millisecond (400
+/// MHz per microsecond is permitted, table 54). An echo at 3.2 m then has 445 kHz, just below the minimum
+/// cutoff of the anti-alias filter, 450 kHz [table 58]. Echoes beyond half the default sampling rate (500 kHz,
+/// 3.6 m) have the maximum possible attenuation.
 const SLOPE: u32 = 427;
-/// Maximum duration of the samples, periods: 256 µs.
+/// Maximum duration of a chirp's samples, periods of 80 MHz: 256 µs.
 const LONGEST: u32 = 20_480;
-/// Maximum bandwidth within the samples, steps: 5.34 GHz. With lead and tail it fills the band except 7 MHz at
-/// either end.
+/// Maximum bandwidth within a chirp's samples, frequency steps: 5.34 GHz. With lead and tail it fills the band
+/// except 7 MHz at either end.
 const WIDEST: u32 = SLOPE * LONGEST;
 const _: () =
     assert!(SLOPE * (LONGEST + LEAD + TAIL + 8) < (BAND[1] - BAND[0]) as u32 - 16 * STEPS);
-/// Permitted periods between samples: more than a conversion takes, 8 + 15 + 8 [8.5.4], and at most the
-/// divider's maximum.
+/// Minimum and maximum number of periods of 80 MHz between samples: more than a conversion takes, 8 + 15 + 8
+/// [8.5.4], and at most the divider's maximum.
 const DIVIDER: [u32; 2] = [32, 1023];
-/// Default number of pairs of samples.
+/// Default number of pairs of real samples in a chirp.
 const PAIRS: u16 = 128;
 
-/// Gains and power: minimum power, 18 dB in the first stage, 20 dB in the second, high pass at 80 kHz.
+/// Values of CSU1 and the two registers after it, gains and power: minimum power, 18 dB in the first stage, 20
+/// dB in the second, high pass at 80 kHz.
 ///
 /// The minimum power is 15 dB below 4 dBm [table 55]. With a lens of 30 dBi the radiated power is 19 dBm EIRP;
 /// 20 dBm are permitted (ERC Recommendation 70-03, annex 1, 57 to 64 GHz). An edge of -20 dBsm at 1.5 m then
@@ -129,7 +134,7 @@ const CHANNEL: [u32; 3] = [
     1 << 20 | 4 << 2 | 3,
 ];
 
-/// Registers with the same value for every chirp, in the order of writing.
+/// Registers with the same value for every chirp, as address and value in the order of writing.
 const FIXED: [(Address, u32); 13] = [
     (MAIN, MAIN_AT_REST),
     (PACR1, PLL_ON),
@@ -168,7 +173,8 @@ pub fn readback_mask(address: Address) -> u32 {
     0xff_ffff & !other
 }
 
-/// One chirp: `2 · pairs` samples, `divider` periods apart, on a ramp of `slope` steps a period.
+/// One chirp: `2 · pairs` samples, `divider` periods of 80 MHz apart, on a ramp of `slope` frequency steps per
+/// period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChirpShape {
     pub pairs: u16,
@@ -184,8 +190,9 @@ impl ChirpShape {
         slope: SLOPE,
     };
 
-    /// Returns the chirp nearest to the requested one. The slope is the maximum, unless the converter would be
-    /// too slow. A range therefore has the same beat frequency, and the same filters apply, for any bandwidth.
+    /// Returns the chirp nearest to the requested one (0: the default). The slope is the maximum, unless the
+    /// converter would be too slow. A range therefore has the same beat frequency, and the same filters apply,
+    /// for any bandwidth.
     pub fn of(bandwidth_khz: u32, pairs: u16) -> Self {
         let pairs = match pairs {
             0 => PAIRS,
@@ -207,17 +214,19 @@ impl ChirpShape {
         }
     }
 
-    /// Returns the duration of the samples, periods: from the first one to the time of one more after the last.
+    /// Returns the duration of the samples, periods of 80 MHz: from the first one to the time of one more after
+    /// the last.
     fn acquisition(&self) -> u32 {
         2 * u32::from(self.pairs) * self.divider
     }
 
-    /// Returns the length of the ramp, units of 8 periods.
+    /// Returns the length of the ramp, units of 8 periods of 80 MHz.
     fn ramp(&self) -> u32 {
         (LEAD + self.acquisition() + TAIL).div_ceil(8)
     }
 
-    /// Returns the frequency at the beginning of the ramp, steps; the ramp lies in the middle of the band.
+    /// Returns the frequency at the beginning of the ramp, steps from [`ORIGIN_KHZ`]; the ramp lies in the
+    /// middle of the band.
     fn start(&self) -> i32 {
         (BAND[0] + BAND[1] - (8 * self.ramp() * self.slope) as i32) / 2
     }
@@ -237,13 +246,13 @@ impl ChirpShape {
         self.acquisition().div_ceil(CLOCK_MHZ)
     }
 
-    /// Returns SFCTL: CREF one below the number of a chirp's words, MISO changing with the falling edge, which
-    /// suits clocks below 25 MHz, and reserved bits as after reset.
+    /// Returns the value of SFCTL: CREF one below the number of a chirp's words, MISO changing with the falling
+    /// edge, which suits clocks below 25 MHz, and reserved bits as after reset.
     pub fn fifo(&self) -> u32 {
         14 << 19 | 1 << 13 | (u32::from(self.pairs) - 1)
     }
 
-    /// Returns register `k` of those to be written, in order; `None` after the last.
+    /// Returns address and value of the `k`-th register to be written; `None` after the last.
     pub fn register(&self, k: u8) -> Option<(Address, u32)> {
         let own = [
             (SFCTL, self.fifo()),

@@ -8,11 +8,11 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Answers with `bytes`, repeated.
+/// SPI bus that answers every transfer with `bytes`, repeated.
 struct Babble {
     bytes: Vec<u8>,
     at: usize,
-    /// Maximum length of a transfer so far.
+    /// Maximum length of a transfer so far, bytes.
     longest: usize,
 }
 

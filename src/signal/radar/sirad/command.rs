@@ -5,17 +5,17 @@
 
 /// Maximum bandwidth that can be requested, kHz: the band of the chip, about 119 to 126 GHz.
 pub const MAX_KHZ: u32 = 7_000_000;
-/// Default bandwidth, kHz: that of the kit's own captures, and below the result of its `!K`.
+/// Default bandwidth, kHz: that of the kit's own captures, and below the 6.1 GHz that its command `!K` found.
 pub const USUAL_KHZ: u32 = 6_000_000;
-/// Resolution of the bandwidth, kHz.
+/// Resolution of the ramp's bandwidth, kHz.
 pub const STEP_KHZ: u32 = 2_000;
 
-/// Minimum number of samples of a ramp; a code counts its doublings.
+/// Minimum number of samples of a ramp; a code k stands for 2^k times this.
 const FEWEST: u16 = 32;
-/// Code of 256 samples, the maximum of a chirp.
+/// Code of 256 samples of a ramp, the maximum of a chirp.
 const MAX_SAMPLES_CODE: u32 = 3;
 
-/// A command with 32 bits, as it is sent.
+/// A command with 32 bits, as it is sent: `!`, letter, eight hexadecimal digits, CR, LF.
 pub type CommandLine = [u8; 12];
 
 /// Command for one measurement: both triggers at once.
@@ -40,12 +40,12 @@ pub const INFO: &[u8] = b"!I\r\n";
 /// | 0 | pre-trigger | 0 |
 const SYSTEM: u32 = 1 << 27 | 2 << 17 | 1 << 14 | 3 << 12 | 1 << 11 | 1 << 10 | 1 << 4;
 
-/// Returns [`SYSTEM`] as a command.
+/// Returns the system configuration [`SYSTEM`] as a command.
 pub fn system() -> CommandLine {
     line(b'S', SYSTEM)
 }
 
-/// Returns the baseband configuration for `2^code` times [`FEWEST`] samples:
+/// Returns the command of the baseband configuration for `2^code` times [`FEWEST`] samples:
 ///
 /// | bits | meaning | value used |
 /// |---|---|---|
@@ -60,13 +60,14 @@ pub fn baseband(code: u32) -> CommandLine {
     line(b'B', 1 << 29 | (code & 7) << 3)
 }
 
-/// Returns the command for the ramp's bandwidth, kHz: 16 bits in steps of [`STEP_KHZ`], upwards.
+/// Returns the command that sets the ramp's bandwidth to `bandwidth_khz`: 16 bits in steps of [`STEP_KHZ`],
+/// upwards.
 pub fn ramp(bandwidth_khz: u32) -> CommandLine {
     line(b'P', (bandwidth_khz / STEP_KHZ) & 0x7FFF)
 }
 
-/// Returns the code of the largest possible number of samples that does not exceed `samples`, but at least 32;
-/// of the maximum for 0.
+/// Returns the code of a ramp's number of samples, `2^code` times [`FEWEST`]: the largest that does not exceed
+/// `samples`, but at least 32; the maximum for 0.
 pub fn code(samples: u16) -> u32 {
     match samples {
         0 => MAX_SAMPLES_CODE,

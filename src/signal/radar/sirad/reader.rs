@@ -12,23 +12,23 @@
 use crate::config::MAX_SAMPLES;
 
 const SYNC: u32 = 0xAAAA_BBCC;
-/// Maximum number of values of a raw frame.
+/// Maximum number of values of a raw frame, I and Q counted separately.
 const MAX_VALUES: u16 = 2 * MAX_SAMPLES as u16;
 /// Maximum length of a text frame that is parsed, except raw frames.
 const MAX_TEXT_LENGTH: u16 = 100;
 /// Position of the bandwidth in a status frame, characters after its letter.
 const BANDWIDTH: core::ops::Range<u16> = 14..18;
 
-/// Result of a byte.
+/// Event that a received byte completes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReaderEvent {
-    /// A value of the raw frame with its index from 0: I, Q, I, Q …
+    /// A value of the raw frame: its index from 0 (I, Q, I, Q …), and the value.
     Value(u16, i16),
     /// End of a raw frame: its counter, and its number of values.
     Raw(u16, u16),
     /// Invalid bytes after the beginning of a raw frame.
     Broken,
-    /// A status frame: the bandwidth in steps, negative for a downward ramp.
+    /// A status frame: the bandwidth in steps of 2 MHz, negative for a downward ramp.
     Bandwidth(i16),
     /// An error frame: its flags.
     Error(u32),
@@ -53,7 +53,7 @@ enum ReaderState {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reader {
     state: ReaderState,
-    /// The last four bytes.
+    /// The last four bytes, the latest in the lowest bits.
     recent: u32,
     /// Number of bytes, values or characters in this part of the frame so far.
     at: u16,
@@ -63,7 +63,7 @@ pub struct Reader {
     digits: bool,
     /// Whether the value has a minus sign.
     minus: bool,
-    /// Counter of the raw frame, and its number of values as given in its head.
+    /// Counter of the raw frame (`counter`), and its number of values (`count`), as given in its head.
     counter: u16,
     count: u16,
 }
@@ -91,7 +91,7 @@ impl Reader {
         )
     }
 
-    /// Takes the next byte.
+    /// Takes the next byte. Returns the event that it completes, if any.
     pub fn push(&mut self, byte: u8) -> Option<ReaderEvent> {
         let before = self.recent;
         self.recent = before << 8 | u32::from(byte);
@@ -193,7 +193,8 @@ impl Reader {
         None
     }
 
-    /// Ends a value of a text frame.
+    /// Ends a number of a raw frame in text form: the counter, the number of values, or a value, which is
+    /// returned as an event.
     fn cell(&mut self) -> Option<ReaderEvent> {
         let number = self.number;
         let limited = number.min(0x7FFF) as i16;

@@ -53,7 +53,7 @@ fn table(counter: u16, values: &[i16]) -> Vec<u8> {
     (out + "\r\n").into_bytes()
 }
 
-/// A module and its port.
+/// A SiRad module and its serial port.
 #[derive(Default)]
 struct Bench {
     module: SiRad,

@@ -12,9 +12,9 @@ impl Packed {
     pub const ZERO: Self = Self(0);
     /// 1 + j: the rounding constant for halving both parts.
     pub const ONES: Self = Self(0x0001_0001);
-    /// Operand that selects the real part in a [`Arithmetic::dot`].
+    /// Operand of [`Arithmetic::dot`] that selects the real part of the other operand.
     pub const REAL: Self = Self(0x0000_0001);
-    /// Operand that selects the imaginary part in a [`Arithmetic::dot`].
+    /// Operand of [`Arithmetic::dot`] that selects the imaginary part of the other operand.
     pub const IMAGINARY: Self = Self(0x0001_0000);
 
     /// Creates a number from real and imaginary part.
@@ -68,18 +68,18 @@ pub trait Arithmetic {
     fn half_add_j(a: Packed, b: Packed) -> Packed;
     /// ⌊(a - jb) / 2⌋ of each part, without overflow.
     fn half_sub_j(a: Packed, b: Packed) -> Packed;
-    /// The smaller and the larger of each part.
+    /// The smaller and the larger of the real parts, likewise of the imaginary parts.
     fn sort(a: Packed, b: Packed) -> (Packed, Packed);
-    /// The larger of each part.
+    /// The larger of the real parts with the larger of the imaginary parts.
     fn max(a: Packed, b: Packed) -> Packed;
-    /// The smaller of each part.
+    /// The smaller of the real parts with the smaller of the imaginary parts.
     fn min(a: Packed, b: Packed) -> Packed;
 
     /// acc + Re(a·b).
     fn mul_re(a: Packed, b: Packed, acc: i32) -> i32;
     /// acc + Im(a·b).
     fn mul_im(a: Packed, b: Packed, acc: i32) -> i32;
-    /// acc + Re a · Re b + Im a · Im b.
+    /// acc + Re a · Re b + Im a · Im b, the sum of products of the parts.
     fn dot(a: Packed, b: Packed, acc: i32) -> i32;
     /// |a|².
     fn norm(a: Packed) -> u32;
@@ -97,11 +97,12 @@ pub trait Arithmetic {
     /// `limit`, and adds a·b to the limit.
     fn test(bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64);
 
-    /// Tests 32 neighbouring cells of a profile against their running limits, with `GUARD` guard and `TRAINING`
-    /// training cells on each side; bit k is set if cell k reaches its limit.
+    /// Tests 32 neighbouring cells of a profile against their running CFAR limits, with `GUARD` guard and
+    /// `TRAINING` training cells on each side; bit k is set if cell k reaches its limit.
     ///
     /// `cells` begins with the first cell's first training cell. A limit is the sum of the training cells times
-    /// `unit`; it is compared with the power times the ratio.
+    /// `unit`; it is compared with the power times the ratio. Returns the bits, and the limit of the cell after
+    /// the last.
     #[inline(always)]
     fn test_word<const GUARD: usize, const TRAINING: usize>(
         cells: &[u32],
@@ -138,7 +139,7 @@ pub trait Arithmetic {
         Self::pack_high(Self::mul_re(a, b, ROUND), Self::mul_im(a, b, ROUND))
     }
 
-    /// Four-point transform.
+    /// Four-point transform of t0…t3, without scaling.
     #[inline(always)]
     fn butterfly([t0, t1, t2, t3]: [Packed; 4]) -> [Packed; 4] {
         let (even_sum, even_diff) = (Self::add(t0, t2), Self::sub(t0, t2));
@@ -151,7 +152,7 @@ pub trait Arithmetic {
         ]
     }
 
-    /// Half the four-point transform.
+    /// Half the four-point transform of t0…t3.
     #[inline(always)]
     fn half_butterfly([t0, t1, t2, t3]: [Packed; 4]) -> [Packed; 4] {
         let (even_sum, even_diff) = (Self::add(t0, t2), Self::sub(t0, t2));
@@ -177,7 +178,7 @@ pub trait Arithmetic {
         stage_by::<Self>(src, dst, table, QUARTER)
     }
 
-    /// Runs the last stage, N = 4L, with the wanted form of the bins as output.
+    /// Runs the last stage of the transform, N = 4L, and writes the bins in the form `B`, complex or power.
     #[inline(always)]
     fn last<B: Bin, const N: usize, const L: usize, const QUARTER: bool>(
         src: &[Packed; N],
@@ -187,7 +188,7 @@ pub trait Arithmetic {
         last_by::<Self, B>(src, bins, table, QUARTER);
     }
 
-    /// Runs the last stage, N = 4L, with power as output.
+    /// Runs the last stage of the transform, N = 4L, and writes the power of the bins.
     #[inline(always)]
     fn last_power<const N: usize, const L: usize, const QUARTER: bool>(
         src: &[Packed; N],
@@ -198,18 +199,19 @@ pub trait Arithmetic {
     }
 }
 
-/// Output form of the last stage.
+/// Form in which the transform's last stage writes a bin: complex, or power.
 pub trait Bin: Copy {
-    /// Returns the output for the bin's complex value.
+    /// Returns the bin in this form for its complex value `x`.
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self;
 
-    /// Returns the output for the complex conjugate of the bin's value.
+    /// Returns the bin in this form for the complex conjugate of `x`.
     fn of_conjugate<A: Arithmetic + ?Sized>(x: Packed) -> Self;
 
     /// Returns the bin's power.
     fn power<A: Arithmetic + ?Sized>(self) -> u32;
 
-    /// Runs the last stage; power has a faster one.
+    /// Runs the last stage of the transform with bins of this form as output; for power there is a faster
+    /// function.
     #[inline(always)]
     fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
         src: &[Packed; N],
@@ -220,7 +222,7 @@ pub trait Bin: Copy {
     }
 }
 
-/// Complex output.
+/// Bin as a complex number.
 impl Bin for Packed {
     #[inline(always)]
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
@@ -236,7 +238,7 @@ impl Bin for Packed {
     }
 }
 
-/// Power output.
+/// Bin as power, the squared magnitude.
 impl Bin for u32 {
     #[inline(always)]
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
@@ -322,8 +324,9 @@ pub(in crate::signal::range) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
     }
 }
 
-/// Returns the bits that differ from their lower neighbour. The highest one set gives the number of significant
-/// bits of a part: the bits of a sign extension are all equal.
+/// Returns a word in which those bits are set that differ from the next lower bit of `x`. The highest one set
+/// gives the number of significant bits of a part (real or imaginary): the bits of a sign extension are all
+/// equal.
 #[inline(always)]
 pub fn magnitude_bits(x: Packed) -> u32 {
     x.0 ^ (x.0 << 1)

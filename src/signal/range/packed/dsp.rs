@@ -175,8 +175,8 @@ macro_rules! last_power {
     };
 }
 
-/// Tests two neighbouring cells: [r0] first training cell, [r1] ratios, r3:r2 limit, r4 bits, r5 unit. Every
-/// load reads two words.
+/// Tests two neighbouring cells against their running CFAR limits: [r0] first training cell, [r1] ratios, r3:r2
+/// limit, r4 bits, r5 unit. Every load reads two words.
 macro_rules! test_pair {
     () => {
         concat!(

@@ -15,9 +15,9 @@ pub(super) use arithmetic::{halves, last_by, stage_by};
 pub use dsp::Dsp;
 pub use portable::Portable;
 
-/// Arithmetic of this target.
+/// Arithmetic of the scanner's processor: DSP instructions.
 #[cfg(target_arch = "arm")]
 pub type Native = Dsp;
-/// Arithmetic of this target.
+/// Arithmetic of other targets: plain Rust.
 #[cfg(not(target_arch = "arm"))]
 pub type Native = Portable;

@@ -6,7 +6,7 @@ use super::arithmetic::{Arithmetic, Packed};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Portable;
 
-/// Applies `op` to the parts of two numbers.
+/// Applies `op` to the real parts, and to the imaginary parts, of two numbers.
 #[inline(always)]
 fn each(a: Packed, b: Packed, op: impl Fn(i32, i32) -> i32) -> Packed {
     let (re, im) = (
@@ -22,7 +22,7 @@ fn times_j(b: Packed) -> (i32, i32) {
     (-i32::from(b.im()), i32::from(b.re()))
 }
 
-/// Applies `op` to the parts of a and of j·b.
+/// Applies `op` to the real parts, and to the imaginary parts, of a and of j·b.
 #[inline(always)]
 fn each_j(a: Packed, b: Packed, op: impl Fn(i32, i32) -> i32) -> Packed {
     let (re, im) = times_j(b);

@@ -35,8 +35,8 @@ fn values(chirp: &[Iq]) -> Vec<f64> {
     both.map(f64::from).collect()
 }
 
-/// Reference: one mean, one Hann window over all values, zero-padded transform; relative to a full-scale tone,
-/// half of which is at its negative frequency.
+/// Returns the spectrum in double precision: one mean, one Hann window over all values, zero-padded transform;
+/// relative to a full-scale tone, half of which is at its negative frequency.
 fn real_reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
     let x = values(chirp);
     let count = x.len() as f64;

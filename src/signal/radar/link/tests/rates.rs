@@ -9,7 +9,7 @@ const SAMPLES: usize = 16;
 /// Interval of polling, microseconds.
 const POLL: u32 = 50;
 
-/// Both ends of the wire, and the module at the far end.
+/// Serial port of the scanner, with the wire and a simulated module behind it.
 struct Far {
     incoming: VecDeque<(u8, u8)>,
     decoder: Decoder,
@@ -20,7 +20,7 @@ struct Far {
     rng: Xoshiro128PlusPlus,
     /// Reciprocal of the share of damaged frames; 0: none.
     trouble: u32,
-    /// Whether it sends nothing at all, or without pause.
+    /// Whether the module sends nothing at all (`mute`), or without pause (`babbles`).
     mute: bool,
     babbles: bool,
     before: Vec<u8>,
@@ -190,7 +190,7 @@ impl Bench {
         }
     }
 
-    /// Triggers a chirp, and returns the angle in its answer.
+    /// Triggers a chirp at `angle`, as a repetition if `again` is set, and returns the angle in its answer.
     fn chirp(&mut self, angle: i32, again: bool) -> Result<i32, LinkError> {
         match again {
             false => self.link.trigger(self.now, angle, 5_000),
