@@ -106,7 +106,7 @@ extern "C" {
     X(SETTINGS_DAMAGED, "settings-damaged", "The settings in memory are corrupted: only a reset helps.") \
     X(WATCHDOG, "watchdog", "The watchdog reset the chip.") \
     X(CRASH, "crash", "The firmware panicked or took a hardware fault.") \
-    X(CRASH_LOOP, "crash-loop", "Repeated crashes: the scanner stays idle until a command starts it.") \
+    X(CRASH_LOOP, "crash-loop", "Repeated resets by crash, watchdog or supply: the scanner stays idle until a command starts it.") \
     X(IMAGE_DAMAGED, "image-damaged", "The image in flash is corrupted.") \
     X(IMAGE_UNSEALED, "image-unsealed", "The image has no checksum; its integrity is unknown.") \
     X(MEMORY_DAMAGED, "memory-damaged", "The memory does not store what is written to it.") \
@@ -522,8 +522,8 @@ typedef struct {
     uint32_t settings;   /* the hash of the required settings */
 } stairscan_rules_t;
 
-/* Returns the defaults. silence_ms 500: LIVE comes every 200 ms. oldest_ms 17 s: three scans of the longest
- * kind. farthest 500 mm: an odometer's 2 % of it are 1 cm. margin 60 mm: 30 mm error of an ok answer with a
+/* Returns the defaults. silence_ms 500: LIVE comes every 200 ms. oldest_ms 17 s: more than four scans of 3.7 s.
+ * farthest 500 mm: an odometer's 2 % of it are 1 cm. margin 60 mm: 30 mm error of an ok answer with a
  * sigma of at most 10 mm, and 30 mm of travel at 0.6 m/s from a scan's last row until its SCAN is read.
  * Settings are not checked. */
 /*@ assigns \nothing; */

@@ -396,3 +396,31 @@ pub fn to_fixed(value: f64, unit: f64) -> Option<i32> {
     }
     Some((scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_ends_within_the_shaft() {
+        let sweep = |first_angle, angle_step, angle_count| {
+            let sweep = SweepConfig {
+                first_angle,
+                angle_step,
+                angle_count,
+            };
+            sweep.validate().map_err(|error| error.field)
+        };
+        assert_eq!(sweep(100_000, 1_000, 71), Ok(()));
+        assert_eq!(sweep(100_000, 1_000, 72), Err("first-angle"));
+        assert_eq!(sweep(-170_000, 10_000, 35), Ok(()));
+    }
+
+    #[test]
+    fn estimators_are_found_by_their_names() {
+        for &kind in EstimatorKind::ALL {
+            assert_eq!(EstimatorKind::from_name(kind.as_str()), Some(kind));
+        }
+        assert_eq!(EstimatorKind::from_name("likelihoods"), None);
+    }
+}

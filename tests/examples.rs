@@ -72,13 +72,13 @@ fn the_readme_s_report_is_parsed() {
     let output = run("parse_report", &[], &lines.join("\r\n"));
     let answer = text(&output.stdout);
     assert!(output.status.success(), "{answer}");
-    let mut told = answer.lines();
-    let head = told.next().unwrap_or_default();
+    let mut reported = answer.lines();
+    let head = reported.next().unwrap_or_default();
     assert!(
         head.starts_with("scan 1: ok") && head.contains("3 steps up"),
         "{answer}"
     );
-    let step = told.next().unwrap_or_default();
+    let step = reported.next().unwrap_or_default();
     assert!(
         step.starts_with("scan 1, step 1 of 3: distance 500.5 mm"),
         "{answer}"

@@ -582,7 +582,7 @@ fn scanner() -> Vec<(&'static str, Vec<u8>)> {
         vec![5, 4],
         wait(3000),
     ];
-    let told = [
+    let reported = [
         wait(300),
         line("status"),
         line("set,angle-count,40"),
@@ -643,7 +643,7 @@ fn scanner() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("moods", moods.collect()),
         ("stalls", stalls.concat()),
-        ("told", told.concat()),
+        ("told", reported.concat()),
         ("full", full.concat()),
         ("encoded", encoded.concat()),
         ("verdicts", verdicts.concat()),

@@ -263,7 +263,7 @@ impl Answer {
         let plane = self.scan.plane.map_or(String::new(), |plane| {
             format!(" in the {} plane", plane.as_str())
         });
-        let vouched = match (self.horizon_m, self.scan.confidence) {
+        let validity = match (self.horizon_m, self.scan.confidence) {
             (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
                 ", valid up to {horizon:.1} m ({:.1} % confidence)",
                 f64::from(tenths) / 10.0
@@ -272,7 +272,7 @@ impl Answer {
             _ => String::new(),
         };
         format!(
-            "{}{because}: {what}{plane}{lost}{vouched}",
+            "{}{because}: {what}{plane}{lost}{validity}",
             self.scan.status.as_str()
         )
     }

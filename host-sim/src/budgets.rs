@@ -1,8 +1,8 @@
 //! Resource budgets of the image, defined only here. `budget` and `bench` check them, `timing`
 //! calculates with them, and the linker enforces those of the memory (`memory.x`).
 
-/// Maximum flash use of the firmware image, bytes; the chip has 1 MB.
-pub const FLASH: u64 = 384 * 1024;
+/// Maximum flash use of the firmware image, bytes: a slot of 384 KB less the 512 bytes of its signed header.
+pub const FLASH: u64 = 384 * 1024 - 512;
 /// Maximum flash of the boot loader, bytes, without its vector table, which lies in another sector:
 /// one sector of 64 KB.
 pub const LOADER: u64 = 64 * 1024;

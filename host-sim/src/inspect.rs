@@ -479,7 +479,7 @@ fn ending(answer: &Answer) -> String {
             way.as_str()
         ),
     };
-    let vouched = match (answer.horizon_m, answer.scan.confidence) {
+    let validity = match (answer.horizon_m, answer.scan.confidence) {
         (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
             ", valid up to {horizon:.1} m from the mirror ({:.1} % confidence)",
             f64::from(tenths) / 10.0
@@ -488,7 +488,7 @@ fn ending(answer: &Answer) -> String {
         _ => String::new(),
     };
     let status = answer.scan.status.as_str();
-    let mut text = format!("\nThe scanner reports {what} with the status {status}{vouched}.\n");
+    let mut text = format!("\nThe scanner reports {what} with the status {status}{validity}.\n");
     for reason in answer.scan.reasons.iter() {
         let _ = writeln!(text, "  {}: {}", reason.as_str(), reason.meaning());
     }

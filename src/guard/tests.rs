@@ -108,7 +108,7 @@ fn a_thing_beside_ground_that_goes_on_ends_it() {
 }
 
 #[test]
-fn who_steps_in_is_told_within_two_sweeps() {
+fn who_steps_in_is_reported_within_two_sweeps() {
     let level = seen(&ground(2.5));
     let mut points = ground(2.5);
     points.extend((0..30).map(|k| (0.9 + 0.001 * k as f32, 0.01 * k as f32, 28.0)));

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn stale_cut_and_walking_chirps_are_told() {
+    fn stale_cut_and_walking_chirps_are_reported() {
         let again = |row, chirp: &mut Vec<Iq>| {
             if row == 40 {
                 *chirp = super::tests::chirp(33);

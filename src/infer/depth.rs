@@ -122,8 +122,11 @@ mod tests {
             let from_m = 0.8 * (1.0 + depth_m / HEIGHT_M);
             let places = [(0.0, 0.004), (0.06, -0.003), (0.12, 0.005), (0.18, -0.004)];
             let places = places.map(|(more_m, off_m)| (from_m + more_m, off_m - depth_m));
-            let told_m = depth_of(&places).unwrap();
-            assert!((told_m - depth_m).abs() < 0.005, "{depth_m}: {told_m}");
+            let reported_m = depth_of(&places).unwrap();
+            assert!(
+                (reported_m - depth_m).abs() < 0.005,
+                "{depth_m}: {reported_m}"
+            );
         }
     }
 
@@ -148,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_deeper_than_two_low_risers_is_not_told() {
+    fn what_lies_deeper_than_two_low_risers_is_not_reported() {
         let places = [0.0, 0.06, 0.12, 0.18].map(|more| (1.6 + more, -0.34));
         assert_eq!(depth_of(&places), None);
     }

@@ -92,8 +92,8 @@ impl Posterior {
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
         let steps = reported.map_or(&[][..], |(m, _)| &m.answer.steps);
-        if let Some((_, told)) = reported.filter(|_| !steps.is_empty()) {
-            answer = *told;
+        if let Some((_, stated)) = reported.filter(|_| !steps.is_empty()) {
+            answer = *stated;
         }
         let levels = answer.top_m.iter_mut().zip(&mut sigmas);
         for (step, (top, sigma)) in steps.iter().zip(levels) {

@@ -225,7 +225,7 @@ impl Estimator for Likelihood {
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
         }
-        let worth = match geometry.plane {
+        let assessed = match geometry.plane {
             Plane::Depth => {
                 let found = online::calibrate(echoes, geometry, p);
                 observer.event(Event::Calibration(found));
@@ -267,10 +267,10 @@ impl Estimator for Likelihood {
             }
         };
         observer.event(Event::Done(Stage::Dimensions));
-        let mounting_off = worth.mounting_off || !level;
+        let mounting_off = assessed.mounting_off || !level;
         let lobe_width_off = lobes.is_some_and(|lobes| !lobes.fit(p));
         let echo_found = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let mut weaknesses = worth.weaknesses;
+        let mut weaknesses = assessed.weaknesses;
         if past.as_ref().is_some_and(|past| past.changed()) {
             weaknesses.add(Reason::SceneChanged);
         }
@@ -284,7 +284,7 @@ impl Estimator for Likelihood {
         }
         Some(Assessment {
             echo_found,
-            valid: Some(worth.valid),
+            valid: Some(assessed.valid),
             drop_m: answer.drop.map(|drop| drop.nearest_m()),
             mounting_off,
             lobe_width_off,
@@ -402,8 +402,8 @@ fn descend(
     let measured = found
         .as_ref()
         .map(|s| dimensions::descending(model, &scene, s));
-    if let Some(told) = measured.as_ref().zip(found.as_ref()) {
-        posterior.evaluate(Some(told), None, &mut belief);
+    if let Some(reported) = measured.as_ref().zip(found.as_ref()) {
+        posterior.evaluate(Some(reported), None, &mut belief);
     }
     posterior.report(observer);
     let roles = match &measured {

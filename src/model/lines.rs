@@ -555,8 +555,8 @@ mod tests {
         for s_db in [-3.0, 3.0, 9.0] {
             let s = math::power_ratio(s_db);
             let term = Term::new(s, RowCount::new(ROWS), 1.0);
-            let told = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
-            assert!(told.is_sorted(), "{s_db}: {told:?}");
+            let reported = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
+            assert!(reported.is_sorted(), "{s_db}: {reported:?}");
             assert!(nats(term, 1.0) < 0.0, "{s_db}");
             assert!(nats(term, 1.0 + s) > 0.0, "{s_db}");
         }
@@ -585,7 +585,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_worth_what_their_constants_say() {
+    fn weights_amount_to_what_their_constants_say() {
         let steps = 20_000;
         let mean = |f: &dyn Fn(f64) -> f64| -> f64 {
             let all = (0..steps).map(|k| f((f64::from(k) + 0.5) / f64::from(steps)));

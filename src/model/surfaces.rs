@@ -529,8 +529,11 @@ mod tests {
     fn ground_that_goes_on_does_not_end_where_it_is_seen() {
         let surfaces = weighed(&chart(&ground(2.5, 0.0..0.0, 15.0, None)));
         for x_m in [0.4, 0.6, 0.8, 1.0] {
-            let told = (surfaces.drop_at(x_m), surfaces.rise_at(x_m));
-            assert!(told.0 < -5.0 && told.1 < -5.0, "{x_m}: {told:?}");
+            let reported = (surfaces.drop_at(x_m), surfaces.rise_at(x_m));
+            assert!(
+                reported.0 < -5.0 && reported.1 < -5.0,
+                "{x_m}: {reported:?}"
+            );
         }
     }
 
@@ -601,7 +604,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_is_seen_nothing_is_told() {
+    fn where_nothing_is_seen_nothing_is_reported() {
         let surfaces = weighed(&chart(&scene(&Config::default(), &[])));
         // Half of the reflectivities would show: so much it costs that none does.
         let (x_m, nats) = end(&surfaces);

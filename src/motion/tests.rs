@@ -114,25 +114,25 @@ fn under(agreement: Agreement) -> Outcome {
 
 /// Returns the outcome of the last of `sweeps` sweeps over an answer that is otherwise `ok`, and its
 /// compensated echoes; `said` turns the true travel into that of the odometer.
-fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outcome, Echoes) {
+fn reported(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outcome, Echoes) {
     let config = Config::default();
     let map = tests::map(&config, |_, _| 80);
     let mut compared = SweepComparison::new();
     let mut last = (Outcome::silent(), Echoes::new());
     for sweep in 0..sweeps {
         let (track, mut echoes) = chair.sweep(&map, &config, sweep);
-        let mut told = Track::new();
-        told.begin(ROWS);
+        let mut reported = Track::new();
+        reported.begin(ROWS);
         for k in 0..ROWS {
             let row = if sweep % 2 == 0 { k } else { ROWS - 1 - k };
             let place = track.at(f32::from(row));
             let travel_m = said(place.travel_m);
-            told.add(row, RowPose { travel_m, ..place });
+            reported.add(row, RowPose { travel_m, ..place });
         }
         let way = said(chair.speed * (f32::from(ROWS - 1) * ROW_S + TURN_S));
         let drive = Drive {
             stood: chair.stood,
-            ..drive(&told, input, Some(way), sweep)
+            ..drive(&reported, input, Some(way), sweep)
         };
         let agreement = compared.compare(&map, &config, &drive, &mut echoes);
         last = (under(agreement), echoes);
@@ -166,7 +166,7 @@ fn every_echo_lies_where_it_was_seen_from() {
     for speed in [-0.2, 0.05, 0.2] {
         let chair = driving(speed);
         for sweep in [0, 1] {
-            let (outcome, echoes) = told(chair, sweep + 1, Input::Good, |m| m);
+            let (outcome, echoes) = reported(chair, sweep + 1, Input::Good, |m| m);
             let off = worst(chair, &echoes, sweep);
             assert!(off < 5e-4, "{speed}: {off}");
             assert_eq!(outcome.status() == Status::Ok, sweep > 0, "{speed}");
@@ -178,16 +178,16 @@ fn every_echo_lies_where_it_was_seen_from() {
         rad_s: 0.0135,
         stood: false,
     };
-    let (_, echoes) = told(chair, 1, Input::Good, |m| m);
+    let (_, echoes) = reported(chair, 1, Input::Good, |m| m);
     assert!(worst(chair, &echoes, 0) < 5e-4);
 }
 
 #[test]
 fn a_first_sweep_confirms_nothing_and_a_second_one_a_standing_chair() {
     for input in [Input::Absent, Input::Late, Input::Good] {
-        let (first, _) = told(STANDING, 1, input, |m| m);
+        let (first, _) = reported(STANDING, 1, input, |m| m);
         assert!(first.status() == Status::Degraded && first.reasons().has(Reason::Unconfirmed));
-        let (second, _) = told(STANDING, 2, input, |m| m);
+        let (second, _) = reported(STANDING, 2, input, |m| m);
         assert_eq!(second.status(), Status::Ok, "{input:?}");
         assert_eq!(
             second.reasons().has(Reason::MotionInput),
@@ -202,12 +202,12 @@ fn a_first_sweep_of_a_chair_that_is_said_and_seen_to_stand_needs_no_second() {
         stood: true,
         ..STANDING
     };
-    let (first, _) = told(seen, 1, Input::Good, |m| m);
+    let (first, _) = reported(seen, 1, Input::Good, |m| m);
     assert!(first.status() == Status::Ok && first.reasons().is_empty());
-    let (unseen, _) = told(STANDING, 1, Input::Good, |m| m);
+    let (unseen, _) = reported(STANDING, 1, Input::Good, |m| m);
     assert!(unseen.status() == Status::Degraded && !unseen.reasons().is_empty());
     // A sweep before that contradicts the travel, here 30 cm, still prevents `ok`.
-    let (second, _) = told(seen, 2, Input::Good, |_| 0.3);
+    let (second, _) = reported(seen, 2, Input::Good, |_| 0.3);
     assert!(second.status() == Status::Degraded && !second.reasons().is_empty());
 }
 
@@ -215,13 +215,13 @@ fn a_first_sweep_of_a_chair_that_is_said_and_seen_to_stand_needs_no_second() {
 fn odometers_that_stand_or_count_backward_are_contradicted() {
     for said in [(|_| 0.0) as fn(f32) -> f32, |m| -m] {
         for speed in [0.05, 0.2, 0.5] {
-            let (outcome, _) = told(driving(speed), 2, Input::Good, said);
+            let (outcome, _) = reported(driving(speed), 2, Input::Good, said);
             assert!(outcome.reasons().has(Reason::Moving), "{speed}");
             assert_eq!(outcome.status(), Status::Degraded);
         }
     }
     // A scale error of two per cent is within the tolerance.
-    let (outcome, _) = told(driving(0.2), 2, Input::Good, |m| 1.02 * m);
+    let (outcome, _) = reported(driving(0.2), 2, Input::Good, |m| 1.02 * m);
     assert_eq!(outcome.status(), Status::Ok);
 }
 
@@ -230,7 +230,7 @@ fn a_steady_creep_is_seen_without_motion_input_and_is_no_ok() {
     for speed in [-0.1, 0.02, 0.05, 0.2] {
         let chair = driving(speed);
         for sweep in [1, 2] {
-            let (outcome, echoes) = told(chair, sweep + 1, Input::Absent, |m| m);
+            let (outcome, echoes) = reported(chair, sweep + 1, Input::Absent, |m| m);
             assert!(outcome.reasons().has(Reason::Moving), "{speed}");
             assert_eq!(outcome.status(), Status::Degraded);
             let off = worst(chair, &echoes, sweep);
@@ -271,4 +271,19 @@ fn a_point_walks_as_the_track_says() {
             "{walk:?} {turned}"
         );
     }
+}
+
+#[test]
+fn the_travel_between_sweeps_is_known_by_input_or_agreement_alone() {
+    let driven = Drive {
+        moved_m: Some(0.3),
+        ..Drive::STANDING
+    };
+    let travel = |finding, input| Agreement { finding, input }.moved_m(&driven);
+    assert_eq!(travel(Finding::Agreed, Input::Absent), Some(0.0));
+    assert_eq!(travel(Finding::Agreed, Input::Late), Some(0.0));
+    assert_eq!(travel(Finding::Unconfirmed, Input::Good), Some(0.3));
+    assert_eq!(travel(Finding::Moved, Input::Absent), None);
+    assert_eq!(travel(Finding::Unconfirmed, Input::Garbled), None);
+    assert_eq!(travel(Finding::Missing, Input::Good), None);
 }

@@ -331,15 +331,15 @@ pub fn of_scan(
     };
     let answer = &outcome.answer;
     let Some(drop) = step.checked_sub(head.steps) else {
-        let told = answer.steps.get(usize::from(step))?;
-        return Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)));
+        let reported = answer.steps.get(usize::from(step))?;
+        return Some(Sentence::Step(StepLine::new(scan, k, head.steps, reported)));
     };
     let Some(maybe) = drop.checked_sub(head.drops) else {
         return Some(Sentence::Drop(DropLine::new(scan, answer.drop.as_ref()?)));
     };
-    let told = answer.possible_steps.get(usize::from(maybe));
-    let told = told.filter(|_| maybe < head.possible_steps)?;
-    let line = MaybeLine::new(scan, maybe.saturating_add(1), head.possible_steps, told);
+    let reported = answer.possible_steps.get(usize::from(maybe));
+    let reported = reported.filter(|_| maybe < head.possible_steps)?;
+    let line = MaybeLine::new(scan, maybe.saturating_add(1), head.possible_steps, reported);
     Some(Sentence::Maybe(line))
 }
 

@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_reset_lost_is_told() {
+    fn what_a_reset_lost_is_reported() {
         let mut other = Settings::default();
         other.set("mount-height", "41000").unwrap();
         let saved = Some(Settings::default());

@@ -78,16 +78,16 @@ mod tests {
     fn five_times_a_second_and_never_twice_at_once() {
         let boot = Micros(u32::MAX - 700_000);
         let mut pulse = LiveTimer::new(boot);
-        let mut told = 0;
+        let mut reported = 0;
         // The counter wraps on the way.
         for k in 1..=20_000_u32 {
             pulse.count(boot.plus(k * 130));
             if pulse.due() {
                 pulse.mark_sent();
-                told += 1;
+                reported += 1;
             }
         }
-        assert_eq!((told, pulse.uptime_ms()), (13, 2_600));
+        assert_eq!((reported, pulse.uptime_ms()), (13, 2_600));
         pulse.count(boot.plus(12_600_000));
         assert!(pulse.due());
         pulse.mark_sent();

@@ -546,10 +546,10 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         if !*reported {
             *reported = self.reports.failed_test(self.reasons, settings);
         }
-        let (until, told) = (*until, *reported);
+        let (until, stated) = (*until, *reported);
         match until {
             Until::Command => self.deadline = now.plus(POLL_US),
-            Until::Time(until) if told && now.reached(until) => self.resume(now),
+            Until::Time(until) if stated && now.reached(until) => self.resume(now),
             Until::Time(_) => {}
         }
     }

@@ -234,7 +234,7 @@ mod tests {
         }
     }
 
-    fn told(evidence: GuardEvidence) -> (Status, Option<f32>, Reasons) {
+    fn reported(evidence: GuardEvidence) -> (Status, Option<f32>, Reasons) {
         let word = GuardResult::new(&evidence);
         (word.status(), word.free_m(), word.reasons())
     }
@@ -242,12 +242,15 @@ mod tests {
     #[test]
     fn evidence_that_is_missing_is_a_fault() {
         let of = |reason| (Status::Fault, None, Reasons::NONE.with(reason));
-        assert_eq!(told(GuardEvidence::default()), of(Reason::NoEcho));
+        assert_eq!(reported(GuardEvidence::default()), of(Reason::NoEcho));
         let ground = None;
-        assert_eq!(told(GuardEvidence { ground, ..good() }), of(Reason::Silent));
+        assert_eq!(
+            reported(GuardEvidence { ground, ..good() }),
+            of(Reason::Silent)
+        );
         let unusable = Some(Reason::Saturated);
         assert_eq!(
-            told(GuardEvidence { unusable, ..good() }),
+            reported(GuardEvidence { unusable, ..good() }),
             of(Reason::Saturated)
         );
         let faults = Reasons::NONE.with(Reason::MotorStall);
@@ -256,7 +259,7 @@ mod tests {
             unusable,
             ..good()
         };
-        assert_eq!(told(all), of(Reason::MotorStall));
+        assert_eq!(reported(all), of(Reason::MotorStall));
         assert_eq!(
             GuardResult::broken(Reason::MotorStall),
             GuardResult::new(&all)
@@ -265,9 +268,9 @@ mod tests {
 
     #[test]
     fn a_doubt_leaves_no_free_distance_and_a_lost_row_all_of_it() {
-        assert_eq!(told(good()), (Status::Ok, Some(1.4), Reasons::NONE));
+        assert_eq!(reported(good()), (Status::Ok, Some(1.4), Reasons::NONE));
         let health_faults = Reasons::NONE.with(Reason::Clipped);
-        let doubted = told(GuardEvidence {
+        let doubted = reported(GuardEvidence {
             health_faults,
             ..good()
         });
@@ -276,7 +279,7 @@ mod tests {
             configured: false,
             ..Conditions::GOOD
         };
-        let (status, free_m, reasons) = told(GuardEvidence {
+        let (status, free_m, reasons) = reported(GuardEvidence {
             conditions,
             ..good()
         });
@@ -291,7 +294,7 @@ mod tests {
             ..good()
         };
         let expected = Reasons::NONE.with(Reason::LostRows);
-        assert_eq!(told(lost), (Status::Degraded, Some(1.4), expected));
+        assert_eq!(reported(lost), (Status::Degraded, Some(1.4), expected));
     }
 
     #[test]
@@ -301,13 +304,13 @@ mod tests {
             (MotionQuality::Bad, Status::Ok),
             (MotionQuality::Missing, Status::Degraded),
         ] {
-            let found = told(GuardEvidence { motion, ..good() });
+            let found = reported(GuardEvidence { motion, ..good() });
             assert_eq!(found, (status, Some(1.4), reasons));
         }
     }
 
     #[test]
-    fn the_nearer_hazard_counts_and_is_told() {
+    fn the_nearer_hazard_counts_and_is_reported() {
         let mut word = GuardResult::new(&good());
         word.limit(1.5, HazardKind::Drop);
         assert_eq!(word, GuardResult::new(&good()));

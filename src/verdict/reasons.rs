@@ -197,7 +197,7 @@ reasons! {
     /// The firmware panicked or took a hardware fault.
     Crash = "crash" [Fault]
         "The firmware panicked, took a hardware fault or an interrupt without a handler, or lost its clock; reported by `status` and a failed self-test until the first scan.",
-    /// Repeated crashes: the scanner stays idle until a command starts it.
+    /// Repeated resets by crash, watchdog or supply: the scanner stays idle until a command starts it.
     CrashLoop = "crash-loop" [Fault]
         "Three consecutive resets by crash, watchdog or supply, without a minute between them that ended in an answer.",
     /// The image in flash is corrupted.

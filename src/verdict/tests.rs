@@ -252,10 +252,10 @@ fn the_free_distance_ends_at_the_nearest_of_horizon_step_and_drop() {
 
 #[test]
 fn a_fault_tells_no_drop() {
-    let mut told = outcome(1.4, None, Some(DropEdge::default()));
-    assert!(told.answer.drop.is_some());
-    told.decide(&Evidence::default());
-    assert_eq!(told.answer.drop, None);
+    let mut reported = outcome(1.4, None, Some(DropEdge::default()));
+    assert!(reported.answer.drop.is_some());
+    reported.decide(&Evidence::default());
+    assert_eq!(reported.answer.drop, None);
 }
 
 #[test]

@@ -102,8 +102,8 @@ fn boot(settings: Settings, prepare: impl FnOnce(&mut Chip)) -> (Over, Motor) {
 fn a_sound_driver_is_set_up_and_read_before_each_scan() {
     let (mut bench, motor) = boot(settings(), |_| ());
     for scan in 1..4 {
-        let told = bench.scan();
-        assert_eq!((told.scan, told.status), (scan, Status::Ok));
+        let reported = bench.scan();
+        assert_eq!((reported.scan, reported.status), (scan, Status::Ok));
         // Four reads in the set-up, then flags and status for each scan; the next one may have begun.
         let reads = motor.0.borrow().0.reads;
         assert!((4 + 2 * scan..=6 + 2 * scan).contains(&reads), "{reads}");
@@ -120,9 +120,13 @@ fn a_silent_driver_is_a_fault_and_nothing_moves() {
         ChipFault::IgnoresWrites,
     ] {
         let (mut bench, motor) = boot(settings(), |chip| chip.fault = fault);
-        let told = bench.scan();
-        assert_eq!((told.scan, told.status), (0, Status::Fault), "{fault:?}");
-        assert!(told.reasons.has(Reason::MotorDriver), "{told:?}");
+        let reported = bench.scan();
+        assert_eq!(
+            (reported.scan, reported.status),
+            (0, Status::Fault),
+            "{fault:?}"
+        );
+        assert!(reported.reasons.has(Reason::MotorDriver), "{reported:?}");
         assert_eq!(motor.0.borrow().1.homings, 0, "EN stayed off");
         // The scanner tries again by itself.
         motor.0.borrow_mut().0.fault = ChipFault::Well;
@@ -188,8 +192,12 @@ fn a_shaft_that_slipped_is_noticed_where_the_sweep_ends_at_home() {
     settings.set("home-check", "on").unwrap();
     let (mut bench, motor) = boot(settings, |_| ());
     for scan in 1..5 {
-        let told = bench.scan();
-        assert_eq!((told.scan, told.status), (scan, Status::Ok), "{told:?}");
+        let reported = bench.scan();
+        assert_eq!(
+            (reported.scan, reported.status),
+            (scan, Status::Ok),
+            "{reported:?}"
+        );
     }
     // The fifth scan ends at the far side, the sixth near the switch.
     while bench.scanner.scans() < 5 {

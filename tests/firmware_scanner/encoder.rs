@@ -71,8 +71,12 @@ fn a_shaft_that_slipped_has_no_answer_and_is_homed_anew() {
         };
         let (mut bench, seen) = boot(settings, false);
         for scan in 1..4 {
-            let told = bench.scan();
-            assert_eq!((told.scan, told.status), (scan, Status::Ok), "{told:?}");
+            let reported = bench.scan();
+            assert_eq!(
+                (reported.scan, reported.status),
+                (scan, Status::Ok),
+                "{reported:?}"
+            );
         }
         // Readings after homing and three sweeps; the fourth has not ended.
         assert_eq!(seen.readings.get(), 4, "{mode:?}");
@@ -115,8 +119,12 @@ fn a_silent_encoder_is_a_fault_until_it_answers_or_is_switched_off() {
     assert_eq!((fault.scan, fault.status), (2, Status::Fault));
     assert!(fault.reasons.has(Reason::EncoderSilent), "{fault:?}");
     bench.send("set,encoder,none");
-    let told = bench.scan();
-    assert_eq!((told.scan, told.status), (3, Status::Ok), "{told:?}");
+    let reported = bench.scan();
+    assert_eq!(
+        (reported.scan, reported.status),
+        (3, Status::Ok),
+        "{reported:?}"
+    );
 }
 
 #[test]

@@ -58,9 +58,9 @@ fn sweeps_go_both_ways_in_turn_over_the_guards_angles() {
         assert_eq!(bench.ask("guard on"), "DONE,guard");
         for number in 1..=3 {
             let word = sweep(&mut bench);
-            let told = (word.sweep, word.status, word.free, word.hazard);
+            let reported = (word.sweep, word.status, word.free, word.hazard);
             let free = Some(Tenths(12_000));
-            assert_eq!(told, (number, Status::Ok, free, HazardKind::Rise));
+            assert_eq!(reported, (number, Status::Ok, free, HazardKind::Rise));
             assert_eq!(word.reasons, Reasons::NONE);
         }
         assert_eq!(bench.scanner.state(), "guarding");
@@ -205,7 +205,7 @@ fn settings_that_the_guard_cannot_have_are_refused_while_it_is_on() {
 }
 
 #[test]
-fn a_stall_is_told_at_once_and_the_guard_goes_on_after_the_self_test() {
+fn a_stall_is_reported_at_once_and_the_guard_goes_on_after_the_self_test() {
     let mut bench = bench(settings(SweepMode::Stop), |_| ());
     bench.ask("guard on");
     sweep(&mut bench);
@@ -295,7 +295,7 @@ fn a_watch_scans_once_what_comes_near_a_chair_that_stands() {
 /// Sends a motion sentence of a chair at this speed, mm/s, every 10 ms until `words` sweeps and scans have been
 /// reported. Returns whether a scan was among them.
 fn drive(bench: &mut Bench, travel: &mut (u16, f32), speed: f32, words: usize) -> bool {
-    let (mut told, mut scanned) = (0, false);
+    let (mut reported, mut scanned) = (0, false);
     for step in 0..400_000 {
         if step % 10 == 0 {
             travel.0 = travel.0.wrapping_add(1);
@@ -309,10 +309,11 @@ fn drive(bench: &mut Bench, travel: &mut (u16, f32), speed: f32, words: usize) -
         }
         bench.step();
         for line in bench.take_lines() {
-            told += usize::from(line.starts_with("$PSTR,GUARD") || line.starts_with("$PSTR,SCAN"));
+            reported +=
+                usize::from(line.starts_with("$PSTR,GUARD") || line.starts_with("$PSTR,SCAN"));
             scanned |= line.starts_with("$PSTR,SCAN");
         }
-        if told >= words {
+        if reported >= words {
             return scanned;
         }
     }

@@ -64,7 +64,7 @@ fn by_default_rows_are_triggered_in_passing() {
 }
 
 #[test]
-fn a_lost_row_is_told_and_many_are_a_fault() {
+fn a_lost_row_is_reported_and_many_are_a_fault() {
     let lost = Some(LinkError::Timeout);
     // The second row succeeds at the second attempt, the fourth is lost.
     let mut bench = Bench::new(|w| w.errors = [None, lost, None, None, lost, lost, lost].into());
@@ -311,8 +311,8 @@ fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
     let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
     let scan = bench.scan();
     assert_eq!((scan.scan, scan.status), (0, Status::Fault));
-    let told = Reasons::NONE.with(Reason::Crash).with(Reason::CrashLoop);
-    assert_eq!(scan.reasons, told);
+    let reported = Reasons::NONE.with(Reason::Crash).with(Reason::CrashLoop);
+    assert_eq!(scan.reasons, reported);
     for _ in 0..20_000 {
         bench.step();
     }
@@ -347,18 +347,18 @@ fn live_comes_five_times_a_second_in_every_state() {
     for (command, state) in [("stop", "idle"), ("start", "scanning")] {
         bench.ask(command);
         (0..500).for_each(|_| bench.step());
-        let told = live(&mut bench, 1000);
-        assert_eq!(told.len(), 5, "{told:?}");
-        for line in &told {
+        let reported = live(&mut bench, 1000);
+        assert_eq!(reported.len(), 5, "{reported:?}");
+        for line in &reported {
             assert!(line.contains(&format!(",LIVE,{state},")), "{line}");
         }
     }
     let mut bench = Bench::new(|w| w.radar = None);
     assert_eq!(bench.scan().status, Status::Fault);
-    let told = live(&mut bench, 1000);
-    assert_eq!(told.len(), 5, "{told:?}");
-    let Ok(Sentence::Live(first)) = Sentence::parse(&told[0]) else {
-        panic!("{told:?}");
+    let reported = live(&mut bench, 1000);
+    assert_eq!(reported.len(), 5, "{reported:?}");
+    let Ok(Sentence::Live(first)) = Sentence::parse(&reported[0]) else {
+        panic!("{reported:?}");
     };
     assert_eq!((first.state, first.scan, first.age_ms), ("fault", 0, None));
     assert!(first.link_errors > 0 && first.uptime_ms > 1000);
@@ -372,8 +372,8 @@ fn live_tells_the_age_of_the_answer_and_what_went_wrong() {
     bench.ask("hello");
     bench.ask("stop");
     (0..300).for_each(|_| bench.step());
-    let told = live(&mut bench, 1000);
-    let parsed = told.iter().map(|line| match Sentence::parse(line) {
+    let reported = live(&mut bench, 1000);
+    let parsed = reported.iter().map(|line| match Sentence::parse(line) {
         Ok(Sentence::Live(live)) => live,
         other => panic!("{other:?}"),
     });
@@ -393,8 +393,8 @@ fn a_stuck_port_is_owed_one_live_at_most() {
     let mut bench = Bench::new(|w| (w.stopped, w.port_stuck) = (true, true));
     (0..10_000).for_each(|_| bench.step());
     bench.world.0.borrow_mut().port_stuck = false;
-    let told = live(&mut bench, 100);
-    assert!(told.len() <= 1, "{told:?}");
+    let reported = live(&mut bench, 100);
+    assert!(reported.len() <= 1, "{reported:?}");
 }
 
 /// A fault of processor, memory or supply is reported repeatedly, and nothing moves.

@@ -40,9 +40,9 @@ fn planes(scans: &[ScanLine]) -> Vec<Option<Plane>> {
 #[test]
 fn a_drop_is_followed_by_one_scan_in_the_height_plane() {
     let mut bench = bench(|_| ());
-    let told = scans(&mut bench, 4);
-    assert_eq!(planes(&told), [DEPTH, HEIGHT, DEPTH, HEIGHT]);
-    let numbers: Vec<u32> = told.iter().map(|scan| scan.scan).collect();
+    let reported = scans(&mut bench, 4);
+    assert_eq!(planes(&reported), [DEPTH, HEIGHT, DEPTH, HEIGHT]);
+    let numbers: Vec<u32> = reported.iter().map(|scan| scan.scan).collect();
     assert_eq!(numbers, [1, 2, 3, 4]);
     let world = bench.world.0.borrow();
     let ends = |scan: usize| (world.triggers[281 * scan], world.triggers[281 * scan + 280]);
@@ -103,8 +103,8 @@ fn stop_and_another_setting_end_it() {
     assert_eq!(bench.scan().plane, DEPTH);
     // A scan that has begun keeps its plane; the next one has the new setting.
     assert_eq!(bench.send("set,plane,depth"), "CONF,plane,depth");
-    let told = scans(&mut bench, 2);
-    assert_eq!(planes(&told), [HEIGHT, None]);
+    let reported = scans(&mut bench, 2);
+    assert_eq!(planes(&reported), [HEIGHT, None]);
 }
 
 #[test]
@@ -113,18 +113,18 @@ fn rows_are_lost_and_faults_hold_as_in_any_scan() {
     let mut bench = bench(|_| ());
     bench.scan();
     bench.world.0.borrow_mut().errors = [lost, lost, lost].into();
-    let told = bench.scan();
-    assert_eq!((told.plane, told.lost_rows), (HEIGHT, 1));
-    assert!(told.reasons.has(Reason::LostRows));
+    let reported = bench.scan();
+    assert_eq!((reported.plane, reported.lost_rows), (HEIGHT, 1));
+    assert!(reported.reasons.has(Reason::LostRows));
     // A row that succeeds at the second attempt is not lost.
     bench.scan();
     bench.world.0.borrow_mut().errors = [lost, lost].into();
-    let told = bench.scan();
-    assert_eq!((told.plane, told.lost_rows), (HEIGHT, 0));
+    let reported = bench.scan();
+    assert_eq!((reported.plane, reported.lost_rows), (HEIGHT, 0));
     bench.scan();
     bench.world.0.borrow_mut().stall = true;
-    let told = bench.scan();
-    assert_eq!((told.plane, told.status), (HEIGHT, Status::Fault));
+    let reported = bench.scan();
+    assert_eq!((reported.plane, reported.status), (HEIGHT, Status::Fault));
     bench.world.0.borrow_mut().stall = false;
     // After the self-test the order starts again.
     bench.until(|s| matches!(s, Sentence::Scan(scan) if scan.plane == DEPTH && scan.drops == 1));

@@ -116,7 +116,7 @@ fn settings_outlive_a_reset_in_mid_scan_if_they_were_saved() {
 }
 
 #[test]
-fn settings_that_a_reset_lost_are_told_again_and_again() {
+fn settings_that_a_reset_lost_are_reported_again_and_again() {
     let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
     let height = |bench: &mut Bench| bench.send("set,mount-height,41000");
     for key in MOUNTING {
@@ -205,8 +205,8 @@ fn a_calibration_is_saved_with_its_date_and_the_chip() {
     bench.type_line(offered(&answer));
     let done = bench.until(|s| matches!(s, Sentence::Done { .. }));
     assert!(done.iter().all(|line| !line.contains(",SCAN,")), "{done:?}");
-    let mut told = done.iter().filter(|line| !line.contains(",LIVE,"));
-    let scale = told.next().unwrap();
+    let mut reported = done.iter().filter(|line| !line.contains(",LIVE,"));
+    let scale = reported.next().unwrap();
     assert!(scale.contains("CONF,range-scale,12500*"), "{done:?}");
     let saved = bench.world.0.borrow().saved.unwrap();
     assert_eq!(saved.config.mount.mount_height, 39_800);

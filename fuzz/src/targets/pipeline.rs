@@ -204,12 +204,12 @@ fn check(outcome: &Outcome, config: &Config) {
     let free = |m: f32| outcome.horizon_m().is_some_and(|h| (0.0..=h).contains(&m));
     assert!(outcome.free_m().is_none_or(free), "{outcome:?}");
     let least = drop.map_or(1.0, |drop| drop.nearest_m().min(1.0));
-    let vouches = outcome
+    let is_valid = outcome
         .horizon_m()
         .is_some_and(|h| h.is_finite() && h > 0.0 && h >= least);
     let likelihood = config.estimator == EstimatorKind::Likelihood;
     assert!(
-        outcome.status() != Status::Ok || !likelihood || vouches,
+        outcome.status() != Status::Ok || !likelihood || is_valid,
         "{outcome:?}"
     );
     write_scan((1, 0), 0, outcome, |line| {

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_vibrates_too_much_is_told_to_be_worse() {
+    fn what_vibrates_too_much_is_rated_worse() {
         let compare = |vibration| {
             let turning = (speed_deg_s(2_000_000).unwrap(), vibration);
             compare(Draw::Tuning, Kind::Ascending, 3, turning).unwrap()

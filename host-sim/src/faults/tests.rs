@@ -121,7 +121,7 @@ fn a_wrong_bandwidth_strains_the_calibration_on_the_floor() {
 /// Wrong microsteps are found by the width of whole lobes over the angle: neighbouring rows differ no more than with
 /// the nominal beam.
 #[test]
-fn other_microsteps_than_set_are_told_by_the_beam() {
+fn other_microsteps_than_set_are_reported_by_the_beam() {
     let fault = Fault::named("microsteps").unwrap();
     for name in ["stair_a", "stair_b", "stair_c"] {
         let clean = committed(name);

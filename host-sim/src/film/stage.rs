@@ -466,9 +466,9 @@ impl Stage {
         // "ok (reason): steps, valid up to …"; the reasons go to the second line.
         let (status, rest) = summary.split_once(": ").unwrap_or((&summary, ""));
         let (status, reasons) = status.split_once(" (").unwrap_or((status, ""));
-        let (what, vouched) = rest.split_once(", ").unwrap_or((rest, ""));
+        let (what, validity) = rest.split_once(", ").unwrap_or((rest, ""));
         let reasons = reasons.trim_end_matches(')');
-        let parts: Vec<&str> = [vouched, reasons]
+        let parts: Vec<&str> = [validity, reasons]
             .into_iter()
             .filter(|part| !part.is_empty())
             .collect();

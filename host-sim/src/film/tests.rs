@@ -30,7 +30,7 @@ fn elements<'s>(svg: &'s str, tag: &str) -> Vec<&'s str> {
 }
 
 #[test]
-fn each_scan_is_told_with_its_steps() {
+fn each_scan_is_reported_with_its_steps() {
     let (film, svg) = film("stair_a");
     assert_eq!(film.shots.len(), 2);
     for shot in &film.shots {

@@ -114,7 +114,7 @@ fn the_truth_has_its_holes() {
 }
 
 #[test]
-fn a_rival_is_told_once_with_score_and_probability() {
+fn a_rival_is_reported_once_with_score_and_probability() {
     for name in ["stair_a", "stair_b"] {
         let scan = &shown(name).data["scans"][0];
         let rivals = scan["rivals"].as_array().unwrap();

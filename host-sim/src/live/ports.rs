@@ -99,7 +99,7 @@ mod tests {
     use serialport::{Error, ErrorKind};
 
     #[test]
-    fn what_keeps_a_port_shut_is_told_apart() {
+    fn what_keeps_a_port_shut_is_distinguished() {
         let denied = Error::new(ErrorKind::Io(std::io::ErrorKind::PermissionDenied), "");
         assert!(matches!(
             trouble("/dev/null", &denied),

@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_wrong_is_told_and_mended() {
+    fn what_goes_wrong_is_reported_and_mended() {
         for fault in [
             Fault::Silent,
             Fault::Late,

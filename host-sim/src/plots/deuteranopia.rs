@@ -63,7 +63,7 @@ fn the_simulation_is_the_published_one() {
 }
 
 #[test]
-fn colours_of_the_pictures_are_told_apart() {
+fn colours_of_the_pictures_are_distinguished() {
     let names = [
         "blue",
         "vermilion",
@@ -81,7 +81,7 @@ fn colours_of_the_pictures_are_told_apart() {
 
 /// Compares the runners-up's strokes as they appear on white: their opacity lets the ground show through.
 #[test]
-fn rivals_are_told_apart_as_they_are_drawn() {
+fn rivals_are_distinguished_as_they_are_drawn() {
     let on_white = |ink: RGBColor| {
         let part = |v: u8| 255.0 - posterior::OPACITY * (255.0 - f64::from(v));
         RGBColor(part(ink.0) as u8, part(ink.1) as u8, part(ink.2) as u8)
@@ -108,7 +108,7 @@ fn roles_have_shapes_of_their_own() {
 }
 
 #[test]
-fn colours_of_the_page_are_told_apart() {
+fn colours_of_the_page_are_distinguished() {
     let script = include_str!("../html/draw.js");
     for scheme in ["  light: {", "  dark: {"] {
         let inside = script.lines().find_map(|line| line.strip_prefix(scheme));

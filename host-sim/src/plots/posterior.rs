@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn the_answers_own_share_is_told() {
+    fn the_answers_own_share_is_reported() {
         let hypothesis = |probability, edges: &[Point]| HypothesisView {
             name: String::new(),
             probability,

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn few_predictions_are_told_and_not_judged() {
+    fn few_predictions_are_reported_and_not_judged() {
         let reliability = confidence(&[predictions(0.99, 0, 29), predictions(0.6, 0, 30)]);
         assert_eq!(reliability.bins[7].agrees(), None);
         assert_eq!(reliability.bins[7].actual, Share::new(0, 29));

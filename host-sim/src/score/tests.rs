@@ -121,7 +121,7 @@ fn two_sigma_and_quantiles() {
 }
 
 /// Returns an `ok` answer with the horizon `horizon_m`.
-fn vouching(horizon_m: f64, steps: &[(f64, f64)]) -> Answer {
+fn valid_to(horizon_m: f64, steps: &[(f64, f64)]) -> Answer {
     Answer {
         horizon_m: Some(horizon_m),
         ..answer(Status::Ok, steps)
@@ -136,24 +136,24 @@ fn wrong_is_what_is_missing_made_up_or_off_up_to_the_horizon() {
     assert!(!wrong(&answer(Status::Ok, &all)));
     // Without a horizon an answer is checked over all distances; otherwise up to the horizon.
     assert!(wrong(&answer(Status::Ok, &all[..2])));
-    assert!(!wrong(&vouching(1.2, &all[..2])));
+    assert!(!wrong(&valid_to(1.2, &all[..2])));
     assert!(
-        wrong(&vouching(1.38, &all[..2])),
+        wrong(&valid_to(1.38, &all[..2])),
         "within 3 cm of the horizon"
     );
-    assert!(wrong(&vouching(1.2, &all[..1])));
+    assert!(wrong(&valid_to(1.2, &all[..1])));
     // A false step, before and behind the horizon.
     let more = [all[0], all[1], (1.15, 0.4)];
-    assert!(wrong(&vouching(1.2, &more)));
-    assert!(!wrong(&vouching(1.0, &more)));
+    assert!(wrong(&valid_to(1.2, &more)));
+    assert!(!wrong(&valid_to(1.0, &more)));
     // Off in height or distance.
-    assert!(wrong(&vouching(1.2, &[(0.6, 0.181), (0.9, 0.30)])));
-    assert!(wrong(&vouching(1.2, &[(0.631, 0.15), (0.9, 0.30)])));
-    assert!(!wrong(&vouching(1.2, &[(0.629, 0.179), (0.9, 0.30)])));
-    assert!(!wrong(&vouching(0.7, &[(0.6, 0.15), (0.95, 0.30)])));
+    assert!(wrong(&valid_to(1.2, &[(0.6, 0.181), (0.9, 0.30)])));
+    assert!(wrong(&valid_to(1.2, &[(0.631, 0.15), (0.9, 0.30)])));
+    assert!(!wrong(&valid_to(1.2, &[(0.629, 0.179), (0.9, 0.30)])));
+    assert!(!wrong(&valid_to(0.7, &[(0.6, 0.15), (0.95, 0.30)])));
     // A step reported just before the horizon that matches the true one just behind it is not
     // false.
-    assert!(!wrong(&vouching(1.35, &[all[0], all[1], (1.37, 0.45)])));
+    assert!(!wrong(&valid_to(1.35, &[all[0], all[1], (1.37, 0.45)])));
     // Uncounted steps are neither right nor wrong.
     assert!(!wrong(&answer(
         Status::Ok,
@@ -170,8 +170,8 @@ fn coverage_is_what_lies_within_the_horizon_or_is_reported() {
     let real = truth(&[(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)], &[]);
     let covered = |answer: &Answer| scene(answer, &real).covered;
     assert_eq!(covered(&answer(Status::Ok, &[])), 3);
-    assert_eq!(covered(&vouching(0.88, &[])), 2);
-    assert_eq!(covered(&vouching(0.5, &[(1.4, 0.45)])), 1);
+    assert_eq!(covered(&valid_to(0.88, &[])), 2);
+    assert_eq!(covered(&valid_to(0.5, &[(1.4, 0.45)])), 1);
     assert_eq!(covered(&answer(Status::Fault, &[])), 0);
 }
 
@@ -228,24 +228,24 @@ fn confidence_is_held_against_what_it_speaks_of() {
     };
     let first = &[(0.6, 0.15)];
     // The step missing at 0.9 m is beyond the horizon, but within the first metre.
-    let short = vouching(0.7, first);
+    let short = valid_to(0.7, first);
     assert!(!scene(&short, &real).wrong);
     let so = |outcome, predicted| Some(Prediction { predicted, outcome });
     assert_eq!(reported(short, Some(873)), so(false, 0.873));
     // The step missing at 1.4 m is beyond both.
     let two = &[(0.6, 0.15), (0.9, 0.30)];
-    assert_eq!(reported(vouching(0.7, two), Some(995)), so(true, 0.995));
-    assert_eq!(reported(vouching(1.2, two), Some(995)), so(true, 0.995));
-    assert_eq!(reported(vouching(1.4, two), Some(995)), so(false, 0.995));
+    assert_eq!(reported(valid_to(0.7, two), Some(995)), so(true, 0.995));
+    assert_eq!(reported(valid_to(1.2, two), Some(995)), so(true, 0.995));
+    assert_eq!(reported(valid_to(1.4, two), Some(995)), so(false, 0.995));
     // Without a horizon the confidence applies to all distances; without a confidence there is no
     // prediction.
     assert_eq!(
         reported(answer(Status::Ok, two), Some(995)),
         so(false, 0.995)
     );
-    assert_eq!(reported(vouching(1.2, two), None), None);
+    assert_eq!(reported(valid_to(1.2, two), None), None);
     assert_eq!(reported(answer(Status::Fault, &[]), Some(10)), None);
-    let mut sure = vouching(1.2, two);
+    let mut sure = valid_to(1.2, two);
     sure.scan.confidence = Some(995);
     let set = SetScore::new("set", [scene(&sure, &real)].iter());
     let last = &set.json()["confidence"]["bins"][7];
@@ -308,13 +308,13 @@ fn ground_ends_at(places: &[f64]) -> Truth {
 }
 
 #[test]
-fn a_told_drop_covers_a_true_one_within_10_cm_or_3_sigma() {
+fn a_reported_drop_covers_a_true_one_within_10_cm_or_3_sigma() {
     let wrong = |horizon_m, reported, real: &Truth| {
         scene(&dropping(Status::Ok, horizon_m, reported), real).wrong
     };
     let real = ground_ends_at(&[0.9]);
-    assert!(scene(&vouching(0.88, &[]), &real).wrong, "not told");
-    assert!(!scene(&vouching(0.86, &[]), &real).wrong, "beyond the end");
+    assert!(scene(&valid_to(0.88, &[]), &real).wrong, "not told");
+    assert!(!scene(&valid_to(0.86, &[]), &real).wrong, "beyond the end");
     assert!(!wrong(1.2, (0.81, 0.01, 990), &real));
     assert!(wrong(1.2, (0.79, 0.01, 990), &real));
     assert!(!wrong(1.2, (0.79, 0.04, 990), &real), "3σ are 12 cm");
@@ -357,7 +357,7 @@ fn drops_are_counted_where_they_are_near() {
         scene(&dropping(Status::Ok, 1.6, (1.7, 0.01, 990)), &real),
         scene(&dropping(Status::Degraded, 0.0, (1.3, 0.01, 990)), &real),
         scene(&dropping(Status::Degraded, 0.0, (1.3, 0.01, 990)), &none),
-        scene(&vouching(1.2, &[]), &none),
+        scene(&valid_to(1.2, &[]), &none),
     ];
     let set = SetScore::new("set", scenes.iter());
     assert_eq!(set.reported_drops, Share::new(1, 4));
@@ -383,7 +383,7 @@ fn drops_are_counted_where_they_are_near() {
 }
 
 #[test]
-fn a_told_depth_is_held_against_the_drop_that_is_covered() {
+fn a_reported_depth_is_held_against_the_drop_that_is_covered() {
     let reported = |at: f64, depth_m: f64| {
         let mut answer = dropping(Status::Ok, 0.5, (at, 0.01, 990));
         answer.drop.as_mut().unwrap().depth = Some(Tenths((depth_m * 10_000.0).round() as i32));
@@ -404,7 +404,7 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
         scene(&reported(0.92, 0.16), &listed(None)),
         scene(&reported(0.7, 0.16), &stairs),
         scene(&dropping(Status::Ok, 0.5, (0.9, 0.01, 990)), &stairs),
-        scene(&vouching(0.5, &[]), &stairs),
+        scene(&valid_to(0.5, &[]), &stairs),
     ];
     let millimetres = scenes
         .iter()
@@ -427,7 +427,7 @@ fn a_told_depth_is_held_against_the_drop_that_is_covered() {
 
 /// If every step is matched but one is off, the text gives the error.
 #[test]
-fn what_is_wrong_is_told() {
+fn what_is_wrong_is_reported() {
     let reported = |answer: &Answer, truth: &Truth| {
         let score = scene(answer, truth);
         let (exact, text) = (score.exact, confusions(&[score]));
@@ -456,7 +456,7 @@ fn what_is_wrong_is_told() {
 
 /// Steps beyond the horizon of an answer with horizon 0, in a scene without steps.
 #[test]
-fn a_false_stair_beyond_the_horizon_is_told() {
+fn a_false_stair_beyond_the_horizon_is_reported() {
     let mut answer = answer(Status::Degraded, &[(0.6, 0.1)]);
     answer.horizon_m = Some(0.0);
     let score = scene(&answer, &truth(&[], &[]));

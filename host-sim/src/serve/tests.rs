@@ -204,7 +204,7 @@ fn addresses_are_read_and_bad_ones_explained() {
 }
 
 #[test]
-fn a_place_that_is_taken_is_told_with_its_address() {
+fn a_place_that_is_taken_is_reported_with_its_address() {
     let address: SocketAddr = address::parse("9000").unwrap();
     let taken = std::io::Error::from(std::io::ErrorKind::AddrInUse);
     let text = address::trouble(address, &taken);

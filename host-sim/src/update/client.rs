@@ -205,7 +205,7 @@ impl<W: Wire> Client<W> {
         &mut self,
         package: &Package,
         most: u32,
-        mut told: impl FnMut(u32, u32),
+        mut reported: impl FnMut(u32, u32),
     ) -> Result<Transfer> {
         let Signed { header, payload } = package.image(self.spare());
         self.speed_up(most)?;
@@ -214,7 +214,7 @@ impl<W: Wire> Client<W> {
         let resumed = next_of(&good(reply, "the header")?)?;
         let (mut next, total) = (resumed, payload.len() as u32);
         while next < total {
-            told(next, total);
+            reported(next, total);
             let rest = payload.get(next as usize..).unwrap_or_default();
             let piece = rest.get(..CHUNK).unwrap_or(rest);
             let data = [&next.to_le_bytes(), piece].concat();
@@ -226,7 +226,7 @@ impl<W: Wire> Client<W> {
             );
             next = answered;
         }
-        told(total, total);
+        reported(total, total);
         let reply = self.link.ask(Kind::Finish, &[], FINISH)?;
         // A reset that swallowed the answer shows in what is heard next.
         if let Some(Reply::Refused(refusal)) = reply {
@@ -282,9 +282,9 @@ impl<W: Wire> Client<W> {
                 }
                 continue;
             };
-            if let Some(told) = Told::parse(&line) {
-                match told {
-                    Told {
+            if let Some(reported) = LoaderLine::parse(&line) {
+                match reported {
+                    LoaderLine {
                         slot, trial: "0", ..
                     } if slot == wanted => {
                         if self.at_work {
@@ -296,8 +296,8 @@ impl<W: Wire> Client<W> {
                         }
                         return Ok(Outcome::Confirmed);
                     }
-                    Told { slot, .. } if slot == wanted => trial = true,
-                    Told { states, .. } => return Ok(Outcome::RolledBack(states.to_owned())),
+                    LoaderLine { slot, .. } if slot == wanted => trial = true,
+                    LoaderLine { states, .. } => return Ok(Outcome::RolledBack(states.to_owned())),
                 }
             }
             match Sentence::parse(&line) {
@@ -323,7 +323,7 @@ const HELLO_FAST: (Duration, u32) = (Duration::from_millis(1_500), 1);
 
 /// Content of the loader's sentence `LOADER`, which it sends before it executes an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Told<'a> {
+pub struct LoaderLine<'a> {
     /// Slot that is executed; empty if none is.
     pub slot: &'a str,
     /// Number of this execution of an image on trial; `0` for a confirmed image.
@@ -332,7 +332,7 @@ pub struct Told<'a> {
     pub states: &'a str,
 }
 
-impl<'a> Told<'a> {
+impl<'a> LoaderLine<'a> {
     /// Parses a sentence of the loader; `None` for any other line, or a damaged one.
     pub fn parse(line: &'a str) -> Option<Self> {
         let (body, crc) = line.strip_prefix('$')?.rsplit_once('*')?;
@@ -384,18 +384,18 @@ fn leave_image<W: Wire>(link: &mut Link<W>) -> Result<()> {
 /// Returns a line of text on the image in a slot: state, name and number.
 pub fn slot_line(info: &Info, slot: Slot) -> String {
     let [a, b] = &info.slots;
-    let told = if slot == Slot::A { a } else { b };
+    let reported = if slot == Slot::A { a } else { b };
     let text = |bytes: &[u8]| {
         let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
         String::from_utf8_lossy(bytes.get(..end).unwrap_or_default()).into_owned()
     };
-    let name = text(&told.name);
+    let name = text(&reported.name);
     let of = if name.is_empty() {
         String::new()
     } else {
-        format!(": {name}, number {}", told.number)
+        format!(": {name}, number {}", reported.number)
     };
-    format!("slot {}: {}{of}", slot.as_str(), text(&told.word))
+    format!("slot {}: {}{of}", slot.as_str(), text(&reported.word))
 }
 
 /// Returns name and number of a package's image as text.

@@ -110,10 +110,10 @@ impl Package {
             let Some((header, behind)) = rest.split_first_chunk::<HEADER>() else {
                 bail!("cut off: ends within the header for slot {}", slot.as_str());
             };
-            let Ok(told) = Header::parse(header) else {
+            let Ok(reported) = Header::parse(header) else {
                 bail!("no signed image: expected what `cargo sim keys sign` writes");
             };
-            let length = told.length as usize;
+            let length = reported.length as usize;
             let Some((payload, behind)) = behind.split_at_checked(length) else {
                 bail!(
                     "cut off: {} of {length} bytes of the image for slot {}",
@@ -123,7 +123,7 @@ impl Package {
             };
             rest = behind;
             ensure!(
-                Sha256::digest(payload)[..] == told.hash,
+                Sha256::digest(payload)[..] == reported.hash,
                 "damaged: the image for slot {} is not the one that was signed",
                 slot.as_str()
             );

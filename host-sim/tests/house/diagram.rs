@@ -75,13 +75,13 @@ fn circle<'a>(arrows: &'a Arrows, start: &'a str) -> Option<Vec<&'a str>> {
 /// of its arrows. Each cycle is reported once.
 pub fn circles(layers: &[Layer], graph: &Graph<'_>) -> Vec<String> {
     let arrows = imports(layers, graph);
-    let mut told = BTreeSet::new();
+    let mut reported = BTreeSet::new();
     let mut found = Vec::new();
     for (start, _) in layers.iter().flat_map(|(_, parts)| *parts) {
         let Some(circle) = circle(&arrows, start) else {
             continue;
         };
-        if told.insert(circle.iter().copied().collect::<BTreeSet<_>>()) {
+        if reported.insert(circle.iter().copied().collect::<BTreeSet<_>>()) {
             let ends = circle.iter().skip(1).chain(circle.first());
             let pairs = circle.iter().zip(ends);
             let tell = |(from, to): (&&str, &&str)| {

@@ -53,14 +53,14 @@ impl<'a> Graph<'a> {
     /// Returns for every file that imports itself through the files that `within` selects a shortest
     /// cycle; each cycle is reported once.
     pub fn circles(&self, within: impl Fn(&File) -> bool) -> Vec<String> {
-        let mut told = BTreeSet::new();
+        let mut reported = BTreeSet::new();
         let mut circles = Vec::new();
         for start in (0..self.files.len()).filter(|k| within(&self.files[*k])) {
             let Some(circle) = self.circle(start, &within) else {
                 continue;
             };
             let members: BTreeSet<usize> = circle.iter().copied().collect();
-            if told.insert(members) {
+            if reported.insert(members) {
                 let ends = circle.iter().skip(1).chain(circle.first());
                 let arrows = circle.iter().zip(ends).map(|(a, b)| self.tell(*a, *b));
                 circles.push(format!("circle: {}", arrows.collect::<Vec<_>>().join(", ")));

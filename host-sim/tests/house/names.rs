@@ -51,7 +51,7 @@ fn inner(items: &[Item], module: &str, found: &mut dyn FnMut(String, &str, usize
 }
 
 #[test]
-fn a_shared_name_is_told_with_its_places() {
+fn a_shared_name_is_reported_with_its_places() {
     let sources = Sources::new(
         "stairscan",
         [

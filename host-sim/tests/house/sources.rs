@@ -245,6 +245,6 @@ fn a_large_folder_is_named() {
     );
     assert!(sources.large_folders(0.3).is_empty());
     let large = sources.large_folders(0.25);
-    let told: Vec<String> = large.iter().map(ToString::to_string).collect();
-    assert_eq!(told, ["src/a: 3 of 10 lines, 30.0 %, at most 25 %"]);
+    let reported: Vec<String> = large.iter().map(ToString::to_string).collect();
+    assert_eq!(reported, ["src/a: 3 of 10 lines, 30.0 %, at most 25 %"]);
 }

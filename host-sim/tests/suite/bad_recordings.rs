@@ -298,7 +298,7 @@ fn a_name_that_is_no_utf_8_is_kept() {
 }
 
 #[test]
-fn a_misspelt_key_is_told() {
+fn a_misspelt_key_is_reported() {
     let scratch = Scratch::new("misspelt");
     for (key, value, meant) in [
         ("stairscan:scan", json!(1), "stairscan:scans"),
@@ -323,7 +323,7 @@ fn a_misspelt_key_is_told() {
 }
 
 #[test]
-fn files_of_another_kind_are_told_apart() {
+fn files_of_another_kind_are_distinguished() {
     let scratch = Scratch::new("other-kinds");
     let file = |name: &str, bytes: &[u8]| {
         let path = scratch.path().join(name);
@@ -359,7 +359,7 @@ fn files_of_another_kind_are_told_apart() {
 }
 
 #[test]
-fn what_is_no_image_is_told_before_the_emulator_starts() {
+fn what_is_no_image_is_reported_before_the_emulator_starts() {
     let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/empty");
     let here = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     for (elf, words) in [

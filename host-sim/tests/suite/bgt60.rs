@@ -81,7 +81,7 @@ fn as_pairs(codes: &[u16]) -> Vec<Iq> {
 }
 
 #[test]
-fn the_chip_sweeps_what_the_scanner_is_told() {
+fn the_chip_sweeps_what_the_scanner_is_commanded() {
     for (bandwidth_khz, samples) in [(0, 0), (4_000_000, 200), (1_000_000, 64), (0, 256), (0, 16)] {
         let mut rig = Rig::new(Chip::new());
         let requested = RequestedSettings {
@@ -174,7 +174,7 @@ fn what_clips_stands_at_full_scale() {
 }
 
 #[test]
-fn what_is_wrong_at_set_up_is_told() {
+fn what_is_wrong_at_set_up_is_reported() {
     let module = LinkError::Module;
     let stuck = |address| (Fault::Stuck(address), module(VERIFY_FAILED));
     let cases = [
@@ -200,7 +200,7 @@ fn what_is_wrong_at_set_up_is_told() {
 }
 
 #[test]
-fn what_is_wrong_with_a_chirp_is_told() {
+fn what_is_wrong_with_a_chirp_is_reported() {
     let module = LinkError::Module;
     let cases = [
         (Fault::Absent(0x00), LinkError::Timeout),

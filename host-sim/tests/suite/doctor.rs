@@ -195,7 +195,7 @@ fn a_module_without_signal_is_a_fault() {
 }
 
 #[test]
-fn every_stage_at_which_a_scanner_stops_is_told() {
+fn every_stage_at_which_a_scanner_stops_is_reported() {
     let cases: &[(&str, u32, &'static [Reason], &str, &str)] = &[
         (
             "fault",
@@ -265,7 +265,7 @@ fn a_scanner_that_stands_is_moved_only_if_it_may_be() {
 }
 
 #[test]
-fn a_silent_port_and_one_that_is_not_there_are_told() {
+fn a_silent_port_and_one_that_is_not_there_are_reported() {
     let silent = Pty::new().unwrap();
     let output = doctor(&silent.path, &[]);
     let text = printed(&output);
@@ -283,7 +283,7 @@ fn a_silent_port_and_one_that_is_not_there_are_told() {
 
 /// The scanner sends `LIVE` but does not receive: its own reports are still evaluated.
 #[test]
-fn a_scanner_that_does_not_hear_is_told() {
+fn a_scanner_that_does_not_hear_is_reported() {
     let scanner = Scanner::scripted(|| live("idle"), |_| Vec::new());
     let output = doctor(&scanner.path, &["--wait", "1"]);
     let text = printed(&output);
@@ -295,7 +295,7 @@ fn a_scanner_that_does_not_hear_is_told() {
 }
 
 #[test]
-fn a_port_that_hangs_up_is_told_with_what_was_seen() {
+fn a_port_that_hangs_up_is_reported_with_what_was_seen() {
     let scanner = Scanner::scripted(
         || live("scanning"),
         |typed| match typed {

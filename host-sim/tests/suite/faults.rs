@@ -70,8 +70,8 @@ fn draws(name: &str, strength: f64) -> (u32, u32, u32) {
         ok += u32::from(is_ok);
         wrong += u32::from(is_ok && score::scene(&answer, truth).wrong);
         named += u32::from(fault.reasons.iter().any(|&r| reasons.has(r)));
-        let vouches = answer.horizon_m.unwrap_or(0.0) >= 1.0;
-        assert_eq!(is_ok, vouches, "{name} {strength}, seed {seed}: {reasons}");
+        let is_valid = answer.horizon_m.unwrap_or(0.0) >= 1.0;
+        assert_eq!(is_ok, is_valid, "{name} {strength}, seed {seed}: {reasons}");
     }
     (ok, wrong, named)
 }

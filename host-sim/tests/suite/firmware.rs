@@ -434,7 +434,7 @@ fn stop_start_scan(session: &mut Session<'_>) {
 
 /// Every fault of module and motor gives its status, and the next scan is complete again.
 #[test]
-fn faults_are_told_and_pass() {
+fn faults_are_reported_and_pass() {
     let Some(elf) = elf() else { return };
     let recording = thinned(&read("stair_a"));
     let playback = Playback::new(&recording, &Config::default()).unwrap();

@@ -205,7 +205,7 @@ fn required_motion_input_is_required() {
 }
 
 #[test]
-fn motion_sentences_that_are_damaged_stuck_or_impossible_are_told_and_not_used() {
+fn motion_sentences_that_are_damaged_stuck_or_impossible_are_reported_and_not_used() {
     let blind = answers(&without_keys(driven()), Options::default());
     for fault in [Fault::Garbled, Fault::Jumping, Fault::Swapped] {
         let printed = with_fault(fault);

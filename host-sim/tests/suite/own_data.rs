@@ -62,7 +62,7 @@ fn an_array_is_no_recording_and_the_message_names_the_command_that_makes_one() {
 }
 
 #[test]
-fn what_cannot_be_scanned_is_told_when_it_is_converted() {
+fn what_cannot_be_scanned_is_reported_when_it_is_converted() {
     let scratch = Scratch::new("own-angles");
     let array = array(&scratch);
     let even = converted(&scratch, &array, "even", |k| -20.0 + 0.25 * k as f64);

@@ -102,7 +102,7 @@ impl BytePort for Lines {
 }
 
 /// An answer: its head and its steps.
-type Told = (ScanLine, Vec<StepLine>);
+type ScanLines = (ScanLine, Vec<StepLine>);
 
 /// Motion of the chair.
 #[derive(Clone, Copy, PartialEq)]
@@ -116,7 +116,7 @@ enum Chair {
 }
 
 /// Returns the answers to the first `scans` scans of `ground`.
-fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<Told> {
+fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<ScanLines> {
     let (depth, height) = (recording("depth", ground), recording("height", ground));
     let planes = [&depth, &height].map(|r| Playback::new(r, &Config::default()).unwrap());
     let mut settings = planes[0].settings();
@@ -143,7 +143,7 @@ fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<Told> {
 }
 
 /// Scans until `scans` answers have been reported.
-fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> Vec<Told> {
+fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> Vec<ScanLines> {
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
     let mut pipeline = Box::new(Pipeline::new());
     let hardware = Hardware {
@@ -176,7 +176,7 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
         }
     }
     let said = String::from_utf8(std::mem::take(&mut scanner.port_mut().said)).unwrap();
-    let mut printed: Vec<Told> = Vec::new();
+    let mut printed: Vec<ScanLines> = Vec::new();
     for line in said.lines() {
         match Sentence::parse(line).unwrap() {
             Sentence::Scan(head) => printed.push((head, Vec::new())),

@@ -153,7 +153,7 @@ fn one_recording_stands_beside_itself_under_other_settings() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_told() {
+fn what_cannot_be_compared_is_reported() {
     let scratch = Scratch::new("report-compare-bad");
     let page = scratch.path().join("page.html");
     let [a, b, c] =

@@ -17,7 +17,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 use host_sim::emulate::image::workspace;
 use host_sim::emulate::qemu::Qemu;
 use host_sim::emulate::tools::TARGET;
-use host_sim::update::client::{Client, Told};
+use host_sim::update::client::{Client, LoaderLine};
 use host_sim::update::keys;
 use host_sim::update::package::Package;
 use host_sim::update::wire::Wire;
@@ -36,7 +36,7 @@ use stairscan_boot::tell;
 
 use crate::common::{Scratch, elf, sim};
 
-fn told(output: &Output) -> String {
+fn reported(output: &Output) -> String {
     String::from_utf8([&output.stdout[..], &output.stderr].concat()).unwrap()
 }
 
@@ -51,7 +51,7 @@ fn a_secret_key_is_its_owner_s_alone_and_never_replaced_unasked() {
     let public = dir.path().join("maker.pub");
     let new = |more: &[&str]| sim(&[&["keys", "new", text(&file)], more].concat());
     let made = new(&[]);
-    assert_eq!(made.status.code(), Some(0), "{}", told(&made));
+    assert_eq!(made.status.code(), Some(0), "{}", reported(&made));
     assert_eq!(
         fs::metadata(&file).unwrap().permissions().mode() & 0o777,
         0o600
@@ -64,11 +64,11 @@ fn a_secret_key_is_its_owner_s_alone_and_never_replaced_unasked() {
         // One of both is enough to refuse.
         let again = new(&[]);
         assert_eq!(again.status.code(), Some(1));
-        assert!(told(&again).contains("--force"), "{}", told(&again));
+        assert!(reported(&again).contains("--force"), "{}", reported(&again));
     }
     fs::write(&file, &first).unwrap();
     let forced = new(&["--force"]);
-    assert_eq!(forced.status.code(), Some(0), "{}", told(&forced));
+    assert_eq!(forced.status.code(), Some(0), "{}", reported(&forced));
     assert_ne!(fs::read_to_string(&file).unwrap(), first);
     assert_eq!(
         fs::metadata(&file).unwrap().permissions().mode() & 0o777,
@@ -80,8 +80,16 @@ fn a_secret_key_is_its_owner_s_alone_and_never_replaced_unasked() {
         "nothing is left over"
     );
     let shown = sim(&["keys", "show", text(&public)]);
-    assert!(told(&shown).contains("public key"), "{}", told(&shown));
-    assert!(!told(&shown).contains("development"), "{}", told(&shown));
+    assert!(
+        reported(&shown).contains("public key"),
+        "{}",
+        reported(&shown)
+    );
+    assert!(
+        !reported(&shown).contains("development"),
+        "{}",
+        reported(&shown)
+    );
     // A secret key that others may read signs nothing.
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
     let open = keys::read_secret(&file).unwrap_err().to_string();
@@ -339,15 +347,15 @@ fn an_update_goes_through_a_loss_of_power_to_its_confirmation_and_back() {
     // The supply goes in the midst of the transfer: behind greetings, rate, header, and 130 KB.
     device.supply.store(136, Ordering::Relaxed);
     let broken = sim(&["update", &device.path, &file]);
-    assert_eq!(broken.status.code(), Some(1), "{}", told(&broken));
+    assert_eq!(broken.status.code(), Some(1), "{}", reported(&broken));
     assert!(
-        told(&broken).contains("repeat the command"),
+        reported(&broken).contains("repeat the command"),
         "{}",
-        told(&broken)
+        reported(&broken)
     );
     let update = sim(&["update", &device.path, &file]);
-    assert_eq!(update.status.code(), Some(0), "{}", told(&update));
-    let said = told(&update);
+    assert_eq!(update.status.code(), Some(0), "{}", reported(&update));
+    let said = reported(&update);
     for part in [
         "slot a: confirmed",
         "goes to slot b",
@@ -360,32 +368,36 @@ fn an_update_goes_through_a_loss_of_power_to_its_confirmation_and_back() {
     }
     let shown = sim(&["update", &device.path, "--show"]);
     assert!(
-        told(&shown).contains("slot b: confirmed"),
+        reported(&shown).contains("slot b: confirmed"),
         "{}",
-        told(&shown)
+        reported(&shown)
     );
     let back = sim(&["update", &device.path, "--back"]);
-    assert_eq!(back.status.code(), Some(0), "{}", told(&back));
+    assert_eq!(back.status.code(), Some(0), "{}", reported(&back));
     let shown = sim(&["update", &device.path, "--show"]);
     assert!(
-        told(&shown).contains("slot b: given-up"),
+        reported(&shown).contains("slot b: given-up"),
         "{}",
-        told(&shown)
+        reported(&shown)
     );
     // A higher number is the end of the old one.
     let file = write(&dir, "newer", &package(3, 7, |_| ()).bytes());
     let update = sim(&["update", &device.path, &file]);
-    assert_eq!(update.status.code(), Some(0), "{}", told(&update));
+    assert_eq!(update.status.code(), Some(0), "{}", reported(&update));
     let older = write(&dir, "older", &package(4, 6, |_| ()).bytes());
     let refused = sim(&["update", &device.path, &older]);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        told(&refused).contains("older-version"),
+        reported(&refused).contains("older-version"),
         "{}",
-        told(&refused)
+        reported(&refused)
     );
     let refused = sim(&["update", &device.path, "--back"]);
-    assert!(told(&refused).contains("no-way-back"), "{}", told(&refused));
+    assert!(
+        reported(&refused).contains("no-way-back"),
+        "{}",
+        reported(&refused)
+    );
     device.unplug();
 }
 
@@ -417,11 +429,16 @@ fn each_wrong_file_has_its_own_answer() {
     for (name, bytes, answer) in wrong {
         let file = write(&dir, name, &bytes);
         let refused = sim(&["update", &device.path, &file]);
-        assert_eq!(refused.status.code(), Some(1), "{name}: {}", told(&refused));
-        assert!(
-            told(&refused).contains(answer),
+        assert_eq!(
+            refused.status.code(),
+            Some(1),
             "{name}: {}",
-            told(&refused)
+            reported(&refused)
+        );
+        assert!(
+            reported(&refused).contains(answer),
+            "{name}: {}",
+            reported(&refused)
         );
     }
     device.unplug();
@@ -433,11 +450,11 @@ fn an_image_whose_self_test_fails_is_not_confirmed() {
     let device = Device::plug_in(&package(1, 0, |_| ()), false);
     let file = write(&dir, "new", &package(2, 0, |_| ()).bytes());
     let update = sim(&["update", &device.path, &file, "--wait", "1"]);
-    assert_eq!(update.status.code(), Some(1), "{}", told(&update));
+    assert_eq!(update.status.code(), Some(1), "{}", reported(&update));
     assert!(
-        told(&update).contains("home-not-found"),
+        reported(&update).contains("home-not-found"),
         "{}",
-        told(&update)
+        reported(&update)
     );
     device.unplug();
 }
@@ -521,7 +538,7 @@ fn the_emulated_image_boots_through_the_loader_and_a_flipped_byte_is_refused() {
     let emulator =
         Qemu::start_with(&[(Slot::A, slot(Slot::A, 1)), (Slot::B, flipped.clone())]).unwrap();
     let mut port = Socket::of(&emulator);
-    let line = port.wait(|line| Told::parse(line).map(|_| line.to_owned()));
+    let line = port.wait(|line| LoaderLine::parse(line).map(|_| line.to_owned()));
     assert!(
         line.starts_with("$PSTR,LOADER,a,0,confirmed,damaged*"),
         "{line}"
@@ -532,7 +549,7 @@ fn the_emulated_image_boots_through_the_loader_and_a_flipped_byte_is_refused() {
     // Nothing else there: nothing is executed, and the loader takes requests.
     let emulator = Qemu::start_with(&[(Slot::B, flipped)]).unwrap();
     let mut port = Socket::of(&emulator);
-    let line = port.wait(|line| Told::parse(line).map(|_| line.to_owned()));
+    let line = port.wait(|line| LoaderLine::parse(line).map(|_| line.to_owned()));
     assert!(line.starts_with("$PSTR,LOADER,,0,empty,damaged*"), "{line}");
     drop(emulator);
 

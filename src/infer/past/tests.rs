@@ -57,28 +57,28 @@ fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [S
 #[test]
 fn a_first_scan_is_as_it_is() {
     let mut memory = History::new();
-    let told = scan(&mut memory, 1, 1.2, None);
-    assert_eq!(told, steps(1.2, 0.01));
+    let reported = scan(&mut memory, 1, 1.2, None);
+    assert_eq!(reported, steps(1.2, 0.01));
     assert!(memory.is_empty() && !memory.confirms_motion() && !memory.changed());
     assert_eq!(memory.carried_odds.features(12, -3.0, None, true), None);
 }
 
 #[test]
-fn what_was_told_before_has_a_say_where_the_chair_is_now() {
+fn what_was_reported_before_counts_where_the_chair_is_now() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
-    let told = scan(&mut memory, 2, 1.1, Some(0.1));
+    let reported = scan(&mut memory, 2, 1.1, Some(0.1));
     assert!(memory.confirms_motion());
     assert_eq!(memory.hypotheses.log_prior(&flight(1.1)), 0.0);
     let worst = -current().carried_most_nats;
     assert_eq!(memory.hypotheses.log_prior(&flight(1.2)), worst);
     assert_eq!(memory.hypotheses.log_prior(&Staircase::nothing()), worst);
-    for (told, alone) in told.iter().zip(&steps(1.1, 0.01)) {
-        assert!((told.distance_m - alone.distance_m).abs() < 1e-4);
+    for (reported, alone) in reported.iter().zip(&steps(1.1, 0.01)) {
+        assert!((reported.distance_m - alone.distance_m).abs() < 1e-4);
         // The height's standard deviation is below that of one scan and above that of two independent ones.
-        assert!(told.height_sigma_m < 0.0099 && told.height_sigma_m > 0.0071);
+        assert!(reported.height_sigma_m < 0.0099 && reported.height_sigma_m > 0.0071);
         // The distance's standard deviation is that of one scan.
-        assert!((told.distance_sigma_m - 0.003).abs() < 1e-5);
+        assert!((reported.distance_sigma_m - 0.003).abs() < 1e-5);
     }
 }
 
@@ -98,8 +98,8 @@ fn everything_is_forgotten_where_the_way_is_not_known() {
     for (number, moved_m) in [(2, None), (3, Some(0.1))] {
         let mut memory = History::new();
         scan(&mut memory, 1, 1.2, None);
-        let told = scan(&mut memory, number, 1.1, moved_m);
-        assert_eq!(told, steps(1.1, 0.01), "{number} {moved_m:?}");
+        let reported = scan(&mut memory, number, 1.1, moved_m);
+        assert_eq!(reported, steps(1.1, 0.01), "{number} {moved_m:?}");
         assert!(memory.is_empty());
     }
     let mut memory = History::new();
@@ -126,9 +126,9 @@ fn five_scans_from_one_place_are_little_surer_than_one() {
     scan(&mut memory, 1, 1.2, None);
     let mut last = 0.01;
     for number in 2..=5 {
-        let told = scan(&mut memory, number, 1.2, Some(0.0));
-        assert!(told[2].height_sigma_m <= last);
-        last = told[2].height_sigma_m;
+        let reported = scan(&mut memory, number, 1.2, Some(0.0));
+        assert!(reported[2].height_sigma_m <= last);
+        last = reported[2].height_sigma_m;
     }
     assert!(last > 0.005, "{last}");
 }
@@ -138,10 +138,14 @@ fn readings_that_disagree_make_no_one_surer() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
-    let mut told = steps(1.1, 0.01);
-    told[1].height_m += 0.05;
-    memory.combine(&mut told);
-    assert!(told[1].height_sigma_m > 0.012, "{}", told[1].height_sigma_m);
+    let mut reported = steps(1.1, 0.01);
+    reported[1].height_m += 0.05;
+    memory.combine(&mut reported);
+    assert!(
+        reported[1].height_sigma_m > 0.012,
+        "{}",
+        reported[1].height_sigma_m
+    );
     assert!(!memory.confirms_motion());
 }
 
@@ -152,9 +156,9 @@ fn a_contradicted_memory_is_a_first_scan() {
     memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
     memory.keep(&outlines(1.4));
     assert!(memory.changed() && memory.is_empty());
-    let mut told = steps(1.1, 0.01);
-    memory.combine(&mut told);
-    assert_eq!(told, steps(1.1, 0.01));
+    let mut reported = steps(1.1, 0.01);
+    memory.combine(&mut reported);
+    assert_eq!(reported, steps(1.1, 0.01));
     assert_eq!(memory.carried_odds.features(12, -3.0, None, true), None);
 }
 

@@ -1,7 +1,7 @@
 //! The cloud: independence of the particles' order and scale, sums of weights, and resampling.
 
 use crate::infer::cloud::{CAPACITY, CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ReportedAnswer};
-use crate::model::tests::{Dice, VIEW, flight, regular, told};
+use crate::model::tests::{Dice, VIEW, flight, regular, reported};
 use crate::model::{MAX_STEPS, Staircase};
 
 /// Standard deviations of levels that are exactly known.
@@ -18,13 +18,13 @@ fn named(n: usize, name: usize) -> Staircase {
 /// Returns a cloud of flights given as (number of risers, log-weight), which are compared with an answer without steps.
 fn cloud(particles: &[(usize, f32)]) -> Cloud {
     let mut cloud = Cloud::new();
-    let told = ReportedAnswer {
+    let reported = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
     };
     for (name, &(n, log_weight)) in particles.iter().enumerate() {
-        cloud.add(&named(n, name), log_weight, &SURE, &told);
+        cloud.add(&named(n, name), log_weight, &SURE, &reported);
     }
     cloud
 }
@@ -126,13 +126,13 @@ fn weights_a_million_apart_leave_the_heaviest() {
 #[test]
 fn steps_that_cannot_be_seen_are_not_counted() {
     let mut cloud = Cloud::new();
-    let told = ReportedAnswer {
+    let reported = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
     };
     // The first step hides the second.
-    cloud.add(&flight(&[(0.5, 0.55), (0.9, 0.6)]), 0.0, &SURE, &told);
+    cloud.add(&flight(&[(0.5, 0.55), (0.9, 0.6)]), 0.0, &SURE, &reported);
     assert_eq!(cloud.counts()[..3], [0.0, 1.0, 0.0]);
 }
 
@@ -140,12 +140,12 @@ fn steps_that_cannot_be_seen_are_not_counted() {
 fn an_emptied_cloud_is_as_new() {
     let mut cloud = cloud(&[(1, 50.0), (2, 49.0)]);
     cloud.clear();
-    let told = ReportedAnswer {
+    let reported = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
     };
-    cloud.add(&named(3, 0), -100.0, &SURE, &told);
+    cloud.add(&named(3, 0), -100.0, &SURE, &reported);
     assert_eq!(cloud.counts()[3], 1.0);
     assert_eq!(held(&cloud), [(0, 1.0)]);
 }
@@ -155,18 +155,18 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     // The answer has one step at 0.75 m. One half of the particles agrees, a quarter has another step at 1.05 m, an
     // eighth has no steps, an eighth has another step at 0.35 m.
     let one = flight(&[(0.75, 0.16)]);
-    let edges = told(&[(0.75, 0.16)]);
-    let told = ReportedAnswer {
+    let edges = reported(&[(0.75, 0.16)]);
+    let reported = ReportedAnswer {
         edges: &edges,
         drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();
     let log = |share: f32| share.ln();
-    cloud.add(&one, log(0.5), &SURE, &told);
-    cloud.add(&one.with(1, 1.05, 0.3), log(0.25), &SURE, &told);
-    cloud.add(&Staircase::nothing(), log(0.125), &SURE, &told);
-    cloud.add(&one.with(0, 0.35, 0.08), log(0.125), &SURE, &told);
+    cloud.add(&one, log(0.5), &SURE, &reported);
+    cloud.add(&one.with(1, 1.05, 0.3), log(0.25), &SURE, &reported);
+    cloud.add(&Staircase::nothing(), log(0.125), &SURE, &reported);
+    cloud.add(&one.with(0, 0.35, 0.08), log(0.125), &SURE, &reported);
     let log_odds = cloud.error_log_odds();
     let odds = |x_m: f32| {
         // An error is assigned to a place 3 cm nearer; a cell ends where its error may still lie.
@@ -194,14 +194,14 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
 #[test]
 fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
     let one = flight(&[(0.75, 0.16)]);
-    let edges = told(&[(0.75, 0.16)]);
-    let told = ReportedAnswer {
+    let edges = reported(&[(0.75, 0.16)]);
+    let reported = ReportedAnswer {
         edges: &edges,
         drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();
-    cloud.add(&one.with(1, 1.05, 0.3), 0.0, &[0.03; MAX_STEPS], &told);
+    cloud.add(&one.with(1, 1.05, 0.3), 0.0, &[0.03; MAX_STEPS], &reported);
     let log_odds = cloud.error_log_odds();
     let k = ((0.72 - FIRST_END_M) / CELL_M).ceil() as usize;
     let wrong = 1.0 / (1.0 + (-log_odds[k]).exp());

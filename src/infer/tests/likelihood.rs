@@ -277,7 +277,7 @@ proptest! {
 }
 
 #[test]
-fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
+fn an_answer_is_not_valid_beyond_a_kerb_that_shows_only_its_corner() {
     for x in [1.0, 1.2, 1.4] {
         let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
         let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
@@ -290,8 +290,8 @@ fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
         let kerb = answer(&points);
         assert!(kerb.answer.steps.is_empty(), "{kerb:?}");
         assert!(kerb.horizon_m().is_some_and(|end| end < x), "{kerb:?}");
-        let told = |m: &PossibleStep| (m.distance_m - x).abs() < 0.03;
+        let reported = |m: &PossibleStep| (m.distance_m - x).abs() < 0.03;
         let mut maybes = kerb.answer.possible_steps.iter();
-        assert!(maybes.all(|m| told(m) || behind(m)), "{kerb:?}");
+        assert!(maybes.all(|m| reported(m) || behind(m)), "{kerb:?}");
     }
 }

@@ -6,7 +6,7 @@ use crate::infer::gauss::TreadLevels;
 use crate::infer::readings::Readings;
 use crate::infer::refine::refine;
 use crate::infer::variants::{Hypothesis, Variants, weight};
-use crate::model::tests::{Dice, VIEW, echo, echoes, flight, geometry, model, regular, told};
+use crate::model::tests::{Dice, VIEW, echo, echoes, flight, geometry, model, regular, reported};
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::Params;
 use crate::signal::echoes::Echo;
@@ -166,7 +166,7 @@ fn variants_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
     let odd = flight(&[(0.7, 0.16), (0.99, 0.365), (1.28, 0.48)]);
     for (start, n) in [(truth.without_last(), 3), (more, 3), (front, 3), (odd, 3)] {
         let mut cloud = Cloud::new();
-        let told = ReportedAnswer {
+        let reported = ReportedAnswer {
             edges: &[],
             drop: None,
             view: VIEW,
@@ -174,7 +174,7 @@ fn variants_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
         let base = Hypothesis::new(&model, start, [0.01; MAX_STEPS]);
         let mut variants = Variants {
             model: &model,
-            reported: &told,
+            reported: &reported,
             cloud: &mut cloud,
         };
         variants.add_variants(&base);
@@ -190,7 +190,7 @@ fn a_rise_that_is_odd_is_proposed() {
     let echoes = echoes(&truth, &mut Dice::new(13), 0.2);
     let model = model(&echoes, &geometry);
     let mut cloud = Cloud::new();
-    let told = ReportedAnswer {
+    let reported = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
@@ -198,7 +198,7 @@ fn a_rise_that_is_odd_is_proposed() {
     let base = Hypothesis::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
     Variants {
         model: &model,
-        reported: &told,
+        reported: &reported,
         cloud: &mut cloud,
     }
     .add_variants(&base);
@@ -216,7 +216,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     let truth = regular(2, 0.7, 0.29, 0.16);
     let echoes = echoes(&truth, &mut Dice::new(17), 0.2);
     let model = model(&echoes, &geometry);
-    let told = ReportedAnswer {
+    let reported = ReportedAnswer {
         edges: &[],
         drop: None,
         view: VIEW,
@@ -226,7 +226,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     let base = Hypothesis::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
     Variants {
         model: &model,
-        reported: &told,
+        reported: &reported,
         cloud: &mut cloud,
     }
     .add_variants(&base);
@@ -235,7 +235,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
         kind: GroundKind::Box,
         ..truth
     };
-    cloud.add(&mark, weight(&model, &truth), &base.sigmas, &told);
+    cloud.add(&mark, weight(&model, &truth), &base.sigmas, &reported);
     let probability = |kind: GroundKind| {
         let mut same = cloud
             .particles()
@@ -337,9 +337,9 @@ proptest! {
             prop_assert!(sigma.is_finite() && *sigma > 0.0);
         }
         let mut cloud = Cloud::new();
-        let edges = told(&[(0.8, 0.16)]);
-        let told = ReportedAnswer { edges: &edges, drop: None, view: VIEW };
-        Variants { model: &model, reported: &told, cloud: &mut cloud }
+        let edges = reported(&[(0.8, 0.16)]);
+        let reported = ReportedAnswer { edges: &edges, drop: None, view: VIEW };
+        Variants { model: &model, reported: &reported, cloud: &mut cloud }
             .add_variants(&Hypothesis::new(&model, found, sigmas));
         cloud.resample();
         prop_assert!(cloud.error_log_odds().iter().all(|d| d.is_finite()));

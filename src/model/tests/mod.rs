@@ -38,7 +38,7 @@ pub(crate) fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Stai
 }
 
 /// Returns the steps of an answer without any uncertainty, from distances and heights, metres.
-pub(crate) fn told(steps: &[(f32, f32)]) -> Vec<ReportedStep> {
+pub(crate) fn reported(steps: &[(f32, f32)]) -> Vec<ReportedStep> {
     let step = |&step| ReportedStep::new(step, (0.0, 0.0));
     steps.iter().map(step).collect()
 }

@@ -8,7 +8,7 @@ const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
 fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict> {
     let sigmas = [sigma_m; MAX_STEPS];
-    s.conflicts(&told(answer), None, &VIEW, &sigmas)
+    s.conflicts(&reported(answer), None, &VIEW, &sigmas)
         .into_iter()
         .collect()
 }
@@ -148,7 +148,7 @@ fn what_agrees_contradicts_nothing() {
 }
 
 #[test]
-fn missing_and_made_up_steps_are_told_where_they_are() {
+fn missing_and_false_steps_are_reported_where_they_are() {
     let s = regular(3, 0.7, 0.3, 0.16);
     let sure = |c: &Conflict| c.probability > 0.999;
     // The second step is missing.
@@ -203,8 +203,8 @@ fn the_expanded_uncertainty_is_the_difference() {
     // Three standard deviations, between 3 and 8 cm.
     for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
         let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
-            let told = ReportedStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
-            s.conflicts(&[told], None, &VIEW, &SURE)[0].probability > 0.5
+            let reported = ReportedStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
+            s.conflicts(&[reported], None, &VIEW, &SURE)[0].probability > 0.5
         };
         for (off_m, so) in [(within_m - 0.002, false), (within_m + 0.002, true)] {
             assert_eq!(wrong((off_m, 0.0), (sigma_m, 0.0)), so, "{sigma_m}");
@@ -237,7 +237,7 @@ fn a_level_that_is_not_known_is_wrong_with_a_probability() {
     let two = regular(2, 0.7, 0.3, 0.16);
     let mut sigmas = SURE;
     sigmas[1] = 0.03;
-    let all = two.conflicts(&told(&[(0.7, 0.16), (1.0, 0.32)]), None, &VIEW, &sigmas);
+    let all = two.conflicts(&reported(&[(0.7, 0.16), (1.0, 0.32)]), None, &VIEW, &sigmas);
     assert!(all[0].probability < 1e-6 && all[1].probability > 0.2);
 }
 

@@ -255,12 +255,12 @@ impl ScanLine {
     /// Creates the head of the answer `outcome` to scan number `scan`; `settings` is the hash of the scan's
     /// settings.
     pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome, settings: u32) -> Self {
-        let told = outcome.status() != Status::Fault;
+        let reported = outcome.status() != Status::Fault;
         Self {
             scan,
             status: outcome.status(),
             direction: outcome.answer.direction,
-            steps: if told {
+            steps: if reported {
                 outcome.answer.steps.len() as u8
             } else {
                 0
@@ -269,16 +269,16 @@ impl ScanLine {
             reasons: outcome.reasons(),
             horizon: outcome
                 .horizon_m()
-                .filter(|_| told)
+                .filter(|_| reported)
                 .map(Tenths::from_metres),
-            confidence: outcome.confidence().filter(|_| told).map(permille),
-            possible_steps: if told {
+            confidence: outcome.confidence().filter(|_| reported).map(permille),
+            possible_steps: if reported {
                 outcome.answer.possible_steps.len() as u8
             } else {
                 0
             },
             settings,
-            drops: u8::from(told && outcome.answer.drop.is_some()),
+            drops: u8::from(reported && outcome.answer.drop.is_some()),
             plane: None,
         }
     }

@@ -397,10 +397,10 @@ fn a_drop_stands_between_steps_and_maybes() {
         panic!("{}", lines[0]);
     };
     assert_eq!((head.drops, head.following()), (1, 3));
-    let Ok(Sentence::Drop(told)) = Sentence::parse(&lines[2]) else {
+    let Ok(Sentence::Drop(reported)) = Sentence::parse(&lines[2]) else {
         panic!("{}", lines[2]);
     };
-    let edge = told.edge();
+    let edge = reported.edge();
     assert!((edge.distance_m - 0.9123).abs() < 1e-6 && edge.depth_m == Some(0.18));
     assert!((edge.nearest_m() - 0.867).abs() < 1e-6 && edge.probability == 0.974);
 }
@@ -438,7 +438,7 @@ proptest! {
 fn only_a_scanner_of_both_planes_tells_the_plane() {
     use crate::config::Plane;
     let outcome = Outcome::silent();
-    let told = |plane| {
+    let reported = |plane| {
         Sentence::Scan(ScanLine {
             plane,
             ..ScanLine::new(7, 0, &outcome, 0)
@@ -449,8 +449,8 @@ fn only_a_scanner_of_both_planes_tells_the_plane() {
         (Some(Plane::Depth), ",0,depth*"),
         (Some(Plane::Height), ",0,height*"),
     ] {
-        let line = told(plane).write();
+        let line = reported(plane).write();
         assert!(line.contains(end), "{line}");
-        assert_eq!(Sentence::parse(&line), Ok(told(plane)));
+        assert_eq!(Sentence::parse(&line), Ok(reported(plane)));
     }
 }

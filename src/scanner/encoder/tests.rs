@@ -121,7 +121,7 @@ fn without_an_encoder_nothing_is_read_or_waited_for() {
 }
 
 #[test]
-fn a_shaft_that_turns_as_it_is_told_agrees() {
+fn a_shaft_that_turns_as_it_is_commanded_agrees() {
     let mut mirror = homed(77.0);
     for _ in 0..4 {
         assert_eq!(end(&mut mirror, 50_000, 77.0), Ok(()));
@@ -178,7 +178,7 @@ fn home_elsewhere_than_before_is_no_home() {
 }
 
 #[test]
-fn one_wrong_reading_is_no_slip_and_a_silent_encoder_is_told() {
+fn one_wrong_reading_is_no_slip_and_a_silent_encoder_is_reported() {
     let mut mirror = homed(0.0);
     let reading = mirror.seen[0].expected_reading(mirror.position());
     let wrong = Ok(reading.wrapping_add(9_000));

@@ -16,7 +16,7 @@ fn both(mount_height: i32) -> Config {
 }
 
 /// Returns an outcome that reports a drop at `distance_m` and has `finding` as result of comparing two sweeps.
-fn told(distance_m: f32, finding: Finding) -> Outcome {
+fn reported(distance_m: f32, finding: Finding) -> Outcome {
     let mut outcome = Outcome::silent();
     outcome.answer.drop = Some(DropEdge {
         distance_m,
@@ -79,14 +79,14 @@ fn the_document_says_how_far_the_height_plane_sees() {
         (-20_000, 250, 361, "| 110° … 20° | −25° … 115° | "),
         (-80_000, 500, 281, "| 170° … 30° | −85° … 175° | "),
     ] {
-        let told = text.lines().find(|line| line.contains(row)).unwrap();
+        let reported = text.lines().find(|line| line.contains(row)).unwrap();
         for height in [40_000, 120_000] {
             let mut config = both(height);
             config.sweep.first_angle = first;
             (config.sweep.angle_step, config.sweep.angle_count) = (step, count);
             assert!(check_planes(&config).is_ok());
             let reach = std::format!("| {:.2} m", reach_m(&config));
-            assert!(told.contains(&reach), "{reach}: {told}");
+            assert!(reported.contains(&reach), "{reach}: {reported}");
         }
     }
 }
@@ -95,7 +95,7 @@ fn the_document_says_how_far_the_height_plane_sees() {
 fn a_near_drop_before_a_standing_chair_asks_for_it() {
     let config = both(120_000);
     let asks = |distance_m, finding, drive: &Drive<'_>| {
-        requests_height_plane(&config, &told(distance_m, finding), drive)
+        requests_height_plane(&config, &reported(distance_m, finding), drive)
     };
     let standing = Drive::STANDING;
     assert!(asks(1.1, Finding::Agreed, &standing));
@@ -148,7 +148,7 @@ fn a_chair_that_moves_gets_none() {
             memory: Retention::Kept,
             ..Drive::STANDING
         };
-        let outcome = told(1.1, Finding::Agreed);
+        let outcome = reported(1.1, Finding::Agreed);
         assert_eq!(
             requests_height_plane(&config, &outcome, &drive),
             stands,

@@ -1,6 +1,8 @@
 //! Tests of keys, values and limits, and of the grids that fit the map.
 
 use super::*;
+use crate::estimate::Estimate;
+use crate::mount::Mounting;
 #[cfg(feature = "paper")]
 use crate::setting::Effect;
 
@@ -238,4 +240,27 @@ fn a_module_gets_the_time_that_it_needs() {
     assert_eq!(shorter.field, "chirp-timeout");
     settings.set("module", "bgt60").unwrap();
     settings.set("chirp-timeout", "50000").unwrap();
+}
+
+#[test]
+fn a_calibration_sets_the_mounting_and_adds_to_scale_and_home() {
+    let mut settings = Settings::default();
+    settings.config.mount.range_scale = 10_000;
+    settings.motor.home_angle = -2_000;
+    settings.calibrate(&Mounting {
+        height_m: Estimate::new(0.412, 0.001),
+        offset_rad: Estimate::new(0.01, 0.001),
+        scale: Estimate::new(1.01, 0.001),
+        mirror_echo_m: Estimate::new(0.2215, 0.001),
+        mirror_level_db: -21.5,
+        floor_echoes: 20,
+    });
+    let mount = settings.config.mount;
+    assert_eq!((mount.mount_height, mount.mirror_echo), (41_200, 22_150));
+    assert_eq!(mount.mirror_level, -21_500);
+    // 1.01 · 1.01, and 0.01 rad = 0.573°.
+    assert_eq!(
+        (mount.range_scale, settings.motor.home_angle),
+        (20_100, -1_427)
+    );
 }

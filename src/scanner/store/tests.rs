@@ -179,10 +179,10 @@ fn a_power_cut_leaves_the_old_or_the_new() {
             let mut flash = whole.flash.clone();
             flash.left = Some(cut);
             let mut store = Store::new(flash);
-            let told = store.save(&settings(saved));
+            let reported = store.save(&settings(saved));
             let found = reboot(&mut store);
             assert!(
-                told.is_err(),
+                reported.is_err(),
                 "a save that was cut short is not told as done"
             );
             if found == Some(settings(saved)) {
@@ -213,11 +213,11 @@ fn a_hundred_thousand_random_power_cuts_lose_nothing() {
         let new = settings(seed);
         // The power fails at any operation of a save, one for each word and one for an erasure, or not at all.
         store.flash.left = Some(random.next_u32() % (RECORD as u32 + 2) + 1);
-        let told = store.save(&new);
-        cuts += u32::from(told.is_err());
+        let reported = store.save(&new);
+        cuts += u32::from(reported.is_err());
         store.flash.left = None;
         let found = store.load();
-        match told {
+        match reported {
             Ok(()) => assert_eq!(found, Some(new)),
             Err(_) => assert!(found == Some(old) || found == Some(new), "cut {cuts}"),
         }
@@ -226,7 +226,7 @@ fn a_hundred_thousand_random_power_cuts_lose_nothing() {
 }
 
 #[test]
-fn a_flash_that_takes_nothing_is_told_and_harms_nothing() {
+fn a_flash_that_takes_nothing_is_reported_and_harms_nothing() {
     let mut store = Store::new(Model::new(5));
     for seed in [1, 2] {
         store.save(&settings(seed)).unwrap();

@@ -247,7 +247,7 @@ fn a_pin_triggers_on_the_spot() {
 /// A module that was reset during a scan is at 1 Mbaud. With stops the link recovers at the row's second try;
 /// in continuous mode the scan ends, since all rows were planned for the other rate.
 #[test]
-fn a_module_that_forgets_its_rate_is_found_again_or_told() {
+fn a_module_that_forgets_its_rate_is_found_again_or_reported() {
     for rate in [2_000_000, 3_000_000] {
         let mut bench = Bench::new(rate);
         bench.reset_at = Some(100);

@@ -126,7 +126,7 @@ fn currents_are_never_more_than_asked_for() {
 type Wrong = (&'static str, fn(&mut Chip), DriverError);
 
 #[test]
-fn each_misbehaviour_is_told() {
+fn each_misbehaviour_is_reported() {
     use DriverError::{Fault, Reset, Silent};
     let wrongs: [Wrong; 8] = [
         ("silent", |c| c.fault = ChipFault::Silent, Silent),

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn drops_are_told_of_where_an_answer_tells_one() {
+    fn drops_are_reported_of_where_an_answer_has_one() {
         let quiet = scene(1.25, 0.96, true);
         let confident = SceneScore {
             direction: Direction::None,

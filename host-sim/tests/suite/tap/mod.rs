@@ -79,7 +79,7 @@ fn the_modules_misdeeds_are_heard_as_the_scanner_heard_them() {
 
 /// Incomplete data are reported and never replaced.
 #[test]
-fn what_the_tap_loses_is_missing_and_told() {
+fn what_the_tap_loses_is_missing_and_reported() {
     let scanned = scan(&read("stair_a"), &Config::default(), 3, &[]);
     let chirps = |traffic: &Traffic| -> Vec<usize> {
         let long = |k: &usize| traffic[*k].2.len() > 500;

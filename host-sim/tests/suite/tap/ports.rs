@@ -157,7 +157,7 @@ fn the_module_itself_is_asked() {
 }
 
 #[test]
-fn a_module_that_is_not_there_is_told() {
+fn a_module_that_is_not_there_is_reported() {
     let dir = Scratch::new("record-no-module");
     let output = dir.path().join("bench");
     let (_master, _slave, path) = terminal();

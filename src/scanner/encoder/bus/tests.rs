@@ -251,7 +251,7 @@ fn a_chip_that_stretches_the_clock_is_waited_for_and_one_that_holds_it_is_not() 
 }
 
 #[test]
-fn nobody_there_no_magnet_and_wires_held_low_are_told() {
+fn nobody_there_no_magnet_and_wires_held_low_are_reported() {
     let wires = chip();
     wires.borrow_mut().absent = true;
     let mut pins = bus(&wires);

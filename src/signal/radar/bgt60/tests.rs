@@ -94,3 +94,12 @@ proptest! {
         prop_assert!(spi.longest <= COMMAND + WORD * BURST_WORDS);
     }
 }
+
+#[test]
+fn a_burst_returns_its_last_word_and_each_pair_of_samples() {
+    let mut bus = Babble::new(vec![0, 0, 0, 0, 0x12, 0x34, 0x56, 0x80, 0x08, 0x01]);
+    let mut piece = [Iq::new(0, 0); 2];
+    assert_eq!(burst(&mut bus, &mut piece), Ok(0x80_0801));
+    let pair = |first, second| Iq::new(sample_of(first), sample_of(second));
+    assert_eq!(piece, [pair(0x123, 0x456), pair(0x800, 0x801)]);
+}

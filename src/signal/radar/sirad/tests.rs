@@ -196,7 +196,7 @@ fn samples_in_both_formats() {
 }
 
 #[test]
-fn what_is_no_chirp_is_told_by_its_kind() {
+fn what_is_no_chirp_is_reported_by_its_kind() {
     let whole = binary(1, &ramp());
     let chirp = |bytes: &[u8]| Bench::ready().chirp(bytes).unwrap_err();
     assert_eq!(chirp(b""), LinkError::Timeout);

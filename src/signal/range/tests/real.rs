@@ -221,7 +221,7 @@ fn real_phasors_are_the_bins_of_the_spectrum() {
 }
 
 #[test]
-fn all_values_count_in_what_is_told_of_a_real_chirp() {
+fn all_values_count_in_what_is_reported_of_a_real_chirp() {
     let mut processor = bare_real(64);
     let mut chirp = [Iq::new(100, 300); 64];
     let (_, _, stats) = row_of(&mut processor, &chirp);
