@@ -25,9 +25,41 @@ impl Micros {
     }
 }
 
+/// Age at which a time that is kept stops ageing, µs: 18 minutes, a quarter of the counter's span and more than any
+/// timeout ([`crate::scanner::settings::MAX_TIME`]).
+pub const MAX_AGE_US: u32 = 1 << 30;
+
+impl Micros {
+    /// Returns this time, or, where it is longer ago, the time 18 minutes before `now`. Applied to a kept time more
+    /// often than that, it prevents the counter's wrap from making an old time a recent one. A time after `now` is
+    /// unchanged.
+    #[must_use]
+    pub const fn aged(self, now: Micros) -> Self {
+        if now.reached(self) && now.since(self) > MAX_AGE_US {
+            Self(now.0.wrapping_sub(MAX_AGE_US))
+        } else {
+            self
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_kept_time_never_becomes_recent_again() {
+        let then = Micros(u32::MAX - 10);
+        let mut kept = then;
+        // Every 10 minutes for 10 hours: eight wraps.
+        for k in 1..=60_u32 {
+            let now = then.plus(k.wrapping_mul(600_000_000));
+            kept = kept.aged(now);
+            assert!(now.since(kept) >= 600_000_000, "{k}");
+        }
+        let soon = Micros(7).plus(500);
+        assert_eq!(soon.aged(Micros(7)), soon);
+    }
 
     #[test]
     fn deadlines_survive_the_wrap() {

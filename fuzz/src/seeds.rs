@@ -64,12 +64,15 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
         ("package", file(0, &package.bytes())),
         ("public", file(1, public.as_bytes())),
         ("secret", file(1, secret.as_bytes())),
-        ("elf", file(2, &elf())),
+        ("elf", file(2, &elf(0x240, 0x220, SLOTS + PAYLOAD))),
+        ("elf-short", file(2, &elf(0x204, 0x10, SLOTS + PAYLOAD))),
+        ("elf-high", file(2, &elf(0x240, 0x220, u32::MAX))),
     ]
 }
 
-/// A small ELF file: a segment for slot A that holds one address, with its relocation.
-fn elf() -> Vec<u8> {
+/// A small ELF file: a segment of `size` bytes for slot A, executed at `executed`, that holds one address at the offset
+/// `at`, with its relocation.
+fn elf(size: u32, at: u32, executed: u32) -> Vec<u8> {
     let half = |value: u16| value.to_le_bytes().to_vec();
     let words = |values: &[u32]| {
         values
@@ -80,10 +83,11 @@ fn elf() -> Vec<u8> {
     // Sizes of the headers of file, segment and section, and of a symbol and a relocation (ELF specification).
     let (file, segment, section, symbol, relocation) = (52_u32, 32_u32, 40_u32, 16_u32, 8_u32);
     let load = SLOTS + PAYLOAD;
-    let mut payload = vec![0xff; 0x240];
-    payload[0x220..0x224].copy_from_slice(&(load + 0x230).to_le_bytes());
+    let target = load + 0x30;
+    let mut payload = vec![0xff; size as usize];
+    payload[at as usize..][..4].copy_from_slice(&target.to_le_bytes());
     let data = file + segment;
-    let symbols = data + payload.len() as u32;
+    let symbols = data + size;
     let relocations = symbols + 2 * symbol;
     let sections = relocations + relocation;
     let magic = [0x7f, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
@@ -94,20 +98,10 @@ fn elf() -> Vec<u8> {
         words(&[1, load, file, sections, 0]),
         [52, 32, 1, 40, 4, 0].map(half).concat(),
     ];
-    let program = words(&[
-        1,
-        data,
-        load,
-        load,
-        payload.len() as u32,
-        payload.len() as u32,
-        5,
-        4,
-    ]);
-    let symbol_table = words(&[0, 0, 0, 0, 0, load + 0x230, 4, 0x0001_0010]);
+    let program = words(&[1, data, executed, load, size, size, 5, 4]);
+    let symbol_table = words(&[0, 0, 0, 0, 0, target, 4, 0x0001_0010]);
     // R_ARM_ABS32 of symbol 1 at the payload's address.
-    let relocation_table = words(&[load + 0x220, 1 << 8 | 2]);
-    let size = payload.len() as u32;
+    let relocation_table = words(&[executed.wrapping_add(at), 1 << 8 | 2]);
     let table = [
         words(&[0; 10]),
         words(&[0, 1, 6, load, data, size, 0, 0, 4, 0]),

@@ -74,7 +74,8 @@ enum Command {
     Calibrate(commands::calibrate::Args),
     /// Apply every fault of the instrument to recordings and count the outcomes
     Faults(commands::faults::Args),
-    /// Run one scanner over thousands of scans and compare each answer with a new scanner's
+    /// Run one scanner over thousands of scans and compare each answer with a new scanner's, or over days of simulated
+    /// time
     Soak(commands::soak::Args),
     /// Print every tuned number, and the effect of changing it by a fifth
     Params(commands::params::Args),

@@ -136,6 +136,17 @@ impl Odometry {
         }
     }
 
+    /// Keeps the ages of the last sentence and of the last scans from wrapping with the clock; to be called every few
+    /// minutes.
+    pub fn keep_ages(&mut self, now: Micros) {
+        if let Some(last) = &mut self.last {
+            last.at = last.at.aged(now);
+        }
+        for end in [&mut self.end, &mut self.guard_end].into_iter().flatten() {
+            end.at = end.at.aged(now);
+        }
+    }
+
     /// Sets the age above which a motion sentence is stale, microseconds.
     pub fn set_max_age(&mut self, oldest_us: u32) {
         self.max_age_us = oldest_us;
@@ -491,6 +502,43 @@ mod tests {
         }
         let (moved, since) = (ends[1].0.unwrap(), ends[1].1.unwrap());
         assert!((moved - 0.08).abs() < 1e-5 && (since - 0.4).abs() < 1e-5);
+    }
+
+    /// The counter's span, µs.
+    const SPAN: u64 = 1 << 32;
+
+    /// Keeps the ages every five minutes from `since` on for `us` microseconds, and returns the time then.
+    fn wait(odometry: &mut Odometry, since: Micros, us: u64) -> Micros {
+        for k in 1..=us / 300_000_000 {
+            odometry.keep_ages(since.plus((k * 300_000_000) as u32));
+        }
+        since.plus(us as u32)
+    }
+
+    #[test]
+    fn an_input_that_is_stale_stays_stale_when_the_counter_wraps() {
+        let mut odometry = Odometry::new();
+        take(&mut odometry, 0);
+        take(&mut odometry, 1);
+        let now = wait(&mut odometry, at(1), SPAN + 1_000);
+        assert_eq!(odometry.state(now), Input::Late);
+        odometry.take(now, reading(2));
+        assert_eq!((odometry.state(now), odometry.faults()), (Input::Late, 1));
+    }
+
+    #[test]
+    fn a_scan_of_an_hour_ago_is_not_a_recent_one() {
+        let mut odometry = Odometry::new();
+        let scan = |odometry: &mut Odometry, now: Micros| {
+            odometry.begin(1);
+            odometry.row(0, now);
+            odometry.finish(now);
+            odometry.since_s
+        };
+        assert_eq!(scan(&mut odometry, at(0)), None);
+        let now = wait(&mut odometry, at(0), SPAN + 1_000);
+        let since_s = scan(&mut odometry, now).unwrap();
+        assert!(since_s > 1_000.0, "{since_s}");
     }
 
     /// Each fault has its name, and the scan then has no motion input.

@@ -76,7 +76,12 @@ impl Console {
             self.live_timer.answered(at);
         }
         self.live_timer.count(now);
-        if self.live_timer.due() && self.queue_live(now, machine) {
+        if !self.live_timer.due() {
+            return;
+        }
+        // Five times a second is more often than ages need; no other timer runs in every state.
+        machine.keep_ages(now);
+        if self.queue_live(now, machine) {
             self.live_timer.mark_sent();
         }
     }

@@ -49,6 +49,9 @@ pub(super) struct GuardState {
     pub mirror_moving: bool,
     /// Number of the last guard sweep since the guard was switched on; 0 before the first.
     pub sweep: u32,
+    /// Number of the sweep that is under way or reported. It differs from `sweep` when the guard has been switched off
+    /// and on within one sweep.
+    pub reported_sweep: u32,
     /// Mean speed of the chair over the last sweeps, in which newer sweeps weigh more, m/s.
     speed_m_s: f32,
     /// Nearest hazard of the last full scan; `None` without one, or once it is older than 5 s.
@@ -74,6 +77,7 @@ impl GuardState {
         hazard_scanned: false,
         mirror_moving: false,
         sweep: 0,
+        reported_sweep: 0,
         speed_m_s: 0.0,
         hazard: None,
     };
@@ -81,6 +85,13 @@ impl GuardState {
     /// Whether the scanner guards.
     pub fn is_on(&self) -> bool {
         self.mode != GuardMode::Off
+    }
+
+    /// Keeps the hazard's age from wrapping with the clock; to be called every few minutes.
+    pub fn keep_ages(&mut self, now: Micros) {
+        if let Some(hazard) = &mut self.hazard {
+            hazard.at = hazard.at.aged(now);
+        }
     }
 
     /// Stores the nearest hazard of a full scan that ended at `now`.
@@ -201,4 +212,62 @@ fn period_us(settings: &Settings, times: RowTimes) -> Result<u32, ConfigError> {
     };
     let sweep = cruise.sweep_us(&settings.motor, &schedule);
     Ok(sweep.saturating_add(looks))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer::{Direction, Step};
+    use crate::motion::Agreement;
+    use crate::verdict::{Assessment, Evidence, FreeGround, GuardEvidence, Validity};
+
+    /// Returns the free distance of a sweep that sees 2 m, `us` after a scan with a step at 1 m.
+    fn free_after(us: u64) -> f32 {
+        let mut outcome = Outcome::silent();
+        outcome.answer.direction = Direction::Up;
+        let step = Step {
+            distance_m: 1.0,
+            ..Step::default()
+        };
+        outcome.answer.steps.push(step).unwrap();
+        let valid = Validity {
+            horizon_m: 1.5,
+            confidence: 0.99,
+            first_step: 0.99,
+        };
+        let assessment = Assessment {
+            echo_found: true,
+            valid: Some(valid),
+            ..Assessment::nothing(Agreement::STANDING)
+        };
+        outcome.decide(&Evidence {
+            assessment: Some(assessment),
+            ..Evidence::default()
+        });
+        let then = Micros(77);
+        let mut guard = GuardState::OFF;
+        guard.note(then, &outcome);
+        for k in 1..=us / 300_000_000 {
+            guard.keep_ages(then.plus((k * 300_000_000) as u32));
+        }
+        let ground = FreeGround {
+            free_m: 2.0,
+            hazard: HazardKind::None,
+            confidence: 0.99,
+        };
+        let mut result = GuardResult::new(&GuardEvidence {
+            echo_found: true,
+            ground: Some(ground),
+            ..GuardEvidence::default()
+        });
+        guard.compare(then.plus(us as u32), 0.0, &mut result);
+        result.free_m().unwrap()
+    }
+
+    #[test]
+    fn a_scan_counts_for_five_seconds_and_not_again_when_the_counter_wraps() {
+        assert!(free_after(4_000_000) < 1.0);
+        assert_eq!(free_after(6_000_000), 2.0);
+        assert_eq!(free_after((1 << 32) + 4_000_000), 2.0);
+    }
 }

@@ -30,6 +30,8 @@ pub use words::{SweepMode, Sweeping, Switch};
 pub const MAX_TIME: u32 = 600_000_000;
 // The limits in the table are literals, since messages are made of them.
 const _: () = assert!(MAX_TIME == 600_000_000 && SHAFT_LIMIT == 170_000);
+// A stale input stays stale.
+const _: () = assert!(MAX_TIME < crate::time::MAX_AGE_US);
 
 /// One turn of the shaft, 0.001°.
 const TURN: u32 = 360_000;

@@ -160,6 +160,15 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         !now.reached(self.deadline)
     }
 
+    /// Keeps the ages of past events from wrapping with the clock; to be called every few minutes.
+    // Out of line because of the stack.
+    #[inline(never)]
+    pub fn keep_ages(&mut self, now: Micros) {
+        self.odometry.keep_ages(now);
+        self.guard.keep_ages(now);
+        self.booted = self.booted.map(|at| at.aged(now));
+    }
+
     /// Returns the answer to the command `status`.
     pub fn status(&self, now: Micros) -> Sentence<'static> {
         Sentence::State {
@@ -380,6 +389,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         };
         *number = number.wrapping_add(1);
         let number = *number;
+        if self.scan.guard {
+            self.guard.reported_sweep = number;
+        }
         if !self.settings.intact() {
             return self.report_broken(Reason::SettingsDamaged, Conditions::GOOD, 0);
         }
@@ -616,7 +628,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// Begins to report the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
     pub(super) fn enter_reporting_guard(&mut self, word: &GuardResult, broken: bool) {
         self.reasons = word.reasons();
-        self.state = ScannerState::ReportingGuard(GuardLine::new(self.guard.sweep, word), broken);
+        self.state =
+            ScannerState::ReportingGuard(GuardLine::new(self.guard.reported_sweep, word), broken);
     }
 
     /// Queues the sentence of a guard sweep once it fits, and continues.

@@ -202,7 +202,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "faults",
         &["faults --scenes 1", "faults --guard --scenes 1"],
     ),
-    ("soak", &["soak --scans 1000 --seed 1"]),
+    ("soak", &["soak --scans 1000 --seed 1", "soak --days 30"]),
     ("table1", &["table1", "table1 --estimator paper"]),
     ("convergence", &["convergence"]),
     ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),

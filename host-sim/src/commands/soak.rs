@@ -1,4 +1,5 @@
-//! `soak`: runs one scanner over thousands of scans and compares each answer with a new scanner's.
+//! `soak`: runs one scanner over thousands of scans and compares each answer with a new scanner's, or over days of
+//! simulated time and checks all that it reports.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -6,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 
 use super::{emit, progress};
-use crate::soak::{Tally, soak};
+use crate::soak::{Tally, days, soak};
 
 /// Maximum growth of the peak memory from the first half of the scans to the second, bytes: the allocator keeps memory
 /// of the largest recording.
@@ -20,14 +21,20 @@ pub struct Args {
     /// Number of scans
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     scans: u64,
+    /// Instead of scans: days of simulated time, with the clock's wraps, resets, saves and faults
+    #[arg(long, value_name = "N", conflicts_with = "scans", value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    days: Option<u32>,
     /// Seed of scenes, faults and commands
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
-/// Runs the endurance test and prints the result; exit status 1 if an answer differs from a new scanner's or memory
-/// grows.
+/// Runs the endurance test and prints the result; exit status 1 if an answer differs from a new scanner's, memory
+/// grows, or a check of the days fails.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(days) = args.days {
+        return run_days(days, args.seed);
+    }
     let bar = progress(args.scans);
     let tally = soak(args.scans, args.seed, |scans| bar.set_position(scans))?;
     bar.finish_and_clear();
@@ -43,6 +50,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::from(u8::from(
         grown || !tally.differing.is_empty(),
     )))
+}
+
+fn run_days(days: u32, seed: u64) -> Result<ExitCode> {
+    let bar = progress(days.into());
+    let summary = days::days(days.into(), seed, |day| bar.set_position(day));
+    bar.finish_and_clear();
+    emit(&summary.table());
+    for line in summary.failures.iter().take(NAMED) {
+        eprintln!("error: {line}");
+    }
+    Ok(ExitCode::from(u8::from(!summary.failures.is_empty())))
 }
 
 fn text(tally: &Tally) -> String {

@@ -6,6 +6,7 @@
 //! recording's settings, `selftest` and `start`, and may end in the middle of a scan.
 
 mod bench;
+pub mod days;
 mod stage;
 
 use std::rc::Rc;

@@ -92,9 +92,13 @@ impl Loaded {
             place.copy_from_slice(bytes);
             end = end.max(offset + bytes.len());
             let from = header.p_vaddr(endian);
-            places.push((from, from + size, offset));
+            places.push((from, from.saturating_add(size), offset));
         }
-        ensure!(end > SEAL, "no image: nothing is loaded into slot A");
+        let least = SEAL + size_of_val(&BLANK);
+        ensure!(
+            end >= least,
+            "no image: {end} bytes are loaded into slot A, expected at least {least}"
+        );
         payload.truncate(end.next_multiple_of(4));
         Ok(Self { payload, places })
     }

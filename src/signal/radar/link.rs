@@ -168,7 +168,9 @@ impl Frames {
             self.breaks -= 1;
             self.quiet = Some(now.plus(SWITCH_US));
         }
-        if self.quiet.is_some_and(|until| !now.reached(until)) {
+        // After `stop` nothing may be sent for hours: only a time shortly after `now` is still to come.
+        let waits = |until: Micros| until != now && until.since(now) <= SWITCH_US;
+        if self.quiet.is_some_and(waits) {
             return;
         }
         self.quiet = None;

@@ -40,6 +40,21 @@ fn answer(link: &mut FrameLink<Wire>, kind: FrameKind, sequence: u16, payload: &
 const NOW: Micros = Micros(u32::MAX - 5);
 
 #[test]
+fn a_request_after_an_hour_s_pause_goes_out_at_once() {
+    let mut link = link();
+    // Stopped right after a change of the rate.
+    link.frames.unsure = false;
+    link.frames.quiet = Some(NOW.plus(SWITCH_US));
+    for minutes in [10, 40, 60, 70] {
+        link.port.outgoing.clear();
+        let now = NOW.plus(minutes * 60_000_000);
+        link.program(now, &RequestedSettings::DEFAULT, 100_000);
+        assert!(!link.port.outgoing.is_empty(), "{minutes} minutes");
+        link.frames.quiet = Some(NOW.plus(SWITCH_US));
+    }
+}
+
+#[test]
 fn request_goes_out_in_pieces_and_settings_come_back() {
     let mut link = link();
     link.port.room = 5;

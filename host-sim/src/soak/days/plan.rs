@@ -1,0 +1,414 @@
+//! The seeded plan of the days: between two wraps of the clock mostly idle, with settings changed and saved; around a
+//! wrap mostly active, with faults.
+
+use anyhow::{Result, ensure};
+use stairscan::report::Sentence;
+use stairscan::scanner::Settings;
+use stairscan::scanner::record::MOUNTING;
+
+use super::gaps::{DAY_US, MINUTE_US, SPAN_US};
+use super::life::Life;
+
+/// Microseconds of a second.
+const SECOND_US: u64 = 1_000_000;
+/// Settings that the plan changes, with the range of their values.
+const CHANGED: [(&str, u32, u32); 4] = [
+    ("mount-height", 38_000, 42_000),
+    ("seed", 0, 1_000_000),
+    ("watch-distance", 120_000, 180_000),
+    ("chirp-timeout", 40_000, 60_000),
+];
+/// Longest time until a planned stall or loss shows, µs: the mirror moves several times a second.
+const SHOWS_US: u64 = 10 * SECOND_US;
+/// Time in which the port sends the rest of a listing, µs: its queue of 1 KB takes 90 ms.
+const LISTING_US: u64 = 100_000;
+/// Longest time from a fault to the next answer, µs; the checks have a narrower limit of their own.
+const OVER_US: u64 = 30 * SECOND_US;
+
+/// Reason for which a life ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The run is over.
+    Over,
+    /// Reset with its cause; without power no value is retained.
+    Reset(&'static str),
+}
+
+/// Activity around a wrap.
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Scans,
+    Stopping,
+    Guard,
+    Watch,
+    Idle,
+    /// Guard sweeps one span of the clock after a scan.
+    SpanAfterScan,
+    /// A silent module that returns one span of the clock later.
+    SpanOfSilence,
+}
+
+/// Parts by frequency.
+const PARTS: [Part; 16] = [
+    Part::Scans,
+    Part::Scans,
+    Part::Scans,
+    Part::Scans,
+    Part::Guard,
+    Part::Guard,
+    Part::Guard,
+    Part::Guard,
+    Part::Watch,
+    Part::Watch,
+    Part::Watch,
+    Part::Stopping,
+    Part::Idle,
+    Part::Idle,
+    Part::SpanAfterScan,
+    Part::SpanOfSilence,
+];
+
+impl Life<'_> {
+    /// Runs the plan from a boot to `end` or to the next reset.
+    ///
+    /// # Errors
+    /// A command is not answered, or is refused.
+    pub fn live_until(&mut self, end: u64, mut look: impl FnMut(u64)) -> Result<Ending> {
+        self.begin()?;
+        while self.now() < end {
+            look(self.now() / DAY_US);
+            let lead = self.between(60, 300);
+            if let Some(ending) = self.quiet((self.next_wrap() - lead).min(end))? {
+                return Ok(ending);
+            }
+            if self.now() >= end {
+                break;
+            }
+            let part = PARTS[self.run.random.index(PARTS.len())];
+            let until = (self.next_wrap() + self.between(60, 900)).min(end);
+            self.around_wrap(part, until)?;
+        }
+        Ok(Ending::Over)
+    }
+
+    /// Returns a random time between two numbers of seconds, µs.
+    fn between(&mut self, low: u32, high: u32) -> u64 {
+        let seconds = self.run.random.between(low.into(), high.into());
+        (seconds * SECOND_US as f64) as u64
+    }
+
+    /// Checks boot sentence and settings; sets the mounting where a reset has lost it.
+    fn begin(&mut self) -> Result<()> {
+        let expected = self.run.saved.unwrap_or_default();
+        let lost = self.run.saved.is_none() || self.run.active.hash() != expected.hash();
+        let before = std::mem::replace(&mut self.run.active, expected);
+        self.expect_turns();
+        self.run.watch.replies.clear();
+        self.run_for(SECOND_US, |life| !life.run.watch.replies.is_empty());
+        let instant = self.run.instant();
+        let boot = self.run.watch.replies.first().cloned().unwrap_or_default();
+        match Sentence::parse(&boot) {
+            Ok(Sentence::Boot { settings, .. }) if settings == expected.hash() => {}
+            _ => (self.run.watch).fail(
+                instant,
+                "not the boot sentence of the saved settings",
+                &boot,
+            ),
+        }
+        self.compare_settings(&expected)?;
+        if lost {
+            for key in MOUNTING {
+                let value = before.get(key).unwrap_or_default();
+                self.set(key, &value)?;
+            }
+            self.stop()?;
+            self.save()?;
+        }
+        Ok(())
+    }
+
+    /// Compares the listing of `get` with the settings.
+    fn compare_settings(&mut self, expected: &Settings) -> Result<()> {
+        self.checked(&["get"])?;
+        let instant = self.run.instant();
+        let replies = std::mem::take(&mut self.run.watch.replies);
+        for line in &replies {
+            if let Ok(Sentence::Config { key, value }) = Sentence::parse(line)
+                && expected.get(key).is_none_or(|text| text.as_str() != value)
+            {
+                self.run
+                    .watch
+                    .fail(instant, "not the value that was saved", line);
+            }
+        }
+        let listed = replies
+            .iter()
+            .filter(|line| line.contains(",CONF,"))
+            .count();
+        ensure!(
+            listed == Settings::KEYS.len(),
+            "{instant}: {listed} settings are listed"
+        );
+        Ok(())
+    }
+
+    /// Sends a command that must be executed.
+    fn checked(&mut self, words: &[&str]) -> Result<()> {
+        if !self.command(words)? {
+            let instant = self.run.instant();
+            let reply = self.run.watch.replies.last().cloned().unwrap_or_default();
+            self.run.watch.fail(instant, "refused", &reply);
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, key: &'static str, value: &str) -> Result<()> {
+        self.checked(&["set", key, value])?;
+        let set = self.run.active.set(key, value);
+        ensure!(set.is_ok(), "set,{key},{value}: refused");
+        self.expect_turns();
+        Ok(())
+    }
+
+    fn stop(&mut self) -> Result<()> {
+        self.run.watch.pauses_sweeps();
+        self.checked(&["stop"])?;
+        self.run.watch.ends_scan();
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<()> {
+        self.checked(&["save"])?;
+        self.run.saves += 1;
+        self.run.saved = Some(self.run.active);
+        Ok(())
+    }
+
+    /// Stays idle until `until`, with commands at random times.
+    fn quiet(&mut self, until: u64) -> Result<Option<Ending>> {
+        if self.now() >= until {
+            return Ok(None);
+        }
+        self.stop()?;
+        loop {
+            let pause = self.between(20, 600);
+            self.run_until((self.now() + pause).min(until));
+            if self.now() >= until {
+                self.sends(true);
+                return Ok(None);
+            }
+            if let Some(ending) = self.errand()? {
+                return Ok(Some(ending));
+            }
+        }
+    }
+
+    /// Sends one command, or begins or ends a pause of the motion sentences.
+    fn errand(&mut self) -> Result<Option<Ending>> {
+        match self.run.random.index(50) {
+            0 => return Ok(Some(self.reset())),
+            1..25 => {
+                for _ in 0..=self.run.random.index(3) {
+                    self.change()?;
+                }
+                // A change that is not saved is lost at the next reset.
+                if self.run.random.chance(0.9) {
+                    self.save()?;
+                }
+            }
+            25..30 => self.sends(!self.run.controller.sends),
+            30..35 => self.checked(&["selftest"])?,
+            35..40 => {
+                self.checked(&["scan"])?;
+                self.run_for(SHOWS_US, |life| life.state() == "idle");
+            }
+            40..45 => {
+                let now = self.now();
+                self.run.watch.line_refused(now);
+                self.send(&["hello"]);
+            }
+            _ => self.chatter()?,
+        }
+        Ok(None)
+    }
+
+    /// Sends a command that changes nothing.
+    fn chatter(&mut self) -> Result<()> {
+        let lines: [&[&str]; 5] = [
+            &["status"],
+            &["version"],
+            &["get", "mount-height"],
+            &["get"],
+            &["reset"],
+        ];
+        let line = lines[self.run.random.index(lines.len())];
+        let listing = line == ["get"];
+        if listing {
+            self.run.watch.listing_until(u64::MAX);
+        }
+        self.checked(line)?;
+        if listing {
+            self.run.watch.listing_until(self.now() + LISTING_US);
+        }
+        Ok(())
+    }
+
+    fn change(&mut self) -> Result<()> {
+        let (key, low, high) = CHANGED[self.run.random.index(CHANGED.len())];
+        let value = low + self.run.random.index((high - low) as usize) as u32;
+        self.set(key, &value.to_string())
+    }
+
+    /// Returns a reset of random cause.
+    fn reset(&mut self) -> Ending {
+        let world = &mut *self.run.world.borrow_mut();
+        if self.run.random.chance(0.5) {
+            world.retained = Default::default();
+            Ending::Reset("power-on")
+        } else {
+            Ending::Reset("software")
+        }
+    }
+
+    /// Switches the motion sentences on or off.
+    fn sends(&mut self, on: bool) {
+        let now = self.now();
+        self.run.controller.sends = on;
+        self.run.watch.motion_sends(now, on);
+    }
+
+    /// Does `part` over the wrap of the clock until `until`.
+    fn around_wrap(&mut self, part: Part, until: u64) -> Result<()> {
+        match part {
+            Part::Scans => self.scans(until),
+            Part::Stopping => {
+                self.stop()?;
+                self.set("sweep-mode", "stop")?;
+                self.scans(until)?;
+                self.stop()?;
+                self.set("sweep-mode", "continuous")
+            }
+            Part::Guard => self.guard("guard", until),
+            Part::Watch => self.guard("watch", until),
+            Part::Idle => {
+                self.stop()?;
+                self.run_until(until);
+                Ok(())
+            }
+            Part::SpanAfterScan => self.span_after_scan(),
+            Part::SpanOfSilence => self.span_of_silence(),
+        }
+    }
+
+    fn scans(&mut self, until: u64) -> Result<()> {
+        self.checked(&["start"])?;
+        self.disturbed(until, false)
+    }
+
+    fn guard(&mut self, command: &str, until: u64) -> Result<()> {
+        self.checked(&["start"])?;
+        self.run.watch.guard_anew();
+        self.checked(&[command, "on"])?;
+        self.disturbed(until, true)?;
+        self.run.watch.guard_anew();
+        self.checked(&[command, "off"])
+    }
+
+    /// Runs until `until` with disturbances at random times.
+    fn disturbed(&mut self, until: u64, guards: bool) -> Result<()> {
+        loop {
+            let pause = self.between(5, 60);
+            self.run_until((self.now() + pause).min(until));
+            if self.now() >= until {
+                return Ok(());
+            }
+            match self.run.random.index(20) {
+                0 => {
+                    let silence = self.between(3, 40);
+                    self.silence(silence);
+                }
+                1 => self.stall(),
+                2..5 => self.lose_motion(),
+                5..8 => {
+                    let now = self.now();
+                    self.run.watch.chirps_lost(now + SECOND_US);
+                    self.run.world.borrow_mut().module.losing = 1;
+                }
+                8..12 if guards => {
+                    self.checked(&["scan"])?;
+                    self.run.watch.pauses_sweeps();
+                }
+                12..15 if !guards => {
+                    self.stop()?;
+                    let pause = self.between(0, 5);
+                    self.run_until(self.now() + pause);
+                    self.checked(&["start"])?;
+                }
+                _ => self.chatter()?,
+            }
+        }
+    }
+
+    /// Lets the module fall silent for `us`, and waits for the next answer.
+    fn silence(&mut self, us: u64) {
+        self.run.watch.fault_begins();
+        self.run.world.borrow_mut().module.silent = true;
+        self.run_until(self.now() + us);
+        self.run.world.borrow_mut().module.silent = false;
+        self.recover();
+    }
+
+    /// Lets the motor stall once, and waits for the next answer.
+    fn stall(&mut self) {
+        self.run.watch.fault_begins();
+        self.run.world.borrow_mut().shaft.stalls = true;
+        self.run_for(SHOWS_US, |life| life.state() == "fault");
+        self.recover();
+    }
+
+    fn recover(&mut self) {
+        let instant = self.run.instant();
+        self.run.watch.fault_ends(instant);
+        self.run_for(OVER_US, |life| !life.run.watch.is_faulty());
+        self.run.watch.pauses_sweeps();
+    }
+
+    /// Stops the motion sentences for some time.
+    fn lose_motion(&mut self) {
+        let pause = self.between(0, 30);
+        self.sends(false);
+        self.run_until(self.now() + pause);
+        self.sends(true);
+    }
+
+    /// Scans once while idle, waits for one span of the clock without motion sentences, and begins to guard.
+    fn span_after_scan(&mut self) -> Result<()> {
+        self.stop()?;
+        self.checked(&["scan"])?;
+        self.run_for(SHOWS_US, |life| life.state() == "idle");
+        let scanned = self.now();
+        self.sends(false);
+        let late = self.between(0, 4);
+        self.run_until(scanned + SPAN_US + late);
+        self.sends(true);
+        self.run.watch.guard_anew();
+        self.checked(&["guard", "on"])?;
+        self.run_until(self.now() + MINUTE_US);
+        self.run.watch.guard_anew();
+        self.checked(&["guard", "off"])
+    }
+
+    /// Guards with a module that is silent for nearly one span of the clock.
+    fn span_of_silence(&mut self) -> Result<()> {
+        self.checked(&["start"])?;
+        self.run.watch.guard_anew();
+        self.checked(&["guard", "on"])?;
+        let guards = self.between(20, 60);
+        self.run_until(self.now() + guards);
+        let early = self.between(0, 20);
+        self.silence(SPAN_US - early);
+        self.run_until(self.now() + MINUTE_US);
+        self.run.watch.guard_anew();
+        self.checked(&["guard", "off"])
+    }
+}

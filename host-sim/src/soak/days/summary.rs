@@ -1,0 +1,135 @@
+//! Summary of a run: counts, largest gaps, and wear of the flash.
+
+use stairscan::scanner::store::SLOT;
+
+use super::flash::{ENDURANCE, SECTOR};
+use super::gaps::{DAY_US, Gap};
+use super::life::Run;
+use super::watch::Counts;
+
+/// Result of a run.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Failed checks, each with day, time and sentence.
+    pub failures: Vec<String>,
+    /// Number of failed checks beyond those.
+    pub more_failures: u64,
+    /// Simulated time, days.
+    pub days: f64,
+    /// Numbers of sentences and faults.
+    pub counts: Counts,
+    /// Number of rows that the radar module has sent.
+    pub rows: u64,
+    /// Number of boots.
+    pub boots: u64,
+    /// Number of wraps of the scanner's clock, of the motion sentences' number, and of its counter of travel.
+    pub wraps: [u64; 3],
+    /// Largest gaps between two `LIVE` and two guard sweeps, and longest recovery.
+    pub gaps: [Gap; 3],
+    /// Number of saves.
+    pub saves: u64,
+    /// Erasures of each sector.
+    pub erasures: [u64; 2],
+    /// Number of operations that the flash refused.
+    pub refused: u64,
+}
+
+impl Summary {
+    /// Returns the summary of a finished run.
+    pub fn of(run: Run) -> Self {
+        let world = run.world.borrow();
+        let mut failures = run.watch.failures;
+        let refused = world.flash.refused;
+        if refused > 0 {
+            failures.push(format!("the flash refused {refused} operations"));
+        }
+        Self {
+            failures,
+            more_failures: run.watch.dropped,
+            days: world.now as f64 / DAY_US as f64,
+            counts: run.watch.counts,
+            rows: world.module.answered,
+            boots: run.boots,
+            wraps: [run.wraps, run.controller.wraps, run.controller.restarts],
+            gaps: [run.watch.live_gap, run.watch.sweep_gap, run.watch.recovery],
+            saves: run.saves,
+            erasures: world.flash.erasures,
+            refused,
+        }
+    }
+
+    /// Returns the number of saves until a sector reaches its endurance: each sector holds so many records between
+    /// two erasures.
+    pub fn endurance_saves() -> u64 {
+        2 * ENDURANCE * (SECTOR as u64 / u64::from(SLOT))
+    }
+
+    /// Returns the summary as a table.
+    pub fn table(&self) -> String {
+        let [clock, sequence, travel] = self.wraps;
+        let Counts {
+            scans,
+            sweeps,
+            live,
+            sentences,
+            faults,
+            recovered,
+        } = self.counts;
+        let [first, second] = self.erasures;
+        let mut rows = vec![
+            (
+                "simulated time",
+                format!("{:.1} days, {} boots", self.days, self.boots),
+            ),
+            ("sentences", format!("{sentences}, {live} of them LIVE")),
+            (
+                "scans",
+                format!("{scans}, and {sweeps} guard sweeps; {} rows", self.rows),
+            ),
+            (
+                "wraps",
+                format!(
+                    "{clock} of the clock, {sequence} of the motion sentences' number, {travel} of its travel"
+                ),
+            ),
+        ];
+        for (name, gap) in ["LIVE", "guard sweeps", "recovery"]
+            .into_iter()
+            .zip(&self.gaps)
+        {
+            rows.push((name, gap_text(gap)));
+        }
+        rows.push((
+            "planned faults",
+            format!("{faults}, recovered by itself from {recovered}"),
+        ));
+        rows.push((
+            "saves",
+            format!(
+                "{}; erasures of the sectors: {first} and {second}",
+                self.saves
+            ),
+        ));
+        rows.push((
+            "flash",
+            format!(
+                "{} saves until a sector has {ENDURANCE} erasures",
+                Self::endurance_saves()
+            ),
+        ));
+        let failed = self.failures.len() as u64 + self.more_failures;
+        rows.push(("failed checks", failed.to_string()));
+        let line = |(name, text): &(&str, String)| format!("{name:<16}{text}\n");
+        rows.iter().map(line).collect()
+    }
+}
+
+/// Returns a gap as text, ms.
+fn gap_text(gap: &Gap) -> String {
+    format!(
+        "{} ms at most, {} ms within a minute of a wrap (of {})",
+        gap.all / 1_000,
+        gap.near_wrap / 1_000,
+        gap.count_near
+    )
+}

@@ -1,0 +1,266 @@
+//! The simulated surroundings of one scanner on one clock, and their handles as the scanner's hardware.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::task::Poll;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use stairscan::Iq;
+use stairscan::config::RadarConfig;
+use stairscan::scanner::command::Measure;
+use stairscan::scanner::mirror::{PulseState, StepPort};
+use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::store::{Store, StoreError};
+use stairscan::scanner::{Board, BytePort, Micros, Settings};
+use stairscan::signal::radar::module::RequestedSettings;
+use stairscan::signal::radar::wire::RowTimes;
+use stairscan::signal::radar::{LinkError, RadarModule};
+
+use super::flash::{FlashModel, SECTOR, WORD};
+use super::gaps::{Instant, SPAN_US};
+use super::module::ModuleModel;
+use super::shaft::ShaftModel;
+use super::wire::ReportWire;
+
+/// Values that survive a reset.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Retained {
+    /// Whether `stop` was the last of `start` and `stop`.
+    pub stopped: bool,
+    /// Hash of the settings in force.
+    pub settings: Option<u32>,
+    /// Number of boots since power-up.
+    pub boots: u32,
+}
+
+/// Everything outside the scanner.
+#[derive(Debug)]
+pub struct World {
+    /// Time since the beginning of the run, µs.
+    pub now: u64,
+    /// Time of the last reset, from which the scanner's clock counts.
+    pub booted: u64,
+    /// Error of the scanner's clock, µs: a test's fault.
+    pub clock_error: u32,
+    /// Time for which the present pass of the loop is blocked, µs.
+    pub busy_us: u64,
+    /// Whether the present pass has changed anything, so that the next one follows at once.
+    pub touched: bool,
+    /// Time at which the last motion sentences were read, the newest last.
+    pub heard: [u64; 4],
+    /// Motor and shaft.
+    pub shaft: ShaftModel,
+    /// Radar module.
+    pub module: ModuleModel,
+    /// Report port.
+    pub wire: ReportWire,
+    /// Flash with the settings.
+    pub flash: FlashModel,
+    /// Retained values.
+    pub retained: Retained,
+    /// Failed checks of the data path.
+    pub failed: Vec<String>,
+    state: u64,
+}
+
+impl World {
+    /// A scanner without power; `seed` is that of its jitter.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            now: 0,
+            booted: 0,
+            clock_error: 0,
+            busy_us: 0,
+            touched: false,
+            heard: [0; 4],
+            shaft: ShaftModel::new(),
+            module: ModuleModel::default(),
+            wire: ReportWire::default(),
+            flash: FlashModel::new(),
+            retained: Retained::default(),
+            failed: Vec::new(),
+            state: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
+        }
+    }
+
+    /// Returns the scanner's clock.
+    pub fn clock(&self) -> Micros {
+        Micros((self.now - self.booted) as u32).plus(self.clock_error)
+    }
+
+    /// Returns the present time with the scanner's clock.
+    pub fn instant(&self) -> Instant {
+        Instant {
+            at: self.now,
+            clock: self.clock().0,
+            wrapped: self.now - self.booted >= SPAN_US,
+        }
+    }
+
+    /// Returns a random number below `end` (xorshift64, since it is drawn every pass).
+    pub fn jitter(&mut self, end: u64) -> u64 {
+        self.state ^= self.state << 13;
+        self.state ^= self.state >> 7;
+        self.state ^= self.state << 17;
+        (self.state >> 20) % end
+    }
+
+    /// Returns the next time after `seen` at which the hardware changes.
+    pub fn next_event(&mut self, seen: u64) -> u64 {
+        let module = self.module.next_event(seen).min(self.wire.next_event(seen));
+        self.shaft.next_event(seen).min(module)
+    }
+
+    fn deadline(&self, now: Micros, timeout_us: u32) -> (Micros, u64) {
+        (now.plus(timeout_us), self.now + u64::from(timeout_us))
+    }
+}
+
+/// Handle of the world that implements the scanner's hardware traits.
+#[derive(Clone, Debug)]
+pub struct Handle(pub Rc<RefCell<World>>);
+
+impl StepPort for Handle {
+    fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool) {
+        let world = &mut *self.0.borrow_mut();
+        world.touched = true;
+        world.shaft.begin(world.now, target, ramp, until_home);
+    }
+
+    fn state(&mut self) -> PulseState {
+        let world = &mut *self.0.borrow_mut();
+        world.shaft.state(world.now)
+    }
+
+    fn home_pressed(&mut self) -> bool {
+        let world = self.0.borrow();
+        world.shaft.pressed(world.now)
+    }
+
+    fn set_position(&mut self, position: i32) {
+        self.0.borrow_mut().shaft.set_position(position);
+    }
+
+    fn set_enabled(&mut self, on: bool) {
+        let world = &mut *self.0.borrow_mut();
+        world.shaft.set_enabled(world.now, on);
+    }
+}
+
+impl RadarModule for Handle {
+    fn program(&mut self, now: Micros, _: &RequestedSettings, timeout_us: u32) {
+        let world = &mut *self.0.borrow_mut();
+        let deadline = world.deadline(now, timeout_us);
+        world.module.program(world.now, deadline);
+    }
+
+    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        let world = &mut *self.0.borrow_mut();
+        let answer = world.module.settings(world.now, now);
+        world.touched |= answer.is_ready();
+        answer
+    }
+
+    fn trigger(&mut self, now: Micros, _: i32, timeout_us: u32) {
+        let world = &mut *self.0.borrow_mut();
+        let deadline = world.deadline(now, timeout_us);
+        world.module.trigger(world.now, deadline, false);
+    }
+
+    fn trigger_ahead(&mut self, now: Micros, _: i32, timeout_us: u32) -> bool {
+        let world = &mut *self.0.borrow_mut();
+        let deadline = world.deadline(now, timeout_us);
+        world.module.trigger(world.now, deadline, true)
+    }
+
+    fn poll(&mut self, now: Micros, _: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        let world = &mut *self.0.borrow_mut();
+        let answer = world.module.poll(world.now, now);
+        world.touched |= answer.is_ready();
+        answer
+    }
+
+    fn row_times(&self, samples: u16) -> Option<RowTimes> {
+        Some(ModuleModel::row_times(samples))
+    }
+}
+
+impl BytePort for Handle {
+    fn read(&mut self) -> Option<u8> {
+        let world = &mut *self.0.borrow_mut();
+        let (byte, motion) = world.wire.read(world.now)?;
+        world.touched = true;
+        if motion {
+            world.heard.rotate_left(1);
+            world.heard[3] = world.now;
+        }
+        Some(byte)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let world = &mut *self.0.borrow_mut();
+        world.wire.write(world.now, bytes)
+    }
+}
+
+impl ErrorType for Handle {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Handle {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.0.borrow_mut().flash.read(offset, bytes)
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.borrow().flash.capacity()
+    }
+}
+
+impl NorFlash for Handle {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        let world = &mut *self.0.borrow_mut();
+        let unit = world.jitter(1_000) as f64 * 1e-3;
+        world.busy_us += world.flash.erase(from, to, unit)?;
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let world = &mut *self.0.borrow_mut();
+        world.busy_us += world.flash.write(offset, bytes)?;
+        Ok(())
+    }
+}
+
+impl Board for Handle {
+    fn stopped(&self) -> bool {
+        self.0.borrow().retained.stopped
+    }
+
+    fn set_stopped(&mut self, stopped: bool) {
+        self.0.borrow_mut().retained.stopped = stopped;
+    }
+
+    fn retained_settings_hash(&self) -> Option<u32> {
+        self.0.borrow().retained.settings
+    }
+
+    fn retain_settings_hash(&mut self, hash: u32) {
+        self.0.borrow_mut().retained.settings = Some(hash);
+    }
+
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        Store::new(self.clone()).save(settings)
+    }
+
+    fn clear_crashes(&mut self) {}
+
+    fn measure(&self, _: Measure) -> u32 {
+        0
+    }
+}
