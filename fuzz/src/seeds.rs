@@ -12,7 +12,7 @@ use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
 use stairscan::scanner::Settings;
 use stairscan::verdict::{Assessment, Conditions, Evidence, Outcome, Reason, Reasons, Validity};
-use stairscan_boot::header::PAYLOAD;
+use stairscan_boot::header::{Header, NAME, PAYLOAD};
 use stairscan_boot::layout::SLOTS;
 
 /// An input: target, name, bytes.
@@ -54,7 +54,13 @@ fn files() -> Vec<(&'static str, Vec<u8>)> {
     let key = SigningKey::from_bytes(&[7; 32]);
     let package = Package::of(&key, |slot| {
         let payload = vec![slot as u8; 64];
-        (Package::header(&payload, slot, 3, &key), payload)
+        // Without the revision of this build, so that the corpus stays as it is.
+        let name = [0; NAME];
+        let header = Header {
+            name,
+            ..Package::header(&payload, slot, 3, &key)
+        };
+        (header, payload)
     });
     let key_file = |kind, bytes: [u8; 32]| format!("stairscan {kind} key {}\n", keys::hex(&bytes));
     let public = key_file("public", key.verifying_key().to_bytes());
@@ -91,12 +97,12 @@ fn elf(size: u32, at: u32, executed: u32) -> Vec<u8> {
     let relocations = symbols + 2 * symbol;
     let sections = relocations + relocation;
     let magic = [0x7f, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-    // Executable for Arm; tables of one segment and four sections, without section names.
+    // Executable for Arm; tables of one segment and five sections, the last of which holds their names.
     let header = [
         magic.to_vec(),
         [half(2), half(40)].concat(),
         words(&[1, load, file, sections, 0]),
-        [52, 32, 1, 40, 4, 0].map(half).concat(),
+        [52, 32, 1, 40, 5, 4].map(half).concat(),
     ];
     let program = words(&[1, data, executed, load, size, size, 5, 4]);
     let symbol_table = words(&[0, 0, 0, 0, 0, target, 4, 0x0001_0010]);
@@ -105,10 +111,12 @@ fn elf(size: u32, at: u32, executed: u32) -> Vec<u8> {
     let table = [
         words(&[0; 10]),
         words(&[0, 1, 6, load, data, size, 0, 0, 4, 0]),
-        words(&[0, 2, 0, 0, symbols, 2 * symbol, 0, 1, 4, symbol]),
+        words(&[0, 2, 0, 0, symbols, 2 * symbol, 4, 1, 4, symbol]),
         words(&[0, 9, 0, 0, relocations, relocation, 2, 1, 4, relocation]),
+        // One empty name: byte 7 of the file.
+        words(&[0, 3, 0, 0, 7, 1, 0, 0, 1, 0]),
     ];
-    debug_assert_eq!(table.concat().len() as u32, 4 * section);
+    debug_assert_eq!(table.concat().len() as u32, 5 * section);
     [
         header.concat(),
         program,

@@ -46,3 +46,13 @@ fn the_corpus_holds_what_the_seeds_are() {
         );
     }
 }
+
+#[test]
+fn the_elf_file_of_the_corpus_is_an_image() {
+    let (_, _, bytes) = seeds::all()
+        .into_iter()
+        .find(|(target, name, _)| *target == "files" && name == "elf")
+        .unwrap();
+    let [a, b] = host_sim::update::slots::parse(&bytes[1..]).unwrap();
+    assert_ne!(a, b);
+}
