@@ -207,7 +207,7 @@ fn alterations(out: &mut String) {
 fn settings(out: &mut String) {
     let mut pipeline = Box::new(Pipeline::new());
     type Change = (&'static str, fn(&mut Config));
-    let mounts: [Change; 8] = [
+    let mounts: [Change; 9] = [
         ("height 2 cm more", |c| c.mount.mount_height += 2_000),
         ("height 5 cm less", |c| c.mount.mount_height -= 5_000),
         ("range scale 2 %", |c| c.mount.range_scale = 20_000),
@@ -217,6 +217,7 @@ fn settings(out: &mut String) {
         }),
         ("first angle 1 deg less", |c| c.sweep.first_angle -= 1_000),
         ("false alarms 1e-5", |c| c.cfar.false_alarm = 1e-5),
+        ("without a mirror", |c| c.mount.mirror_offset = 0),
         ("paper's estimator", |c| c.estimator = EstimatorKind::Paper),
     ];
     for name in ["stair_c", "descending", "empty"] {
@@ -395,20 +396,41 @@ fn guard(out: &mut String) {
         .map(|drive| (drive, untouched))
         .chain(alterations.map(|alteration| (drives[0], alteration)));
     for ((motion, drive), (alteration, alter)) in cases {
-        let mut pipeline = Box::new(Pipeline::new());
-        let chirps = chirps("guard_kerb");
-        for (number, sweep) in (1..).zip(chirps.chunks(GUARD_ROWS.into())) {
-            let mut sweep = sweep.to_vec();
-            alter(&mut sweep);
-            writeln!(out, "guard_kerb, {motion}, {alteration}, sweep {number}").unwrap();
-            pipeline.begin_guard(&config, number).unwrap();
-            feed(&mut pipeline, &sweep, false);
-            if number == 1 {
-                print_checks(&pipeline, &config, true, out);
-            }
-            let result = pipeline.guard(&drive, Conditions::GOOD);
-            writeln!(out, "  {result:?}").unwrap();
+        let title = format!("guard_kerb, {motion}, {alteration}");
+        sweeps(&title, &config, &drive, alter, out);
+    }
+    let mut without = config;
+    without.mount.mirror_offset = 0;
+    sweeps(
+        "guard_kerb, without a mirror",
+        &without,
+        &unknown,
+        |_| (),
+        out,
+    );
+}
+
+/// Makes the guard sweeps of the recording and prints their results, and the figures of the first.
+fn sweeps(
+    title: &str,
+    config: &Config,
+    drive: &Drive<'_>,
+    alter: fn(&mut Chirps),
+    out: &mut String,
+) {
+    let mut pipeline = Box::new(Pipeline::new());
+    let chirps = chirps("guard_kerb");
+    for (number, sweep) in (1..).zip(chirps.chunks(GUARD_ROWS.into())) {
+        let mut sweep = sweep.to_vec();
+        alter(&mut sweep);
+        writeln!(out, "{title}, sweep {number}").unwrap();
+        pipeline.begin_guard(config, number).unwrap();
+        feed(&mut pipeline, &sweep, false);
+        if number == 1 {
+            print_checks(&pipeline, config, true, out);
         }
+        let result = pipeline.guard(drive, Conditions::GOOD);
+        writeln!(out, "  {result:?}").unwrap();
     }
 }
 
