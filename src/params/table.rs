@@ -157,7 +157,7 @@ params! {
         tread_nats = 1.1, "nats", Hand;
         /// A corner stronger than all else on its tread.
         bright_corner_nats = 1.1, "nats", Hand;
-        /// Level of the strongest echo of a tread without echoes.
+        /// SNR that is assumed for the strongest echo of a tread from which none was detected.
         tread_background_db = 3.0, "dB", Derived, "the weakest echo there is";
         /// An echo inside the solid.
         inside_nats = 2.1, "nats", Hand;

@@ -36,10 +36,10 @@ pub struct Args {
     /// Only scenes of this kind; may be given several times
     #[arg(long = "kind", value_name = "KIND")]
     kinds: Vec<Kind>,
-    /// Also list the scenes that are not exact or wrong; not those of the reporting draw, which must not be inspected
+    /// Also list the scenes that are not exact or wrong; refused with `--draw reporting`, whose scenes must not be inspected
     #[arg(long)]
     list: bool,
-    /// Write one line of JSON for each scene to this file, for `compare`; not for the reporting draw
+    /// Write one line of JSON for each scene to this file, for `compare`; refused with `--draw reporting`
     #[arg(long, value_name = "FILE")]
     each: Option<PathBuf>,
     #[command(flatten)]
