@@ -158,3 +158,17 @@ fn scenes_that_do_not_fit_are_refused() {
     config.mount.plane = crate::config::Planes::Height;
     assert_eq!(calibrate(&whole, &config, MIRROR, 1.5), Err(Refusal::Plane));
 }
+
+#[test]
+fn a_matrix_times_its_inverse_is_the_identity() {
+    let a = [[4.0, 1.5, -0.7], [1.5, 3.0, 0.4], [-0.7, 0.4, 2.0]];
+    let b = inverse(&a).unwrap();
+    for (r, row) in a.iter().enumerate() {
+        for c in 0..3 {
+            let product: f32 = row.iter().zip(&b).map(|(x, y)| x * y[c]).sum();
+            let expected = if r == c { 1.0 } else { 0.0 };
+            assert!((product - expected).abs() < 1e-5, "{r}, {c}: {product}");
+        }
+    }
+    assert_eq!(inverse(&[[1.0, 2.0, 3.0]; 3]), None);
+}
