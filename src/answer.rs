@@ -23,17 +23,18 @@ pub enum Direction {
 /// One step of the staircase, in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
-    /// Horizontal distance from the mirror's centre to the step's foremost edge; negative behind it.
+    /// Horizontal distance from the mirror's centre to the step's foremost edge, metres; negative behind the mirror.
     pub distance_m: f32,
-    /// Height of the step's tread above the surface that the wheelchair stands on.
+    /// Height of the step's tread above the surface that the wheelchair stands on, metres.
     pub height_m: f32,
-    /// Depth of the tread up to the next step's edge; `None` for the last.
+    /// Depth of the step's tread up to the next step's edge, metres; `None` for the last step.
     pub tread_m: Option<f32>,
-    /// Height difference to the level before this step, positive; `None` where that level is not known.
+    /// Height of the step's riser over the tread (or ground) before it, metres, positive; `None` where that is not
+    /// known.
     pub riser_m: Option<f32>,
-    /// Standard deviation of `distance_m`.
+    /// Standard deviation of the step's distance `distance_m`, metres.
     pub distance_sigma_m: f32,
-    /// Standard deviation of `height_m`.
+    /// Standard deviation of the step's height `height_m`, metres.
     pub height_sigma_m: f32,
     /// Detection quality: share of the step's expected features that are detected, per cent.
     pub quality: u8,
@@ -71,13 +72,13 @@ pub struct Answer {
 /// The guarantee is one-sided: the ground does not end before [`DropEdge::nearest_m`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DropEdge {
-    /// Horizontal distance from the mirror's centre to the edge, metres.
+    /// Horizontal distance from the mirror's centre to the edge where the ground ends, metres.
     pub distance_m: f32,
-    /// Standard deviation of the distance, metres.
+    /// Standard deviation of the edge's distance, metres.
     pub distance_sigma_m: f32,
-    /// Depth of the next surface below the ground, metres, positive; `None` where it is not known.
+    /// Depth below the ground of the next surface behind the edge, metres, positive; `None` where it is not known.
     pub depth_m: Option<f32>,
-    /// Probability that the ground ends there, 0…1.
+    /// Probability that the ground ends at this edge, 0…1.
     pub probability: f32,
 }
 
@@ -91,16 +92,18 @@ impl DropEdge {
 /// A possible step or drop that the answer does not contain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PossibleStep {
-    /// Horizontal distance from the mirror's centre, metres.
+    /// Horizontal distance of the possible step or drop from the mirror's centre, metres.
     pub distance_m: f32,
-    /// Height above the ground, metres; [`PossibleStep::DROP_M`] for a possible drop, whose depth is unknown.
+    /// Height of the possible step above the ground, metres; [`PossibleStep::DROP_M`] for a possible drop, whose depth
+    /// is unknown.
     pub height_m: f32,
     /// Probability that the step or drop exists, 0…1.
     pub probability: f32,
 }
 
 impl PossibleStep {
-    /// Height of a possible drop, metres: the minimum depth that is a drop to a wheelchair.
+    /// Height above the ground that stands for a possible drop, metres, negative: the minimum depth that is a drop to a
+    /// wheelchair.
     pub const DROP_M: f32 = -0.1;
 }
 
@@ -122,7 +125,7 @@ impl Answer {
     }
 
     /// Computes the tread depths and riser heights of the steps, which must be sorted by distance: a tread extends to
-    /// the next step's edge, a riser begins at the level before, the first one at the ground.
+    /// the next step's edge; a riser begins at the height of the tread before it, the first one at the ground.
     pub fn link(&mut self) {
         let mut level = 0.0;
         for step in &mut self.steps {

@@ -86,9 +86,9 @@ pub struct Drive<'a> {
     /// Whether both the motion input and the phases of the echoes show that the chair stood during the scan; set by the
     /// data path.
     pub stood: bool,
-    /// Duration of a chirp, seconds.
+    /// Duration of one radar chirp, seconds.
     pub chirp_s: f32,
-    /// Use of the evidence of earlier scans.
+    /// Rule for using and changing the evidence of earlier scans in this scan.
     pub memory: Retention,
 }
 

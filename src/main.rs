@@ -12,9 +12,9 @@ fn main() {
     );
 }
 
-/// Tasks of the image by priority, the highest first: bytes of the radar module, which come every 10 µs at 1
-/// Mbaud and cannot wait; step pulses and the edges of home switch and stall output, which share the motor; bytes
-/// of commands and motor driver, 87 µs apart; and the scanner's loop, which has the rest.
+/// Tasks of the image by priority, the highest first: bytes of the radar module, which come every 10 µs at 1 Mbaud and
+/// cannot wait; step pulses and the edges of home switch and stall output, which share the motor; bytes of commands and
+/// motor driver, 87 µs apart; and the scanner's loop, which has the remaining time.
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {

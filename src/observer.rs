@@ -16,9 +16,10 @@ use crate::signal::echoes::Lobes;
 pub enum Event<'a> {
     /// Both estimators: a processing stage that follows the scan's last row is complete.
     Done(Stage),
-    /// `likelihood`: the noise, median of the filtered map, map units (1/8 octave).
+    /// `likelihood`: power of the noise, median of the filtered map, map units (1/8 octave of power, 0.376 dB).
     Noise(f32),
-    /// `likelihood`: errors of the mounting's angle and height, estimated from the ground's echoes.
+    /// `likelihood`: errors of the shaft's angle and of the configured mounting height, estimated from the ground's
+    /// echoes.
     Calibration(Calibration),
     /// `likelihood`: evidence for a ground at its configured place, and for one elsewhere.
     Floor(GroundEvidence),
@@ -40,7 +41,7 @@ pub enum Event<'a> {
     Posterior {
         /// Particles with their probabilities, and the probability of each number of steps.
         cloud: &'a Cloud,
-        /// Field of view: only edges within it count as steps.
+        /// Field of view of the scan: only edges within it count as steps.
         view: &'a View,
     },
     /// `paper`: the particles after a stage, and the clusters once there are any.

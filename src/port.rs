@@ -23,11 +23,11 @@ pub trait BytePort {
     fn errors(&self) -> u16 {
         0
     }
-    /// Returns whether the port can be set to exactly this rate, baud.
+    /// Returns whether the port can be set to exactly this bit rate, baud.
     fn has_rate(&self, _baud: u32) -> bool {
         false
     }
-    /// Sets the port to a rate that it supports, while it sends nothing.
+    /// Sets the port to a bit rate, baud, that it supports, while it sends nothing.
     fn set_rate(&mut self, _baud: u32) {}
     /// Sends a pulse on the TRIG pin beside the port, which triggers the radar module.
     fn pulse(&mut self) {}

@@ -50,7 +50,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Empty, without rows.
+    /// Schedule without rows.
     pub const EMPTY: Self = Self {
         sweep: SweepConfig {
             first_angle: 0,

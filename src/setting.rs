@@ -51,16 +51,16 @@ pub(crate) enum Effect {
 /// Row of one setting in the table of all settings, without its meaning, which is not part of the image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SettingRow {
-    /// Name in commands.
+    /// Name of the setting in commands.
     pub key: &'static str,
-    /// Unit; empty for words and dimensionless numbers. Only the table in `docs/hardware.md` needs it.
+    /// Unit of the setting; empty for words and dimensionless numbers. Only the table in `docs/hardware.md` needs it.
     #[cfg(test)]
     pub unit: &'static str,
     /// Minimum and maximum of the setting's value as a whole number of its unit.
     pub limits: (i64, i64),
-    /// Permitted values as text, for messages.
+    /// Permitted values of the setting as text, for messages.
     pub expected: &'static str,
-    /// Effect of the setting.
+    /// Effect of the setting on a scan.
     pub effect: Effect,
 }
 
@@ -134,7 +134,7 @@ pub(crate) trait Value {
 pub(crate) trait Setting: Value + Sized {
     /// Permitted values of a setting without limits, as text for messages.
     const EXPECTED: &'static str = "a whole number within its type";
-    /// Value whose bits are all zero.
+    /// Value of the setting whose bits are all zero.
     const EMPTY: Self;
 }
 

@@ -35,7 +35,8 @@ impl RowPose {
     }
 }
 
-/// Means of time, chair's position and row index over several neighbouring rows.
+/// Means over several neighbouring rows of time, chair's position (travel and pitch) and row index, with the number of
+/// rows.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     row: f32,
@@ -73,7 +74,7 @@ impl Default for Track {
 }
 
 impl Track {
-    /// Empty, without rows.
+    /// Returns a track without rows.
     pub const fn new() -> Self {
         Self {
             blocks: [Block::EMPTY; BLOCKS],

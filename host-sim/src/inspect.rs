@@ -43,14 +43,14 @@ pub struct Inspection {
     /// Angle bias, degrees, and error of the mounting height, metres, as measured on the ground;
     /// `None` if the ground is not visible.
     calibration: Option<(f64, f64)>,
-    /// Support of the echoes for a ground at its nominal height and at other heights; `None` if the
-    /// scan's plane does not show the ground.
+    /// Evidence, as sums of echoes' weights, for the ground at its configured place and for the best other height or
+    /// slope; `None` if the scan's plane does not show the ground.
     floor: Option<GroundEvidence>,
     /// Width of the lobes of strong echoes over the rows, in units of a point scatterer's; `None`
     /// without strong echoes.
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
-    /// Cells of the way ahead, with the probability that the answer is correct up to each.
+    /// Way cells (10 cm each of the way ahead), each with the probability that the answer is correct up to its far end.
     way: Vec<Cell>,
     /// Scatterers, hypotheses and posterior for drawings.
     view: InspectView,

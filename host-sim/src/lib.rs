@@ -1,4 +1,5 @@
-//! The host side of the scanner: recordings, scenes, replay, scores, drawings.
+//! The host side of the scanner: reads recordings, simulates scenes, replays both with the firmware's scanner code,
+//! scores the answers against the ground truth, and draws them.
 
 pub mod answer;
 #[cfg(feature = "program")]

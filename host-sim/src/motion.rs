@@ -68,7 +68,7 @@ pub struct MotionSentences {
     under_way: VecDeque<(u64, String)>,
 }
 
-/// Content of a motion sentence: travel, 0.1 mm, and pitch, 0.001°.
+/// Content of a motion sentence: the chair's forward travel, 0.1 mm, and its pitch, nose up, 0.001°.
 #[derive(Clone, Copy, Debug)]
 struct MotionReading {
     travel: f64,
@@ -111,7 +111,7 @@ impl MotionSentences {
         })
     }
 
-    /// Adds the place at the next chirp, for a chair that is simulated while the scanner scans.
+    /// Adds the chair's sensor readings at the next chirp, for a chair that is simulated while the scanner scans.
     fn push(&mut self, row: &Place) {
         let said = MotionReading {
             travel: row.travel_m * 1e4,
@@ -259,7 +259,7 @@ impl Timetable {
         }
     }
 
-    /// Adds the place at the next chirp, for a chair that is simulated while the scanner scans.
+    /// Adds the chair's sensor readings at the next chirp, for a chair that is simulated while the scanner scans.
     pub fn push(&mut self, place: &Place) {
         match &mut self.source {
             Source::Timed(feed) => feed.push(place),
@@ -294,7 +294,8 @@ impl Timetable {
         first.then_some(due - STEPS_TO_FIRST * GRAIN_US)
     }
 
-    /// Whether it is too early at `now` to begin the next scan.
+    /// Whether it is too early at `now` to begin the next scan, so that its first chirp would come before its time in
+    /// the recording.
     pub fn early(&self, now: Micros) -> bool {
         self.ready().is_some_and(|ready| u64::from(now.0) < ready)
     }

@@ -21,7 +21,7 @@ use crate::motion::by_trigger::ByTrigger;
 use crate::recording::Recording;
 use crate::setup::{self, Kind};
 
-/// Configuration and chirps of one scan of a recording.
+/// One scan of a recording: the scanner's configuration for it, and its chirps by angle.
 #[derive(Clone, Debug)]
 struct Part {
     config: Config,

@@ -11,7 +11,8 @@ use clap::ValueEnum;
 
 use crate::scene::random::Kind;
 
-/// Use of a range of seeds of random scenes.
+/// A draw: a range of seeds of random scenes that is reserved for one use, such as tuning or published results. Scenes
+/// of one draw are in no other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Draw {
     /// Fits of weights, and inspection of single scenes.
@@ -39,7 +40,7 @@ pub const SNAPSHOT: Range<u64> = 2_000_000..3_000_000;
 pub const REPORTING: Range<u64> = 3_000_000..4_000_000;
 
 impl Draw {
-    /// All draws.
+    /// All draws, in the order of their seeds.
     pub const ALL: [Draw; 5] = [
         Draw::Tuning,
         Draw::Validation,
@@ -48,7 +49,7 @@ impl Draw {
         Draw::Reporting,
     ];
 
-    /// Returns the range of the draw's seeds.
+    /// Returns the range of seeds that is reserved for the draw's use.
     pub fn seeds(self) -> Range<u64> {
         match self {
             Draw::Tuning => TUNING,

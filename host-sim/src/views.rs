@@ -48,7 +48,7 @@ pub struct ExplanationView {
     pub name: String,
     /// Score of the search: log-likelihood ratio against level ground without stairs, nats.
     pub score: f64,
-    /// Whether it has as many steps as the answer.
+    /// Whether the hypothesis has as many steps as the scanner's answer.
     pub winner: bool,
     /// Distance and height of each step's edge, metres.
     pub edges: Vec<Point>,
@@ -70,7 +70,7 @@ pub struct InspectView {
 pub struct HypothesisView {
     /// Number of steps, direction and kind, in words.
     pub name: String,
-    /// Posterior probability of the hypothesis, 0…1.
+    /// Posterior probability, 0…1: sum of the weights of the hypothesis's particles.
     pub probability: f64,
     /// Distance and height of each visible edge, metres.
     pub edges: Vec<Point>,

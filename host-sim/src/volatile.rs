@@ -11,9 +11,9 @@ pub struct Volatile {
 }
 
 impl Volatile {
-    /// Board of a scanner that starts scanning at boot.
+    /// Board, without non-volatile memory, of a scanner that starts scanning at boot.
     pub const SCANNING: Self = Self { stopped: false };
-    /// Board of a scanner that waits for the command `start`.
+    /// Board, without non-volatile memory, of a scanner that waits after boot for the command `start`.
     pub const STOPPED: Self = Self { stopped: true };
 }
 

@@ -16,7 +16,7 @@ pub const CRYSTAL_HZ: u32 = 8_000_000;
 pub struct Clocks {
     /// Name of the source in the sentences `BOOT` and `STAT`.
     pub name: &'static str,
-    /// Frequency of core and AHB, Hz.
+    /// Frequency of the core and the bus AHB, Hz.
     pub core_hz: u32,
     /// Frequency of the peripheral bus APB1 (USART2), Hz.
     pub apb1_hz: u32,
@@ -59,7 +59,7 @@ pub const HSE: Clocks = Clocks {
 pub struct Pll {
     /// Divider of the crystal's clock before the PLL.
     pub m: u32,
-    /// Multiplier from the divided crystal's clock to the VCO.
+    /// Factor from the divided crystal's clock to the VCO.
     pub n: u32,
     /// Divider from the VCO to the core clock: 2, 4, 6 or 8.
     pub p: u32,

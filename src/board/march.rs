@@ -89,7 +89,7 @@ mod chip {
     use super::{WordMemory, each_keeps, march};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-    /// A number of words of RAM from an address on.
+    /// Range of RAM under test: first address, and number of 32-bit words.
     struct Range {
         from: *mut u32,
         count: u32,
@@ -120,7 +120,7 @@ mod chip {
         }
     }
 
-    /// Value of `MARCHED` after a test that has passed.
+    /// Value of the word `MARCHED` in uninitialised RAM after a memory test that has passed.
     const PASSED: u32 = 0x5061_7373;
     /// Bytes below the stack's top that the march test leaves out, for its own stack frames of some 100 bytes.
     const FRAMES: u32 = 512;

@@ -44,7 +44,7 @@ use super::uart::{
 pub struct Parts {
     /// The radar module of any type, at its serial port or on SPI.
     pub link: AnyModule<LinkPort, ModuleSpi>,
-    /// The report port.
+    /// The scanner's half of the serial port that sends sentences and takes commands.
     pub report: ReportPort,
     /// The motor's driver.
     pub driver: Tmc2209<DriverPort>,
@@ -67,7 +67,7 @@ pub struct Interrupts {
     pub motor: Motor,
     /// Receiving half of the radar module's port.
     pub link: Receiver<pac::USART1>,
-    /// Receiving half of the report port, for commands.
+    /// Receiving half of the report port's serial port, for commands.
     pub report: Receiver<pac::USART2>,
     /// Receiving half of the motor driver's port.
     pub driver: Receiver<pac::USART3>,

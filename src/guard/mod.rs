@@ -43,7 +43,7 @@ impl Default for Guard {
 }
 
 impl Guard {
-    /// Returns the state before the first sweep.
+    /// Returns a guard without evidence, as before the first sweep.
     pub const fn new() -> Self {
         Self {
             ground: Recursions::new(),
@@ -62,7 +62,8 @@ impl Guard {
         self.last_m = None;
     }
 
-    /// Returns the free distance after a sweep, from it and the sweeps before it.
+    /// Returns the free distance ahead, from the polar map of this sweep, the chair's motion (`drive`) and the evidence
+    /// of earlier sweeps.
     #[inline(never)]
     pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> FreeGround {
         let moved_m = match drive.mode {
@@ -83,8 +84,9 @@ impl Guard {
         self.conclude(moved_m)
     }
 
-    /// Returns the free distance from the hazards' likelihoods; `moved_m` is the chair's travel since the sweep before.
-    /// The free distance grows only where two sweeps agree: the nearer of their two ends of free ground is used.
+    /// Returns the free distance from this sweep's log-likelihood ratios of hazards by place; `moved_m` is the chair's
+    /// forward travel since the sweep before, metres (`None`, unknown, counts as 0). The free distance grows only where
+    /// two sweeps agree: of the ends of free ground in this sweep and in the one before, the nearer is used.
     #[inline(never)]
     fn conclude(&mut self, moved_m: Option<f32>) -> FreeGround {
         let hazards = Hazards::new(&self.surfaces, &self.above, &self.ground.lines);

@@ -1,4 +1,5 @@
-//! Noise level of a guard sweep, from the few cells that do not see ground: nearly all of its rows do.
+//! Mean noise power of a guard sweep, estimated from the cells that do not see ground. They are few: nearly every row
+//! sees ground at some range.
 
 use crate::math;
 use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
@@ -6,18 +7,21 @@ use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 /// Maximum angle between a cell's line of sight and that to the ground at the same range at which the cell may still
 /// show ground, radians: 7°, more than three standard deviations of the paper's beam.
 const OFF_RAD: f32 = 0.122;
-/// Ranges of the cells from which the noise is estimated, metres: nearer the mirror's own echo dominates, farther the
-/// receiver's filter falls.
+/// Ranges of the cells from which the noise is estimated, metres: nearer, the mirror's own echo dominates; farther, the
+/// receiver's filter attenuates the noise.
 const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
-/// Step between the counted range bins of a row: neighbouring ones share the window's main lobe.
+/// Step between the counted range bins of a row, bins: the noise of neighbouring bins is alike, because they share the
+/// window's main lobe.
 const STRIDE: usize = 2;
-/// Quantile of the levels of cells off the ground from which the noise is computed: echoes of objects do not reach it.
+/// Quantile of the levels (logarithmic power) of cells off the ground, from which the mean noise is computed: it is low
+/// enough not to depend on echoes of objects.
 const QUANTILE: f32 = 0.35;
 /// Ratio of the 35 % quantile ([`QUANTILE`]) to the mean, for noise whose power is exponentially distributed:
 /// -ln(1 - 0.35).
 const OF_MEAN: f32 = 0.4308;
 
-/// Returns the mean noise of a sweep, map units; a level near 0 if all cells see ground.
+/// Returns the mean noise power of a sweep, map units; about 10, lower than any receiver's noise, if all cells see
+/// ground.
 #[inline(never)]
 pub fn level(map: &PolarMap) -> f32 {
     let mut counts = [0_u16; 256];
@@ -60,8 +64,8 @@ fn meets(map: &PolarMap, angle_rad: f32) -> usize {
     bin(map, range_m)
 }
 
-/// Returns the level, map units, below which `cells` of the counted cells are, interpolated within a level;
-/// `counts[level]` is the number of cells of that level.
+/// Returns the level, map units, below which the weakest `cells` of the counted cells lie, interpolated within a level;
+/// `counts[k]` is the number of cells with level k.
 fn quantile(counts: &[u16; 256], cells: f32) -> f32 {
     let mut below = 0.0;
     for (level, count) in counts.iter().enumerate() {

@@ -38,7 +38,7 @@ const MAX_NATS: f32 = 40.0;
 pub struct FreeEnd {
     /// Distance from the mirror, metres.
     pub end_m: f32,
-    /// Probability of a hazard before this end.
+    /// Probability of a hazard nearer than `end_m`.
     pub before: f32,
 }
 
@@ -98,8 +98,9 @@ impl Hazards {
         }
     }
 
-    /// Returns the free distance of this sweep from its end of the free ground, `reach`. `last_m` is the end found by
-    /// the sweep before, metres from the mirror's present position.
+    /// Returns the free distance, its hazard's kind and the confidence. `reach` is the end of the free ground in this
+    /// sweep, `last_m` that found by the sweep before, metres from the mirror's present position; the nearer of both
+    /// counts.
     pub fn free(&self, reach: FreeEnd, last_m: Option<f32>) -> FreeGround {
         let end_m = last_m.map_or(reach.end_m, |last_m| math::min(last_m, reach.end_m));
         let free_m = math::max(end_m - MARGIN_M, 0.0);

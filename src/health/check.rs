@@ -1,4 +1,4 @@
-//! Result of a health check, and its units.
+//! Result of a health check, and conversion of its limits from dB to map units.
 
 use crate::signal::grid::DB_PER_UNIT;
 use crate::verdict::Reason;

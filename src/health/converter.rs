@@ -26,11 +26,11 @@ const HALF_BITS: u32 = 16;
 /// Mask of I within the 32-bit word that holds I and Q.
 const LOW_HALF: u32 = 0xFFFF;
 
-/// Checks of the converter over one scan.
+/// State of the checks of the analogue-to-digital converter over one scan.
 #[derive(Clone, Debug)]
 pub struct Converter {
     rows: u32,
-    /// Number of rows in which a bit did not change though a lower one did.
+    /// Number of rows in whose chirp a bit of I or Q never changed though a lower bit did.
     stuck: u32,
     /// Number of rows whose chirp has the same hash as one of the [`HASHES`] chirps before.
     stale: u32,
@@ -44,8 +44,8 @@ pub struct Converter {
 }
 
 /// Returns the stuck bits of a chirp, I in the low half and Q in the high half: those that did not change between its
-/// samples though a lower one did. `changed` has the bits that changed. The lowest bits may rest, as they do in a
-/// converter of fewer bits.
+/// samples though a lower one did. In `changed` the bits are set that differ between any two samples. The lowest bits
+/// may rest, as they do in a converter of fewer bits.
 fn stuck_bits(changed: u32) -> u32 {
     let half = |bits: u32| {
         let lowest = bits & bits.wrapping_neg();

@@ -5,11 +5,11 @@ use crate::config::Config;
 use crate::params::current;
 use crate::verdict::Reason;
 
-/// Unit of ranges in settings and check results, metres.
+/// Unit of the mirror echo's range in settings and check results, metres.
 const STEP_M: f32 = 1e-5;
 /// Reciprocal of [`STEP_M`].
 const PER_METRE: f32 = 1e5;
-/// Unit of levels in settings and check results, dB.
+/// Unit of the mirror echo's power level in settings and check results, dB.
 const STEP_DB: f32 = 1e-3;
 /// Reciprocal of [`STEP_DB`].
 const PER_DB: f32 = 1e3;
@@ -17,9 +17,9 @@ const PER_DB: f32 = 1e3;
 /// The mirror's own echo, as measured by one scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorEcho {
-    /// Measured range, metres from the radar.
+    /// Measured range of the mirror's own echo, metres from the radar.
     pub range_m: f32,
-    /// Measured level, dB relative to full scale.
+    /// Measured power level of the mirror's own echo, dB relative to the converter's full scale.
     pub level_db: f32,
 }
 

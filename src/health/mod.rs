@@ -61,7 +61,8 @@ const CELL_STRIDE: usize = 6;
 const CLASS_SHIFT: u32 = 2;
 /// Number of values that a cell of the map can take: one byte.
 const CELL_VALUES: usize = 256;
-/// Fractions of a map unit in the running mean of the noise, and of a bin in the mirror echo's offset.
+/// Number of steps per map unit in which the running mean of the noise counts, and per range bin in which the offset of
+/// the mirror's echo counts.
 const SIXTEENTHS: i32 = 16;
 /// Reciprocal of a new row's weight in the running mean of the noise.
 const RUNNING_MEAN: i32 = 4;
@@ -99,10 +100,10 @@ pub struct Health {
     cells: [u16; CELL_VALUES],
 }
 
-/// Checks of levels from row to row, map units.
+/// Checks of signal levels (logarithmic power) from row to row: noise, leakage and mirror echo; levels in map units.
 #[derive(Clone, Debug)]
 struct Levels {
-    /// Level of the strongest self-echo (leakage or mirror) in the first row.
+    /// Power level of the strongest self-echo (leakage or mirror) in the scan's first row, map units.
     self_echo: i32,
     /// Number of rows whose strongest self-echo differs from the first row's by more than `inside_drift_db`.
     self_echo_drifts: u32,
@@ -116,7 +117,7 @@ struct Levels {
     image_equal: u32,
     image_stronger: u32,
     images: u32,
-    /// Sum over the rows of the offset of the mirror's echo from its nominal bin, 1/16 bin.
+    /// Sum over the rows of the mirror echo's peak range minus the range expected by the mirror's offset, 1/16 bin.
     place: i32,
     /// Number of rows with an obstruction: an echo between mirror and map's first bin that exceeds the mirror's own.
     blocked: u32,
@@ -324,7 +325,7 @@ impl Health {
         config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
     }
 
-    /// Returns the mean level of the mirror's own echo, dB relative to full scale.
+    /// Returns the power level of the mirror's own echo, dB relative to full scale: mean over the rows.
     pub fn mirror_level_db(&self) -> f32 {
         let units = self.mirror as f32 / self.rows.max(1) as f32;
         (units - f32::from(FULL_SCALE)) * DB_PER_UNIT

@@ -12,7 +12,7 @@ use crate::verdict::Reason;
 
 /// Number of rows for which the echo in one bin is followed: fewer than those of a main lobe.
 const FOLLOWED: u8 = 8;
-/// Fractions of a degree in which phase changes are reported.
+/// Number of steps per degree in which phase changes are reported.
 const PER_DEGREE: f32 = 100.0;
 /// Returns the maximum mean phase change from row to row of a standing chair, 1/100 degree.
 fn limit() -> i32 {

@@ -21,7 +21,7 @@ const AROUND: usize = 4;
 const REFERENCE_BEAM: f32 = 20.0;
 /// Row interval of the standstill check: every other row. These are not the rows of the noise histogram.
 const STILL_ROWS: u16 = 2;
-/// Fractions of a beamwidth in which the length of a standstill is reported.
+/// Number of steps per beamwidth in which the length of a standstill is reported.
 const PER_BEAM: f32 = 100.0;
 /// Row interval of the search for lines: range bins whose level is the same at all angles.
 const LINE_ROWS: usize = 8;
@@ -36,13 +36,14 @@ pub struct Turning {
     /// Number of rows that arrived (modulo 65536), and index of the row before.
     rows: u16,
     before: u16,
-    /// Number of consecutive rows that equal the row `still_lag_beams` before them, and its maximum in this scan.
+    /// Number of consecutive rows that have nearly the same levels as the row `still_lag_beams` beamwidths before them,
+    /// and its maximum in this scan.
     still_rows: u16,
     max_still_rows: u16,
     /// Maximum over the scan of the level difference of two neighbouring rows beyond the usual one, summed over cells,
     /// map units for a beamwidth of [`REFERENCE_BEAM`].
     max_difference: u16,
-    /// Strongest bin of the two neighbouring rows that were compared last.
+    /// Range bin of the strongest cell of the two neighbouring rows that were compared last.
     strongest: u8,
 }
 
@@ -124,7 +125,7 @@ impl Turning {
     }
 
     /// Adds row `k` of `map` to the checks; `noise` is the running mean of the rows' lower quartiles, map units.
-    /// Returns the strongest bin of the two neighbouring rows that were compared last.
+    /// Returns the range bin of the strongest cell of the two neighbouring rows that were compared last.
     #[inline(never)]
     pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
         let up = k >= self.before;

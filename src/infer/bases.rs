@@ -115,7 +115,7 @@ impl Posterior {
         }
     }
 
-    /// Replaces the parameters of the measurement model.
+    /// Replaces the parameters of the posterior's measurement model by `g`.
     pub const fn measure(&mut self, g: &'static Generative) {
         self.model.g = g;
     }
@@ -258,7 +258,8 @@ impl Posterior {
         }
     }
 
-    /// Returns a hypothesis with all levels multiplied by `stretch`, refined and weighted.
+    /// Returns a copy of `start` with the heights of all its treads multiplied by `stretch`, then refined on the echoes
+    /// and weighted.
     #[inline(never)]
     fn moved(&self, start: &Staircase, stretch: f32) -> Hypothesis {
         let (mut s, mut sigmas) = (*start, [0.0; MAX_STEPS]);
@@ -267,9 +268,9 @@ impl Posterior {
         Hypothesis::new(&self.model, s, sigmas)
     }
 
-    /// Fits levels, places and overhang of staircase `s` to its echoes, and writes the standard deviations of the
-    /// levels, metres, to `sigmas`. A function of its own, so that its working memory is free while the hypothesis is
-    /// weighted.
+    /// Fits heights of treads, distances of risers and overhang of staircase `s` to its echoes, and writes the standard
+    /// deviations of the heights, metres, to `sigmas`. A function of its own, so that its working memory is free while
+    /// the hypothesis is weighted.
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
         let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());

@@ -18,7 +18,8 @@ pub const PARTICLES: usize = 32;
 pub const CAPACITY: usize = PARTICLES + PARTICLES / 4;
 /// Number of way cells: 10 cm pieces of the way ahead, for which conflicts of particles with the answer are summed.
 pub const CELLS: usize = 29;
-/// End of the first way cell, metres from the mirror; the cell holds everything nearer.
+/// Far end of the first way cell, horizontal metres from the mirror, negative behind it; the cell holds everything
+/// nearer.
 pub const FIRST_END_M: f32 = -0.3;
 /// Length of each way cell but the first, metres.
 pub const CELL_M: f32 = 0.1;
@@ -26,14 +27,16 @@ pub const CELL_M: f32 = 0.1;
 pub const MIN_LOG_ODDS: f32 = -9.0;
 /// Upper limit of the log-odds that an answer is first wrong in a way cell, nats.
 const MAX_LOG_ODDS: f32 = 4.0;
-/// Log-weight below the heaviest particle's at which a particle is left out, nats: a thousand of them together do not
-/// reach [`MIN_LOG_ODDS`].
+/// Difference of log-weight below the heaviest particle from which on a particle is left out, nats: a thousand of such
+/// particles together do not reach [`MIN_LOG_ODDS`].
 const NEGLIGIBLE_NATS: f32 = 20.0;
-/// Half-width of the window in which ends of the ground count as one place, in slots of 5 cm.
+/// Number of 5 cm slots to each side of a slot in which ends of the ground count as ends at the same place.
 const NEAR_SLOTS: usize = 2;
-/// Minimum probability that the ground ends in one place at which a drop is reported.
+/// A drop is reported if the ground ends in one and the same place (within two slots of 5 cm) with at least this
+/// probability.
 const MIN_DROP_PROBABILITY: f32 = 0.5;
-/// Maximum probability that the ground ends nearer than the distance of a reported drop less three standard deviations.
+/// Maximum probability that the ground ends nearer than a reported drop's distance less three standard deviations; the
+/// reported standard deviation is enlarged until this holds.
 const MAX_NEARER_PROBABILITY: f32 = 0.005;
 /// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
@@ -41,9 +44,10 @@ const HALVINGS: usize = 20;
 /// A weighted sample of the posterior: a staircase, or another hypothesis about the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particle {
-    /// The staircase, with its levels at their posterior means.
+    /// Staircase (or other hypothesis) of the particle; the heights of its treads are their posterior means.
     pub staircase: Staircase,
-    /// Log-prior plus log-likelihood, nats; after resampling, the threshold's logarithm if the particle was drawn.
+    /// Weight of the particle: log-prior plus log-likelihood, nats; after resampling, the logarithm of the resampling
+    /// threshold if the particle was lighter than that and drawn.
     pub log_weight: f32,
 }
 
@@ -54,7 +58,7 @@ pub struct ReportedAnswer<'a> {
     pub edges: &'a [ReportedStep],
     /// Reported drop; `None` if the answer has none.
     pub drop: Option<ReportedDrop>,
-    /// Field of view of the scan.
+    /// Field of view of the scan: only edges within it count as steps of a particle.
     pub view: View,
 }
 
@@ -63,23 +67,26 @@ pub struct ReportedAnswer<'a> {
 #[derive(Clone, Debug)]
 pub struct Cloud {
     particles: Vec<Particle, CAPACITY>,
-    /// Sum of weights by the way cell in which the answer would first be wrong; the last entry is for none of the
-    /// cells.
+    /// Entry k is the sum of the weights of particles by which the answer is first wrong in way cell k; the last entry
+    /// holds those by which it is wrong in no cell.
     conflicts: [f32; CELLS + 1],
-    /// Sum of weights by the number of visible steps, the index.
+    /// Entry n is the sum of the weights of particles with n visible steps.
     counts: [f32; MAX_STEPS + 1],
-    /// Sum of weights of ground that ends, by the 5 cm slot in which it ends, the nearest first.
+    /// Sum of the weights of particles whose ground ends (a drop), by the 5 cm slot of the way in which it ends, the
+    /// nearest first.
     ends: [f32; SLOTS],
     heaviest: f32,
-    /// Offset of the next systematic resampling's first draw, as a share of its weight threshold, 0…1.
+    /// Value with which the next resampling's running sum of weights starts, as a share, 0…1, of the threshold at which
+    /// the sum draws a particle.
     resampling_offset: f32,
 }
 
-/// Offset of the first resampling's first draw, as a share of its weight threshold: the middle, so that the first
-/// particle has no advantage.
+/// Value with which the first resampling's running sum of weights starts, as a share of the threshold at which the sum
+/// draws a particle: the middle, so that the first particle has no advantage. Later resamplings start at other shares
+/// ([`GOLDEN_RATIO_STEP`]).
 const HALF: f32 = 0.5;
-/// Increment of the offset of a resampling's first draw from one resampling to the next. Multiples of the golden ratio
-/// modulo 1 are evenly spread.
+/// Increment, modulo 1, from one resampling to the next, of the value with which the running sum of weights starts, as
+/// a share of the threshold. Multiples of the golden ratio modulo 1 are evenly spread.
 const GOLDEN_RATIO_STEP: f32 = 0.618_034;
 
 impl Default for Cloud {
@@ -249,7 +256,7 @@ impl Cloud {
             .map(move |p| (&p.staircase, of(p) * scale))
     }
 
-    /// Returns the probability of each number of visible steps, the index.
+    /// Returns the probability of each number of visible steps: entry n is that of n steps.
     pub fn counts(&self) -> [f32; MAX_STEPS + 1] {
         let total: f32 = self.counts.iter().sum();
         self.counts.map(|c| c / math::max(total, f32::MIN_POSITIVE))

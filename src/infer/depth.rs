@@ -11,7 +11,7 @@ use crate::math;
 use crate::model::ModelEcho;
 use crate::params::posterior as number;
 
-/// Smallest depth of the grid, metres: less than any drop.
+/// Smallest depth below the ground of the grid of depths, metres: less than any drop.
 const FIRST_M: f32 = 0.04;
 /// Spacing of the grid's depths, metres.
 const STEP_M: f32 = 0.005;
@@ -35,10 +35,10 @@ const SLACK_M: f32 = 0.05;
 const ROUGH_M: f32 = 0.007;
 /// Prior probability that an echo behind the shadow is the surface's.
 const SHARE: f32 = 0.5;
-/// Squared deviation of an echo's height from a surface, in standard deviations, beyond which the echo is not the
-/// surface's. Most echoes are beyond it for most depths, which saves their square root and exponential.
+/// Squared deviation of an echo's height from a surface, in squared standard deviations, beyond which the echo is not
+/// the surface's. Most echoes are beyond it for most depths, which saves their square root and exponential.
 const FAR: f32 = 25.0;
-/// Log-likelihood ratio, of a surface against none, that an echo far from the surface gives, nats.
+/// Log-likelihood ratio of a visible surface to none that each echo far from the surface contributes, nats; negative.
 const NOT_ITS_OWN: f32 = math::ln(1.0 - SHARE);
 
 /// Returns the depth of the next surface behind an edge `edge_m` ahead, metres below the ground; `None` where no run

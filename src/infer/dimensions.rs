@@ -169,10 +169,10 @@ fn is_obstacle_or_threshold(
 
 /// Maximum horizontal distance of a flash straight below the mirror, metres.
 const BELOW_M: f32 = 0.03;
-/// Maximum distance from an end of a tread, along it, at which an echo is that end's, metres.
+/// Maximum distance along a tread between one of its ends and an echo that counts as the echo of that end, metres.
 const END_M: f32 = 0.02;
 
-/// A tread seen from above: its level and its ends, metres.
+/// A tread seen from above: its height, negative below the ground, and the horizontal distances of both ends, metres.
 #[derive(Clone, Copy, Debug)]
 struct SeenTread {
     tread: TreadAt,
@@ -300,7 +300,8 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
     measured
 }
 
-/// Returns the least-squares line through the values that are `Some`, over their index: value at index 0, and slope.
+/// Returns the least-squares line through the values that are `Some`, over their index: its value at index 0, and its
+/// slope per index.
 fn fit_line(values: impl Iterator<Item = Option<f32>>) -> (f32, f32) {
     let (mut n, mut sk, mut skk, mut sv, mut skv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (k, value) in (0u8..).map(f32::from).zip(values) {

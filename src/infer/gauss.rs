@@ -10,7 +10,8 @@ use crate::params::Params;
 /// f32.
 const MAX_EXPONENT: f32 = 40.0;
 
-/// Inverse-variance weighted mean of estimates of one level.
+/// Inverse-variance weighted mean of several estimates of one length: height of a tread above the ground, or riser
+/// height, metres.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fusion {
     weight: f32,
@@ -18,7 +19,7 @@ pub struct Fusion {
 }
 
 impl Fusion {
-    /// Adds an estimate of the level, with its inverse variance as weight.
+    /// Adds an estimate of the length, metres, with its inverse variance as weight.
     pub fn add(&mut self, reading: Estimate) {
         let w = 1.0 / reading.variance;
         self.weight += w;
@@ -30,7 +31,7 @@ impl Fusion {
         self.weight <= 0.0
     }
 
-    /// Returns the mean and its variance; without estimates 0 with infinite variance.
+    /// Returns the weighted mean, metres, and its variance; without estimates 0 with infinite variance.
     pub fn mean(&self) -> Estimate {
         if self.is_empty() {
             return Estimate {
@@ -45,20 +46,21 @@ impl Fusion {
     }
 }
 
-/// Level of one tread, and the deviation of its riser or tread from the straight flight.
+/// Height of one tread above the ground, and the deviation of its riser or tread from a flight of equal rises.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TreadLevel {
-    /// Height over the ground, metres; negative going down.
+    /// Height of the tread above the ground, metres; negative going down.
     pub height: Estimate,
-    /// Deviation of its riser or tread from the straight flight, times the probability that it is the irregular one,
-    /// metres.
+    /// Deviation of this step's riser or tread from a flight of equal rises, metres, times the probability that this
+    /// step is the flight's irregular one.
     pub off: Estimate,
 }
 
-/// Levels of a flight's treads, the nearest step first.
+/// Heights of a flight's treads, each with its deviation, the nearest step first.
 pub type TreadLevels = [TreadLevel; MAX_STEPS];
 
-/// Weighted sums over steps: of 1, of the step's number, of its level.
+/// Sums over some steps of a flight, each weighted by its inverse variance: of 1, of the step's number, and of the
+/// height of its tread, metres.
 #[derive(Clone, Copy, Debug, Default)]
 struct StepSums {
     one: f32,
@@ -84,7 +86,8 @@ struct LevelMoments {
     irregular_variance: f32,
 }
 
-/// A straight flight with one deviation `irregular`: riser height, deviation, and their covariance matrix.
+/// Fit of a flight of equal rises in which some levels deviate by one common `irregular`, metres: riser height, metres,
+/// this deviation, and the covariance matrix of both, m².
 #[derive(Clone, Copy, Debug)]
 struct FlightFitResult {
     rise: f32,
@@ -95,7 +98,8 @@ struct FlightFitResult {
 }
 
 impl FlightFitResult {
-    /// Returns the level of step `number`, counted from 1; with `departs`, the deviation is added.
+    /// Returns the height of the tread of step `number`, counted from 1, metres above the ground; with `departs`, the
+    /// deviation is added.
     fn at(&self, number: f32, departs: bool) -> Estimate {
         let line = Estimate {
             value: number * self.rise,
@@ -110,8 +114,8 @@ impl FlightFitResult {
         }
     }
 
-    /// Returns the likelihood ratio of the readings with the deviation to those without, with the deviation integrated
-    /// out. Its prior standard deviation is `irregular_sigma_m`, metres.
+    /// Returns the likelihood ratio of the readings of the levels under a flight with the deviation to those without
+    /// it, with the deviation integrated out. `irregular_sigma_m` is the deviation's prior standard deviation, metres.
     fn likelihood(&self, irregular_sigma_m: f32) -> f32 {
         let exponent = 0.5 * self.irregular * self.irregular / self.irregular_variance;
         math::sqrt(self.irregular_variance) / irregular_sigma_m
@@ -119,11 +123,11 @@ impl FlightFitResult {
     }
 }
 
-/// Least-squares fit of a straight flight from the ground to the levels of its steps.
+/// Least-squares fit of a flight of equal rises from the ground to the measured heights of its treads.
 struct FlightFit<'p> {
     p: &'p Params,
-    /// Each step's level, metres, and its weight: the inverse of the level's variance plus that of a step's regular
-    /// deviation from the straight flight.
+    /// For each step, the nearest first: measured height of its tread above the ground, metres, and that height's
+    /// weight, the inverse of its variance plus that of a step's regular deviation from equal rises.
     steps: heapless::Vec<(f32, f32), MAX_STEPS>,
     whole: StepSums,
     squares: f32,
@@ -152,8 +156,8 @@ impl<'p> FlightFit<'p> {
         fit
     }
 
-    /// Returns the fit in which the levels that are summed in `sums` deviate from the straight flight by one common
-    /// amount.
+    /// Returns the fit in which the treads that are summed in `sums` deviate in height from a flight of equal rises by
+    /// one common amount.
     fn solve(&self, sums: &StepSums) -> FlightFitResult {
         let own = sums.one + 1.0 / (self.p.odd_rise_sigma_m * self.p.odd_rise_sigma_m);
         let det = self.squares * own - sums.number * sums.number;
@@ -184,8 +188,8 @@ pub fn fit(
     mixture(&FlightFit::new(steps, rise, p), levels);
 }
 
-/// Writes mean and variance of each level over all mixture components: the regular flight, each riser irregular, each
-/// tread irregular.
+/// Writes mean and variance of each tread's height over all mixture components: the regular flight, each riser
+/// irregular, each tread irregular.
 #[inline(never)]
 fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
     let p = fit.p;
@@ -246,7 +250,7 @@ fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
     }
 }
 
-/// Returns the levels of a straight flight of which only the riser height is known.
+/// Returns the heights of the treads of a flight of equal rises, of which only the riser height is known.
 pub fn straight(rise: Estimate) -> TreadLevels {
     let mut levels = TreadLevels::default();
     for (number, level) in (1u8..).map(f32::from).zip(&mut levels) {

@@ -50,35 +50,38 @@ const _: () = assert!(
     FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
 );
 
-/// Unit of levels in features, dB, so that all features are of the order of 1.
+/// Unit of the echoes' SNR in features, dB, so that all features are of the order of 1.
 const TEN_DB: f32 = 10.0;
-/// Upper limit of echo levels in features, dB over the noise: level of a corner at half a metre.
+/// Upper limit of the echoes' SNR in features, dB: that of a corner at half a metre.
 const MAX_DB: f32 = 50.0;
 /// Limit of margins and log-odds in features, nats, of either sign: odds of e^10 count as certain.
 const MAX_NATS: f32 = 10.0;
-/// Half of a cell, metres.
+/// Half the length of a way cell, metres.
 const HALF_CELL_M: f32 = 0.5 * CELL_M;
-/// Minimum end of a cell in which a scan can show that the ground ends, metres.
+/// Minimum distance of a way cell's far end from the mirror, metres, at which a scan can show that the ground ends in
+/// the cell.
 const NEAREST_END_M: f32 = 0.45;
 /// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's distance.
 const MAX_SIGMAS: f32 = 4.0;
-/// Mounting height of the paper's instrument, metres.
+/// Mounting height of the paper's instrument, metres above the ground: heights in features are relative to it.
 const PAPER_MOUNT_M: f32 = 0.4;
 /// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
 const TYPICAL_GOING_M: f32 = 0.29;
-/// Lower limit of the search's margin as a feature of an answer without steps, nats.
+/// Lower limit, as a feature of an answer without steps, of the margin by the search's scores: best flight less level
+/// ground, nats.
 const MIN_MARGIN: f32 = -2.0;
-/// Upper limit of the level that a further riser would have, as a feature, tens of dB over the noise; the lower limit
-/// is -1.
+/// Upper limit, as a feature, of the SNR that a further riser behind the last step would have at least, tens of dB; the
+/// lower limit is -1.
 const MAX_NEXT_FACE: f32 = 3.0;
 
-/// Whether an echo shows the level of a tread or of the floor.
+/// Whether an echo with this role lies on a tread, on its end, or on the floor, so that the echo's height is that
+/// surface's height.
 fn shows_level(role: Role) -> bool {
     matches!(role, Role::Tread | Role::Edge)
 }
 
-/// Returns the lack of evidence for ground that goes on, 0…1: 0 where its log-likelihood ratio to ground that ends,
-/// `nats`, is 1 or more; 1 where it is 0 or less.
+/// Returns how much evidence is missing that the ground goes on, 0…1. `nats` is the log-likelihood ratio of ground that
+/// goes on to ground that ends: 1 nat or more gives 0, 0 nats or less gives 1.
 fn lack_of_evidence(nats: f32) -> f32 {
     1.0 - math::min(math::max(nats, 0.0), 1.0)
 }
@@ -106,7 +109,8 @@ enum CellKind {
     Behind,
 }
 
-/// Everything from which the horizon is computed.
+/// Inputs of the horizon: the answer's steps with the evidence for each, the echoes with their roles, margins over the
+/// alternatives, and the geometry of the scan.
 #[derive(Clone, Copy, Debug)]
 pub struct HorizonInput<'a> {
     /// The scan's echoes as marks of the search, and their columns.
@@ -115,7 +119,7 @@ pub struct HorizonInput<'a> {
     pub roles: &'a [Role],
     /// Steps of the answer.
     pub steps: &'a [Step],
-    /// Evidence for each step, in the order of `steps`.
+    /// Evidence for each step of the answer, in the order of the steps.
     pub supports: &'a [Support],
     /// Margin by the search, nats: score of the answer's flight less that of the runner-up. Without steps: score of the
     /// best flight, where level ground has the score 0.
@@ -163,8 +167,8 @@ impl HorizonInput<'_> {
         within.next().map(|(k, (step, support))| (k, step, support))
     }
 
-    /// Returns the SNR of the strongest echo between two distances, metres, that has one of the wanted roles, tens of
-    /// dB; 0 for none.
+    /// Returns the SNR of the strongest echo between two horizontal distances, metres, whose role `is` accepts, tens of
+    /// dB, at most [`MAX_DB`]; 0 for none.
     #[inline(never)]
     fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
         let marks = &self.scene.marks;
@@ -261,7 +265,7 @@ impl HorizonInput<'_> {
         out.features
     }
 
-    /// Returns the features of the floor's echoes up to the distance `to`, metres.
+    /// Returns the features of the floor's echoes between the mirror and the distance `to`, metres.
     fn floor(&self, to: f32) -> FloorEvidence {
         let p = self.scene.params;
         let mut floor = FloorEvidence {
@@ -282,16 +286,17 @@ impl HorizonInput<'_> {
         floor
     }
 
-    /// Returns the SNR of the strongest echo near a step that has the wanted role, tens of dB; 0 for none.
+    /// Returns the SNR, tens of dB, of the strongest echo that has the role `wanted` and is near a step; 0 for none.
     fn strongest_near(&self, step: &Step, wanted: Role) -> f32 {
         let reach = self.scene.params.column_m + MIN_EXPANDED_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
         self.strongest(near.0, near.1, &|role| role == wanted)
     }
 
-    /// Returns the features of a cell before or between steps. `from` and `to` are the cell's ends plus 3 cm, metres;
-    /// `level` is the SNR of the strongest echo of a tread near it, `stray` of the strongest unexplained one in it,
-    /// tens of dB.
+    /// Returns the features of a way cell before or between steps. `from` and `to` are the cell's ends plus 3 cm,
+    /// metres; `level` is the SNR of the strongest echo of a tread near the cell, `stray` that of the strongest
+    /// unexplained echo in it, tens of dB; `error_odds` are the log-odds that the answer is first wrong in the cell,
+    /// nats.
     fn before(
         &self,
         from: f32,
@@ -327,7 +332,8 @@ impl HorizonInput<'_> {
         ]
     }
 
-    /// Returns the mean going from edge to edge, metres; a typical one for fewer than two steps.
+    /// Returns the mean going of the answer's steps from edge to edge, metres; with fewer than two steps that of usual
+    /// stairs.
     fn going(&self) -> f32 {
         let spans = self.steps.len().saturating_sub(1);
         match (self.steps.first(), self.steps.last()) {
@@ -344,9 +350,9 @@ impl HorizonInput<'_> {
         last / self.steps.len().max(1) as f32
     }
 
-    /// Returns the features of a cell behind the last step. `from` and `to` are the cell's ends plus 3 cm, metres;
-    /// `level` is the SNR of the strongest echo of a tread near it, `stray` of the strongest unexplained one in it,
-    /// tens of dB.
+    /// Returns the features of a way cell behind the last step. `from` and `to` are the cell's ends plus 3 cm, metres;
+    /// `level` is the SNR of the strongest echo of a tread near the cell, `stray` that of the strongest unexplained
+    /// echo in it, tens of dB; `error_odds` are the log-odds that the answer is first wrong in the cell, nats.
     fn behind(
         &self,
         from: f32,
@@ -374,8 +380,9 @@ impl HorizonInput<'_> {
         ]
     }
 
-    /// Returns the features of a cell that holds step `k`. `stray_so_far` is the SNR of the strongest unexplained echo
-    /// up to the cell's end, tens of dB.
+    /// Returns the features of a way cell that holds step `k`. `stray_so_far` is the SNR of the strongest unexplained
+    /// echo up to the cell's end, tens of dB; `error_odds` are the log-odds that the answer is first wrong in the cell,
+    /// nats.
     fn of_step(
         &self,
         k: usize,
@@ -426,8 +433,9 @@ impl FeatureWriter {
     }
 }
 
-/// Returns how far an answer is valid: up to the last cell whose probability of being correct is high enough.
-/// `outlook` is the evidence of earlier scans. `each` is called with every cell.
+/// Returns the horizon up to which an answer is valid, with its confidence: the far end of the last way cell up to
+/// which the probability of being correct is high enough. `outlook` is the evidence of earlier scans; `each` is called
+/// with every cell, the nearest first.
 #[inline(never)]
 pub fn validity(
     ground: &HorizonInput<'_>,

@@ -35,11 +35,11 @@ type Outlines = Vec<Weighed, OUTLINES>;
 /// The likeliest explanation by the particles and by earlier scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Likeliest {
-    /// The staircase; none where ground without one is likelier.
+    /// The likeliest staircase; `None` where ground without one is likelier.
     pub staircase: Option<Staircase>,
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
-    /// Margin over any other staircase or ground without one, nats.
+    /// Margin of the likeliest explanation over any other staircase or ground without one, nats.
     pub margin: f32,
 }
 

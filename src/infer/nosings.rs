@@ -25,7 +25,7 @@ const OVERHANGS_M: [f32; 11] = [
 ];
 /// Cost of an overhanging riser, nats: ln 3. It shows nosing and riser, or the nosing, or the riser, equally often.
 const LN_SHOWN: f32 = 1.098_612_3;
-/// Minimum likelihood of an overhang, relative to the likeliest one, at which it is included in the mean.
+/// Minimum likelihood of an overhang of the grid, relative to the likeliest one, at which it is included in the mean.
 const NEGLIGIBLE: f32 = 1e-3;
 /// Maximum number of echoes near one riser that are used, the strongest: a nosing, a face, a corner, and as many
 /// others.
@@ -33,19 +33,19 @@ const MOST: usize = 6;
 /// Number of the strongest echoes near a riser whose distances are tried as that of the nosing's or the riser's line.
 const GENERATORS: usize = 3;
 
-/// Distances of the nosings, metres from the mirror; `None` for one without an echo.
+/// Horizontal distances of the nosings, metres from the mirror, the nearest first; `None` for a nosing without an echo.
 pub type Nosings = Vec<Option<Estimate>, MAX_FLIGHT>;
 
 /// An echo near a riser.
 #[derive(Clone, Copy, Debug)]
 struct LineEcho {
-    /// Horizontal distance and its standard deviation, metres.
+    /// Horizontal distance of the echo from the mirror and its standard deviation, metres.
     x: (f32, f32),
-    /// Gain as part of the nosing's line, by its height, nats.
+    /// Score gain if the echo is part of the nosing's vertical line, by the echo's height alone, nats.
     front: f32,
-    /// Gain as part of the riser's line, by its height, nats.
+    /// Score gain if the echo is part of the riser's vertical line, by the echo's height alone, nats.
     back: f32,
-    /// Credibility, 0…1.
+    /// Credibility of the echo, 0…1, a factor on its gains: small near the noise, 1 well above it.
     weight: f32,
     snr_db: f32,
 }
@@ -56,18 +56,20 @@ struct Explained {
     nats: f32,
     /// Measured distance from the nosing's line to the riser's, metres, if both have echoes.
     gap_m: Option<f32>,
-    /// Sum of the echoes' amplitudes on the weaker of both lines: the weight of `gap_m`.
+    /// Smaller of two sums of echo amplitudes (relative to the noise), over the echoes of the nosing's line and over
+    /// those of the riser's: the weight of `gap_m`.
     amplitude: f32,
 }
 
-/// The echoes near one riser.
+/// The strongest echoes near one riser, the strongest first, with their gains on the nosing's and the riser's line.
 struct RiserEchoes {
     sightings: Vec<LineEcho, MOST>,
     unexplained_nats: f32,
 }
 
 impl RiserEchoes {
-    /// Collects the echoes near a riser. `top_variance` is the variance of the level at its top, m².
+    /// Collects the echoes near a riser at distance `along_m`, metres. `top_variance` is the variance of the height of
+    /// the riser's top, m².
     fn new(scene: &Scene<'_>, riser: &Riser, along_m: f32, top_variance: f32) -> Self {
         let p = scene.params;
         let from = math::max(along_m - p.nosing_window_m, p.nearest_riser_m);
@@ -88,8 +90,9 @@ impl RiserEchoes {
         }
     }
 
-    /// Calls `each` with each place of the nosing that an echo suggests for overhang `overhang_m`, with whether the
-    /// echo is taken for the riser's line, and with the echo's level, dB.
+    /// Calls `each` with each place of the nosing, metres from the mirror, that an echo suggests for overhang
+    /// `overhang_m`; with whether the echo is taken for the riser's line (otherwise for the nosing's); and with the
+    /// echo's SNR, dB.
     fn candidate_places(&self, overhang_m: f32, mut each: impl FnMut(f32, bool, f32)) {
         for s in self.sightings.iter().take(GENERATORS) {
             let flush = overhang_m <= 0.0;
@@ -140,8 +143,8 @@ impl RiserEchoes {
         }
     }
 
-    /// Returns the best fit with this overhang, metres, over all candidate places of the nosing; `None` if there are
-    /// none.
+    /// Returns the best fit of nosing and riser with this overhang, metres, over all candidate places of the nosing;
+    /// `None` if there are none.
     fn best(&self, overhang_m: f32) -> Option<Explained> {
         let mut best: Option<Explained> = None;
         self.candidate_places(overhang_m, |front_m, _, _| {
@@ -201,7 +204,8 @@ struct Overhang {
 }
 
 impl Overhang {
-    /// Returns the overhang as measured by the risers that show both lines; without any, the value of the grid.
+    /// Returns the overhang, metres, as measured by the risers that show both nosing and riser; without any,
+    /// `overhang_m`, the value of the grid.
     fn refined(&self, overhang_m: f32, p: &Params) -> Estimate {
         if overhang_m <= 0.0 {
             Estimate::default()
@@ -227,7 +231,8 @@ fn places(
     }
 }
 
-/// Returns the distances of the nosings of a flight of known levels, metres, the nearest first.
+/// Returns the horizontal distances of the nosings of a flight, metres from the mirror, the nearest first; `levels` are
+/// the heights of its treads.
 #[inline(never)]
 pub fn locate(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Nosings {
     let p = scene.params;

@@ -11,16 +11,17 @@ use heapless::Vec;
 /// Measurements of one step (riser and tread behind it) from its own echoes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Face {
-    /// Horizontal distance of its riser, metres, if its foot or its face has an echo.
+    /// Horizontal distance of the step's riser from the mirror, metres; `None` if neither its foot nor its face has an
+    /// echo.
     pub foot_m: Option<f32>,
-    /// Horizontal distance of its edge, metres, if that has an echo.
+    /// Horizontal distance of the step's front edge from the mirror, metres; `None` if the edge has no echo.
     pub edge_m: Option<f32>,
-    /// Weighted mean of the measured levels of the tread, metres above the ground.
+    /// Weighted mean of the measured heights of the step's tread, metres above the ground.
     pub level: Fusion,
 }
 
 impl Face {
-    /// Whether nosing and riser have separate echoes.
+    /// Whether the nosing and the riser of the step have separate echoes.
     pub fn overhang_seen(&self) -> bool {
         self.foot_m.is_some() && self.edge_m.is_some()
     }
@@ -48,8 +49,8 @@ impl Model<'_> {
         }
     }
 
-    /// Returns the measurements of riser `k`. A corner also measures the level of the tread before it, and a riser with
-    /// a hidden foot the riser height of the flight; both are written to `out`.
+    /// Returns the measurements of riser `k`. A corner also measures the height of the tread before the riser, and a
+    /// riser with a hidden foot the riser height of the flight; both are written to `out`.
     fn face_of(&self, s: &Staircase, k: usize, out: &mut Readings) -> Face {
         let mut face = Face::default();
         self.features(s, k, |class, reading| {

@@ -8,13 +8,13 @@ use crate::math;
 use crate::model::{Model, Staircase};
 use crate::params::Params;
 
-/// Number of rounds of assigning echoes to features and fitting the levels. There is more than one, since the
-/// assignment depends on the levels.
+/// Number of rounds, each of which assigns echoes to features and fits the treads' heights. There is more than one,
+/// since the assignment depends on the heights.
 const ROUNDS: usize = 2;
 
-/// Fits levels, places and overhang of a hypothesis to its echoes, writes them to `s`, and the levels with their
-/// standard deviations to `levels`. `rise` is the riser height as known apart from its own readings, metres. `readings`
-/// holds those of the last round.
+/// Fits heights of treads, distances of risers and overhang of a hypothesis to its echoes, writes them to `s`, and the
+/// heights with their standard deviations to `levels`. `rise` is the riser height as known apart from these echoes,
+/// metres. `readings` receives the measurements of the last round.
 #[inline(never)]
 pub fn refine(
     model: &Model<'_>,

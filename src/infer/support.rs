@@ -16,19 +16,19 @@ const FULL_QUALITY: f32 = 100.0;
 /// Evidence for one step besides its dimensions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Support {
-    /// Level of its strongest echo, dB above the noise; none for an inferred step.
+    /// SNR of the step's strongest echo, dB; `None` for an inferred step.
     pub snr_db: Option<f32>,
-    /// Level that a further riser behind this step would have at least, dB over the noise.
+    /// SNR that a further riser behind this step would have at least, dB.
     pub next_db: f32,
     /// Whether nosing and riser of this step have separate echoes.
     pub overhang_seen: bool,
     /// Whether nosing and riser of any step of the flight have separate echoes.
     pub overhang_known: bool,
-    /// Deviation of the step's level from the straight flight, times the probability that its riser or tread is
-    /// irregular, by its own echoes, metres.
+    /// Deviation of the height of the step's tread from a flight of equal rises, by the step's own echoes, times the
+    /// probability that its riser or tread is irregular, metres.
     pub off: Estimate,
-    /// Deviation of the step's place along the line of sight from that of a regular flight, metres. Echoes measure it
-    /// to millimetres.
+    /// Deviation of the step's place along the line of sight from that in a flight of equal goings, metres. Echoes
+    /// measure it to millimetres.
     pub off_along_m: f32,
 }
 
@@ -39,15 +39,15 @@ impl Support {
         self.snr_db.map_or(0, |db| share(db) as u8)
     }
 
-    /// Whether the step's level or place clearly deviates from the straight flight.
+    /// Whether the step's height or place clearly deviates from a flight of equal rises and goings.
     fn irregular(&self, p: &Params) -> bool {
         let high = self.off.value.abs() > p.irregular_m.max(2.0 * self.off.sigma());
         high || self.off_along_m.abs() > p.irregular_m
     }
 }
 
-/// Returns the level that a further face would have at least behind a face with these marks (echoes in the search), dB
-/// over the noise: that of the strongest mark, less a fixed loss. Each mark comes with whether it is a flash.
+/// Returns the SNR, dB, that a further riser or tread would have at least behind one with these marks (echoes in the
+/// search): that of the strongest mark, less a fixed loss. Each mark comes with whether it is a flash.
 pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) -> f32 {
     let left = marks.map(|(m, flash)| m.snr_db - if flash { p.flash_fades_db } else { p.fades_db });
     left.fold(f32::NEG_INFINITY, math::max)

@@ -21,7 +21,8 @@ pub struct Scatterer {
 pub struct Candidate<'a> {
     /// Kind of the explanation (level ground, stairs up or down), with its dimensions.
     pub explanation: Explanation,
-    /// Its faces along the line of sight, metres: horizontal distances going up, depths below the mirror going down.
+    /// Positions of the flight's faces along the line of sight, metres: horizontal distances going up, depths below the
+    /// mirror going down.
     pub faces: &'a [ChainLink],
     /// Log-likelihood ratio against ground without stairs, nats.
     pub score: f32,
@@ -32,15 +33,16 @@ pub struct Candidate<'a> {
 /// One way cell (10 cm of the way ahead), as the horizon uses it.
 #[derive(Clone, Copy, Debug)]
 pub struct Cell {
-    /// Far end of the cell, metres from the mirror.
+    /// Far end of the way cell, metres from the mirror.
     pub end_m: f32,
-    /// Features of the cell by this scan, from which its hazard is computed.
+    /// Features of the way cell by this scan, from which its hazard (probability of the answer's first error) is
+    /// computed.
     pub features: Features,
-    /// Features of the cell by this and earlier scans; `None` where no evidence was carried on from these.
+    /// Features of the way cell by this and earlier scans; `None` where no evidence was carried on from earlier scans.
     pub past: Option<PastFeatures>,
-    /// Probability that the answer is correct up to the cell's far end.
+    /// Probability that the answer is correct up to the way cell's far end.
     pub p_correct: f32,
-    /// Minimum probability at which the answer is valid up to the cell's far end.
+    /// Probability that is required for the answer to be valid up to the way cell's far end.
     pub required: f32,
 }
 

@@ -28,24 +28,25 @@ pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
 /// A hypothesis with its log-likelihood riser by riser, and its weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Hypothesis {
-    /// The staircase, or other ground.
+    /// The staircase, or other ground, that the hypothesis states.
     pub staircase: Staircase,
-    /// Standard deviations of its levels, metres.
+    /// Standard deviations of the heights of the staircase's treads, metres.
     pub sigmas: Sigmas,
     /// Log-likelihoods, nats: entry k is that of riser k with the tread before it, and the entry behind the last
     /// riser's that of the landing; 0 from there on.
     steps: [f32; MAX_STEPS + 1],
-    /// Log-prior plus log-likelihood, nats.
+    /// Weight of the hypothesis: log-prior plus log-likelihood, nats.
     pub log_weight: f32,
 }
 
-/// Standard deviation of a level that a variant sets rather than measures, metres.
+/// Standard deviation of the height of a tread that a variant sets rather than measures, metres.
 const PLACED_M: f32 = 0.01;
-/// Standard deviation of the level of a tread that is seen from above, metres.
+/// Standard deviation of the height of a tread that is seen from above, metres.
 const TREAD_M: f32 = 0.003;
 
 impl Hypothesis {
-    /// Computes the weight of a hypothesis. `sigmas` are the standard deviations of its levels, metres.
+    /// Returns a hypothesis with its weight computed. `sigmas` are the standard deviations of its treads' heights,
+    /// metres.
     #[inline(never)]
     pub fn new(model: &Model<'_>, staircase: Staircase, sigmas: Sigmas) -> Self {
         let mut steps = [0.0; MAX_STEPS + 1];
@@ -62,8 +63,8 @@ impl Hypothesis {
         }
     }
 
-    /// Returns a hypothesis of known weight, for stairs going down: its levels have the standard deviation of treads
-    /// that are seen from above.
+    /// Returns a hypothesis of known weight, for stairs going down: the heights of its treads have the standard
+    /// deviation of treads that are seen from above.
     pub fn weighed(staircase: Staircase, log_weight: f32) -> Self {
         Self {
             staircase,
@@ -243,7 +244,8 @@ impl Variants<'_> {
         (!self.hides(top_m)).then(|| self.model.sums(s, s.len()))
     }
 
-    /// Whether a riser's place decides what can be seen behind it: its top is above the mirror.
+    /// Whether a riser whose top is at height `top_m`, metres above the ground, hides the space behind it: its top is
+    /// above the mirror.
     fn hides(&self, top_m: f32) -> bool {
         top_m > self.model.view.height_m
     }
@@ -316,7 +318,8 @@ impl Variants<'_> {
         (new, base.log_weight + part + line - old)
     }
 
-    /// Adds variants with one irregular rise, higher or lower than the others; the levels behind it are shifted or not.
+    /// Adds variants with one irregular riser, higher or lower than the others; all treads behind it are shifted by as
+    /// much, or only the first one.
     #[inline(never)]
     fn irregular(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
@@ -418,7 +421,7 @@ struct Split<'b> {
 const REGULAR_M: f32 = 0.03;
 /// Number of risers, from the nearest on, of which one may be irregular.
 const IRREGULAR_RISERS: usize = 4;
-/// Deviations of an irregular rise, metres.
+/// Deviations of an irregular riser's height from that of its hypothesis, metres.
 const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
 /// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
 const NEAR_M: f32 = 0.10;

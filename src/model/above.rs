@@ -4,8 +4,8 @@ use super::chart::Chart;
 use super::lines::{CELLS, DEPTHS_M, FLANK, Gaze, Lines, LookedCell, Power, RangeCell, Shown};
 use crate::math;
 
-/// Heights of the lines above the ground, metres: from the lowest rise that matters to a wheelchair to the upper end
-/// of a sweep's sector at 1 m.
+/// Heights above the ground of the lines along which an object's power is evaluated, metres: from the lowest rise that
+/// matters to a wheelchair to the upper end of a sweep's sector at 1 m.
 const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
 /// Number of lines below the ground, of the smallest depths in [`DEPTHS_M`]. Ground 5 to 7 cm lower passes on the
 /// ground's own line for ground of less reflectivity; deeper ground does not.
@@ -22,11 +22,11 @@ const FIRST_DB: f32 = 18.0;
 const STEP_DB: f32 = 6.0;
 /// Number of powers that an object is assumed to have, equally probable.
 const POWERS: usize = 4;
-/// Probability of power above a range cell's ground without an object: ghosts, tiles on edge.
+/// Probability that a range cell without an object shows power above the ground: ghosts, tiles on edge.
 const ODD: f32 = 0.001;
 
-/// Power along the strongest of the lines above the ground, by range cell, the nearest first; dark where the ground is
-/// not seen.
+/// Quantised power over the noise along the strongest of the lines above the ground, by range cell, the nearest first;
+/// dark where the ground is not seen.
 #[derive(Clone, Debug)]
 pub struct Above {
     powers: [Power; CELLS],
@@ -68,12 +68,14 @@ impl Above {
         });
     }
 
-    /// Returns the power along the strongest line above the ground in cell `b`.
+    /// Returns the quantised power along the strongest line above the ground in range cell `b`; `None` beyond the last
+    /// cell.
     pub(super) fn get_mut(&mut self, b: usize) -> Option<&mut Power> {
         self.powers.get_mut(b)
     }
 
-    /// Returns the log-likelihood ratio of an object in cell `b`, nats; `None` where the cell is not seen.
+    /// Returns the log-likelihood ratio of an object above the ground in range cell `b` to none, nats; `None` where the
+    /// cell is not seen.
     fn nats(&self, b: usize, lines: &Lines) -> Option<f32> {
         let shown: Shown = self.powers.get(b)?.shown();
         if !shown.is_seen() {
@@ -84,8 +86,8 @@ impl Above {
         Some(math::ln(ratio / (1.0 - ODD + ODD * ratio)))
     }
 
-    /// Calls `tell` for each cell that is seen, with its index and the log-likelihood ratio of an object that shows in
-    /// it and in one neighbour, nats: a single cell is usually a ghost.
+    /// Calls `tell` for each range cell that is seen, with its index and the log-likelihood ratio to none of an object
+    /// that shows in this cell and in one neighbour, nats: a single cell is usually a ghost.
     pub fn things(&self, lines: &Lines, mut tell: impl FnMut(usize, f32)) {
         let (mut before, mut here) = (None, self.nats(0, lines));
         for b in 0..lines.cells.len() {

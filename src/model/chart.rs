@@ -9,12 +9,12 @@ use crate::signal::grid::PolarMap;
 pub struct Chart<'m> {
     /// Polar map.
     pub map: &'m PolarMap,
-    /// Noise level, in units of the map's levels, 1/8 octave (0.376 dB): median of the filtered map of a scan, mean of
-    /// a guard sweep.
+    /// Power of the noise, map units (levels of 1/8 octave of power, 0.376 dB): median of the filtered map of a scan,
+    /// mean of a guard sweep.
     pub noise: f32,
-    /// Angle error of the shaft, to be subtracted from its angles, radians.
+    /// Error of the shaft's angle, to be subtracted from the angles of the map's rows, radians.
     pub bias_rad: f32,
-    /// Error of the configured mounting height, to be subtracted from it, metres.
+    /// Error of the configured mounting height (of the mirror above the ground), to be subtracted from it, metres.
     pub height_m: f32,
     /// Motion of the chair during the scan, if it is known.
     pub ride: Option<MotionCompensation<'m>>,

@@ -28,17 +28,17 @@ pub enum Class {
 pub struct FeaturePlace {
     /// Class of the feature.
     pub class: Class,
-    /// Horizontal distance from the mirror, metres.
+    /// Horizontal distance of the feature from the mirror, metres.
     pub x_m: f32,
-    /// Height above the ground, metres.
+    /// Height of the feature above the ground, metres.
     pub y_m: f32,
-    /// Range from the mirror, metres.
+    /// Range of the feature from the mirror, metres.
     pub range_m: f32,
     /// Distance to the neighbouring feature with which it may merge into one echo, in resolution cells.
     pub separation_cells: f32,
 }
 
-/// Returns the SNR of the riser before, `shown_db`, limited to 35 dB, less that of a faint riser, 15 dB; in tens of dB.
+/// Returns `shown_db`, the SNR of the riser before, limited to 35 dB, less that of a faint riser, 15 dB; in tens of dB.
 pub fn excess_level(shown_db: f32) -> f32 {
     number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
 }

@@ -20,7 +20,7 @@ use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 /// Depths below the ground of the lines of lower ground, metres: from the smallest drop that matters to a wheelchair
 /// to a step.
 pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
-/// Tolerance of the ground's level, metres: joints, slopes, the remaining error of the mounting.
+/// Tolerance of the ground's height, metres: joints, slopes, the remaining error of the mounting.
 const OFF_M: f32 = 0.01;
 /// Spacing of the evaluated range cells, metres, or a range bin if that is longer: nearer ones share the window's main
 /// lobe.
@@ -45,13 +45,13 @@ const SHOWN: f32 = 0.709;
 const SHOWN_IN_VARIANCE: f32 = 0.792;
 /// Minimum share of the rows around a line, by weight, that must have been received for the line to count as seen.
 const MIN_SHARE: f32 = 0.5;
-/// Power that side lobes put into all other rows of a range cell, over that of its strongest row.
+/// Power that side lobes put into all other rows of a range cell, as a ratio to the power of its strongest row.
 const SIDE_LOBES: f32 = 0.02;
 /// Maximum step of the search for a cell's strongest row, rows; the step is one standard deviation of the beam if that
 /// is less.
 const STRIDE: usize = 4;
-/// Minimum power over the noise of a cell's strongest row that counts as an echo: twice ln 70, about the maximum of 70
-/// rows of noise.
+/// Minimum power of a range cell's strongest row that counts as an echo, as a ratio to the noise: twice ln 70, about
+/// the maximum of 70 rows of noise.
 const FAINT: f32 = 8.0;
 /// Maximum distance of a cell's strongest row from a surface's line at which it counts as the surface's own echo,
 /// standard deviations of the beam.
@@ -60,11 +60,11 @@ const ITSELF: f32 = 1.0;
 pub(super) const FLANK: f32 = 0.25;
 /// Minimum squared cosine of a line's angle below the horizontal: no scan looks down more steeply.
 const STEEPEST: f32 = 0.1;
-/// Lowest power S of a surface in the table of terms, dB over the noise.
+/// Lowest power S of a surface in the table of coefficients of the log-likelihood ratio, dB over the noise.
 const FIRST_DB: f32 = -20.0;
-/// Step between the powers in the table of terms, dB.
+/// Step between the powers S of a surface in the table of coefficients of the log-likelihood ratio, dB.
 const STEP_DB: f32 = 2.0;
-/// Number of powers in the table of terms.
+/// Number of powers S of a surface in the table of coefficients of the log-likelihood ratio.
 const POWERS: usize = 20;
 /// Maximum log-likelihood ratio of one cell, nats: neighbouring cells share the window's main lobe, and the beam's
 /// shape is not known better.
@@ -124,16 +124,17 @@ impl Term {
 /// Power of a range cell along one line of a surface, quantised.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Power {
-    /// Mean power t over the noise, quarters of a decibel above [`Power::MIN_DB`]; 0 where the line is not seen.
+    /// Mean power t over the noise as raised by leakage, quarters of a decibel above [`Power::MIN_DB`]; 0 where the
+    /// line is not seen.
     pub(super) t: u8,
-    /// Factor by which leakage increases the noise, quarters of a decibel.
+    /// Factor by which leakage of other rows increases the noise's power, quarters of a decibel; 0 for none.
     pub(super) leaks: u8,
 }
 
 impl Power {
-    /// Quantisation steps per decibel.
+    /// Quantisation steps of power and leakage per decibel.
     const PER_DB: f32 = 4.0;
-    /// Lower limit of the power t over the noise, dB.
+    /// Lower limit of the quantised power t, dB over the noise.
     const MIN_DB: f32 = -12.0;
     /// Nats per decibel: ln 10 / 10.
     const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
@@ -171,7 +172,7 @@ impl Power {
 /// Power of a range cell along one line, and its leakage, in floating point.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// Mean power over the noise, as a ratio; 0 where the line is not seen.
+    /// Mean power t, as a ratio to the noise with its leakage; 0 where the line is not seen.
     pub(super) t: f32,
     ln_t: f32,
     leaks_db: f32,
@@ -184,12 +185,13 @@ impl Shown {
     }
 }
 
-/// Powers of a range cell along the lines of the ground and of lower ground.
+/// Powers over the noise of a range cell along the lines of the ground and of lower ground.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
-    /// Power along the strongest of three lines: at the ground's level, slightly below and slightly above it.
+    /// Power over the noise along the strongest of three lines: at the ground's height, slightly below and slightly
+    /// above it.
     pub ground: Power,
-    /// Powers along the lines of lower ground, in the order of [`DEPTHS_M`].
+    /// Powers over the noise along the lines of lower ground, in the order of their depths [`DEPTHS_M`].
     pub lower: [Power; DEPTHS_M.len()],
 }
 
@@ -198,7 +200,7 @@ pub struct RangeCell {
 pub struct Lines {
     pub(super) cells: heapless::Vec<RangeCell, CELLS>,
     terms: [Term; POWERS],
-    /// Range of the first cell, metres.
+    /// Range of the first evaluated cell from the mirror, metres.
     pub(super) first_m: f32,
     /// Spacing of the range cells, metres.
     pub(super) step_m: f32,
@@ -281,12 +283,13 @@ impl Lines {
         &self.cells
     }
 
-    /// Returns the power along the ground in cell `b`; not seen beyond the last cell.
+    /// Returns the quantised power over the noise along the ground in range cell `b`; not seen beyond the last cell.
     pub fn ground(&self, b: usize) -> Power {
         self.cells.get(b).map_or(Power::default(), |c| c.ground)
     }
 
-    /// Returns the power along lower ground in cell `b`, at index `k` of [`DEPTHS_M`].
+    /// Returns the quantised power over the noise in range cell `b` along lower ground of depth number `k` of
+    /// [`DEPTHS_M`].
     pub fn lower(&self, b: usize, k: usize) -> Power {
         let power = self.cells.get(b).and_then(|c| c.lower.get(k));
         power.copied().unwrap_or_default()
@@ -297,7 +300,7 @@ impl Lines {
         self.first_m + self.step_m * b as f32
     }
 
-    /// Returns the distance at which a range meets the ground, metres.
+    /// Returns the horizontal distance from the mirror at which a range, metres, meets the ground, metres.
     pub fn x_m(&self, range_m: f32) -> f32 {
         let squared = range_m * range_m - self.height_m * self.height_m;
         math::sqrt(math::max(squared, 0.0))
@@ -338,7 +341,7 @@ pub(super) struct Gaze<'c> {
     first_rad: f32,
     step_rad: f32,
     pub(super) sigma_rows: f32,
-    /// Reciprocal of the noise's mean power, where the power of a map cell of level 0 is 1.
+    /// Reciprocal of the noise's mean power, in units of the power of a map cell of level 0.
     per_noise: f32,
 }
 
@@ -366,8 +369,8 @@ impl<'c> Gaze<'c> {
         }
     }
 
-    /// Returns range bin and (fractional) row in which the line at level `y_m`, metres, was seen at a range from the
-    /// chair's present position; `None` if it is too steep.
+    /// Returns range bin and (fractional) row in which a surface at height `y_m` above the ground, metres, was seen;
+    /// `range_m` is its range from the mirror's present position. `None` if the line of sight is too steep.
     fn place(&self, range_m: f32, y_m: f32) -> Option<(usize, f32)> {
         let geometry = self.chart.map.geometry();
         let down_m = self.height_m - y_m;
@@ -388,7 +391,7 @@ impl<'c> Gaze<'c> {
         Some((math::round(bin) as usize, row))
     }
 
-    /// Returns the index of the strongest row of a range bin, and its power over the noise.
+    /// Returns the index of the strongest row of a range bin, and that row's power as a ratio to the noise.
     fn strongest(&self, bin: usize) -> (f32, f32) {
         let map = self.chart.map;
         let bins = map.bins();
@@ -404,8 +407,8 @@ impl<'c> Gaze<'c> {
         (row as f32, linear(level) * self.per_noise)
     }
 
-    /// Returns the mean power over the noise of a range bin around row `middle`, weighted like the two-way beam; `None`
-    /// if too few rows were received.
+    /// Returns the mean power, as a ratio to the noise, of a range bin over the rows around `middle`, weighted like the
+    /// two-way beam; `None` if too few rows were received.
     #[inline(never)]
     fn along(&self, bin: usize, middle: f32) -> Option<f32> {
         let reach = REACH * self.sigma_rows;
@@ -438,18 +441,18 @@ impl<'c> Gaze<'c> {
 pub(super) struct LookedCell<'g> {
     pub(super) gaze: &'g Gaze<'g>,
     range_m: f32,
-    /// Power along the ground's own line, and that line's row.
+    /// Power along the ground's own line, as a ratio to the noise, and the (fractional) row of that line.
     pub(super) level: LineSeen,
-    /// Index of the cell's strongest row.
+    /// Index of the range cell's strongest row.
     row: f32,
     pub(super) strongest: f32,
-    /// Power of noise and of the strongest row's side lobes, over the noise.
+    /// Power of the noise and of the strongest row's side lobes together, as a ratio to the noise.
     leaks: f32,
-    /// Power along the strongest row's line; 0 if that row is noise.
+    /// Mean power around the strongest row, as a ratio to the noise; 0 if that row is noise.
     rival: f32,
 }
 
-/// Power over the noise along a line, and the line's (fractional) row; `None` if the line is not seen.
+/// Power along a line as a ratio to the noise, and the line's (fractional) row; `None` if the line is not seen.
 pub(super) type LineSeen = Option<(f32, f32)>;
 
 impl<'g> LookedCell<'g> {
@@ -474,7 +477,8 @@ impl<'g> LookedCell<'g> {
         }
     }
 
-    /// Returns the power along the line at level `y_m`, metres above the ground, and the line's row.
+    /// Returns the power, as a ratio to the noise, along the line of a surface at height `y_m` above the ground,
+    /// metres, and the line's row; `None` if the line is not seen.
     pub(super) fn seen(&self, y_m: f32) -> LineSeen {
         let (bin, row) = self.gaze.place(self.range_m, y_m)?;
         Some((self.gaze.along(bin, row)?, row))
@@ -495,7 +499,8 @@ impl<'g> LookedCell<'g> {
         Power::new(t / leaks, leaks)
     }
 
-    /// Returns the power along the strongest of the ground's own line and those slightly below and above it.
+    /// Returns the quantised power along the strongest of three lines: the ground's own, one slightly below and one
+    /// slightly above it.
     pub(super) fn ground(&self) -> Power {
         let below = self.line(self.seen(-OFF_M));
         let above = self.line(self.seen(OFF_M));
@@ -503,7 +508,7 @@ impl<'g> LookedCell<'g> {
     }
 }
 
-/// Returns the power of a map cell of a level (1/8 octave each), relative to that of level 0.
+/// Returns the power of a map cell of this level (unit 1/8 octave of power), as a ratio to the power of level 0.
 fn linear(level: u8) -> f32 {
     POWERS_OF_LEVELS
         .get(usize::from(level))
@@ -511,7 +516,8 @@ fn linear(level: u8) -> f32 {
         .unwrap_or(0.0)
 }
 
-/// Power of a map cell by its level, relative to level 0; see [`linear`].
+/// Power of a map cell, as a ratio to that of level 0; the index is the cell's level (1/8 octave of power). See
+/// [`linear`].
 static POWERS_OF_LEVELS: [f32; 256] = {
     const OCTAVE: usize = UNITS_PER_OCTAVE as usize;
     let mut powers = [0.0; 256];

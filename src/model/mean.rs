@@ -15,17 +15,17 @@ const KEPT: f32 = 0.7;
 const KEPT_UNPLACED: f32 = 0.3;
 /// Travel beyond which the speckle is independent, metres: more than half a wavelength.
 const OTHER_SPECKLE_M: f32 = 0.002;
-/// Number of lines of a cell: along the ground, above it, and below it.
+/// Number of lines of a range cell: along the ground, above it, and below it.
 const LINES: usize = 2 + DEPTHS;
 
 /// Weights of the mean over sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeanWeights {
-    /// Weight of all earlier sweeps, that of the last one being 1.
+    /// Weight in the mean of all earlier sweeps together, where the last sweep has weight 1.
     earlier: f32,
-    /// Equivalent number of equally weighted sweeps.
+    /// Number of equally weighted sweeps that would give a mean of the same variance.
     sweeps: f32,
-    /// Equivalent number of independent speckle patterns.
+    /// Number of independent speckle patterns that would give a mean of the same variance.
     speckles: f32,
 }
 
@@ -35,7 +35,7 @@ pub struct MeanLines {
     /// Mean powers t, quantised as in [`Power`], of each cell's lines along the ground, above it and below it; 0 where
     /// nothing was seen.
     powers: [[u8; LINES]; CELLS],
-    /// Sum of the weights of all sweeps so far, that of the last one being 1.
+    /// Sum of the weights of all sweeps so far, where the last sweep has weight 1.
     weight: f32,
 }
 

@@ -5,7 +5,7 @@ use crate::params::posterior as number;
 
 /// Number of standard deviations beyond which the normal distribution's tail counts as 0.
 const SURE: f32 = 6.0;
-/// Squared deviation, in standard deviations, beyond which only the heavy tails remain.
+/// Squared deviation, in squared standard deviations, beyond which only the heavy tails of the density remain.
 const CORE: f32 = 25.0;
 
 /// Returns the logistic function 1 / (1 + e^-x).

@@ -14,7 +14,8 @@ const THICK_M: f32 = 0.045;
 const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
-    /// Whether a place at distance `x` and height `y`, metres, lies in the scanned sector and range.
+    /// Whether a place at horizontal distance `x` and height `y` above the ground, metres, lies in the scanned sector
+    /// and range.
     pub fn in_scan(&self, x: f32, y: f32) -> bool {
         let slope = (y - self.height_m) / math::max(x, number::MIN_X_M);
         slope < self.view.highest
@@ -22,7 +23,8 @@ impl Model<'_> {
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
     }
 
-    /// Returns the heights of the lower and the upper end of the visible part of riser `k`'s face, metres.
+    /// Returns the heights above the ground of the lower and the upper end of the visible part of riser `k`'s face,
+    /// metres.
     pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
         if s.open {
@@ -104,8 +106,8 @@ impl Model<'_> {
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 
-    /// Returns the SNR of the strongest echo of the riser before riser `k`, its flash left out, dB; that of a faint
-    /// riser if there is none before.
+    /// Returns the SNR, dB, of the strongest echo of the riser before riser `k`, its flash left out; without a riser
+    /// before, the SNR of a faint riser.
     pub fn level_before(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
             return number::FAINT_DB;

@@ -47,7 +47,8 @@ const GATE_M: f32 = 0.06;
 const CROSS_GATE_M: f32 = 0.20;
 /// Maximum number of echoes near one riser that are assigned to its point features.
 pub const NEAR: usize = 16;
-/// Squared deviation of an echo from a face, in standard deviations, beyond which it is not part of the face.
+/// Squared deviation of an echo from a face, in squared standard deviations, beyond which the echo is not part of the
+/// face.
 const FACE_REACH: f32 = 100.0;
 /// Density of echoes behind a drop's edge, relative to that in the air.
 const DROP_DENSITY_FACTOR: f32 = 3.0;
@@ -73,18 +74,18 @@ pub type EchoSums = [f32; MAX_MODEL_ECHOES + 1];
 /// An echo with its densities under the model.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ModelEcho {
-    /// Horizontal distance, metres.
+    /// Horizontal distance of the echo from the mirror, metres.
     pub x_m: f32,
-    /// Height above the ground, metres.
+    /// Height of the echo above the ground, metres.
     pub y_m: f32,
-    /// Range from the mirror, metres.
+    /// Range of the echo from the mirror, metres.
     pub range_m: f32,
-    /// Standard deviation across the line of sight, metres.
+    /// Standard deviation of the echo's position across the line of sight, metres.
     pub across_m: f32,
     /// Width of the echo's lobe over the angle above that of an undisturbed one, 0 to 0.5, in units of a point
     /// scatterer's.
     pub wide: f32,
-    /// Power above the noise, dB.
+    /// Power of the echo over the noise, dB.
     pub snr_db: f32,
     /// Densities of the echo that do not depend on the staircase, by class of extended feature.
     noise: f32,
@@ -110,14 +111,14 @@ pub struct Model<'p> {
     pub view: View,
     /// Height of the mirror above the ground, metres.
     pub height_m: f32,
-    /// SNR of the scan's strongest echo less 30 dB, in tens of dB.
+    /// Strength of the scan: SNR of its strongest echo less 30 dB, in tens of dB.
     pub q: f32,
     /// Angle between two features from which on they have separate echoes, radians.
     pub beam_rad: f32,
     /// Range difference between two features from which on they have separate echoes, metres.
     pub cell_m: f32,
-    /// Expected numbers of echoes at level `q` by class of extended feature (face, tread, floor, air, inside, noise),
-    /// per metre or per scan.
+    /// Expected numbers of echoes in a scan of strength `q`, by class of extended feature (face, tread, floor, air,
+    /// inside, noise), per metre or per scan.
     rates: [f32; EXTENDED],
     /// Parameters of the model, counted from simulated scans.
     pub g: &'p Generative,
@@ -128,17 +129,18 @@ pub struct Model<'p> {
 pub struct LevelReading<'e> {
     /// Most probable echo of the feature.
     pub echo: &'e ModelEcho,
-    /// Height of the feature, metres.
+    /// Height of the feature above the ground by this echo, metres.
     pub level_m: f32,
-    /// Standard deviation of the height, metres. It grows with the doubt that the echo is the feature's, and with the
-    /// probability that its deviation comes from the density's tails.
+    /// Standard deviation of the feature's height, metres. It grows with the doubt that the echo is the feature's, and
+    /// with the probability that its deviation comes from the density's tails.
     pub sigma_m: f32,
-    /// Whether a flash beside it covers the feature's own echo.
+    /// Whether a flash beside the feature covers the feature's own echo, so that this echo is no measurement of its
+    /// height.
     pub masked: bool,
 }
 
-/// Returns the density of an echo's SNR, per dB: normal with `mean` and `sigma`, dB, cut off at the detection
-/// threshold, with share `flat` evenly distributed.
+/// Returns the density of an echo's SNR `snr_db`, per dB: normal with mean `mean` and standard deviation `sigma`, dB,
+/// cut off at the detection threshold, with share `flat` evenly distributed.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
     let tail = math::max(above((MIN_DB - mean) / sigma), number::MIN_DETECTED_SHARE);
@@ -319,7 +321,8 @@ impl<'p> Model<'p> {
         parts
     }
 
-    /// Returns the level of the surface at distance `x` on the tread before riser `k` (or on a ramp), metres.
+    /// Returns the height above the ground, metres, of the surface at distance `x`, metres, on the tread before riser
+    /// `k` (or on a ramp).
     pub fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
         match s.kind {
             GroundKind::Ramp { from_m, slope } => slope * math::max(x - from_m, 0.0),
@@ -327,8 +330,8 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// Returns the density, per m² and dB, of an echo as part of a face from height `b` to `t`, metres. `z2` is its
-    /// squared deviation from the face, in standard deviations.
+    /// Returns the density, per m² and dB, of an echo as part of a face from height `b` to height `t` above the ground,
+    /// metres. `z2` is the echo's squared deviation from the face, in squared standard deviations.
     fn face(e: &ModelEcho, z2: f32, b: f32, t: f32) -> f32 {
         if t <= b + number::MIN_FACE_M {
             return 0.0;
@@ -621,8 +624,8 @@ impl<'p> Model<'p> {
         density * e.point.get(place.class as usize).copied().unwrap_or(0.0)
     }
 
-    /// Returns the squared deviation of an echo from the expected place of a point feature, in standard deviations,
-    /// and the root of the product of both variances, m². The deviation is infinite outside the gates.
+    /// Returns the squared deviation of an echo from the expected place of a point feature, in squared standard
+    /// deviations, and the root of the product of both variances, m². The deviation is infinite outside the gates.
     /// `level_sigma_m` is the standard deviation of the feature's height, metres.
     fn deviation(
         &self,

@@ -31,14 +31,14 @@ pub enum GroundKind {
         /// Rise per metre; negative going down.
         slope: f32,
     },
-    /// Ground that ends: a brink, a hole.
+    /// Ground that ends: an edge to lower ground, or a hole.
     Drop {
         /// Distance from the mirror at which the ground ends, metres.
         at_m: f32,
     },
-    /// Steps going up: risers and the levels of their tops.
+    /// Steps going up: risers, with the heights of their tops.
     Stairs,
-    /// Steps going down: edges and the levels of the treads below them.
+    /// Steps going down: edges, with the heights of the treads below them.
     Descent,
     /// A single object on the ground, too tall to climb.
     Box,
@@ -74,14 +74,14 @@ pub struct Staircase {
     /// Distance of each riser (going down: of each edge) from the mirror, metres, the nearest first; only the first
     /// `steps` entries count.
     pub x_m: [f32; MAX_STEPS],
-    /// Level at each riser's top (going down: of the tread below each edge) above the ground, metres; only the first
+    /// Height above the ground of each riser's top (going down: of the tread below each edge), metres; only the first
     /// `steps` entries count.
     pub top_m: [f32; MAX_STEPS],
     /// Distance of a wall behind the risers, or on bare ground, from the mirror, metres; infinite for none.
     pub wall_m: f32,
 }
 
-/// Standard deviation of each level of a staircase, metres, in the order of its risers.
+/// Standard deviation of the height of each tread of a staircase, metres, in the order of the risers.
 pub type Sigmas = [f32; MAX_STEPS];
 
 /// Field of view of the scan.
@@ -89,7 +89,7 @@ pub type Sigmas = [f32; MAX_STEPS];
 pub struct View {
     /// Plane in which the mirror scans.
     pub plane: Plane,
-    /// Height of the mirror above the ground, metres.
+    /// Height of the mirror above the ground at the scan, metres.
     pub height_m: f32,
     /// Tangent of the lowest angle at which an edge is visible: the limit of the scanned sector less half a beam.
     /// Angles are above the horizontal in the depth plane, and forward of the vertical in the height plane.
@@ -153,9 +153,9 @@ impl View {
 /// An edge of a staircase that counts as a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Horizontal distance, metres.
+    /// Horizontal distance of the edge from the mirror, metres.
     pub x_m: f32,
-    /// Level of the tread above the riser (going down: below the edge), metres above the ground.
+    /// Height above the ground of the tread above the riser (going down: below the edge), metres.
     pub y_m: f32,
     /// Whether the scan can see the edge.
     pub seen: bool,
@@ -164,13 +164,13 @@ pub struct Edge {
 /// A step of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReportedStep {
-    /// Horizontal distance, metres.
+    /// Horizontal distance of the step from the mirror, metres.
     pub x_m: f32,
     /// Height of the step's tread above the ground, metres; negative going down.
     pub y_m: f32,
-    /// Expanded uncertainty of the distance, metres.
+    /// Expanded uncertainty (3σ, within limits) of the step's distance, metres.
     pub x_within_m: f32,
-    /// Expanded uncertainty of the height, metres.
+    /// Expanded uncertainty (3σ, within limits) of the step's height, metres.
     pub y_within_m: f32,
 }
 
@@ -191,9 +191,9 @@ impl ReportedStep {
 /// A drop of an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReportedDrop {
-    /// Horizontal distance, metres.
+    /// Horizontal distance of the drop from the mirror, metres.
     pub x_m: f32,
-    /// Maximum error at which a drop still counts as the reported one, metres.
+    /// Maximum difference of distance at which another drop counts as the reported one, metres.
     pub within_m: f32,
 }
 
@@ -214,9 +214,9 @@ impl ReportedDrop {
 /// Place at which an answer is wrong if a staircase is true, and the probability of that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conflict {
-    /// Horizontal distance, metres.
+    /// Horizontal distance from the mirror at which the answer is wrong, metres.
     pub x_m: f32,
-    /// Probability that the answer is wrong there.
+    /// Probability that the answer is wrong there if the staircase is true.
     pub probability: f32,
 }
 
@@ -281,7 +281,8 @@ impl Staircase {
         }
     }
 
-    /// Returns the level of the tread before riser `k`, metres; with `k` the number of risers, that of the landing.
+    /// Returns the height above the ground of the tread before riser `k`, metres; with `k` the number of risers, that
+    /// of the landing.
     pub fn level(&self, k: usize) -> f32 {
         let below = k.checked_sub(1).and_then(|k| self.top_m.get(k));
         below.copied().unwrap_or(0.0)
@@ -343,8 +344,8 @@ impl Staircase {
         out
     }
 
-    /// Returns steps going down from the distance of each edge, metres, and the level of the tread below it, from the
-    /// top down.
+    /// Returns steps going down, given as the distance of each edge from the mirror and the height above the ground of
+    /// the tread below it, metres, from the top down.
     pub fn descent(edges: impl Iterator<Item = (f32, f32)>) -> Self {
         let mut out = Self::nothing();
         let places = out.x_m.iter_mut().zip(&mut out.top_m);
@@ -395,7 +396,7 @@ impl Staircase {
 
     /// Returns the places, the nearest first, at which this hypothesis, if it is true, makes an answer wrong: steps
     /// that are missing, false, or off by more than their expanded uncertainty, and a missing or false drop. `sigmas`
-    /// are the standard deviations of its levels, metres.
+    /// are the standard deviations of the heights of this hypothesis's treads, metres.
     #[inline(never)]
     pub fn conflicts(
         &self,

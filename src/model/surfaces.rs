@@ -40,7 +40,7 @@ const ODD: f32 = 0.03;
 const ANY_DB: f32 = 6.0;
 /// Number of powers that a surface of unknown power may have, equally probable.
 const ANY_POWERS: usize = 5;
-/// Share of dark range cells around a riser; the others have any power.
+/// Prior probability that a range cell around a riser is dark; otherwise it has any power.
 const DARK_AT_RISER: f32 = 0.4;
 /// Number of range cells before a riser that show it on the ground's line.
 const BEFORE: usize = 3;
@@ -184,16 +184,18 @@ fn weigh(state: &mut State, e: &State) -> f32 {
     math::ln(sum)
 }
 
-/// Decline of the power S with the range, of a surface at one level.
+/// Power law by which a surface at one height returns less power S at greater ranges: proportional to (h - y)²/r⁵.
 struct Decline {
-    /// 2 log2 of the mirror's height above the surface, octaves.
+    /// Factor (h - y)² of the power law, of the mirror's height in metres above the surface, as octaves of power: 2
+    /// log2(h - y).
     height: f32,
-    /// Power S of the ground at [`REFERENCE_M`], relative, octaves.
+    /// Power law's value for the ground at the range [`REFERENCE_M`], octaves of power: the state's power S refers to
+    /// it.
     reference: f32,
 }
 
 impl Decline {
-    /// Returns the decline for a surface `y_m` metres above the ground, seen from a mirror `mirror_m` above the
+    /// Returns the power law of a surface `y_m` metres above the ground, seen from a mirror `mirror_m` metres above the
     /// ground.
     fn new(mirror_m: f32, y_m: f32) -> Self {
         let height = |h_m: f32| 2.0 * math::log2(math::max(h_m, MIN_HEIGHT_M));
@@ -203,15 +205,16 @@ impl Decline {
         }
     }
 
-    /// Returns the power S of the first state at a range, metres, dB over the noise.
+    /// Returns the power S of the surface in the first (weakest) reflectivity state at a range, metres, dB over the
+    /// noise.
     fn first_state_db(&self, range_m: f32) -> f32 {
         let here = self.height - RANGE_POWER * math::log2(math::max(range_m, MIN_RANGE_M));
         FIRST_DB + math::DB_PER_OCTAVE * (here - self.reference)
     }
 }
 
-/// One log-likelihood, nats, for each range cell, the nearest first. Sums up to entry k hold the cells nearer than k,
-/// sums from entry k on hold cell k and all farther ones.
+/// One log-likelihood, nats, for each range cell, the nearest first. In sums up to a cell, entry k holds the cells
+/// nearer than k; in sums from a cell on, entry k holds cell k and all farther ones.
 type ByCell = [f32; CELLS + 1];
 
 /// Working memory of the recursions.
@@ -221,15 +224,15 @@ pub struct Recursions {
     pub lines: Lines,
     /// Likelihood ratios of the ground, by range cell and state, for the forward and the backward recursion.
     ratios: [State; CELLS],
-    /// Log-likelihood of ground up to each range cell.
+    /// Log-likelihood of ground up to each range cell, nats.
     ground: ByCell,
-    /// Log-likelihood of range cells that lie around a riser, summed up to each cell.
+    /// Log-likelihood of range cells that lie around a riser, summed up to each cell, nats.
     around: ByCell,
-    /// Log-likelihood of a surface that goes on from each range cell to the last.
+    /// Log-likelihood of a surface that goes on from each range cell to the last, nats.
     surface: ByCell,
-    /// Log-likelihood of darkness, low objects or ground again, from each range cell to the last.
+    /// Log-likelihood of darkness, low objects or ground again, from each range cell to the last, nats.
     behind: ByCell,
-    /// Log-likelihood of everything behind an edge in each range cell.
+    /// Log-likelihood, if an edge lies in a range cell, of everything behind it, nats, by range cell.
     drop: ByCell,
 }
 
@@ -323,8 +326,8 @@ impl Recursions {
         }
     }
 
-    /// Fills in the log-likelihood ratios of risers and thresholds. `level` is the log-likelihood of the whole ground,
-    /// nats.
+    /// Writes the log-likelihood ratios of risers and thresholds into `out`. `level` is the log-likelihood of ground
+    /// that goes on to the end of the range, nats.
     #[inline(never)]
     fn risers(&self, level: f32, out: &mut Surfaces) {
         let n = self.lines.cells().len();
@@ -368,7 +371,8 @@ impl Recursions {
         }
     }
 
-    /// Fills in the log-likelihood ratios of drops. `level` is the log-likelihood of the whole ground, nats.
+    /// Writes the log-likelihood ratios of drops into `out`. `level` is the log-likelihood of ground that goes on to
+    /// the end of the range, nats.
     #[inline(never)]
     fn drops(&self, level: f32, out: &mut Surfaces) {
         let mut drop = Slots::new(&mut out.drop);
@@ -379,8 +383,8 @@ impl Recursions {
         drop.finish();
     }
 
-    /// Returns the likelihood ratio, by reflectivity state, of a surface in cell `b` to none, from the `power` along
-    /// its line.
+    /// Returns the likelihood ratio of a surface in range cell `b` to none, by reflectivity state, from the `power`
+    /// along the surface's line; `decline` is its power law.
     #[inline(never)]
     fn likelihood(&self, b: usize, decline: &Decline, power: Power) -> State {
         let mut db = decline.first_state_db(self.lines.range_m(b));
@@ -395,8 +399,8 @@ impl Recursions {
         e
     }
 
-    /// Returns the likelihood ratio to none of a surface of unknown power along an unknown one of the lines with these
-    /// powers.
+    /// Returns the likelihood ratio to none of a surface of unknown power that lies on one of several lines, it is
+    /// unknown on which, from the `powers` along these lines.
     #[inline(never)]
     fn any(&self, powers: &[Power]) -> f32 {
         let mut sum = 0.0;

@@ -35,7 +35,7 @@ pub const MAX_TREADS: usize = 8;
 const _: () = assert!(MAX_TREADS <= MAX_STEPS);
 /// Standard deviation of an even distribution over one place of an edge (1 cm), metres.
 const HALF_PLACE_M: f32 = PLACE_M * 0.29;
-/// Maximum height difference of a tread's echo from its level, metres.
+/// Maximum height difference between a tread and an echo that counts as the tread's, metres.
 pub const OFF_M: f32 = 0.03;
 /// Minimum likelihood ratio, of a tread to everything else, at which an echo counts as the tread's.
 const MIN_RATIO: f32 = 0.05;
@@ -71,7 +71,7 @@ const TEN_DEG: f32 = 10.0;
 struct TreadEcho {
     x_m: f32,
     y_m: f32,
-    /// Standard deviation along the tread from the noise of its angle, metres.
+    /// Standard deviation of the echo's position along the tread, from the noise of the echo's angle, metres.
     x_sigma_m: f32,
     y_sigma_m: f32,
     /// Density of the echo's SNR on treads over that of all other echoes in a square metre, m².
@@ -81,8 +81,9 @@ struct TreadEcho {
 }
 
 impl TreadEcho {
-    /// Returns the likelihood ratio of a tread at level `y_m`, metres, to everything else, divided by the rate of
-    /// echoes, metres; 0 for an echo that is not the tread's.
+    /// Returns the likelihood ratio for this echo of a tread at height `y_m` above the ground, metres, to everything
+    /// else, divided by the rate of echoes along a tread (per metre), so that its unit is metres; 0 for an echo that is
+    /// not the tread's.
     fn ratio_m(&self, y_m: f32) -> f32 {
         let off_m = self.y_m - y_m;
         if off_m.abs() > OFF_M {
@@ -98,7 +99,7 @@ impl TreadEcho {
     }
 }
 
-/// Returns the density of an echo's height at `off_m` from the level, per metre: a mixture of two normal
+/// Returns the density, per metre, of a tread echo's height at `off_m` from the tread's height: a mixture of two normal
 /// distributions.
 pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
     let gauss = |sigma_m: f32| {
@@ -111,9 +112,9 @@ pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
 /// A tread of a hypothesis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreadAt {
-    /// Level of the tread above the ground, metres; negative.
+    /// Height of the tread above the ground, metres; negative.
     pub y_m: f32,
-    /// Whether the tread has echoes; otherwise its level follows from its neighbours'.
+    /// Whether the tread has echoes; otherwise its height follows from its neighbours'.
     pub has_echoes: bool,
 }
 
@@ -132,8 +133,8 @@ pub struct Descending {
     /// Maximum over all places of each edge's log-likelihood, nats, in the order of `edges`, whose densities are
     /// relative to it.
     tops: [f32; MAX_TREADS],
-    /// Expected number of echoes on a level one metre below the mirror, cumulated up to each sight line, the rearmost
-    /// first.
+    /// Expected number of echoes on a horizontal surface one metre below the mirror, cumulated up to each sight line,
+    /// the rearmost first.
     expected: [f32; TANGENTS],
     view: View,
     numbers: &'static TreadNumbers,
@@ -142,11 +143,11 @@ pub struct Descending {
 /// Weight of a hypothesis of stairs going down, and its mean dimensions.
 #[derive(Clone, Copy, Debug)]
 pub struct WeighedTreads {
-    /// Log-prior plus log-likelihood ratio against no treads at all, nats.
+    /// Weight of the hypothesis: log-prior plus log-likelihood ratio against no treads at all, nats.
     pub log_weight: f32,
-    /// Mean distance of the first edge, metres from the mirror.
+    /// Posterior mean of the first edge's horizontal distance, metres from the mirror.
     pub edge_m: f32,
-    /// Mean going, metres.
+    /// Posterior mean of the going, from edge to edge, metres.
     pub going_m: f32,
 }
 
@@ -205,13 +206,13 @@ impl Descending {
         self.view = view;
     }
 
-    /// Returns the depth of a level below the mirror, metres.
+    /// Returns the depth below the mirror of a surface at height `y_m` above the ground, metres.
     pub fn depth_m(&self, y_m: f32) -> f32 {
         math::max(self.view.height_m - y_m, number::MIN_RANGE_M)
     }
 
-    /// Returns the expected number of echoes on a level one metre below the mirror, up to a sight line whose angle from
-    /// the vertical has this tangent.
+    /// Returns the expected number of echoes on a horizontal surface one metre below the mirror, up to a sight line
+    /// whose angle from the vertical has this tangent.
     fn expected_to(&self, tangent: f32) -> f32 {
         let place = math::max((tangent - FIRST_TANGENT) * (1.0 / TANGENT_STEP), 0.0);
         // `as` saturates.
@@ -224,7 +225,8 @@ impl Descending {
         at(k) + share * (at(k + 1) - at(k))
     }
 
-    /// Returns the tread at a level, metres, with whether it has echoes: their log-likelihood ratio is positive.
+    /// Returns the tread at height `y_m` above the ground, metres, with whether it has echoes: the log-likelihood ratio
+    /// of the echoes for it is positive.
     pub fn tread(&self, y_m: f32) -> TreadAt {
         TreadAt {
             y_m,
@@ -238,8 +240,8 @@ impl Descending {
         self.numbers.height_sigma_m * self.numbers.height_sigma_m + arc_m * arc_m
     }
 
-    /// Returns the log-likelihood ratio of an unlimited tread at a level, nats, without the expected number of
-    /// echoes.
+    /// Returns the log-likelihood ratio of a tread of unlimited length at height `y_m` above the ground, metres, to
+    /// none, nats, without the term for the expected number of echoes.
     pub fn unlimited_tread_llr(&self, y_m: f32) -> f32 {
         self.surface_llr(|_| y_m)
     }
@@ -251,8 +253,8 @@ impl Descending {
         shown - self.depth_m(0.0) * self.expected_to(f32::INFINITY)
     }
 
-    /// Returns the log-likelihood ratio, to no surface, of a surface given by its level at each distance, nats, without
-    /// the expected number of echoes.
+    /// Returns the log-likelihood ratio, to no surface, of a surface given by its height at each distance, nats,
+    /// without the term for the expected number of echoes.
     fn surface_llr(&self, level: impl Fn(f32) -> f32) -> f32 {
         let on = self.echoes.iter().map(|e| (e, e.ratio_m(level(e.x_m))));
         on.map(|(e, ratio_m)| math::ln(1.0 + ratio_m * e.rate))
@@ -330,9 +332,9 @@ impl Descending {
         top
     }
 
-    /// Adds to `nats` the log-likelihood that the echoes on a tread at level `y_m` give to an edge at each place. The
-    /// tread ends at the edge, or, with `begins`, it begins behind the edge; `begins` is the ratio of the tread's depth
-    /// below the mirror to the edge's.
+    /// Adds to `nats` the log-likelihood that the echoes on a tread at height `y_m` above the ground, metres, give to
+    /// an edge at each place. The tread ends at the edge, or, with `begins`, it begins behind the edge; `begins` is the
+    /// ratio of the tread's depth below the mirror to the edge's.
     #[inline(never)]
     fn end(&self, y_m: f32, begins: Option<f32>, nats: &mut [f32; PLACES]) {
         let [behind, ahead] = match begins {
@@ -379,8 +381,8 @@ impl Descending {
         }
     }
 
-    /// Returns the level of a tread, metres: the weighted mean of its echoes' heights between its ends, `from_m` and
-    /// `to_m`; `None` without echoes.
+    /// Returns the height of a tread above the ground, metres: the weighted mean of its echoes' heights between its
+    /// ends, `from_m` and `to_m`; `None` without echoes.
     pub fn level(&self, tread: TreadAt, (from_m, to_m): (f32, f32)) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
         for e in self.echoes.iter().filter(|_| tread.has_echoes) {

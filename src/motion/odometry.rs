@@ -87,7 +87,7 @@ pub struct Odometry {
     begun: Option<(Micros, i32)>,
     /// State of the motion input in the present scan: its first fault, `Good` without one.
     scan: Input,
-    /// Last rows of the last scan and of the last guard sweep.
+    /// Time and travel of the last row of the last scan, and (`guard_end`) of the last row of the last guard sweep.
     end: Option<End>,
     guard_end: Option<End>,
     since_s: Option<f32>,
@@ -275,8 +275,8 @@ impl Odometry {
         }
     }
 
-    /// Returns the chair's travel and pitch at time `at`, on the line through the last two readings; `None`
-    /// before the first of them.
+    /// Returns the chair's pose at time `at`, on the line through the last two motion sentences: time since the scan's
+    /// first row, travel since the last sentence before that row, and pitch. `None` before the first of the two.
     fn place(&self, at: Micros) -> Option<RowPose> {
         let (before, last) = (self.before?, self.last?);
         // No extrapolation to times before the two readings.
@@ -315,7 +315,8 @@ impl Odometry {
         (self.since_s, self.moved_m) = (None, None);
     }
 
-    /// Ends a scan after its last row.
+    /// Ends a scan after its last row, at time `now`: gives the waiting rows their positions, and determines time and
+    /// travel since the last row of the scan before.
     pub fn finish(&mut self, now: Micros) {
         let last_row = self.waiting.back().map(|&(_, at)| at);
         match self.last {

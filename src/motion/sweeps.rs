@@ -316,14 +316,15 @@ fn sweep_echoes(
     echoes.iter().take(MAX_SWEEP_ECHOES).map(mark).collect()
 }
 
-/// Returns whether two echoes may be of one height.
+/// Returns whether the heights of two echoes differ by no more than the tolerance for echoes of one scatterer.
 fn same_height(a: &SweepEcho, b: &SweepEcho) -> bool {
     let reach = SAME_HEIGHT_M + SAME_HEIGHT_RAD * math::max(a.range_m, b.range_m);
     (a.y_m - b.y_m).abs() <= reach
 }
 
-/// Returns the weight of those echoes of `new` that lie `shift` metres forward of an echo of `old` at their
-/// height, within `tolerance_m`, as a share of the weight of all of `new`.
+/// Returns the weight of those echoes of this sweep (`new`) that lie `shift(a, b)` metres forward of an echo of the
+/// sweep before (`old`) at their height, within `tolerance_m`, as a share (0 to 1) of the weight of all of `new`; `a`
+/// is the old echo, `b` the new one.
 fn share(
     old: &[SweepEcho],
     new: &[SweepEcho],
@@ -343,8 +344,9 @@ fn share(
     found / math::max(all, 1.0)
 }
 
-/// Returns a refined travel from sweep to sweep, metres, of which `most` is an estimate: weighted least squares
-/// over all pairs that agree with it, each of which covers a share (`between`) of the travel.
+/// Refines `most`, an estimate of the chair's forward travel from the sweep before (`old`) to this one (`new`), metres:
+/// weighted least squares over all pairs of echoes that agree with it. `between` returns the share of the travel that
+/// lies between the observations of a pair.
 fn refine(
     old: &[SweepEcho],
     new: &[SweepEcho],
@@ -366,8 +368,8 @@ fn refine(
     if squares > 0.0 { sum / squares } else { most }
 }
 
-/// Histogram of the distances between the sweeps' echoes: entry k is the weight of the pairs about (k -
-/// [`BINS`]) · [`BIN_M`] metres apart.
+/// Histogram of the horizontal distances between echoes of two sweeps, or of the travels that these imply: entry k is
+/// the weight of the pairs with about (k - [`BINS`]) · [`BIN_M`] metres.
 struct Votes([f32; 2 * BINS + 1]);
 
 impl Votes {
@@ -398,8 +400,8 @@ impl Votes {
         votes
     }
 
-    /// Returns the distance of the histogram's fullest bin, metres, among those at least `beyond_m` from zero;
-    /// 0 if all are empty.
+    /// Returns the distance (or travel) that the histogram's fullest bin stands for, metres, among those at least
+    /// `beyond_m` from zero; 0 if all are empty.
     fn peak(&self, beyond_m: f32) -> f32 {
         let mut best = (0.0, 0.0);
         for (k, &votes) in self.0.iter().enumerate() {

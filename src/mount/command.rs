@@ -41,15 +41,15 @@ const MAX_HEIGHT_ERROR_M: f32 = 0.15;
 const FLASH_DB: f32 = 25.0;
 /// Minimum SNR of the echo of the corner of wall and ground, dB: that of plaster and concrete is 49.
 const CORNER_DB: f32 = 20.0;
-/// Maximum level below the wall's flash of an echo that counts as a second reflector, dB: weaker ones may be
-/// side lobes or multiple reflections of the flash.
+/// Maximum difference, dB, by which an echo may be weaker than the wall's flash and still count as a second reflector:
+/// weaker ones may be side lobes or multiple reflections of the flash.
 const LESSER_DB: f32 = 30.0;
 /// Maximum range difference of echoes of one wall, metres: two range bins.
 const SAME_M: f32 = 0.03;
 /// Maximum horizontal distance of the corner's echo from the measured wall before the fit, metres.
 const CORNER_M: f32 = 0.08;
-/// Maximum height of a ground echo above or below the ground, metres, by the flash's angle and the nominal
-/// height: the error of the height itself remains.
+/// Maximum distance of a ground echo above or below the ground, metres, with the angle offset that the flash shows and
+/// the configured mounting height: it leaves room for the error of that height.
 const FLOOR_M: f32 = MAX_HEIGHT_ERROR_M;
 /// Minimum horizontal distance of a ground echo from the wall, metres: nearer echoes belong to the corner.
 const CORNER_MARGIN_M: f32 = 0.1;
@@ -134,14 +134,14 @@ impl core::error::Error for Refusal {}
 pub struct Mounting {
     /// Height of the mirror's centre above the ground, metres.
     pub height_m: Estimate,
-    /// Offset that is added to all angles, radians: positive where the beam is lower than configured. Errors of
+    /// Offset that is added to all beam angles, radians: positive where the beam is lower than configured. Errors of
     /// homing and the pitch of the chair cannot be separated.
     pub offset_rad: Estimate,
-    /// Factor by which ranges from the radar have to be multiplied.
+    /// Factor by which measured ranges from the radar have to be multiplied to be true.
     pub scale: Estimate,
     /// Range of the mirror's own echo, metres from the radar: the value of the setting `mirror-echo`.
     pub mirror_echo_m: Estimate,
-    /// Level of the mirror's own echo, dB relative to full scale.
+    /// Power level of the mirror's own echo, dB relative to full scale.
     pub mirror_level_db: f32,
     /// Number of ground echoes in the fit.
     pub floor_echoes: u8,
@@ -155,7 +155,8 @@ enum Part {
     Floor,
 }
 
-/// Parameters of the fit: mirror's height, angle offset, and (`stretch`) the range scale minus 1.
+/// Parameters of the fit: mirror's height above the ground, offset added to all beam angles, and (`stretch`) the factor
+/// of all ranges from the radar minus 1.
 #[derive(Clone, Copy, Debug)]
 struct MountState {
     height_m: f32,
@@ -289,7 +290,8 @@ fn strongest<'e>(echoes: &'e [Echo], counts: &dyn Fn(&Echo) -> bool) -> Option<&
 }
 
 impl CalibrationScene {
-    /// Finds the wall's flash and the corner of wall and ground, and checks that nothing else stands there.
+    /// Finds the wall's flash and the corner of wall and ground, and checks that nothing else stands there. `nominal_m`
+    /// is the configured mounting height, metres.
     fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<ReferenceEchoes<'e>, Refusal> {
         let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
         let placed = |e: &Echo| {
@@ -394,7 +396,8 @@ impl CalibrationScene {
         })
     }
 
-    /// Checks the fit against the expected scene and the limits of a mounting.
+    /// Checks the fit against the expected scene and the limits of a mounting; `nominal_m` is the configured mounting
+    /// height, metres.
     fn check_fit(
         &self,
         found: &ReferenceEchoes<'_>,

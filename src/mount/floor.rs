@@ -26,14 +26,14 @@ pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
     rough_m * rough_m + noise * noise
 }
 
-/// An echo as evidence for the ground at some height.
+/// A ground echo with its place and its weight as evidence for a ground at some height.
 #[derive(Clone, Copy, Debug, Default)]
 struct GroundEcho {
     x_m: f32,
     y_m: f32,
     /// Half of the inverse variance of the echo's height above the ground, 1/m².
     half_precision: f32,
-    /// Height difference from a ground beyond which the echo has no weight for it, metres.
+    /// Height difference between echo and ground beyond which the echo is no evidence for that ground, metres.
     reach_m: f32,
     weight: f32,
 }
@@ -52,8 +52,8 @@ impl GroundEcho {
         }
     }
 
-    /// Adds the echo's weight to `supports`: entry k is for a ground that has the height `lowest_m` + k ·
-    /// `step_m` metres below the mirror and falls forward by `slope` (radians).
+    /// Adds the echo's weight to `supports`. Entry k is for a ground that falls forward by `slope` (radians) and that
+    /// lies, straight below the mirror, `lowest_m` + k · `step_m` metres above the configured ground.
     fn support(&self, slope: f32, lowest_m: f32, step_m: f32, supports: &mut [f32]) {
         let above_m = self.y_m + slope * self.x_m - lowest_m;
         let first = math::max(math::ceil((above_m - self.reach_m) / step_m), 0.0) as usize;
@@ -70,9 +70,10 @@ impl GroundEcho {
 /// Evidence for the ground at and away from its configured place, each a sum of echoes' weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GroundEvidence {
-    /// Maximum of the evidence over the heights and slopes of the ground that are within the tolerance.
+    /// Maximum of the evidence (sum of echoes' weights) over grounds whose height and slope are within the tolerance of
+    /// the configured ones.
     pub configured: f32,
-    /// Maximum of the evidence over all other tested grounds: at another height, or inclined.
+    /// Maximum of the evidence (sum of echoes' weights) over all other tested grounds: at another height, or inclined.
     pub other: f32,
 }
 

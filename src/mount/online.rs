@@ -6,14 +6,14 @@ use crate::params::Params;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 
-/// Errors of the scanner's angle and height, estimated on the ground.
+/// Errors of the beam angle and of the mounting height in one scan, estimated on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Calibration {
-    /// Angle bias, subtracted from all angles, radians.
+    /// Angle bias, subtracted from the beam angles of all echoes, radians.
     pub bias_rad: f32,
-    /// Height error, subtracted from all heights, metres.
+    /// Height error, subtracted from the heights of all echoes above the ground, metres.
     pub height_m: f32,
-    /// Standard deviation of the angle bias that remains, radians.
+    /// Standard deviation of the angle bias that remains after the subtraction, radians.
     pub bias_sigma_rad: f32,
     /// Sum of the squares of both errors, each in units of its prior standard deviation.
     pub chi_square: f32,
@@ -27,9 +27,9 @@ impl Calibration {
     }
 }
 
-/// Estimates angle bias and height error by least squares over the echoes that can only be ground, subtracts
-/// them from `echoes`, and returns them. Each height error is modelled as -(range · cos angle) · bias + height,
-/// with priors; echoes off the ground lose weight (Cauchy).
+/// Estimates angle bias and height error by least squares over the echoes that can only be ground, subtracts them from
+/// `echoes`, and returns them. The measured height of a ground echo is modelled as -(range · cos angle) · bias + height
+/// error, with priors on both errors; echoes off the ground lose weight (Cauchy).
 pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibration {
     let precision = |sigma: f32| 1.0 / (sigma * sigma);
     let prior = [

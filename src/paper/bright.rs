@@ -23,7 +23,7 @@ pub const HIGH_INTENSITY_DB: f32 = 25.0;
 /// step look like a pillar.
 const SIDE_LOBE_DB: f32 = 25.0;
 
-/// Converts dB to map units, 1/8 octave.
+/// Converts dB to map units (1/8 octave of power, 0.376 dB), rounded down.
 const fn units(db: f32) -> u8 {
     (db / DB_PER_UNIT) as u8
 }
@@ -32,13 +32,13 @@ const fn units(db: f32) -> u8 {
 /// the rows.
 #[derive(Clone, Debug)]
 pub struct MapLevels {
-    /// Minimum of all cells, the minimum received power, map units.
+    /// Minimum level of all cells, the minimum received power, map units.
     floor: u8,
-    /// Maximum of all cells, map units.
+    /// Maximum level of all cells, map units.
     peak: u8,
-    /// Maximum of the cells with a CA-CFAR detection, map units.
+    /// Maximum level of the cells with a CA-CFAR detection, map units.
     detection_peak: u8,
-    /// Entry k: maximum of the cells with a CA-CFAR detection in range bin k, map units.
+    /// Entry k: maximum level of the cells with a CA-CFAR detection in range bin k, map units.
     column_peak: [u8; MAX_BINS],
     /// Number of CA-CFAR detections of the map.
     detections: u32,
@@ -56,7 +56,7 @@ impl MapLevels {
         }
     }
 
-    /// Removes all rows, before a scan.
+    /// Sets the levels to those of a map without rows, before a scan.
     pub fn clear(&mut self) {
         self.floor = u8::MAX;
         self.peak = 0;
@@ -70,7 +70,7 @@ impl MapLevels {
         self.detections
     }
 
-    /// Takes row `row` of `map` into account.
+    /// Updates the levels by the cells and detections of row `row` of `map`.
     pub fn add_row(&mut self, map: &PolarMap, row: usize) {
         for &cell in map.row(row) {
             self.floor = self.floor.min(cell);
@@ -114,8 +114,8 @@ pub struct IntensityMap<'a> {
 }
 
 impl<'a> IntensityMap<'a> {
-    /// Returns the map from which the particles of the distribution `spread` are weighted; `levels` are those of
-    /// `map`.
+    /// Returns the map from which particles are weighted: the CFAR map for the initial distribution `GmmCfar`, else the
+    /// raw map; `levels` are those of `map`.
     pub fn new(map: &'a PolarMap, levels: &'a MapLevels, spread: Spread) -> Self {
         Self {
             map,
@@ -149,7 +149,7 @@ impl<'a> IntensityMap<'a> {
         u16::from(cell.saturating_sub(self.levels.floor))
     }
 
-    /// Whether a particle lies in a high-intensity cell.
+    /// Returns whether a particle lies in a high-intensity cell; on the CFAR map it must also be a detection.
     pub fn is_high_intensity(&self, particle: &PointParticle) -> bool {
         particle.cell().is_some_and(|(row, bin)| {
             self.map.cell(row, bin) >= self.min_high_intensity()

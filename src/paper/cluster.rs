@@ -166,7 +166,7 @@ pub enum ClusterVerdict {
     Redundant,
 }
 
-/// Particle count and mean position of a cluster, by which the rejection rules decide, and their result.
+/// A cluster as the rejection rules see it: particle count and mean position, by which they decide, and their result.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extent {
     /// Number of the cluster's particles.
@@ -189,7 +189,7 @@ impl Extent {
     }
 }
 
-/// Marks the clusters that hold fewer than 10 % of the mean particle count as outliers, in `clusters`.
+/// Marks those `clusters` as outliers that are empty or hold fewer than 10 % of the mean particle count of a cluster.
 pub fn reject_outliers(clusters: &mut [Extent]) {
     const SHARE: u32 = 10;
     let total: u32 = clusters.iter().map(|c| u32::from(c.count)).sum();
@@ -201,8 +201,8 @@ pub fn reject_outliers(clusters: &mut [Extent]) {
     }
 }
 
-/// Calls `judge` with the number of each kept cluster, the largest first, and sets the result that it returns as that
-/// cluster's.
+/// Calls `judge` with the index of each kept cluster, the one with the most particles first, and sets the cluster's
+/// `verdict` to the result that it returns.
 fn by_precedence(
     clusters: &mut [Extent],
     mut judge: impl FnMut(&[Extent], usize, &Extent) -> ClusterVerdict,

@@ -25,7 +25,7 @@ pub struct ClusterShape {
     across: f32,
     /// Smallest coordinate across the axis: that of the topmost particle, in the height plane of the nearest one.
     top: f32,
-    /// Mean gap across the axis between the particles from the one at `top` on.
+    /// Mean distance across the axis between neighbouring particles, from the one at `top` on.
     gap: f32,
 }
 
@@ -102,7 +102,7 @@ impl ClusterShape {
     }
 }
 
-/// Returns the linear power, Q15, that lies `below` map units (eighths of an octave) below 1.
+/// Returns the linear power, Q15, of a level `below` map units (eighths of an octave) under that of power 1.
 fn linear_power(below: u16) -> u16 {
     /// Entry k: 2^(-k/8), Q15.
     const EIGHTHS: [u16; 8] = [32768, 30048, 27554, 25268, 23170, 21247, 19484, 17867];

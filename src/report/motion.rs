@@ -9,7 +9,7 @@ use crate::motion::Reading;
 
 /// Beginning of every motion sentence.
 pub const PREFIX: &str = "$PSTC,MOTION";
-/// Maximum pitch of a chair, up or down, 0.001°.
+/// Maximum pitch of a chair from the horizontal, nose up or down, that a motion sentence may state, 0.001°.
 const STEEPEST: i32 = 45_000;
 
 /// Returns the sentence of `reading`, with its CRC and line end.

@@ -95,7 +95,7 @@ fn distance(a: u16, b: u16) -> u16 {
 struct ShaftReading {
     /// Position by the pulse count, microsteps from the horizontal.
     position: i32,
-    /// Angle that the encoder read there, 1/65536 turn.
+    /// Encoder's reading at this position, 1/65536 turn.
     reading: u16,
 }
 

@@ -41,7 +41,7 @@ const NEWEST: f32 = 0.25;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GuardState {
     pub mode: GuardMode,
-    /// Whether a full scan comes next instead of a guard sweep.
+    /// Whether a full scan, requested by `scan` or `watch`, comes next instead of a guard sweep.
     pub asked: bool,
     /// Whether a full scan has been requested for the hazard that is near now: each gets only one.
     pub hazard_scanned: bool,

@@ -120,7 +120,7 @@ enum Homing {
 struct Confirm {
     /// Whether the edge came on the slow approach.
     slow: bool,
-    /// Time at which the edge was seen.
+    /// Time at which the edge of the home switch was seen.
     begun: Micros,
     /// Time of the last reading that found the switch open; before any, the time at which the edge was seen.
     since: Micros,

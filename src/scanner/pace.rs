@@ -23,7 +23,7 @@ const SETTLE_US: u32 = 5_000;
 /// Speeds and times of a sweep at constant speed: ramps outside the sector, every row in passing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cruise {
-    /// Speed inside the sector, microsteps/s.
+    /// Speed of the shaft inside the sector, between the ramps, microsteps/s.
     pub speed: u32,
     /// Time from row to row, µs.
     pub period_us: u32,

@@ -15,8 +15,8 @@ use crate::schedule::Schedule;
 use crate::signal::grid::BinWindow;
 use crate::verdict::{Outcome, Reason};
 
-/// Angle of a row, 0.001°, beyond which the height plane covers ground that the depth plane covers, too: H tan α
-/// > H / tan α with mounting height H.
+/// Angle of the last row, 0.001°, beyond which the two planes have common ground: the height plane reaches the ground
+/// at H tan α (α from straight down), the depth plane at H / tan α (α below the horizontal), with mounting height H.
 const COMMON_GROUND: i32 = 45_000;
 
 /// Returns the plane of a scan; `height_requested` if the previous answer requests the height plane.

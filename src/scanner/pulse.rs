@@ -12,7 +12,7 @@ pub(super) struct LiveTimer {
     counted: Micros,
     uptime_ms: u32,
     age_ms: Option<u32>,
-    /// Time since the last `LIVE` was due, ms.
+    /// Time since the sentence `LIVE` was last due, ms.
     since_ms: u32,
     due: bool,
 }

@@ -96,7 +96,7 @@ impl Reports {
         self.value("version", &value);
     }
 
-    /// Queues the sentence `status`, the answer to the command of this name.
+    /// Queues `status`, the sentence that answers the command `status`.
     pub(super) fn status(&mut self, status: &Sentence<'_>) {
         self.outbox.push(status);
     }

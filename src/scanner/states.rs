@@ -68,12 +68,12 @@ enum ScannerState {
     },
 }
 
-/// End of the state `fault`.
+/// Condition that ends the state `fault`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Until {
-    /// Until this time; then the self-test runs again.
+    /// The state ends at this time; then the self-test runs again.
     Time(Micros),
-    /// Until a command starts something: after a series of crashes the scanner does not begin by itself.
+    /// The state ends when a command starts something: after a series of crashes the scanner does not begin by itself.
     Command,
 }
 

@@ -63,9 +63,9 @@ pub struct FreeGround {
 pub struct GuardEvidence {
     /// Faults of motor or link that ended the sweep.
     pub faults: Reasons,
-    /// Signal fault that makes the chirps unusable.
+    /// Signal fault that makes the sweep's chirps unusable, if there is one.
     pub unusable: Option<Reason>,
-    /// Whether any echo is above the noise.
+    /// Whether any echo of the sweep is above the noise.
     pub echo_found: bool,
     /// Instrument faults: health checks of the signal beyond their limits.
     pub health_faults: Reasons,
@@ -189,7 +189,7 @@ impl GuardResult {
         }
     }
 
-    /// Returns the status.
+    /// Returns the status of the sweep's result: `ok`, `degraded` or `fault`.
     pub fn status(&self) -> Status {
         self.status
     }

@@ -81,7 +81,7 @@ impl Outcome {
         }
     }
 
-    /// Returns the status.
+    /// Returns the status of the scan's answer: `ok`, `degraded` or `fault`.
     pub fn status(&self) -> Status {
         self.verdict.status
     }

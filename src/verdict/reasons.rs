@@ -8,13 +8,13 @@ use core::fmt;
 /// Effect of a reason on an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReasonEffect {
-    /// There is no answer.
+    /// Fault: there is no answer.
     Fault,
     /// Instrument fault: `degraded`, with a horizon and a confidence of 0.
     InstrumentFault,
     /// `degraded`; the horizon is kept.
     Degraded,
-    /// None: information for people and logs.
+    /// No effect on the status: information for people and logs.
     Info,
 }
 
@@ -42,26 +42,27 @@ macro_rules! reasons {
             /// All reasons, in the order of their bits.
             pub const ALL: &'static [Reason] = &[$(Reason::$name),*];
 
-            /// Returns its code in a sentence.
+            /// Returns the reason's code as it stands in a sentence, such as `lost-rows`.
             pub fn as_str(self) -> &'static str {
                 // A table of the codes takes a third of the flash of a `match` in each caller.
                 const WORDS: &[&str] = &[$($text),*];
                 WORDS.get(self as usize).copied().unwrap_or("")
             }
 
-            /// Returns its meaning, a sentence for people.
+            /// Returns the reason's meaning, a sentence for people.
             pub fn meaning(self) -> &'static str {
                 const MEANINGS: &[&str] = &[$(concat!($($doc),*)),*];
                 MEANINGS.get(self as usize).map_or("", |text| text.trim())
             }
 
-            /// Returns its possible effects on an answer; [`Reason::condition`] says when each of them applies.
+            /// Returns the reason's possible effects on an answer; [`Reason::condition`] says when each of them
+            /// applies.
             pub fn effects(self) -> &'static [ReasonEffect] {
                 const EFFECTS: &[&[ReasonEffect]] = &[$(&[$(ReasonEffect::$effect),+]),*];
                 EFFECTS.get(self as usize).copied().unwrap_or(&[])
             }
 
-            /// Returns the condition under which it is reported, as text.
+            /// Returns the condition under which the reason is reported, as text.
             pub fn condition(self) -> &'static str {
                 const CONDITIONS: &[&str] = &[$($condition),*];
                 CONDITIONS.get(self as usize).copied().unwrap_or("")

@@ -30,7 +30,7 @@ fn seen(sight: Assessment) -> Evidence {
     }
 }
 
-/// Returns the empty set and the set of one reason.
+/// Returns two sets of reasons: the empty set, and the set of this one reason.
 fn one_of(reason: Reason) -> [Reasons; 2] {
     [Reasons::NONE, Reasons::NONE.with(reason)]
 }
@@ -46,7 +46,7 @@ const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
     (Some(MIN_HORIZON_M), None),
 ];
 
-/// Returns all combinations of the parts of an assessment that a verdict depends on.
+/// Returns no assessment, and assessments in all combinations of the fields that a verdict depends on.
 fn sights() -> Vec<Option<Assessment>> {
     let mut sights = Vec::from([None]);
     let findings = [
@@ -76,7 +76,7 @@ fn sights() -> Vec<Option<Assessment>> {
     sights
 }
 
-/// Returns all combinations of the parts of the evidence that a verdict depends on.
+/// Returns evidence in all combinations of the fields that a verdict depends on.
 fn all() -> Vec<Evidence> {
     let mut all = Vec::new();
     for sight in sights() {

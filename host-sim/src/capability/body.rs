@@ -6,17 +6,17 @@ use crate::scene::spec::{FloorSpec, PostSpec, SceneSpec, StairsSpec, Way};
 
 /// Diameter of the post, metres: a bollard or the leg of a table.
 const POST_M: f64 = 0.06;
-/// Height of the post, metres: half a metre above the mirror.
+/// Height of the post above the ground, metres: half a metre above the mirror.
 const POST_TOP_M: f64 = 0.90;
 /// Rise and going of the stairs, metres: 2 rise + going = 63 cm.
 const FLIGHT_M: [f64; 2] = [0.17, 0.29];
 /// Number of steps of the stairs.
 const FLIGHT_STEPS: usize = 4;
-/// Length of the ground behind a body, metres: beyond the range.
+/// Length of the ground behind a body's front, metres: beyond the range.
 const BEYOND_M: f64 = 2.5;
 /// Thickness of a floating tread, metres.
 const SLAB_M: f64 = 0.04;
-/// End of level ground, metres: beyond the range.
+/// Distance from the mirror at which level ground ends, metres: beyond the range.
 const LEVEL_M: f64 = 4.0;
 /// Minimum height of a rise or depth of a drop, centimetres, that a scan must name at its place to detect it: from this
 /// height on a single rise counts as a step.
@@ -53,7 +53,7 @@ impl Body {
         Self::Down,
     ];
 
-    /// Returns the short name without the size, as `--body` and files use it.
+    /// Returns the body's short name without the size, such as `rise`, as `--body` and files use it.
     pub const fn kind(self) -> &'static str {
         match self {
             Self::Rise(_) => "rise",
@@ -79,7 +79,7 @@ impl Body {
         }
     }
 
-    /// Returns the dimensions as text.
+    /// Returns the body's dimensions as text.
     pub fn dimensions(self) -> String {
         let [rise, going] = FLIGHT_M.map(|m| 100.0 * m);
         match self {
@@ -165,7 +165,8 @@ impl Body {
     }
 }
 
-/// Returns a flight going up of `count` risers of `rise_m`, whose first is at `distance_m`, metres.
+/// Returns a flight going up of `count` risers, each `rise_m` metres high, the first at `distance_m` metres from the
+/// mirror. Risers are closed, without nosings.
 fn flight(count: usize, rise_m: f64, distance_m: f64, material: &str) -> StairsSpec {
     // Gratings have front plates (EN ISO 14122-3).
     let riser = (material == "grating").then(|| "metal".to_owned());

@@ -24,7 +24,7 @@ pub const WET: &str = "wet";
 /// Distance of the reference condition, metres.
 pub const REFERENCE_M: f64 = 1.0;
 
-/// System loss of a clean instrument, dB: the simulator's default.
+/// System loss with a clean window, dB: the simulator's default.
 const CLEAN_DB: f64 = 15.0;
 /// Maximum deviation of the body's place from the condition's distance, metres either way: more
 /// than two range bins.
@@ -34,15 +34,15 @@ const YAW_DEG: f64 = 1.0;
 /// [Standard deviation, maximum] of the pitch error that the scanner does not know, degrees: homing of the mirror,
 /// tyres.
 const PITCH_DEG: [f64; 2] = [0.15, 0.4];
-/// [Standard deviation, maximum] of the error of the mirror's height, metres.
+/// [Standard deviation, maximum] of the error of the mirror's configured height above the ground, metres.
 const HEIGHT_M: [f64; 2] = [0.002, 0.005];
 /// Range of the level of the beam's first side lobes from which each scene's is drawn, dB below the beam's peak.
 const SIDE_LOBES_DB: [f64; 2] = [18.0, 24.0];
-/// Maximum deviation of a material's diffuse level from the built-in one, dB either way.
+/// Maximum deviation of the power that a material scatters diffusely from that of the built-in material, dB either way.
 const TEXTURE_DB: f64 = 4.0;
-/// Maximum deviation of a material's roughness from the built-in one, a factor either way.
+/// Maximum deviation of a material's roughness from that of the built-in material, a factor either way.
 const ROUGHNESS: f64 = 2.0;
-/// Maximum roughness, metres. The facet model does not hold for a relief of a wavelength.
+/// Maximum roughness of a material, metres. The facet model does not hold for a relief of a wavelength.
 const ROUGHEST_M: f64 = 1.2e-3;
 /// Stream of the random numbers from which a scene's deviations are drawn; the streams of surfaces and chirps are
 /// others.
@@ -59,7 +59,7 @@ pub struct Condition {
     pub pitch_deg: f64,
     /// Two-way loss of the window beyond that of a clean one, dB.
     pub loss_db: f64,
-    /// Material of ground and body; `None` uses [`GROUNDS`] in turn.
+    /// Material of ground and body; `None` uses those of [`GROUNDS`], one scene after the other.
     pub ground: Option<&'static str>,
     /// Speed towards the body, m/s; 0 for a chair that stands.
     pub speed: f64,
@@ -86,8 +86,8 @@ pub struct Setup {
     pub at_m: f64,
 }
 
-/// Returns scene number `turn` of a cell, with its deviations drawn from `seed`. `turn` selects the ground where the
-/// condition names none.
+/// Returns scene number `turn` of a cell, with its random deviations from `seed`. Where the condition names no ground,
+/// `turn` selects one of [`GROUNDS`].
 pub fn scene(body: Body, condition: &Condition, turn: usize, seed: u64) -> Setup {
     let rng = &mut Random::new(seed, STREAM);
     let mut spec = SceneSpec::default();
@@ -118,7 +118,7 @@ fn instrument(spec: &mut SceneSpec, condition: &Condition, rng: &mut Random) {
     mount.height_error_m = clipped(HEIGHT_M, rng);
 }
 
-/// Returns the built-in material `name` with a random deviation of its diffuse level and roughness.
+/// Returns the built-in material `name` with a random deviation of its diffusely scattered power and its roughness.
 fn piece(name: &str, rng: &mut Random) -> MaterialSpec {
     debug_assert!(NAMES.contains(&name));
     let plain = builtin(name).unwrap_or_default();

@@ -15,7 +15,7 @@ use super::outcome::{GuardOutcome, ScanOutcome};
 use super::plan::Cell;
 use super::standing;
 
-/// Number of guard sweeps in a scene in which the chair stands: 0.8 s at ten sweeps a second.
+/// Number of guard sweeps of a scene in which the chair stands: 0.8 s at ten sweeps a second.
 pub const SWEEPS: usize = 8;
 
 /// The outcomes of one scene.

@@ -18,7 +18,8 @@ const BEYOND_M: f64 = 0.05;
 /// Number of guard sweeps at the beginning of a recording whose free distance is not counted: as in `cargo sim guard`.
 const FIRST_SWEEPS: usize = 2;
 
-/// Whether an answer is `ok` and its free distance ends beyond a body at `at_m`, metres, by more than [`BEYOND_M`].
+/// Whether an answer is `ok` and its free distance `free_m` ends more than [`BEYOND_M`] beyond a body, `at_m` metres
+/// from the mirror.
 fn is_beyond(is_ok: bool, free_m: Option<f64>, at_m: f64) -> bool {
     is_ok && free_m.is_some_and(|free_m| free_m > at_m + BEYOND_M)
 }
@@ -33,9 +34,9 @@ pub struct ScanOutcome {
     pub detected: bool,
     /// Whether the answer is `ok` and its free distance ends more than 5 cm beyond the body.
     pub free_beyond_body: bool,
-    /// Whether a step or a drop is reported at any place.
+    /// Whether the scan reports a step or a drop, at any place.
     pub alarm: bool,
-    /// Free distance, metres; `None` if none is reported.
+    /// Free distance that the scan reports, metres from the mirror; `None` if none is reported.
     pub free_m: Option<f64>,
 }
 
@@ -76,13 +77,13 @@ pub struct GuardOutcome {
     /// Number (from 1) of the first sweep that names the body and whose free distance ends at or before it, 5 cm
     /// allowed; `None` if no sweep does.
     pub named_at: Option<usize>,
-    /// Distance of the body from the mirror at sweep `named_at`, metres.
+    /// Distance of the body from the mirror at the sweep `named_at`, metres; `None` if no sweep names the body.
     pub named_m: Option<f64>,
     /// Whether any sweep from the third on is `ok` and its free distance ends more than 5 cm beyond the body.
     pub free_beyond_body: bool,
     /// Whether any sweep names a rise, a drop or an obstacle.
     pub alarm: bool,
-    /// Free distance reported by the last sweep, metres.
+    /// Free distance that the last sweep reports, metres from the mirror; `None` if it reports none.
     pub free_m: Option<f64>,
 }
 
@@ -115,7 +116,7 @@ fn is_ok(answer: &GuardAnswer) -> bool {
     answer.status == stairscan::verdict::Status::Ok
 }
 
-/// Whether the kind at the end of a free distance is a hazard: a rise, a drop or an obstacle.
+/// Whether the end of a free distance is a hazard: a rise, a drop or an obstacle.
 fn names(ending: HazardKind) -> bool {
     matches!(
         ending,

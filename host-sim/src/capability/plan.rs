@@ -26,7 +26,7 @@ const DISTANCES_M: [f64; 6] = [0.4, 0.6, 0.8, 1.25, 1.5, 2.0];
 const YAWS_DEG: [f64; 3] = [5.0, 10.0, 14.0];
 /// Measured pitches of the chair other than the reference 0°, degrees: up to a ramp of 1:14.
 const PITCHES_DEG: [f64; 4] = [-4.0, -2.0, 2.0, 4.0];
-/// Measured losses of the window other than the reference 0 dB, dB, out and back together.
+/// Measured two-way losses of the window other than the reference of 0 dB, dB.
 pub const LOSSES_DB: [f64; 3] = [3.0, 10.0, 20.0];
 /// Speeds at which a chair drives towards a body, m/s.
 const SPEEDS: [f64; 2] = [0.3, 0.8];
@@ -35,8 +35,8 @@ const DRIVEN: [Body; 3] = [Body::Rise(10), Body::Drop(15), Body::Post];
 
 /// Number of scenes of a cell of level ground as a multiple of most cells'.
 const LEVEL_TIMES: usize = 4;
-/// Divisor from the number of scenes of most cells to the number of drives of a cell with a driving chair: a drive
-/// takes as long to simulate as 40 scenes.
+/// Divisor that gives the number of drives of a cell with a driving chair from the number of scenes of most cells: a
+/// drive takes as long to simulate as 40 scenes.
 const DRIVE_SHARE: usize = 4;
 /// Number of seeds reserved for each cell.
 const CELL_SEEDS: u64 = 1000;
@@ -67,7 +67,7 @@ pub enum Series {
 }
 
 impl Series {
-    /// Returns the name used in JSON and tables.
+    /// Returns the name of the series in JSON and tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Size => "size",
@@ -89,16 +89,17 @@ pub struct Cell {
     pub number: u64,
     /// Quantity that changes within the group of cells to which this one belongs.
     pub series: Series,
-    /// The body.
+    /// Test body of the cell.
     pub body: Body,
-    /// The condition.
+    /// Condition under which the body is measured.
     pub condition: Condition,
-    /// Number of scenes.
+    /// Number of scenes of the cell, or of drives.
     pub scenes: usize,
 }
 
 impl Cell {
-    /// Returns the cell's value of the quantity that changes in its series, as text with the unit.
+    /// Returns the value of the quantity that changes in the cell's series, such as the distance, as text with the
+    /// unit.
     pub fn value(&self) -> String {
         let c = &self.condition;
         match self.series {

@@ -14,7 +14,7 @@ use super::tally::Tally;
 pub struct Times {
     /// Time from a full scan's first row to the end of its report, seconds.
     pub scan_s: f64,
-    /// Period of guard sweeps, seconds.
+    /// Time from the start of one guard sweep to that of the next, seconds.
     pub sweep_s: f64,
 }
 
@@ -59,8 +59,8 @@ impl Measured {
         (!all.is_empty()).then(|| Tally::sum(all))
     }
 
-    /// Returns the counts of a rise or drop at 1 m behind a window with a loss of `loss_db`, dB (0 for a clean one);
-    /// `None` if it was not measured.
+    /// Returns the counts of a rise or drop at 1 m behind a window with a two-way loss of `loss_db` dB (0 for a clean
+    /// one); `None` if it was not measured.
     pub fn size(&self, body: Body, loss_db: f64) -> Option<&Tally> {
         let series = match loss_db {
             0.0 => Series::Size,
@@ -73,8 +73,8 @@ impl Measured {
         found.map(|(_, tally)| tally)
     }
 
-    /// Returns the values of a series, as text, with their counts. Except for grounds they are in ascending order and
-    /// include the reference condition.
+    /// Returns the values of the quantity that changes in a series, as text, each with the counts of its cell. Except
+    /// for grounds they are in ascending order and include the reference condition.
     pub fn line(&self, series: Series, body: Body) -> Vec<(String, Tally)> {
         let cells = self.series(series, body);
         let mut line: Vec<(f64, String, Tally)> = cells

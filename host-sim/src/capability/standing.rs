@@ -29,9 +29,9 @@ const STREAM: u64 = 0x4e4f_4953_4500;
 
 /// The receiver's thermal noise and quantisation.
 struct Noise {
-    /// Standard deviation of the noise in I and in Q, at a full scale of 32768.
+    /// Standard deviation of the noise in I, and equally in Q, in units of the recording's 16-bit samples.
     deviation: f64,
-    /// Step of the converter's codes, at a full scale of 32768.
+    /// Difference of neighbouring codes of the converter, in units of the recording's 16-bit samples.
     step: f64,
 }
 
@@ -114,7 +114,7 @@ mod tests {
         scene(Body::Level, &Condition::REFERENCE, 2, 7).spec
     }
 
-    /// Returns the mean and the standard deviation of I over all samples.
+    /// Returns [mean, standard deviation] of I over all samples.
     fn spread(samples: &[Iq]) -> [f64; 2] {
         let of = |f: &dyn Fn(f64) -> f64| {
             samples.iter().map(|s| f(f64::from(s.i))).sum::<f64>() / samples.len() as f64

@@ -20,12 +20,14 @@ pub fn upper(share: Share) -> f64 {
     upper_bound(share.hits, share.of)
 }
 
-/// Whether a true probability of at least `bound` is consistent with the share of the second draw.
+/// Whether the counts of the second draw are consistent with a true probability of at least `bound`, the lower bound
+/// that the first draw gave.
 fn keeps_lower(bound: f64, second: Share) -> bool {
     at_most(second.hits, second.of, bound) >= UNLIKELY
 }
 
-/// Whether a true probability of at most `bound` is consistent with the share of the second draw.
+/// Whether the counts of the second draw are consistent with a true probability of at most `bound`, the upper bound
+/// that the first draw gave.
 fn keeps_upper(bound: f64, second: Share) -> bool {
     at_most(second.of - second.hits, second.of, 1.0 - bound) >= UNLIKELY
 }
@@ -33,16 +35,16 @@ fn keeps_upper(bound: f64, second: Share) -> bool {
 /// Counts of scenes by the answer of the full scan, or by the answers of the guard sweeps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Counts {
-    /// Scenes in which the body is detected.
+    /// Number of scenes in which the body is detected, of all.
     pub detected: Share,
-    /// Scenes in which an answer is `ok` with free ground beyond the body.
+    /// Number of scenes, of all, in which an answer is `ok` and its free distance ends more than 5 cm beyond the body.
     pub free_beyond_body: Share,
-    /// Scenes in which the answer is `ok`; of guard sweeps, the last one.
+    /// Number of scenes, of all, in which the answer is `ok`; of guard sweeps, the last one.
     pub ok: Share,
-    /// Scenes in which a step, drop, rise or obstacle is reported, wherever it is.
+    /// Number of scenes, of all, in which a step, drop, rise or obstacle is reported, wherever it is.
     pub alarm: Share,
-    /// Scenes whose free distance, of guard sweeps the last one's, ends no farther than a body at the reference
-    /// distance would end it.
+    /// Number of scenes, of all, whose free distance (of guard sweeps the last one's) ends no farther than it would at
+    /// a body at the reference distance of 1 m: counted on level ground, these are chance detections.
     pub short: Share,
 }
 
@@ -83,11 +85,11 @@ pub struct Tally {
     /// Number (from 1) of the sweep at which the guard first named the body, in ascending order, without the scenes in
     /// which it never did.
     named_at: Vec<usize>,
-    /// Distances at which the guard first named the body, centimetres, nearest first.
+    /// Distances of the body from the mirror at which the guard first named it, centimetres, nearest first.
     named_cm: Vec<u32>,
 }
 
-/// Maximum free distance that ends before or at a body at the reference distance, metres: with the tolerance of 5 cm.
+/// Maximum free distance that counts as ending at a body at the reference distance, metres: 5 cm beyond it.
 const SHORT_M: f64 = super::condition::REFERENCE_M + 0.05;
 
 impl Tally {
@@ -137,15 +139,15 @@ impl Tally {
         all
     }
 
-    /// Returns the number of sweeps within which the guard names the body in a share `q` of the
-    /// scenes; `None` if more than were simulated.
+    /// Returns the number of sweeps within which the guard names the body in a fraction `q` (0…1) of the scenes; `None`
+    /// if more than were simulated.
     pub fn sweeps(&self, q: f64) -> Option<usize> {
         let rank = (q * self.guard.detected.of as f64).ceil() as usize;
         self.named_at.get(rank.max(1) - 1).copied()
     }
 
-    /// Returns the distance, centimetres, by which the guard has named the body in a share `q` of
-    /// the drives; `None` if that was not reached before the last sweep.
+    /// Returns the distance from the mirror, centimetres, by which the guard has named the body in a fraction `q` (0…1)
+    /// of the drives; `None` if that was not reached before the last sweep.
     pub fn named_cm(&self, q: f64) -> Option<u32> {
         let rank = (q * self.guard.detected.of as f64).ceil() as usize;
         let place = self.named_cm.len().checked_sub(rank.max(1))?;

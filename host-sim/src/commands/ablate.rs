@@ -16,7 +16,7 @@ use crate::recording::Recording;
 use crate::score::{Change, Comparison, SceneScore};
 use crate::seeds::Draw;
 
-/// Default number of scenes of each kind: about two thousand in all.
+/// Default number of scenes of each kind on which rules are measured: about two thousand scenes in all.
 const SCENES: u64 = 106;
 /// Default number of scenes of each kind to which faults of the instrument are applied.
 const FAULTY: u64 = 2;
@@ -47,7 +47,7 @@ pub struct Args {
     cost: bool,
 }
 
-/// Rules that are turned off together, with the estimator's parameters without them.
+/// Rules that are turned off together, with the parameters with which the estimator runs without them.
 struct Ablation {
     group: &'static str,
     names: Vec<&'static str>,
@@ -56,7 +56,7 @@ struct Ablation {
 }
 
 impl Ablation {
-    /// Turns off all rules of `listed`, each of which is given by group, name and meaning.
+    /// Returns the ablation that turns off all rules of `listed`, each of which is given by group, name and meaning.
     fn new(listed: &[(&'static str, &'static str, &'static str)]) -> Self {
         let mut params = Params::DEFAULT;
         let names: Vec<&'static str> = listed.iter().map(|(_, name, _)| *name).collect();
@@ -106,7 +106,8 @@ fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     listed
 }
 
-/// Returns the rules to measure: each named one by itself, or all of them together.
+/// Returns the ablations to measure: one for each named rule (all rules if none is named), or a single one that turns
+/// all of them off.
 fn chosen(args: &Args) -> Result<Vec<Ablation>> {
     let mut listed = listed();
     let names: Vec<&str> = listed.iter().map(|(_, name, _)| *name).collect();
@@ -124,7 +125,7 @@ fn chosen(args: &Args) -> Result<Vec<Ablation>> {
     })
 }
 
-/// Recordings of scenes, without and with a fault of the instrument.
+/// Recordings of the scenes: some without, others with a fault of the instrument.
 struct Scans {
     clean: Vec<Recording>,
     faulty: Vec<Recording>,
@@ -184,8 +185,8 @@ fn mentions(line: &str, word: &str) -> bool {
     })
 }
 
-/// Formats a change as `+3 -5 (0.45)`: scenes gained, scenes lost, and the p-value; the counts are in bold if it is
-/// significant.
+/// Formats the effect of turning off rules as `+3 -5 (0.45)`: numbers of scenes gained and lost, and the p-value; the
+/// numbers are in bold if the effect is significant.
 fn change_text(change: Change) -> String {
     let p = change.p();
     let bold = if p < SIGNIFICANT { "**" } else { "" };
@@ -195,7 +196,7 @@ fn change_text(change: Change) -> String {
 /// Counts, in the emulator, the instructions that rules take in the first scan of each kind.
 struct Costs {
     cost: Cost,
-    /// Instructions from the last row to the end of the report with all rules on, for each scan.
+    /// Number of instructions from the last row to the end of the report with all rules on, for each scan.
     base: Vec<u64>,
 }
 
@@ -208,8 +209,8 @@ impl Costs {
         Ok(Self { cost, base })
     }
 
-    /// Returns the instructions that a scan saves without the rules, in thousands, as text: mean and maximum over the
-    /// scans.
+    /// Returns the number of instructions that a scan takes less without the rules of `ablation`, in thousands, as
+    /// text: mean and maximum over the scans.
     fn saved(&self, ablation: &Ablation) -> Result<String> {
         let off = self.cost.post(ablation.params)?;
         let saved = self.base.iter().zip(&off);
@@ -287,7 +288,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the head of the table: the scenes, and the meaning of the cells.
+/// Returns the text above the table: the number of scenes, and the meaning of the cells.
 fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
     let exact = base.iter().filter(|s| s.exact).count();
     let ok = base

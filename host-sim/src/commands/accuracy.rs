@@ -21,7 +21,7 @@ use crate::scene::random::Kind;
 use crate::score::{self, SceneScore, SetScore, Share};
 use crate::seeds::Draw;
 
-/// Maximum height error that is harmless for a wheelchair, metres.
+/// Maximum error of a reported step height that is harmless for a wheelchair, metres.
 const HARMLESS_M: f64 = 0.015;
 
 /// Arguments of `accuracy`.
@@ -68,14 +68,14 @@ pub struct Row {
     pub kind: Kind,
     /// The estimator.
     pub estimator: EstimatorKind,
-    /// The scenes' scores, in the order of their seeds.
+    /// Scores of the estimator's answers, one for each scene, in the order of their seeds.
     pub scenes: Vec<SceneScore>,
 }
 
 /// The random scenes on which estimators are measured.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Draw from which the scenes' seeds are.
+    /// Draw (range of seeds) from which the scenes' seeds are.
     pub draw: Draw,
     /// Number of scenes of each kind; the draw's own if `None`.
     pub scenes: Option<u64>,
@@ -115,8 +115,8 @@ impl Selection {
     }
 }
 
-/// Simulates and scans the selected scenes with every estimator. Returns a row for each estimator and kind, estimator
-/// by estimator.
+/// Simulates the selected scenes with the radar module `instrument` and scans them with every estimator. Returns a row
+/// for each estimator and kind of scene, estimator by estimator.
 ///
 /// # Errors
 /// Names a scene that cannot be scanned.
@@ -140,7 +140,7 @@ pub fn measure(selection: &Selection, instrument: &Instrument) -> Result<Vec<Row
         .collect())
 }
 
-/// Scans and scores one scene with every estimator, in the order of [`EstimatorKind::ALL`].
+/// Scans and scores one scene with every estimator. Returns the scores in the order of [`EstimatorKind::ALL`].
 fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
     let recording = drawn.scan_by(instrument)?;
     let truth = recording.meta.truth.clone().unwrap_or_default();
@@ -184,7 +184,8 @@ pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
 /// Scores of one estimator, by kind of scene and for all scenes.
 struct Sums {
     estimator: EstimatorKind,
-    /// Scores by kind of scene, each with the share of height errors that are harmless or within 2σ.
+    /// Scores by kind of scene, each with the share of reported step heights whose error is harmless (up to 1.5 cm) or
+    /// within 2σ.
     kinds: Vec<(Kind, SetScore, Share)>,
     /// Scores of the scenes of all kinds together.
     all: SetScore,
@@ -313,7 +314,7 @@ fn centimetres(value: f64, (low, high): (f64, f64)) -> String {
     )
 }
 
-/// Returns the share of reported heights whose error is harmless (up to 1.5 cm) or within 2σ.
+/// Returns the share of reported step heights whose error is harmless (up to 1.5 cm) or within 2σ.
 fn harmless(scenes: &[SceneScore]) -> Share {
     Share::count(scenes.iter().flat_map(|s| &s.matches), |m| {
         m.height_error.abs() <= HARMLESS_M || m.height_z.abs() <= 2.0

@@ -91,7 +91,8 @@ const POST_STAGES: [&str; 4] = [
     "post/report",
 ];
 
-/// Published numbers of instructions of other libraries: gcc 12 -O3, counted on the same emulator.
+/// Published numbers of instructions of other libraries for comparable stages: gcc 12 -O3, counted on the same
+/// emulator.
 const QUOTED: [(&str, u64); 5] = [
     ("CMSIS-DSP arm_cfft_q15, 256 points", 12_375),
     ("CMSIS-DSP arm_cfft_q31, 256 points", 21_755),
@@ -103,7 +104,7 @@ const QUOTED: [(&str, u64); 5] = [
 /// Name and number of instructions of each stage, followed by one `post/NAME` for each recording.
 type Counts = Vec<(String, u64)>;
 
-/// Numbers of instructions in one scan: of the worst chirp, of the worst row, and after the last row.
+/// Numbers of instructions that one scan takes: for the worst chirp, for the worst row, and after the last row.
 struct Scan {
     chirp: u64,
     row: u64,
@@ -159,7 +160,7 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
 struct Bench {
     elf: PathBuf,
     scans: Vec<u8>,
-    /// Names of the scans in order, without guard sweeps.
+    /// Names of the scans in their order; guard sweeps have none.
     names: Vec<String>,
     /// Number of scans, including guard sweeps.
     count: usize,
@@ -289,8 +290,8 @@ fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
     Ok((counts, read))
 }
 
-/// Returns the counts of single stages with the maximum over all scans added, and the count after the last row of each
-/// scan.
+/// Returns the instruction counts of single stages, with the maximum over all scans added, and the count after the last
+/// row for each scan.
 fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     let worst = |part: fn(&Scan) -> u64| scans.iter().map(part).max().unwrap_or(0);
     if let Some((_, chirp)) = counts.iter_mut().find(|(s, _)| s == "chirp") {
@@ -307,7 +308,8 @@ fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     counts
 }
 
-/// Returns one text for each stage, and each kind of memory, that exceeds its budget.
+/// Returns one message for each stage whose instructions, and each kind of memory whose size, exceed the budget; empty
+/// if all are within it.
 fn above_budget(counts: &Counts, size: &Image) -> Vec<String> {
     let mut above = Vec::new();
     for (stage, most) in BUDGETS {

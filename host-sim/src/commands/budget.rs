@@ -39,9 +39,9 @@ pub struct Args {
 pub struct Figure {
     /// Name of the resource with its unit.
     pub what: String,
-    /// Amount that is used.
+    /// Amount of the resource that the image uses, in the unit of `what`.
     pub used: u64,
-    /// Maximum amount that may be used.
+    /// Maximum amount of the resource that the image may use, in the unit of `what`.
     pub limit: u64,
 }
 
@@ -54,14 +54,14 @@ impl Figure {
         }
     }
 
-    /// Whether the used amount is within the limit.
+    /// Whether the used amount of the resource is within its limit.
     pub fn holds(&self) -> bool {
         self.used <= self.limit
     }
 }
 
-/// Returns an image's flash, static RAM, and numbers of symbols and functions that must not occur: allocator, double
-/// precision, panics.
+/// Returns an image's use of flash and static RAM, and its numbers of symbols and functions that must not occur:
+/// allocator, double precision, panics.
 pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     let image = Image::read(elf)?;
     for function in &image.may_panic {

@@ -123,7 +123,7 @@ fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
     Ok(keys.iter().filter_map(line).collect())
 }
 
-/// Returns value and standard error of an estimate, each multiplied by `unit`.
+/// Returns value and standard error of an estimate, each multiplied by `unit` to convert it to the printed unit.
 fn pair(estimate: Estimate, unit: f32) -> (f32, f32) {
     (unit * estimate.value, unit * estimate.sigma())
 }

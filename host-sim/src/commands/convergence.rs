@@ -35,14 +35,15 @@ pub struct Args {
     format: Format,
 }
 
-/// Initial distributions of the particles, with their names in tables and JSON.
+/// The compared initial distributions of the particles, with their names in tables and in JSON.
 const SPREADS: [(Spread, &str, &str); 3] = [
     (Spread::Uniform, "uniform", "uniform"),
     (Spread::GmmRaw, "gmm", "GMM"),
     (Spread::GmmCfar, "gmm-cfar", "GMM, CFAR map"),
 ];
 
-/// Convergence criterion: fraction of the last round's share of particles in high-intensity cells.
+/// Convergence criterion: the particles have converged once their share in high-intensity cells is this fraction of the
+/// share after the last round.
 const CONVERGED: f64 = 0.9;
 
 const SCENES: [(&str, &str); 3] = [
@@ -135,7 +136,7 @@ impl Curve {
         }
     }
 
-    /// Returns the number of rounds after which the particles have converged.
+    /// Returns the number of resampling rounds after which the particles have converged.
     fn converged(&self) -> usize {
         let last = self.shares.last().copied().unwrap_or(0.0);
         let there = self.shares.iter().position(|s| *s >= CONVERGED * last);

@@ -126,7 +126,7 @@ fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the rows of the table: name and tally of each kind, then those of all drives.
+/// Returns the rows of the table of outcomes: name and counts for each kind of scene, then for all drives.
 fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tally)> {
     let of = |kind: Kind| {
         let own = jobs.iter().zip(logs).filter(move |((k, _), _)| *k == kind);
@@ -157,7 +157,7 @@ fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
     out + "\n" + &table::causes_text(logs) + "\n" + &table::halts_text(logs)
 }
 
-/// Formats one drive in one line: outcome, hazard, travel and last answer.
+/// Formats one drive in one line: outcome, hazard, distance travelled and last answer.
 fn line(log: &DriveLog) -> String {
     let last = log.sweeps.last();
     let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.0}", 100.0 * m));

@@ -124,7 +124,7 @@ fn emulate(
     boot(elf, recording, scans, args, parse)
 }
 
-/// Returns the answers of all sweeps of a guard recording, after one boot.
+/// Boots the image once, and returns its answers to all sweeps of a guard recording.
 fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded>> {
     let name = &recording.name;
     ensure!(

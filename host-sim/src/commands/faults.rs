@@ -72,7 +72,7 @@ pub struct Args {
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     counts: [u32; 5],
-    /// Number of runs whose reasons name the fault, including `fault` answers.
+    /// Number of runs in which the answer's reasons name the fault, `fault` answers included.
     named: u32,
 }
 
@@ -275,7 +275,7 @@ fn one(
     Ok(Run { fate, named, words })
 }
 
-/// Returns the table of outcomes by fault, and by strength if `strengths`.
+/// Returns the table of outcomes (numbers of runs) for each fault, and for each strength of it if `strengths`.
 fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bool) -> String {
     let mut out = format!(
         "{} recordings, {} ok without a fault, {} of them right: faults are applied to these.\n\n| \

@@ -164,7 +164,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 impl TrainingSamples {
-    /// Computes the samples of all scans of `source`, with the measurement model `model`.
+    /// Computes the training samples of all scans of `source`, with the measurement model `model`.
     fn new(source: &Source, model: &'static Generative) -> Result<Self> {
         let [training, calibration, testing] =
             source.parts(3, |recording, _| fit::sample(recording, model))?;
@@ -229,8 +229,8 @@ impl Source {
         Ok(Self::Recorded(paths))
     }
 
-    /// Applies `look` to each scan of the first `wanted` of three parts: for fitting, for calibration, and for
-    /// thresholds. Returns the results of each part.
+    /// Applies `look` to the scans of the source's three parts: for fitting, for calibration, for thresholds. Of
+    /// simulated scenes only the first `wanted` parts are processed. Returns the results of each part.
     fn parts<R: Send>(
         &self,
         wanted: usize,
@@ -265,11 +265,12 @@ fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
     })
 }
 
-/// Weights fitted for one plane, with the logistic fits from which they are.
+/// Hazard weights fitted for one scan plane, with the logistic regressions from which they and their calibration are.
 struct Counted {
     weights: Weights,
     hazards: LogisticFit,
-    /// Calibration of the hazard for answers without steps, then with: number of scans, and fit of slope and offset.
+    /// Calibration of the hazards, `[0]` for answers without steps, `[1]` with: number of scans, and fit of slope and
+    /// offset.
     maps: Vec<(usize, LogisticFit)>,
     /// Calibration of the probabilities of `MAYBE`s: fit of slope and offset.
     maybe: LogisticFit,
@@ -313,7 +314,7 @@ fn count(training: &[&TrainingSample], calibration: &[&TrainingSample]) -> Count
     }
 }
 
-/// Returns the fitted weights of one plane with a report.
+/// Returns the fitted hazard weights of one scan plane, and a report as text.
 fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
     let parts = [&samples.training, &samples.calibration, &samples.testing];
     let [training, calibration, testing] =
@@ -348,8 +349,8 @@ fn plane(samples: &TrainingSamples, plane: Plane) -> (Weights, String) {
     (weights, log)
 }
 
-/// Adds a fit to a report: numbers of `scans` and of samples, which are named `samples`, and weights with their
-/// standard errors.
+/// Adds a logistic fit to the report `out`: its `name`, the number of `scans`, the number of samples and the name for
+/// them, and the weights with their standard errors.
 fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &LogisticFit) {
     let _ = writeln!(
         out,
@@ -361,7 +362,7 @@ fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &Lo
     }
 }
 
-/// Returns the samples as text: for each scan a line with one JSON object.
+/// Returns the training samples as text: for each scan a line with one JSON object.
 fn dump(samples: &TrainingSamples) -> String {
     let mut text = String::new();
     for (part, samples) in [

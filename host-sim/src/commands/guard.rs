@@ -82,8 +82,8 @@ fn one(kind: Kind, seed: u64) -> Result<Scored> {
 /// A row of the table: its name, and the sums over its guard sweeps.
 type Group<'a> = (&'a str, Sums);
 
-/// Returns the rows of the table: each kind, then all sweeps, those with a hazard within 1.5 m, and those without a
-/// hazard.
+/// Returns the rows of the table of scores: each kind of scene, then all sweeps, those with a hazard within 1.5 m, and
+/// those without a hazard.
 fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     let of = |kind: Kind| {
         let own = jobs

@@ -29,7 +29,8 @@ fn above_nothing(text: &str) -> Result<f64, String> {
 }
 
 impl Instrument {
-    /// Replaces the properties of a scene's radar module and beam by the given ones.
+    /// Replaces, in the scene `spec`, the properties of radar module and beam that were given as options; the others
+    /// stay.
     pub fn apply(&self, spec: &mut SceneSpec) {
         let Self {
             carrier,
@@ -44,7 +45,7 @@ impl Instrument {
         spec.mount.beamwidth_deg = beamwidth.unwrap_or(spec.mount.beamwidth_deg);
     }
 
-    /// Returns the given options as command-line text, each after a space.
+    /// Returns those of the options that were given as command-line text, each after a space.
     pub fn options(&self) -> String {
         let mut out = String::new();
         for (name, value) in [

@@ -19,9 +19,9 @@ use crate::seeds::Draw;
 
 /// Random stream from which the phase of a shaft's vibration is drawn.
 const PHASES: u64 = 0x4D4F_4445;
-/// Maximum loss of exact scenes with the continuous sweep, as a share of all scenes.
+/// Maximum loss of exactly answered scenes by the continuous sweep, as a fraction of all scenes.
 const COUNTS: f64 = 0.01;
-/// Maximum relative increase of the median error of distance or height with the continuous sweep.
+/// Maximum relative increase of the median error of a step's distance or height by the continuous sweep: 0.1 is 10 %.
 const ERRORS: f64 = 0.10;
 
 /// Scans the same scenes with a mirror that stops at every angle and with one that turns, smear and vibration
@@ -69,7 +69,7 @@ pub fn speed_deg_s(baud: u32) -> Result<f64> {
     Ok(f64::from(cruise.speed) * 360.0 / f64::from(MICROSTEPS_PER_TURN))
 }
 
-/// Motion of the mirror: speed, degrees/s, and amplitude of its vibration, degrees.
+/// Motion of a continuously turning mirror: its speed, degrees/s, and the amplitude of the shaft's vibration, degrees.
 type Turning = (f64, f64);
 
 /// Scans and scores one scene with a mirror that turns, or that stops at every angle if `turning` is `None`.
@@ -115,14 +115,14 @@ pub fn compare(draw: Draw, kind: Kind, scenes: u32, turning: Turning) -> Result<
     })
 }
 
-/// Returns the median errors of distance and height, metres; NaN without a matched step.
+/// Returns the median errors of the steps' distances and heights, metres; NaN without a matched step.
 fn medians(set: &SetScore) -> [f64; 2] {
     [set.distance[0], set.height[0]].map(|s| s.map_or(f64::NAN, |s| s.median))
 }
 
 impl Comparison {
-    /// Returns the degradation by the continuous sweep: exact scenes lost, as a share of all, and the
-    /// relative increases of the median errors.
+    /// Returns the degradation by the continuous sweep against the stopping one: exact scenes lost, as a fraction of
+    /// all; relative increase of the median error of distance; that of height.
     pub fn worse(&self) -> [f64; 3] {
         let scenes = self.stop.scenes.max(1) as f64;
         let exact = |set: &SetScore| set.exact.hits as f64;

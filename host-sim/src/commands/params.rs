@@ -15,7 +15,7 @@ use crate::seeds::Draw;
 
 /// Default number of scenes of each kind on which the effect of changing a number is measured.
 const SCENES: u64 = 4;
-/// Factors applied to each tuned number: less a fifth and plus a fifth.
+/// Factors by which each tuned number is multiplied in turn: a fifth less and a fifth more.
 const FACTORS: [f32; 2] = [0.8, 1.2];
 
 /// Arguments of `params`.

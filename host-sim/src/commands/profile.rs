@@ -22,8 +22,8 @@ use crate::plots;
 use crate::recording::Recording;
 use crate::setup;
 
-/// Threshold in bins that are not tested (leakage, the mirror's echo, aliased ranges), dB relative to
-/// full scale: above the converter's maximum.
+/// Value that stands for the CFAR threshold in bins that are not tested (leakage, the mirror's echo, aliased ranges),
+/// dB relative to full scale: above the converter's maximum.
 const OUT_OF_REACH_DB: f32 = 10.0;
 
 /// Arguments of `profile`.
@@ -223,7 +223,7 @@ impl RangeProfile {
     }
 }
 
-/// Rounds a range or power to millionths: an f32 has no more significant digits.
+/// Rounds a range (metres) or power (dB) to millionths, as an f32 has no more significant digits.
 fn decimal(value: f32) -> f64 {
     (f64::from(value) * 1e6).round() / 1e6
 }

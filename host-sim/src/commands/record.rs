@@ -123,7 +123,7 @@ struct Received {
 }
 
 impl Received {
-    /// Processes bytes that a port received at the time `at`, or its end; returns `false` at the end.
+    /// Processes the bytes that a port received at the time `at`, or the port's end; returns `false` at the end.
     fn take(&mut self, at: Ms, event: PortEvent) -> bool {
         match event {
             PortEvent::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
@@ -408,7 +408,7 @@ fn write(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the reason why no scan can be written.
+/// Returns the reason, as text, why there is no scan to write.
 fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     match (tap.received(), tap.damaged()) {
         (None, 0) => format!(

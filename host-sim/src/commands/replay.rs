@@ -173,8 +173,8 @@ fn draw(outputs: &Outputs, dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<Path
     plots::write_scan((outputs, dir), &scan)
 }
 
-/// Prints the paths of all pictures, or the first error if one could not be written. Returns whether all were written.
-/// `pictures` are the files of each scan.
+/// Prints the paths of all drawn pictures, or the first error if one could not be written; `pictures` holds the paths
+/// for each scan. Returns whether all were written.
 fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
     match pictures.into_iter().collect::<Result<Vec<_>>>() {
         Ok(files) => {

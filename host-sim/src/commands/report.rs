@@ -123,7 +123,7 @@ fn beside(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the options that differ from the defaults, in the syntax of `--with`.
+/// Returns the command line's options for scanning that differ from the defaults, in the syntax of `--with`.
 fn words(args: &Args, defaults: &Options) -> String {
     let (name, seed) = (args.settings.estimator_name(), args.settings.seed());
     let all = [

@@ -27,8 +27,8 @@ pub struct Args {
 const PROBE: &str = "probe-rs";
 /// Arguments of probe-rs that select the board's chip.
 const CHIP: [&str; 2] = ["--chip", "STM32F405RGTx"];
-/// Confirmation number of an image that is not flashed at once. Of two confirmed images the one with the higher number
-/// runs.
+/// Confirmation number that is written into an image that is not flashed at once. Of two confirmed images the one with
+/// the higher number runs.
 const FIRST: u32 = 1;
 
 /// Adds checksum and signature to the image, and flashes it if requested; or compares two images.

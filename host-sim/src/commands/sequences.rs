@@ -61,7 +61,7 @@ enum Way {
     Drives(usize, f64, f64),
 }
 
-/// Number of scans of an approach and of a drive.
+/// Number of scans of a simulated sequence: `[0]` of an approach with stops, `[1]` of a drive.
 const SCANS: [usize; 2] = [5, 4];
 /// Distance between the stops of an approach, metres.
 const STEP_M: f64 = 0.1;
@@ -77,7 +77,8 @@ const DRIVES: [(f64, f64); 8] = [
     (0.3, 1.3),
     (0.5, 1.3),
 ];
-/// Kinds of scenes, repeated according to their shares: common stairs, and scenes without stairs.
+/// Kinds of scenes that the simulated sequences use in turn: common stairs, and scenes without stairs. A more frequent
+/// kind is listed repeatedly.
 const KINDS: [Kind; 10] = [
     Kind::Ascending,
     Kind::Ascending,
@@ -93,9 +94,10 @@ const KINDS: [Kind; 10] = [
 
 /// A sequence to simulate or to read, with the sets of the table to which its scans belong.
 struct Job {
-    /// Name of the set; each scan belongs to the row with this name and the scan's number.
+    /// Name of the set of sequences; each scan belongs to the table's row with this name and the scan's number.
     set: String,
-    /// Name of a further row, to which all scans except the first belong, which is never `ok`.
+    /// Name of a further row of the table, to which all scans of the sequence but the first belong, as a drive's first
+    /// scan is never `ok`; `None` if there is none.
     later: Option<String>,
     source: Source,
 }

@@ -143,7 +143,7 @@ impl Guard {
     }
 }
 
-/// Reads the scene of a file, and checks that it can be built.
+/// Reads a scene from the file at `path`, and checks that it can be built.
 fn spec(path: &Path) -> Result<SceneSpec> {
     // Building it reports errors with their place.
     Scene::read(path)?;

@@ -42,13 +42,14 @@ struct Found {
     radar: RadarConfig,
     swept_khz: u32,
     chirps: usize,
-    /// Range in metres and power in dB of each chirp's strongest echo, nearest first; chirps without an echo are left
-    /// out.
+    /// Range, metres, and power, dB relative to full scale, of each chirp's strongest echo, nearest first; chirps
+    /// without an echo are left out.
     echoes: Vec<(f32, f32)>,
 }
 
 impl Found {
-    /// Returns range and power of the echo with the median range; `None` without echoes.
+    /// Returns range, metres, and power, dB relative to full scale, of the echo with the median range; `None` without
+    /// echoes.
     fn median(&self) -> Option<(f32, f32)> {
         self.echoes.get(self.echoes.len() / 2).copied()
     }

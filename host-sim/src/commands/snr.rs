@@ -30,13 +30,13 @@ pub struct Args {
     format: Format,
 }
 
-/// Minimum signal-to-error ratio of any chirp, dB.
+/// Minimum signal-to-error ratio of the fixed-point transform that the worst chirp must reach, dB.
 const MIN_DB: f64 = 60.0;
-/// Published results of CMSIS-DSP's q15 transform on the same kind of chirp: level, dBFS, and signal-to-error ratio,
-/// dB.
+/// Published results of CMSIS-DSP's q15 transform on the same kind of chirp: the chirp's level, dB relative to full
+/// scale, and the signal-to-error ratio, dB.
 const QUOTED: [(i32, f64); 4] = [(-1, 52.0), (-20, 34.0), (-40, 15.0), (-60, -5.0)];
 
-/// Signal-to-error ratios of the fixed-point transform for chirps of one level.
+/// Signal-to-error ratios of the fixed-point transform for chirps of one level, dB relative to full scale.
 struct Level {
     dbfs: i32,
     /// Whether the chirps are real-valued.
@@ -96,13 +96,13 @@ fn measure(seed: u64, chirps: u32, real: bool) -> Result<Vec<Level>> {
         .collect()
 }
 
-/// Returns the complex number of this magnitude and angle.
+/// Returns the complex number of this magnitude and angle, radians.
 fn polar(magnitude: f64, angle: f64) -> Complex<f64> {
     let (sin, cos) = angle.sin_cos();
     Complex::new(magnitude * cos, magnitude * sin)
 }
 
-/// Returns the samples of a chirp: complex, or twice as many real ones.
+/// Returns the samples of a chirp: complex, or, if `real`, I and Q of each as two successive real samples.
 fn values(chirp: &[Iq], real: bool) -> Vec<Complex<f64>> {
     let both = chirp.iter().map(|x| [f64::from(x.i), f64::from(x.q)]);
     match real {
@@ -155,7 +155,7 @@ impl Reference {
     }
 }
 
-/// Returns the power of a chirp's spectrum, and that of the fixed-point error in it.
+/// Returns the power of a chirp's reference spectrum, and the power of the fixed-point transform's deviation from it.
 fn powers(
     processor: &mut RangeProcessor,
     reference: &Reference,

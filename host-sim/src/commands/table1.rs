@@ -35,10 +35,11 @@ pub struct Args {
 /// Number of steps of each of the paper's staircases.
 const STEPS: usize = 3;
 
-/// Maximum distance of a reported step from the true one, metres (as in `score`).
+/// Maximum horizontal distance between a reported step and the true one for a match, metres (as in `score`).
 const NEAR_M: f64 = 0.10;
 
-/// A staircase of the paper: its scene, and its row of table I, errors of the steps' depth and height in centimetres.
+/// A staircase of the paper: its scene, and its row of the paper's table I, which gives the errors of each step's depth
+/// and height, centimetres.
 struct Stair {
     name: &'static str,
     scene: &'static str,
@@ -68,7 +69,7 @@ const STAIRS: [Stair; 3] = [
 ];
 
 /// Results of one staircase: number of exact scans, and for each step the number of scans in which it was found and the
-/// sums of its absolute errors, metres.
+/// sums of its absolute errors of depth (distance from the mirror) and height, metres.
 #[derive(Default)]
 struct Row {
     exact: u32,
@@ -92,8 +93,8 @@ impl Row {
         }
     }
 
-    /// Returns the mean absolute error of step `k`, cm, of depth or height as `sums` is; `None` if the step was never
-    /// found.
+    /// Returns the mean absolute error of step `k` over the scans in which it was found, cm; `None` if there are none.
+    /// `sums` are the steps' error sums of depth or of height, metres.
     fn mean_cm(&self, sums: &[f64; STEPS], k: usize) -> Option<f64> {
         (self.found[k] > 0).then(|| 100.0 * sums[k] / f64::from(self.found[k]))
     }

@@ -76,8 +76,8 @@ impl ScanTime {
         }
     }
 
-    /// Returns the duration with a mirror that stops at every row; the answer to a chirp is transmitted while the
-    /// mirror moves on.
+    /// Returns the duration of a scan with a mirror that stops at every row; the answer to a chirp is transmitted while
+    /// the mirror moves on.
     pub fn stop(settings: &Settings, schedule: &Schedule, wire: Wire) -> Self {
         let ramp = settings.motor.ramp();
         let rows = u64::from(schedule.rows());
@@ -113,8 +113,8 @@ impl ScanTime {
         }
     }
 
-    /// Returns the duration with a turning mirror and rows over the link `wire`; `None` if the shaft has no room for
-    /// the ramps.
+    /// Returns the duration of a scan with a turning mirror and rows over the link `wire`; `None` if the shaft has no
+    /// room for acceleration and deceleration.
     pub fn continuous(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
         let times = wire.row_times(settings.config.radar.samples);
         let time = Self::passing(settings, schedule, ("pstr", times))?;
@@ -124,8 +124,8 @@ impl ScanTime {
         })
     }
 
-    /// Returns the duration with a turning mirror and a BGT60TR13C on SPI; `None` if the shaft has no room for the
-    /// ramps.
+    /// Returns the duration of a scan with a turning mirror and a BGT60TR13C on SPI; `None` if the shaft has no room
+    /// for acceleration and deceleration.
     fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
         let requested = RequestedSettings {
             kind: ModuleKind::Bgt60,
@@ -167,7 +167,7 @@ impl ScanTime {
         })
     }
 
-    /// Returns the time from the first move to the last sample, microseconds.
+    /// Returns the duration of the scan, from the first move to the last sample, microseconds.
     pub fn total(&self) -> u64 {
         self.parts.iter().map(|(_, us)| us).sum()
     }

@@ -89,7 +89,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(tell(&outcome))
 }
 
-/// Ends a session in which no image is sent: goes back to the image before, or leaves the boot loader.
+/// Ends a session with the boot loader in which no image is sent: goes back to the previous image, or leaves the boot
+/// loader.
 fn finish<W: crate::update::wire::Wire>(args: &Args, mut client: Client<W>) -> Result<ExitCode> {
     if args.back {
         client.back()?;

@@ -74,13 +74,13 @@ impl Chirps {
         })
     }
 
-    /// Returns the number of chirps.
+    /// Returns the number of chirps in memory.
     pub fn count(&self) -> usize {
         self.samples.len() / self.samples_per_chirp.max(1)
     }
 
-    /// Returns the recording `name` of these chirps with one angle per chirp. The given keys come
-    /// first, then those of `base`, or without it those of the chirps' own metadata.
+    /// Returns these chirps as the recording `name`, with one angle per chirp, degrees. The keys of `given` replace
+    /// those of `base`, or without `base` those of the chirps' own metadata.
     ///
     /// # Errors
     /// Names the keys that are missing or wrong.

@@ -126,7 +126,8 @@ impl Setup {
         Ok(())
     }
 
-    /// Returns the number of receivers that the file has words of.
+    /// Returns the number of receivers for which the file contains words: all four with four lanes, else those that
+    /// were on.
     fn stored_receivers(&self) -> usize {
         if self.lanes == 4 {
             MAX_RECEIVERS
@@ -155,7 +156,7 @@ impl Setup {
         }
     }
 
-    /// Scales a word of the converter to the full scale of a recording.
+    /// Converts a 16-bit word of the file to a sample, scaled from the converter's full scale to that of a recording.
     fn value(&self, word: [u8; 2]) -> i16 {
         // Shifted to the upper bits, which puts the sign bit in place and drops the bits above it.
         i16::from_le_bytes(word) << (16 - self.adc_bits)

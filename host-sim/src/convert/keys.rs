@@ -71,7 +71,7 @@ impl Given {
             .collect()
     }
 
-    /// Whether any key is given on the command line.
+    /// Whether any key of the recording is given on the command line.
     pub fn any(&self) -> bool {
         !self.global().is_empty() || self.carrier_hz.is_some() || self.samples_per_chirp.is_some()
     }
@@ -134,7 +134,8 @@ impl Given {
     }
 }
 
-/// Rejects metadata without the keys of every recording, or with only a part of the keys of a scan.
+/// Returns an error for metadata without a key that every recording needs, or with only a part of the mirror's keys.
+/// With `turns`, the chirps have angles, so that all of the mirror's keys are needed.
 fn complete(global: &Map<String, Value>, turns: bool) -> Result<()> {
     let missing = |keys: &[(&str, &str)]| -> Vec<String> {
         let absent = keys.iter().filter(|(key, _)| !global.contains_key(*key));

@@ -112,7 +112,7 @@ impl Axes {
     }
 }
 
-/// Values of the header's three keys.
+/// Values of the three keys of a `.npy` header: type of the numbers, order of the indices, shape of the array.
 struct Header<'a> {
     descr: &'a str,
     fortran_order: bool,
@@ -212,7 +212,8 @@ impl<'a> Header<'a> {
         })
     }
 
-    /// Returns the format of a number, and whether an item of the array is a complex pair.
+    /// Returns the format of the array's numbers from the header's type code (`descr`), and whether each item of the
+    /// array is a complex pair of such numbers.
     fn format(&self) -> Result<(Format, bool)> {
         let wrong = || {
             format!(
@@ -241,7 +242,8 @@ impl<'a> Header<'a> {
         Ok((format, complex))
     }
 
-    /// Returns the number of complex samples per chirp.
+    /// Returns the number of complex samples per chirp from the array's shape; `complex`: the items are complex
+    /// numbers; otherwise they are I and Q in turn.
     fn samples_per_chirp(&self, complex: bool) -> Result<usize> {
         match (complex, self.shape.as_slice()) {
             (true, &[_, samples]) | (false, &[_, samples, 2]) => Ok(samples),

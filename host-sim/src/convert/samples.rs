@@ -48,7 +48,7 @@ impl Format {
         })
     }
 
-    /// Returns the default full scale: the range of the integers, or 1.0.
+    /// Returns the default full scale: the magnitude of the most negative integer, or 1.0 for floating point.
     pub fn full_scale(self) -> f64 {
         match self.number {
             Number::Float => 1.0,

@@ -19,7 +19,7 @@ pub const SECOND_NS: u64 = 1_000_000_000;
 pub struct Cell {
     /// Index of the row, in the order of the angles.
     pub row: usize,
-    /// Angle of the beam, degrees, with the zero of the scan's plane.
+    /// Angle of the beam, degrees: below the horizontal, or in the height plane from straight down to the front.
     pub angle_deg: f32,
     /// Range from the mirror's centre, metres.
     pub range_m: f32,
@@ -27,7 +27,7 @@ pub struct Cell {
     pub place: (f32, f32),
     /// Power, decibels relative to a tone at the converter's full scale.
     pub power_db: f32,
-    /// Whether it is a CA-CFAR detection.
+    /// Whether the cell is a detection of the CA-CFAR.
     pub detected: bool,
 }
 
@@ -36,13 +36,13 @@ pub struct Cell {
 pub struct Scan {
     /// The scanner's answer.
     pub answer: Answer,
-    /// The answer as printed by `replay --format json`.
+    /// The scanner's answer as one JSON object, as `replay --format json` prints it.
     pub json: Value,
     /// The echoes, as printed by `inspect --format json`; `None` if the estimator has no echoes.
     pub echoes: Option<Vec<Value>>,
     /// Cells of the polar map, row by row; empty unless requested.
     pub cells: Vec<Cell>,
-    /// Time of the scan's end, nanoseconds since 1970.
+    /// Time of the scan's end, nanoseconds since 1970; recordings contain no date, and begin at 0.
     pub stamp_ns: u64,
 }
 

@@ -29,7 +29,7 @@ pub struct Evidence {
     pub state: Option<String>,
     /// Clock source of the core, as reported; `None` without a reply.
     pub clock: Option<String>,
-    /// Reasons in the reply to `status`.
+    /// Reasons (codes of conditions that degrade or prevent an answer) in the scanner's reply to `status`.
     pub status_reasons: Reasons,
     /// Whether the self-test has passed since the port was opened.
     pub passed: bool,

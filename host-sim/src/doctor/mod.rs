@@ -153,7 +153,7 @@ pub fn text(findings: &[Finding]) -> String {
     text
 }
 
-/// Returns the result that a reason gives a check in an answer with this status.
+/// Returns the result of a check in which `reason` is reported, by an answer with the status `status`.
 fn level(reason: Reason, status: Status) -> Level {
     let has = |effect| reason.effects().contains(&effect);
     if has(ReasonEffect::Fault) && (status == Status::Fault || !has(ReasonEffect::InstrumentFault))
@@ -468,8 +468,8 @@ fn mount(evidence: &Evidence) -> Finding {
     good(Check::Mount, text)
 }
 
-/// Returns the result of the check of the answer's status. `mine` are the reasons that concern the
-/// scene, `reasons` the texts of all.
+/// Returns the result of [`Check::Answer`], the status of the last scan's answer. `mine` are the reported reasons that
+/// belong to this check, `reasons` their texts.
 fn answer(evidence: &Evidence, mine: &[Reason], reasons: &[String]) -> Finding {
     let check = Check::Answer;
     let Some(scan) = evidence.scan else {

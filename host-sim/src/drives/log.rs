@@ -23,7 +23,7 @@ pub struct SweepLog {
 }
 
 impl SweepLog {
-    /// Whether the answer is `ok` with a free distance beyond the hazard.
+    /// Whether the guard's answer on this sweep is `ok` with a free distance that ends beyond the hazard.
     pub fn is_beyond(&self) -> bool {
         let free = self.answer.free_m.filter(|_| self.answer.is_ok());
         free.zip(self.hazard_m).is_some_and(|(free, at)| free > at)

@@ -13,7 +13,7 @@ const CRUISE: [f64; 2] = [0.2, 0.8];
 /// Range of the dead time of motor controller and bus, seconds. With one control cycle it is at
 /// most the latency that the controller assumes.
 const LATENCY_S: [f64; 2] = [0.1, 0.18];
-/// Ranges of the chair's deceleration and acceleration, m/s².
+/// Ranges, minimum and maximum, of the chair's deceleration and of its acceleration, m/s².
 const DECELERATION: [f64; 2] = [1.0, 1.6];
 const ACCELERATION: [f64; 2] = [0.4, 0.9];
 /// Fraction of the drives in which the joystick is held back (a lower speed) for a while, and of
@@ -26,12 +26,12 @@ const LASTS_S: [f64; 2] = [0.4, 1.5];
 /// Range of a person's distance from the mirror at which he or she steps in, metres.
 const STEPS_IN_M: [f64; 2] = [0.6, 1.6];
 
-/// Parameters of one chair and its driver.
+/// Random parameters of one drive: its driver's joystick, the chair and the chair's sensors.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// Mean speed asked by the joystick, m/s.
     cruise: f64,
-    /// Phase of the joystick's periodic swing at time 0, radians.
+    /// Phase at time 0 of the sine by which the joystick's speed swings about its mean, radians.
     swing: f64,
     /// Periods in which the joystick asks for less: beginning and end, seconds, and the fraction of
     /// the speed that remains.

@@ -85,9 +85,9 @@ pub fn build_web() -> Result<PathBuf> {
     Ok(target.join(WEB).join("release/stairscan_web.wasm"))
 }
 
-/// Parts of the names of allocator functions.
+/// Parts of the names of allocator functions, of which the image must contain none.
 pub const ALLOCATOR: &[&str] = &["__rust_alloc", "__rg_alloc", "__rdl_alloc", "malloc"];
-/// Parts of the names of double-precision soft-float functions.
+/// Parts of the names of functions for double-precision arithmetic in software, of which the image must contain none.
 pub const DOUBLE: &[&str] = &["__aeabi_d", "adddf3", "muldf3", "divdf3", "__aeabi_f2d"];
 /// Parts of the names of functions that a panic calls.
 const PANIC: &[&str] = &[

@@ -181,7 +181,7 @@ impl Qemu {
         Ok(())
     }
 
-    /// Sets an input to `level`, which injects an edge if the level changes.
+    /// Sets an input pin to the logic level `level` (`true`: high), which injects an edge if the level changes.
     pub fn set(&mut self, input: Input, level: bool) -> Result<()> {
         let line = format!(
             "set_irq_in {EXTI} unnamed-gpio-in {} {}\n",

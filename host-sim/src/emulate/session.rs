@@ -102,7 +102,8 @@ pub struct Session<'a> {
     pub live: Vec<String>,
     /// Number of the `lines` that [`Session::next_line`] has returned.
     read: usize,
-    /// Number of lines that the last [`Session::skip_lines`] skipped, from boot on.
+    /// Number of the `lines` that were received before the last [`Session::skip_lines`]; [`Session::rewind`] goes back
+    /// to there.
     skipped: usize,
     partial: Vec<u8>,
     /// Pseudo-terminal of an observer, who may type commands.
@@ -537,7 +538,7 @@ impl<'a> Session<'a> {
         self.qemu.interrupt(number)
     }
 
-    /// Sets the stall output of the motor driver to `level`.
+    /// Sets the stall output of the motor driver to the logic level `level`; `true` is high.
     pub fn stall(&mut self, level: bool) -> Result<()> {
         self.qemu.set(Input::Stall, level)
     }

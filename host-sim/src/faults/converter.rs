@@ -5,14 +5,14 @@ use num_complex::Complex64;
 use super::signal::Signal;
 use crate::scene::maths::{amplitude, cis};
 
-/// Replaces every sample of every chirp by its `change`.
+/// Replaces every sample of every chirp by the result of `change`.
 fn each(signal: &mut Signal, change: impl Fn(Complex64) -> Complex64) {
     for sample in signal.chirps.iter_mut().flatten() {
         *sample = change(*sample);
     }
 }
 
-/// Replaces every sample of one channel, I or Q at random, by the `change` of its 16-bit word.
+/// Replaces the 16-bit word of every sample of one channel, I or Q at random, by the result of `change`.
 fn bits(signal: &mut Signal, change: impl Fn(i16) -> i16) {
     let imaginary = signal.random.index(2) == 1;
     let word = |x: f64| f64::from(change(libm::floor(x + 0.5) as i16));
@@ -61,7 +61,7 @@ pub fn equal(signal: &mut Signal, _: f64) {
     each(signal, |s| Complex64::new(s.re, s.re));
 }
 
-/// Q is `db` dB weaker than I.
+/// The amplitude of Q is `db` dB below that of I.
 pub fn gain_imbalance(signal: &mut Signal, db: f64) {
     let gain = amplitude(-db);
     each(signal, |s| Complex64::new(s.re, s.im * gain));
@@ -73,7 +73,8 @@ pub fn phase_imbalance(signal: &mut Signal, degrees: f64) {
     each(signal, |s| Complex64::new(s.re, s.im * cos + s.re * sin));
 }
 
-/// The offset drifts steadily during the scan, by `share` of full scale in all, in a random direction of the I/Q plane.
+/// The converter's offset drifts steadily during the scan, by `share` of full scale from the first row to the last, in
+/// a random direction of the I/Q plane.
 pub fn offset_drift(signal: &mut Signal, share: f64) {
     let (rows, turn) = (signal.rows() as f64, signal.random.between(0.0, 6.0));
     for (k, chirp) in signal.chirps.iter_mut().enumerate() {
@@ -82,7 +83,7 @@ pub fn offset_drift(signal: &mut Signal, share: f64) {
     }
 }
 
-/// The gain falls by `db` dB from a random row on: echoes, noise and offset fall alike.
+/// The gain falls by `db` dB from a random row on: echoes, noise and offset become weaker alike.
 pub fn gain_falls(signal: &mut Signal, db: f64) {
     let from = signal.any_row(40);
     let gain = amplitude(-db);
@@ -104,8 +105,8 @@ pub fn clipped(signal: &mut Signal, share: f64) {
     });
 }
 
-/// Another radar's chirp crosses the band in `share` of the rows, at random: a burst of 10 to 59 samples with a linear
-/// frequency sweep, 15 to 40 dB above the noise in each channel.
+/// Another radar's chirp crosses the band in a fraction `share` of the rows, at random: a burst of 10 to 59 samples
+/// with a linear frequency sweep, 15 to 40 dB above the noise in each channel.
 pub fn bursts(signal: &mut Signal, share: f64) {
     let samples = signal.recording.meta.samples_per_chirp;
     for row in 0..signal.rows() {

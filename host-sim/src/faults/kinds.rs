@@ -21,7 +21,7 @@ pub struct Fault {
     pub unit: &'static str,
     /// Reasons that report the fault: any one of them is enough.
     pub reasons: &'static [Reason],
-    /// Changes a scan to one with the fault of a given strength, in place.
+    /// Applies the fault to a scan, in place; the second argument is the strength, in `unit`.
     apply: fn(&mut Signal, f64),
 }
 

@@ -18,7 +18,8 @@ pub fn sticks(signal: &mut Signal, rows: f64) {
     hold(signal, from, rows as usize);
 }
 
-/// Replaces the chirps of the `rows` rows after `from` by repetitions of its echoes, each with its own noise.
+/// Replaces the chirps of the `rows` rows after row `from` by repetitions of the echoes of row `from`, each with its
+/// own noise.
 fn hold(signal: &mut Signal, from: usize, rows: usize) {
     let end = from
         .saturating_add(1)
@@ -32,8 +33,8 @@ fn hold(signal: &mut Signal, from: usize, rows: usize) {
     }
 }
 
-/// The mirror has slipped by `degrees`, one way or the other, from a random row on: later rows have the echoes of
-/// another angle.
+/// The mirror has slipped by `degrees` of beam angle, up or down at random, from a random row on: later rows have the
+/// echoes of another angle than recorded.
 pub fn slipped(signal: &mut Signal, degrees: f64) {
     let from = signal.any_row(40);
     let way = if signal.random.chance(0.5) { 1.0 } else { -1.0 };
@@ -68,7 +69,7 @@ pub fn microsteps(signal: &mut Signal, factor: f64) {
     }
 }
 
-/// Returns a range of `rows` adjacent rows at a random place in the scan.
+/// Returns the indices of `rows` adjacent rows at a random place in the scan.
 fn block(signal: &mut Signal, rows: f64) -> core::ops::Range<usize> {
     let rows = (rows as usize).min(signal.rows().saturating_sub(2));
     let first = signal.any_row(rows);
@@ -115,7 +116,8 @@ pub fn empty(signal: &mut Signal, rows: f64) {
     }
 }
 
-/// `share` of the rows, at random, have the chirp of the previous row in place of their own, with the right row number.
+/// A fraction `share` of the rows, at random, has the previous row's chirp in place of its own, with the right row
+/// number.
 pub fn stale(signal: &mut Signal, share: f64) {
     for row in (1..signal.rows()).rev() {
         if signal.random.chance(share) {

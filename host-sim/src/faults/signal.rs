@@ -7,11 +7,11 @@ use stairscan::Iq;
 use crate::recording::{MirrorSetup, Recording};
 use crate::scene::maths::{LIGHT, Random, cis};
 
-/// Stride of the rows from which noise and the component common to all rows are estimated.
+/// Only every third row is used to estimate the noise and the component common to all rows (leakage and mirror echo).
 const INSIDE_STRIDE: usize = 3;
-/// Mean over median of an exponentially distributed power: 1 / ln 2.
+/// Ratio of the mean to the median of an exponentially distributed power, as noise has it: 1 / ln 2.
 const MEAN_OVER_MEDIAN: f64 = core::f64::consts::LOG2_E;
-/// Number of frequencies at which the noise is estimated in the spectrum of each of these rows.
+/// Number of frequencies of a chirp's spectrum at which the noise is estimated, in each of the rows used for it.
 const NOISE_TONES: usize = 16;
 
 /// A scan, separated into its components, to which faults are applied.
@@ -30,7 +30,7 @@ pub struct Signal {
     /// Phase of each row's common component relative to the first row's, as a complex number of magnitude 1: not every
     /// radar keeps it constant.
     phases: Vec<Complex64>,
-    /// Power of the receiver's noise in a sample, sum of both channels.
+    /// Power of the receiver's noise in a sample, squared units of the 16-bit samples, sum of I and Q.
     noise: f64,
 }
 
@@ -39,8 +39,8 @@ fn median(values: &mut [f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Returns the phase of `chirp` relative to `reference` by the component that both have in common, as a complex number
-/// of magnitude 1.
+/// Returns the phase between `chirp` and the chirp `reference`, by the component that both have in common (leakage and
+/// mirror echo), as a complex number of magnitude 1. The converter's `offset` is removed from both.
 fn phase(chirp: &[Complex64], reference: &[Complex64], offset: Complex64) -> Complex64 {
     let pairs = chirp.iter().zip(reference);
     let product: Complex64 = pairs.map(|(a, b)| (a - offset) * (b - offset).conj()).sum();
@@ -52,8 +52,8 @@ fn phase(chirp: &[Complex64], reference: &[Complex64], offset: Complex64) -> Com
     }
 }
 
-/// Returns the noise power of a sample, sum of both channels: from the median of windowed spectra over frequencies and
-/// rows.
+/// Returns the noise power of a sample, squared units of the 16-bit samples, sum of I and Q: from the median of
+/// windowed spectra over frequencies and rows.
 fn noise_power(chirps: &[Vec<Complex64>]) -> f64 {
     let mut powers = Vec::new();
     for (k, chirp) in chirps.iter().enumerate().step_by(INSIDE_STRIDE) {
@@ -139,7 +139,7 @@ impl Signal {
         self.chirps.len()
     }
 
-    /// Returns the mirror's set-up.
+    /// Returns the recording's mirror and mounting: scan plane, mounting height, distance from the radar.
     pub fn mirror(&self) -> MirrorSetup {
         // `new` refuses a recording without one.
         self.recording
@@ -156,7 +156,8 @@ impl Signal {
         }
     }
 
-    /// Returns the recorded angle of a row, degrees.
+    /// Returns the recorded beam angle of a row, degrees from the plane's zero: downwards from the horizontal (stairs
+    /// going up), or forwards from straight down (stairs going down).
     pub fn angle_deg(&self, row: usize) -> f64 {
         self.recording
             .meta
@@ -166,23 +167,23 @@ impl Signal {
             .unwrap_or(0.0)
     }
 
-    /// Returns the difference of angle from the first row to the second, degrees; positive for a downward scan.
+    /// Returns the difference of the recorded beam angle from the first row to the second, degrees.
     pub fn step_deg(&self) -> f64 {
         self.angle_deg(1) - self.angle_deg(0)
     }
 
-    /// Returns a random row, not the first, that more than `rows` rows follow.
+    /// Returns the index of a random row, not the first, after which there are more than `rows` further rows.
     pub fn any_row(&mut self, rows: usize) -> usize {
         let last = self.rows().saturating_sub(rows + 2).max(1);
         1 + self.random.index(last)
     }
 
-    /// Returns the RMS amplitude of the noise in each channel.
+    /// Returns the RMS amplitude of the noise in I, and equally in Q, in units of the 16-bit samples.
     pub fn noise_rms(&self) -> f64 {
         (self.noise / 2.0).sqrt()
     }
 
-    /// Returns a random sample of noise with `share` of the receiver's noise power.
+    /// Returns a random complex sample of noise whose power is `share` times that of the receiver's noise.
     pub fn noise(&mut self, share: f64) -> Complex64 {
         self.random.complex(self.noise * share)
     }
@@ -198,8 +199,8 @@ impl Signal {
             .collect()
     }
 
-    /// Returns a row's chirp with these echoes of the scene in place of its own: their sum with the common component,
-    /// in the row's phase, and the offset.
+    /// Returns a row's chirp in which `echoes` replace the scene's own: their sum with leakage and mirror echo, in the
+    /// row's phase, plus the converter's offset.
     fn chirp(&self, row: usize, echoes: &[Complex64]) -> Vec<Complex64> {
         let (offset, turn) = (self.offset, self.phases[row]);
         let sum = echoes.iter().zip(&self.inside);
@@ -207,20 +208,21 @@ impl Signal {
             .collect()
     }
 
-    /// Replaces the scene's echoes in a row's chirp by these.
+    /// Replaces the scene's echoes in a row's chirp by `echoes`, one value a sample, in the phase of the first row.
     pub fn set_scene_echoes(&mut self, row: usize, echoes: &[Complex64]) {
         self.chirps[row] = self.chirp(row, echoes);
     }
 
-    /// Returns a chirp for row `to` with these echoes, after adding the `share` of the noise power that they lack.
+    /// Returns a chirp for row `to` with `echoes`, to which noise is added with `share` of the receiver's noise power:
+    /// that by which averaging or interpolation has reduced it.
     fn renewed(&mut self, to: usize, echoes: Vec<Complex64>, share: f64) -> Vec<Complex64> {
         let echoes: Vec<_> = echoes.into_iter().map(|s| s + self.noise(share)).collect();
         self.chirp(to, &echoes)
     }
 
-    /// Returns a chirp for row `to` that repeats the echoes of row `from` with other noise. The echoes are the mean of
-    /// three neighbouring rows, which differ little and whose mean has a third of the noise power; the other two thirds
-    /// are added at random.
+    /// Returns a chirp for row `to` that repeats the echoes of row `from` with other noise. The echoes are averaged
+    /// over row `from` and its two neighbours, which leaves a third of the noise power; new noise adds the other two
+    /// thirds.
     pub fn repeated_chirp(&mut self, from: usize, to: usize) -> Vec<Complex64> {
         let last = self.rows().saturating_sub(1);
         let around = [from.saturating_sub(1), from, (from + 1).min(last)];
@@ -254,8 +256,8 @@ impl Signal {
         self.renewed(to, mixed, 1.0 - kept)
     }
 
-    /// Returns the beat tone of an echo at `range_m` from the mirror, one value a sample, with amplitude 1 and the
-    /// carrier's phase.
+    /// Returns the beat signal of an echo at `range_m` metres from the mirror, one value a sample, with amplitude 1 and
+    /// the phase of the carrier over that range.
     pub fn tone(&self, range_m: f64) -> Vec<Complex64> {
         let range = range_m + self.mirror().offset_m;
         let phase = 2.0 * core::f64::consts::TAU * self.recording.meta.carrier_hz * range / LIGHT;
@@ -265,8 +267,8 @@ impl Signal {
             .collect()
     }
 
-    /// Returns the factors, one a sample, that shift echoes by `range_m`: the beat of that range, with phase 0 in the
-    /// middle of the chirp.
+    /// Returns the factors, one a sample, that shift echoes by `range_m` metres: the beat signal of that range, with
+    /// phase 0 in the middle of the chirp.
     pub fn turn(&self, range_m: f64) -> Vec<Complex64> {
         let meta = &self.recording.meta;
         let samples = meta.samples_per_chirp as f64;
@@ -277,7 +279,7 @@ impl Signal {
             .collect()
     }
 
-    /// Returns the maximum over the rows of the RMS amplitude of the scene's echoes with noise.
+    /// Returns the RMS amplitude of the scene's echoes with noise in the strongest row, in units of the 16-bit samples.
     pub fn strongest(&self) -> f64 {
         let power = |row: usize| {
             let echoes = self.scene_echoes(row);

@@ -5,13 +5,15 @@ use num_complex::Complex64;
 use super::signal::Signal;
 use crate::scene::maths::{LIGHT, amplitude, cis};
 
-/// Level of the echo of a hand, a bag or a coat over the scanner, dB over the scene's strongest echo.
+/// Level of the echo of a hand, a bag or a coat over the scanner: dB over the signal of the scene's strongest row.
 const BLOCKER_DB: f64 = 6.0;
-/// Attenuation of the second echo of an object over the scanner, which goes by way of the mirror, dB below its first.
+/// Attenuation of the second echo of an object over the scanner, at twice its range by way of the mirror: dB below the
+/// object's first echo.
 const BOUNCE_DB: f64 = 20.0;
-/// Level of the echo of a person's legs, dB below the scene's strongest echo.
+/// Level of the echo of a person's legs, dB below the signal of the scene's strongest row.
 const PERSON_DB: f64 = 10.0;
-/// Range up to which an object has its full level, metres; beyond it the amplitude falls with the square of the range.
+/// Range up to which the echo of an object in front of the scanner has its full amplitude, metres; beyond it the
+/// amplitude falls with the square of the range.
 const NEAR_M: f64 = 0.5;
 
 /// Rain or dirt on the window attenuates the scene's echoes by `db` dB; the noise stays.
@@ -26,8 +28,8 @@ pub fn window(signal: &mut Signal, db: f64) {
     }
 }
 
-/// Replaces the echoes of `rows` by those of an object that hides everything behind it, at the range `range_m` of each
-/// row, metres. Its level is `db` dB over the scene's strongest echo.
+/// Replaces the echoes of `rows` by those of an object that hides everything behind it. `range_m` gives its distance
+/// from the mirror for each row, metres; the echo is `db` dB over the signal of the scene's strongest row.
 fn hide(
     signal: &mut Signal,
     rows: impl Iterator<Item = usize>,
@@ -52,14 +54,15 @@ fn hide(
     }
 }
 
-/// An object covers all rows, `metres` from the mirror.
+/// An object hides the scene in all rows, `metres` from the mirror.
 pub fn blocked(signal: &mut Signal, metres: f64) {
     let rows = 0..signal.rows();
     hide(signal, rows, BLOCKER_DB, |_| metres);
 }
 
-/// An object covers the rows on one side of a random angle between 0 and 25°, `metres` from the mirror: those that look
-/// lower if `lower`, else those above.
+/// An object, `metres` from the mirror, hides the scene on one side of a beam angle drawn between 0 and 25°: in all
+/// rows at larger angles if `lower`, else in those at smaller ones. Angles count from the plane's zero: downwards from
+/// the horizontal (stairs going up), or forwards from straight down (stairs going down).
 fn blocked_part(signal: &mut Signal, metres: f64, lower: bool) {
     let edge = signal.random.between(0.0, 25.0);
     let below = |signal: &Signal, row: usize| signal.angle_deg(row) > edge;
@@ -69,12 +72,14 @@ fn blocked_part(signal: &mut Signal, metres: f64, lower: bool) {
     hide(signal, rows.into_iter(), BLOCKER_DB, |_| metres);
 }
 
-/// An object covers the rows below a random angle, `metres` from the mirror.
+/// An object, `metres` from the mirror, hides the scene in all rows at larger beam angles than a random one of 0 to
+/// 25°: below it where angles count from the horizontal, ahead of it where they count from straight down.
 pub fn blocked_below(signal: &mut Signal, metres: f64) {
     blocked_part(signal, metres, true);
 }
 
-/// An object covers the rows above a random angle, `metres` from the mirror.
+/// An object, `metres` from the mirror, hides the scene in all rows at smaller beam angles than a random one of 0 to
+/// 25°: above it where angles count from the horizontal, behind it where they count from straight down.
 pub fn blocked_above(signal: &mut Signal, metres: f64) {
     blocked_part(signal, metres, false);
 }
@@ -94,7 +99,8 @@ pub fn person_approaches(signal: &mut Signal, metres: f64) {
     hide(signal, 0..rows, -PERSON_DB, range);
 }
 
-/// Shifts the echoes of every row by the distance `range_m` of the row, metres, positive away from the radar.
+/// Shifts the scene's echoes in range, in each row by `range_m` of the scan and the row's index, metres, positive away
+/// from the radar.
 fn shift(signal: &mut Signal, range_m: impl Fn(&Signal, usize) -> f64) {
     let wave = 2.0 * core::f64::consts::TAU * signal.recording.meta.carrier_hz / LIGHT;
     for row in 0..signal.rows() {

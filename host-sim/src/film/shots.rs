@@ -16,7 +16,7 @@ pub(super) struct Echo {
     pub(super) snr_db: f64,
 }
 
-/// One scan of an animation.
+/// One scan of an animation: the mirror's position, the echoes and the answer.
 #[derive(Clone, Debug)]
 pub(super) struct Shot {
     /// Travel of the mirror since the first scan, metres.

@@ -17,7 +17,7 @@ pub struct LogisticFit {
 
 /// Maximum number of Newton steps. The posterior has one peak and is smooth, so that few suffice.
 const STEPS: usize = 30;
-/// Convergence threshold: largest change of a weight in a step.
+/// Convergence threshold: largest change of a weight in one Newton step, log-odds per unit of its feature.
 const SETTLED: f64 = 1e-9;
 
 /// Fits the maximum-posterior weights of `count` features to binary outcomes. The prior of each
@@ -28,7 +28,7 @@ pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> Logi
     weighted(&samples, count, prior_sigma)
 }
 
-/// Same as [`fit()`], with a weight for each sample: features, outcome, weight.
+/// Fits as [`fit()`] does, with each sample counted by a weight: a sample is (features, outcome, weight).
 pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f64) -> LogisticFit {
     let mut weights = vec![0.0; count];
     let precision = 1.0 / (prior_sigma * prior_sigma);
@@ -101,8 +101,8 @@ impl Matrix {
         self.values[row * self.size + column] += value;
     }
 
-    /// Solves for one right-hand side (Cholesky) and returns the solution, NaN if the matrix is not positive
-    /// definite.
+    /// Solves the linear equations with this matrix for one right-hand side (Cholesky) and returns the solution, NaN if
+    /// the matrix is not positive definite.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let n = self.size;
         let mut root = Self::new(n);

@@ -52,9 +52,9 @@ pub struct TrainingSample {
     pub cells: Vec<Cell>,
     /// Whether the answer reports steps.
     pub stairs: bool,
-    /// Index of the first way cell from which on the answer is wrong; `None` if it is correct to the end.
+    /// Index of the first way cell from which on the answer stays wrong; `None` if it is correct at the end.
     pub wrong: Option<usize>,
-    /// Minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
+    /// Horizon that the answer needs to be `ok`, metres; infinite if another reason prevents `ok`.
     pub reach_m: f32,
     /// Reported steps.
     pub steps: Vec<Step>,
@@ -70,7 +70,7 @@ pub struct TrainingSample {
 #[derive(Default)]
 struct Listener {
     cells: Vec<Cell>,
-    /// Share of the particles' weight of each `MAYBE`.
+    /// Share of the particles' weight that each `MAYBE` (possible step) has, in the order of the events.
     maybes: Vec<f32>,
     echoes: Vec<Echo>,
 }
@@ -225,8 +225,8 @@ pub fn hazards(samples: &[&TrainingSample]) -> LogisticFit {
     logistic::fit(&rows, FEATURES, PRIOR_SIGMA)
 }
 
-/// Returns for each way cell of a sample the log-odds, from the hazards, that the answer is correct up to the cell's
-/// far end, and whether it is.
+/// Returns for each way cell of a sample the log-odds, from the hazards, that the answer is correct from the mirror to
+/// the cell's far end, and whether it is correct there.
 fn odds(sample: &TrainingSample, weights: &Weights) -> Vec<(f64, bool)> {
     let mut log_right = 0.0;
     let cells = sample.cells.iter().enumerate().map(|(k, cell)| {
@@ -245,7 +245,7 @@ const OK_REACH_M: f32 = 0.999;
 /// A threshold of `ok` on the probability that an answer is correct, and its effect on a set of answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
-    /// Minimum probability that an `ok` answer is correct up to its horizon.
+    /// Threshold: minimum probability that an `ok` answer is correct up to its horizon.
     pub from: f32,
     /// Number of answers that are `ok` with this threshold.
     pub ok: usize,
@@ -267,7 +267,7 @@ const MORE_TESTED: usize = 200;
 
 /// An answer that is `ok` or not depending on the threshold, with all that is needed to decide and judge it.
 struct ScoredAnswer<'a> {
-    /// Minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
+    /// Horizon that the answer needs to be `ok`, metres; infinite if another reason prevents `ok`.
     reach_m: f32,
     /// Reported steps.
     steps: &'a [Step],
@@ -280,7 +280,8 @@ struct ScoredAnswer<'a> {
 }
 
 impl ScoredAnswer<'_> {
-    /// Returns the horizon with `ok_from` as the minimum probability, metres; `None` if the answer is not `ok`.
+    /// Returns the horizon, metres, up to which the answer is correct with at least the probability `ok_from`; `None`
+    /// if the answer is then not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
         let mut reach = HorizonAccumulator::new(self.steps, self.drop);
         for &(end_m, right) in &self.cells {
@@ -291,7 +292,7 @@ impl ScoredAnswer<'_> {
         long.then_some(horizon_m)
     }
 
-    /// Whether the answer is wrong before a horizon, metres, or reports stairs where there are none.
+    /// Whether the answer is wrong before the horizon `horizon_m`, metres, or reports stairs where there are none.
     fn is_wrong(&self, horizon_m: f32) -> bool {
         let (answer, truth) = self.judged;
         score::wrong_up_to(answer, truth, horizon_m.into()) || score::false_stairs(answer, truth)

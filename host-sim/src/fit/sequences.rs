@@ -39,15 +39,15 @@ pub struct SequenceSample {
     cells: Vec<PastCell>,
     stairs: bool,
     wrong: Option<usize>,
-    /// Minimum horizon of an `ok` answer, metres; infinite if another reason prevents `ok`.
+    /// Horizon that the answer needs to be `ok`, metres; infinite if another reason prevents `ok`.
     reach_m: f32,
     steps: Vec<Step>,
     drop: Option<DropEdge>,
     judged: (Answer, Truth),
 }
 
-/// Errors of place and level of one step in two independent scans, in standard deviations, and the displacement
-/// between the scans.
+/// Errors of one step's distance and of its height above the ground in two independent scans, in standard deviations,
+/// and the displacement of the chair between the scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
     moved_m: f64,
@@ -58,9 +58,9 @@ pub struct Pair {
 /// Training samples of one sequence of scans.
 #[derive(Clone, Debug, Default)]
 pub struct SequenceSamples {
-    /// One for each scan whose evidence was combined with that of an earlier one.
+    /// Training samples, one for each scan whose evidence was combined with that of an earlier one.
     pub samples: Vec<SequenceSample>,
-    /// One for each step and two scans that reported it.
+    /// Pairs of errors, one for each step and two scans that reported it.
     pub pairs: Vec<Pair>,
 }
 
@@ -77,8 +77,8 @@ impl Observer for Listener {
     }
 }
 
-/// A reported step: the height of its true step above the ground, the chair's travel, and the errors of place and
-/// level in standard deviations.
+/// A reported step: the height of its true step above the ground, the chair's travel, and the errors of the reported
+/// distance and height in standard deviations.
 struct StepErrors {
     height_mm: i64,
     travel_m: f64,
@@ -86,7 +86,7 @@ struct StepErrors {
     level: f64,
 }
 
-/// Errors are clamped to this many standard deviations: with a larger error the step was matched to the
+/// Limit to which errors of steps are clamped, standard deviations: with a larger error the step was matched to the
 /// wrong true step.
 const MAX_SIGMAS: f64 = 3.0;
 
@@ -195,13 +195,14 @@ pub fn sequence_samples(recording: &Recording) -> Result<SequenceSamples> {
     trouble.map_or(Ok(sequence_samples), Err)
 }
 
-/// Number of grid steps for each of a correlation's two parameters, which are searched exhaustively.
+/// Number of grid steps for each of a correlation's two parameters (value at displacement 0, length), which are
+/// searched exhaustively.
 const GRID: u32 = 40;
 /// Maximum correlation length that is tried, metres. At that displacement a correlation has fallen to 1/e.
 const LONGEST_M: f64 = 1.0;
 
 /// Fits a correlation, as a function of the displacement, to the products of two scans' errors by least squares. `of`
-/// selects the errors of place or of level.
+/// selects from a pair the two scans' errors of distance or of height.
 fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     let power = pairs
         .iter()
@@ -231,7 +232,8 @@ fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     }
 }
 
-/// Fits the correlations of two scans' errors, as functions of the displacement: of places, and of levels.
+/// Returns the fitted correlations of two scans' errors, as functions of the displacement: of the steps' distances,
+/// then of their heights.
 pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
     [
         correlation(pairs, |p| p.place),
@@ -370,7 +372,8 @@ fn scored_answer<'a>(sample: &'a SequenceSample, table: &Carried) -> ScoredAnswe
     }
 }
 
-/// Returns the Rust source file of the weights and the correlations of places and levels.
+/// Returns the Rust source file of the weights, and of the correlations of the errors of steps' distances (`places`)
+/// and heights (`levels`).
 pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     let mut out = String::from(
         "//! Weights of earlier scans' evidence, counted from simulated sequences: written by\n\

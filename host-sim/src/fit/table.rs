@@ -14,8 +14,8 @@ fn map(map: PlattMap) -> String {
     )
 }
 
-/// Returns the source file with the hazard weights of the depth and the height plane. `checksum` is that of the
-/// tables fitted to a small number of scenes, which a test recomputes.
+/// Returns the Rust source file with the hazard weights of the depth plane (`up`) and the height plane (`down`).
+/// `checksum` is that of the tables fitted to a small number of scenes, which a test recomputes.
 pub fn write(up: &Weights, down: &Weights, checksum: u32) -> String {
     let mut out = String::from(
         "//! The horizon's hazard weights, counted from simulated scans: written by `cargo sim fit`.\n\n\

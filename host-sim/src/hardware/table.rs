@@ -66,13 +66,13 @@ pub struct Converter {
 pub struct Load {
     /// Name of the load.
     pub what: String,
-    /// Name of the rail that supplies it.
+    /// Name of the supply rail that feeds the load.
     pub rail: String,
-    /// Current while the scanner scans, mA, typical.
+    /// Typical current of the load while the scanner scans, mA.
     pub typical_ma: f64,
-    /// Maximum current, mA.
+    /// Maximum current of the load, mA.
     pub max_ma: f64,
-    /// Source of both currents.
+    /// Source of both currents, such as a data sheet, as text.
     pub from: String,
 }
 
@@ -82,9 +82,9 @@ pub struct Load {
 pub struct Wire {
     /// Name of the signal in docs/hardware.md.
     pub signal: String,
-    /// Pin of the microcontroller.
+    /// Name of the wire's pin at the microcontroller, such as `PA9`.
     pub chip: String,
-    /// Pin of the block.
+    /// Name of the wire's pin at the block.
     pub pin: String,
     /// Parts in the wire, such as resistors.
     #[serde(default)]
@@ -107,13 +107,13 @@ pub enum Side {
 pub struct Block {
     /// Name of the block.
     pub name: String,
-    /// Name of the part that it is.
+    /// Name of the block's part in the list of parts.
     pub part: String,
     /// Side of the microcontroller on which the block is drawn.
     pub side: Side,
     /// Wires from the block to the microcontroller.
     pub wires: Vec<Wire>,
-    /// Wires to the block beyond: pairs of a pin of this block and a pin of that one.
+    /// Wires to the block `beyond`: pairs of a pin of this block and a pin of the other one.
     #[serde(default)]
     pub links: Vec<[String; 2]>,
     /// Pairs of a pin of the block and the supply to which the pin is tied.

@@ -36,9 +36,9 @@ pub fn parts(table: &Table) -> String {
 /// Current of a supply rail, mA.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Current {
-    /// Typical current while the scanner scans, mA.
+    /// Typical current on the rail while the scanner scans, mA.
     pub typical: f64,
-    /// Maximum current, mA.
+    /// Maximum current on the rail, mA.
     pub most: f64,
 }
 

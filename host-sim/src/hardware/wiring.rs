@@ -4,7 +4,7 @@
 use super::sheet::{Anchor, BODY, FAINT, INK, Sheet};
 use super::table::{Block, Side, Table};
 
-/// Vertical distance between two pins, pixels.
+/// Vertical distance between two neighbouring pins in the diagram, pixels.
 const PITCH: f64 = 23.0;
 /// Height of a block's name and part above its first pin, pixels.
 const HEAD: f64 = 48.0;

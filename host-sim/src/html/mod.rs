@@ -92,11 +92,12 @@ struct Parts<'a> {
     head: &'a str,
     /// CSS rules added after the page's own.
     style: &'a str,
-    /// HTML elements of the body, up to the footer.
+    /// HTML elements of the page's body, up to the footer.
     body: &'a str,
-    /// JSON with the data of the recordings.
+    /// JSON with the data of the recordings that the page shows.
     data: &'a str,
-    /// HTML elements inserted before the script.
+    /// HTML `script` elements that the page's script reads, inserted before it: the scanner as WebAssembly, the worker
+    /// that runs it, and recordings. Empty except on the page with the scanner itself.
     stock: &'a str,
     /// JavaScript added after the page's own.
     script: &'a str,

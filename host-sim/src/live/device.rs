@@ -27,11 +27,11 @@ use crate::volatile::{Volatile, identity};
 /// the chip.
 const STEP: Duration = Duration::from_millis(1);
 
-/// The far end of a scanner's report port: sends it commands and receives its sentences.
+/// Far end of a simulated scanner's report port: sends commands to the scanner and receives its sentences.
 pub trait Cable {
-    /// Returns the lines to the scanner; whole lines only.
+    /// Returns the bytes of the command lines that have arrived for the scanner since the last call; whole lines only.
     fn read(&mut self) -> Vec<u8>;
-    /// Takes bytes from the scanner. Does not wait for a reader, like a UART.
+    /// Takes bytes of the scanner's sentences. Does not wait for a reader, like a UART.
     fn write(&mut self, bytes: &[u8]);
     /// Whether the far end is closed, so that the scanner is no longer needed.
     fn ended(&self) -> bool;

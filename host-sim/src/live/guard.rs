@@ -23,7 +23,7 @@ pub struct Guard {
     pub line: GuardLine,
     /// Number of `GUARD` sentences received.
     pub count: u64,
-    /// Arrival time of the last `GUARD` sentence, ms.
+    /// Arrival time of the last `GUARD` sentence, ms since the session began.
     came: Ms,
     /// Moving average of the interval between sentences, ms; `None` for the first one and after a pause.
     interval: Option<f64>,

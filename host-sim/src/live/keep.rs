@@ -46,7 +46,8 @@ impl Keep {
         bail!("{}: holds {MAX_SESSIONS} sessions already", dir.display())
     }
 
-    /// Writes one line: time, direction (`<`, `>` or `#`), text.
+    /// Writes one line to the session's file: the time `at`, ms, the direction `way` (`<` received, `>` sent, `#`
+    /// remark), and the text.
     ///
     /// # Errors
     /// The file cannot be written; the message names it.

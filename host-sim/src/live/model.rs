@@ -40,11 +40,11 @@ pub enum Event {
 /// State of the port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// Not opened yet.
+    /// The port has not been opened yet.
     Opening,
-    /// Open since this time, ms.
+    /// The port is open since this time, ms after the session's beginning.
     Open(Ms),
-    /// Absent since this time, ms, with the cause.
+    /// The port is absent since this time, ms after the session's beginning; with the cause.
     Away(Ms, Trouble),
 }
 
@@ -64,7 +64,7 @@ pub enum Way {
 /// A line of the log of received and sent lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Time of arrival or sending, ms.
+    /// Time at which the line arrived or was sent, ms since the session began.
     pub at: Ms,
     /// Direction of the line, or remark.
     pub way: Way,
@@ -75,7 +75,7 @@ pub struct Entry {
 /// Validity of the displayed answer with regard to its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Validity {
-    /// Current: not stale.
+    /// The answer is not stale.
     Fresh,
     /// The port has disappeared.
     Unplugged,
@@ -83,7 +83,7 @@ pub enum Validity {
     Silent(Ms),
     /// The scanner has restarted since the answer.
     Restarted,
-    /// Older than the maximum age that a controller accepts.
+    /// The answer is older than the maximum age that a chair's controller accepts.
     Old,
 }
 
@@ -110,16 +110,17 @@ pub struct Pulse {
 /// The last command that was sent to the scanner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PendingCommand {
-    /// Time of sending, ms.
+    /// Time at which the command was sent, ms since the session began.
     pub at: Ms,
     /// The line that was sent.
     pub text: String,
-    /// The reply: time of arrival, ms, text, and whether it is not a refusal. `None` before it arrives.
+    /// The scanner's reply: time of arrival, ms since the session began, text, and whether it is not a refusal. `None`
+    /// before the reply arrives.
     pub reply: Option<(Ms, String, bool)>,
 }
 
 impl PendingCommand {
-    /// Returns the name of the command, without frame and arguments.
+    /// Returns the command's name, without the sentence's frame (`$`, checksum) and without arguments.
     fn word(&self) -> &str {
         let body = self.text.strip_prefix("$PSTC,").unwrap_or(&self.text);
         body.split([',', ' ', '*'])
@@ -127,7 +128,7 @@ impl PendingCommand {
             .unwrap_or("")
     }
 
-    /// Whether the reply is overdue at `now`.
+    /// Whether the command's reply is overdue at `now`, ms since the session began.
     pub fn overdue(&self, now: Ms) -> bool {
         let patience = match self.word() {
             "selftest" | "calibrate" | "save" => LONG_REPLY,
@@ -163,7 +164,7 @@ pub struct State {
     pub baud: u32,
     /// State of the port.
     pub link: Link,
-    /// The last complete answer and its time of arrival.
+    /// The last complete answer, with its time of arrival, ms since the session began; `None` before the first.
     pub answer: Option<(Ms, Answer)>,
     /// Number of complete answers received.
     pub answers: u64,

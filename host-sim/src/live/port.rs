@@ -158,7 +158,8 @@ fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String
     None
 }
 
-/// Whether an error only means that no data were available.
+/// Whether a read or write error of this kind is no fault of the port: a timeout, no data available, or an
+/// interruption.
 pub fn passes(kind: ErrorKind) -> bool {
     matches!(
         kind,

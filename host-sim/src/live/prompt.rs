@@ -58,7 +58,8 @@ pub struct Prompt {
     pub cursor: usize,
     /// Note below the line, such as the reason why it was not sent; empty without one.
     pub note: String,
-    /// Whether the next Enter sends the line unchanged.
+    /// Whether the next Enter sends the line unchanged, because the note below it has already explained why it was not
+    /// sent at once.
     offered: bool,
     history: Vec<String>,
     /// Index of the history line shown; `None` while a new line is typed.

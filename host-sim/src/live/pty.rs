@@ -9,7 +9,8 @@ use serialport::{SerialPort, TTYPort};
 /// Maximum wait until a reader takes written bytes. A connected reader takes them within it even on a busy machine;
 /// an absent one is waited for only once.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Number of bytes written at once. A terminal with less free space is not writable.
+/// Maximum number of bytes of one write. The serial port library polls the terminal before each write; with less free
+/// space than this the system reports it as not writable.
 const PIECE: usize = 64;
 
 /// A pseudo-terminal. Its path can be opened by other programs like a serial port.
@@ -22,7 +23,7 @@ pub struct Pty {
     pub path: String,
     /// Bytes received of a line that is not complete yet.
     partial: Vec<u8>,
-    /// Whether the last bytes written were not read.
+    /// Whether the last bytes written found no reader in time; the next write then does not wait.
     unread: bool,
 }
 

@@ -22,15 +22,15 @@ type Points = Vec<(f64, f64)>;
 /// Elements of the side view of an answer, all in cm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
-    /// Ground, risers and treads, from left to right.
+    /// Outline of ground, risers and treads as one line through these points, from left to right.
     pub outline: Points,
-    /// Bars of ±2σ, each from end to end: a horizontal and a vertical one for each step.
+    /// Bars of ±2σ of distance and height, from end to end: for each step a horizontal and then a vertical one.
     pub bars: Vec<[(f64, f64); 2]>,
-    /// Distances of a reported drop: nearest place (-3σ), edge, farthest place (+3σ).
+    /// Distances of a reported drop from the mirror, cm: nearest place (-3σ), edge, farthest place (+3σ).
     pub drop: Option<[f64; 3]>,
-    /// Edges of the `MAYBE`s (possible steps).
+    /// Edges of the `MAYBE`s (possible steps), cm: distance, and height above the ground.
     pub maybes: Points,
-    /// Horizon of the answer; `None` if it has none or it is 0.
+    /// Horizon: distance from the mirror up to which the answer is valid, cm; `None` if it has none or it is 0.
     pub horizon: Option<f64>,
 }
 

@@ -52,9 +52,9 @@ impl std::error::Error for PortFault {}
 /// Reply to a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// Executed; the new value for `set`, empty for other commands.
+    /// The command was executed; with the new value for `set`, and an empty text for other commands.
     Good(String),
-    /// Refused: the wrong field and its expected value.
+    /// The command was refused; with the name of the wrong field and its expected value.
     Refused(String, String),
 }
 

@@ -5,9 +5,9 @@
 pub enum Trouble {
     /// There is no port of this name; the names of the existing ones.
     Missing(Vec<String>),
-    /// No permission to open it; the group that has permission, unless that is root's.
+    /// No permission to open the port; the group of users that has permission, unless that is root's.
     Forbidden(Option<String>),
-    /// Another program holds it.
+    /// Another program has the port open.
     Busy,
     /// The path is not a serial port.
     NoPort,

@@ -1,5 +1,4 @@
-//! Colours of levels in decibels, and of objects that must be distinguishable in print and with
-//! colour blindness.
+//! Colours of powers in decibels, and of objects that must be distinguishable in print and with colour blindness.
 
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
@@ -44,19 +43,19 @@ pub enum Palette {
     Ground,
 }
 
-/// A range of levels in dB that is mapped to colours.
+/// A range of powers in dB that is mapped to colours.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
-    /// Level of the lowest colour, dB; lower levels have the same colour.
+    /// Power of the lowest colour, dB relative to full scale; lower powers have the same colour.
     pub low: f64,
-    /// Level of the highest colour, dB; higher levels have the same colour.
+    /// Power of the highest colour, dB relative to full scale; higher powers have the same colour.
     pub high: f64,
     /// Mapping to colours.
     pub palette: Palette,
 }
 
 impl Scale {
-    /// Returns the colour of `db`. Values beyond the ends have the ends' colours.
+    /// Returns the colour of the power `db`, dB relative to full scale. Values beyond the ends have the ends' colours.
     pub fn colour(&self, db: f64) -> RGBColor {
         let t = ((db - self.low) / (self.high - self.low)).clamp(0.0, 1.0);
         let t = if t.is_nan() { 0.0 } else { t };
@@ -79,7 +78,8 @@ impl Scale {
 mod tests {
     use super::*;
 
-    /// Luma of a colour (weights of Rec. 709, no gamma correction), 0…255.
+    /// Brightness of a colour from 0 (black) to 255 (white): its luma with the weights of Rec. 709, without gamma
+    /// correction.
     fn luminance(c: RGBColor) -> f64 {
         0.2126 * f64::from(c.0) + 0.7152 * f64::from(c.1) + 0.0722 * f64::from(c.2)
     }

@@ -19,9 +19,9 @@ use crate::views::{ExplanationView, InspectView, ScattererView, meaning};
 pub struct RoleMark {
     /// Name of the role.
     pub role: &'static str,
-    /// A unique shape; crossing lines for evidence against the best hypothesis.
+    /// Marker shape, different for each role; crossing lines for roles that contradict the best hypothesis.
     pub shape: Shape,
-    /// Colour, the same in all plots.
+    /// Colour of the role's markers, the same in all plots.
     pub ink: RGBColor,
 }
 

@@ -266,8 +266,8 @@ fn sweep(scan: &ScanView<'_>) -> String {
     )
 }
 
-/// Returns the end of a subtitle that relates a plot of the paper's estimator to the answer: the answer itself if
-/// this estimator is selected, otherwise a note that another estimator gave it.
+/// Returns the end of a subtitle of the paper's plots: the answer if the paper's estimator gave it, otherwise a note
+/// that another estimator gave the answer.
 fn beside(scan: &ScanView<'_>) -> String {
     let estimator = scan.config.estimator;
     match estimator {

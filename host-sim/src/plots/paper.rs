@@ -17,7 +17,9 @@ use crate::views::Point;
 struct TraceObserver<'a> {
     map: &'a PolarMap,
     particles: ParticleView,
-    /// Each particle's place, metres, and the index of its cluster in `extents`: `[0]` before, `[1]` after rejection.
+    /// Each particle's place (horizontal distance from the mirror, height above the ground), metres, and the index of
+    /// its cluster in `extents`. `[0]`: before, `[1]`: after the rejection rules have removed clusters of outliers and
+    /// those that repeat another cluster's object.
     marked: [Vec<(Point, u16)>; 2],
     extents: Vec<Extent>,
 }
@@ -32,8 +34,8 @@ impl<'a> TraceObserver<'a> {
         }
     }
 
-    /// Returns the place in the sagittal plane, metres, of a particle whose coordinates are row and range bin of the
-    /// map, in units of 1/[`UNITS_PER_CELL`].
+    /// Returns the place of a particle (horizontal distance from the mirror, height above the ground), metres. Its
+    /// coordinates are row and range bin of the map, in units of 1/[`UNITS_PER_CELL`].
     fn drawn(&self, particle: &PointParticle) -> Point {
         let unit = f32::from(UNITS_PER_CELL);
         let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
@@ -44,8 +46,9 @@ impl<'a> TraceObserver<'a> {
         (x.into(), y.into())
     }
 
-    /// Returns the place in the sagittal plane of a particle, or of a cluster's middle, from its coordinates along
-    /// and across the reference axis (across is positive downwards or forwards), metres.
+    /// Returns the place (horizontal distance from the mirror, height above the ground), metres, of a particle or of a
+    /// cluster's middle, from its coordinates along and across the axis at which the mirror's angle is 0, metres from
+    /// the mirror. `across` is positive downwards in scans of stairs going up, forwards in those of stairs going down.
     fn placed(&self, along: f32, across: f32) -> Point {
         let mount = self.map.geometry().mount_height_m;
         let (x, y) = match self.map.geometry().plane {
@@ -114,7 +117,8 @@ impl Observer for TraceObserver<'_> {
     }
 }
 
-/// Runs the paper's estimator on a map. Returns its outcome and its intermediate results.
+/// Runs the paper's estimator on a map. Returns its outcome, and the observer with the particles and clusters of each
+/// stage.
 fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, TraceObserver<'a>) {
     let mut paper = Box::new(Paper::new());
     paper.begin(map);
@@ -159,8 +163,8 @@ impl PaperView {
     }
 }
 
-/// Returns for each reported step its edge and the end of the nearest kept cluster, from which the edge was
-/// corrected.
+/// Returns for each reported step the correction for the beam's width: from the end of the nearest kept cluster to the
+/// reported edge.
 fn beams(plane: Plane, outcome: &Outcome, kept: &[ClusterView]) -> Vec<BeamView> {
     let along = |p: Point| match plane {
         Plane::Depth => p.0,

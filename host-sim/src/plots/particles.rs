@@ -15,9 +15,10 @@ use crate::views::Point;
 /// Particles of the paper's filter, before and after resampling.
 #[derive(Clone, Debug, Default)]
 pub struct ParticleView {
-    /// Place of each particle before resampling, metres.
+    /// Place (horizontal distance from the mirror, height above the ground) of each particle before resampling, metres.
     pub initial: Vec<Point>,
-    /// Place of each particle after the last round of resampling, metres.
+    /// Place (horizontal distance from the mirror, height above the ground) of each particle after the last round of
+    /// resampling, metres.
     pub resampled: Vec<Point>,
     /// Number of resampling rounds.
     pub rounds: usize,
@@ -26,9 +27,9 @@ pub struct ParticleView {
 /// One cluster of particles.
 #[derive(Clone, Debug)]
 pub struct ClusterView {
-    /// Places of its particles, metres.
+    /// Places (horizontal distance from the mirror, height above the ground) of the cluster's particles, metres.
     pub points: Vec<Point>,
-    /// Its middle, metres: weighted mean of the particles.
+    /// The cluster's middle, metres: weighted mean of its particles' places.
     pub centre: Point,
     /// Whether the cluster is kept, or the reason of its rejection.
     pub fate: ClusterVerdict,
@@ -40,7 +41,7 @@ pub struct BeamView {
     /// End of the cluster. Going up: the height of its topmost particle, at the edge's distance (eq. 5); going down:
     /// the distance of its nearest particle, at the edge's height.
     pub end: Point,
-    /// Edge of the step that is reported for the cluster.
+    /// Reported edge of the cluster's step (horizontal distance from the mirror, height above the ground), metres.
     pub edge: Point,
 }
 
@@ -81,7 +82,8 @@ fn dots(
     Ok(())
 }
 
-/// Draws dots whose area is proportional to the number of particles at the same place, up to `MAX_COPIES`.
+/// Draws a dot for each place with particles. Its area is proportional to the number of particles there, up to
+/// `MAX_COPIES`.
 fn particle_counts(
     sheet: &Sheet<'_>,
     frame: &Frame,
@@ -89,7 +91,7 @@ fn particle_counts(
     radius: f64,
     mark_style: MarkStyle,
 ) -> Result<()> {
-    /// Number of particles at one place above which the dot does not grow.
+    /// Number of particles at one place from which on the dot that stands for them grows no more.
     const MAX_COPIES: usize = 12;
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -191,7 +193,7 @@ fn count_of(clusters: &[ClusterView], fate: ClusterVerdict) -> usize {
     clusters.iter().filter(same).count()
 }
 
-/// Shape and colour of a marker.
+/// Shape and fill colour of the markers that stand for one cluster's particles.
 type MarkStyle = (Shape, RGBColor);
 
 /// Assigns shape and colour to each cluster, first to the kept ones, so that these look the same in figs. 7 and 8.

@@ -13,12 +13,12 @@ use super::sheet::{FAINT, Face, INK, Sheet, Spot};
 
 /// Maximum width and height of the drawn plane, pixels.
 const LARGEST: Spot = (1200.0, 860.0);
-/// Minimum width and height of the data, pixels, for planes so long that the mount height vanishes.
+/// Minimum width and height of the drawn plane, pixels, for planes that are very long or very flat.
 const MIN_SPAN_DB: f64 = 40.0;
 /// The label of every colour bar.
 const BAR_LABEL: &str = "power [dB of full scale]";
 
-/// Cells shown as the background of a plot.
+/// Which cells of the polar map are shown as the background of a plot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Background {
     /// Every cell (fig. 4).
@@ -32,13 +32,14 @@ pub enum Background {
 pub struct PlotTexts {
     /// Title of the plot.
     pub title: String,
-    /// Recording and settings.
+    /// Line below the title: recording and settings.
     pub subtitle: String,
     /// Legend: marks with their meanings.
     pub legend: Vec<(Swatch, String)>,
 }
 
-/// Sagittal plane of one scan, as the ground of plots. All of them show the same area with the same scale of levels.
+/// Sagittal plane of one scan, as the background of plots. All plots of a scan show the same area, with the same
+/// colours for the same power.
 pub struct SagittalPlane<'a> {
     map: &'a PolarMap,
     view: ((f64, f64), (f64, f64)),
@@ -48,7 +49,8 @@ pub struct SagittalPlane<'a> {
 }
 
 impl<'a> SagittalPlane<'a> {
-    /// Creates the plane of `map`, with `points` of interest in view.
+    /// Creates the plane of `map` for an area that contains `points` (horizontal distance from the mirror, height above
+    /// the ground), metres.
     pub fn new(map: &'a PolarMap, points: &[(f64, f64)]) -> Self {
         let (x, y) = sector::view(map, points);
         let scale = (LARGEST.0 / (x.1 - x.0)).min(LARGEST.1 / (y.1 - y.0));
@@ -84,7 +86,8 @@ impl<'a> SagittalPlane<'a> {
         }
     }
 
-    /// Draws a plot with the map as background and `over` on top, and returns the bytes of a PNG file.
+    /// Draws a plot with the map as background, on which `over` draws the plot's own objects, and returns the bytes of
+    /// a PNG file.
     pub fn draw(
         &self,
         words: &PlotTexts,
@@ -114,7 +117,8 @@ impl<'a> SagittalPlane<'a> {
         self.draw(words, ground, Palette::Viridis, |_, _| Ok(()))
     }
 
-    /// Returns the mirror's place (x, y), metres.
+    /// Returns the place of the mirror's centre in the sagittal plane, metres: x = 0, from which horizontal distances
+    /// count, and its height above the ground.
     pub fn mirror(&self) -> (f64, f64) {
         (0.0, self.map.geometry().mount_height_m.into())
     }
@@ -146,8 +150,8 @@ impl<'a> SagittalPlane<'a> {
     }
 }
 
-/// Returns the colour scale from 4 dB below the median cell (the noise) to the strongest cell, rounded outwards to 5
-/// dB.
+/// Returns the range of powers that the colours cover, dB relative to full scale: from 4 dB below the median cell (the
+/// noise) to the strongest cell, rounded outwards to 5 dB.
 fn span(map: &PolarMap) -> Scale {
     let mut counts = [0_usize; 256];
     for row in (0..map.rows()).filter(|&row| map.present(row)) {

@@ -25,7 +25,7 @@ const LOOKS: [(RGBColor, f64, f64); RUNNERS_UP] = [
     (HUES[7], 9.0, 7.0),
     (HUES[6], 3.0, 6.0),
 ];
-/// Opacity of the lines of other hypotheses, which lie over the map.
+/// Opacity, 0…1, of the lines of other hypotheses, which lie over the map.
 pub const OPACITY: f64 = 0.7;
 /// Colour of `MAYBE`s (possible steps), used by no scatterer and no staircase.
 const MAYBE: RGBColor = INK;
@@ -64,7 +64,8 @@ pub fn strokes() -> impl Iterator<Item = Stroke> {
     (0..).zip(LOOKS).map(stroke)
 }
 
-/// Returns the line of a staircase, pixels, from its edges; that of the level ground if there are none.
+/// Returns the line of a staircase's surface, pixels, from its edges (distance, height), metres; the line of the level
+/// ground if there are none.
 pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     match edges {
         [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
@@ -72,8 +73,8 @@ pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     }
 }
 
-/// Returns the posterior probability of an answer as text for the legend; empty without a
-/// posterior.
+/// Returns the probability, by the posterior, of the hypotheses with the answer's edges, as text for the legend such as
+/// `, 97 %`; empty without a posterior. `reported` are the edges (distance, height) of the reported steps, metres.
 pub fn share(posterior: &PosteriorView, reported: &[Point]) -> String {
     let matching = posterior
         .hypotheses
@@ -98,7 +99,8 @@ pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Poi
         .collect()
 }
 
-/// Returns the legend of the other hypotheses, `DROP` and `MAYBE`s.
+/// Returns the legend's entries for hypotheses other than the answer, the `DROP` and the `MAYBE`s: mark and text of
+/// each.
 pub fn legend(runners_up: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
     let runner_up = |(stroke, h): &(Stroke, &HypothesisView)| {
         let label = format!("runner-up, {}: {}", percent(h.probability), h.name);
@@ -146,7 +148,8 @@ pub fn draw_runners_up(
     Ok(())
 }
 
-/// Returns the first place from `at` downwards where a probability covers none of those already written at `words`.
+/// Returns the first place from `at` downwards at which a written probability covers none of those already written at
+/// the spots `words`.
 fn free(words: &[Spot], mut at: Spot) -> Spot {
     const APART: Spot = (70.0, 26.0);
     let covers = |w: &&Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
@@ -156,7 +159,7 @@ fn free(words: &[Spot], mut at: Spot) -> Spot {
     at
 }
 
-/// Opacity of the band of ±3σ around a `DROP`.
+/// Opacity, 0…1, of the band of ±3σ around a reported `DROP`.
 const BAND: f64 = 0.15;
 
 fn drop_stroke() -> Stroke {
@@ -192,7 +195,7 @@ pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()
     sheet.note(&words, (at.0 + aside, at.1 + EDGE + 6.0), face)
 }
 
-/// Line height of the list of step counts, pixels.
+/// Line height of the list of probabilities of each number of steps, pixels.
 const COUNT: f64 = 27.0;
 
 fn maybe_stroke() -> Stroke {

@@ -12,7 +12,7 @@ use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
 /// Width and height of the area of the data, pixels.
 const SIZE: Spot = (1180.0, 560.0);
-/// Length of the power axis below the lower quartile of the profile's power, dB.
+/// Range of the power axis below the lower quartile of the profile's power over its bins, dB.
 const BELOW_TYPICAL_DB: f64 = 14.0;
 /// Maximum distance from a peak to its label, pixels.
 const LABEL_REACH: f64 = 60.0;
@@ -32,12 +32,13 @@ pub struct ProfileView {
     pub threshold_db: Vec<Option<f64>>,
     /// Range, metres, and power, dB relative to full scale, of each detection.
     pub detections: Vec<(f64, f64)>,
-    /// Range of the mirror's own echo, metres; `None` without a mirror.
+    /// Range of the mirror's own echo from the radar, metres; `None` without a mirror.
     pub mirror_m: Option<f64>,
 }
 
 impl ProfileView {
-    /// Creates the view of a profile with bins `bin_m` apart.
+    /// Creates the view of a range profile whose bins are `bin_m` metres apart. `mirror_m` is the range of the mirror's
+    /// own echo.
     pub fn new(subtitle: String, profile: &Profile, bin_m: f64, mirror_m: Option<f64>) -> Self {
         let bins = 0..profile.bins();
         Self {
@@ -86,7 +87,7 @@ impl ProfileView {
     }
 }
 
-/// Draws power over range with its peaks (fig. 2).
+/// Draws a profile's power over range, with its detections marked (fig. 2).
 pub fn peaks(view: &ProfileView) -> Result<Vec<u8>> {
     let mut page = view.page("Range profile");
     page.legend = vec![
@@ -104,7 +105,7 @@ pub fn peaks(view: &ProfileView) -> Result<Vec<u8>> {
     })
 }
 
-/// Draws power over range with the CFAR threshold (fig. 9).
+/// Draws a profile's power over range, with the CFAR threshold and the detections (fig. 9).
 pub fn threshold(view: &ProfileView) -> Result<Vec<u8>> {
     let mut page = view.page("Range profile with its CFAR threshold");
     page.legend = vec![

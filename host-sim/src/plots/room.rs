@@ -18,7 +18,7 @@ const REACH: f64 = 280.0;
 const RIM: f64 = 4.0;
 /// Distance between a label and its point above which a thin line connects them, pixels.
 const BESIDE: f64 = 26.0;
-/// Height of a line of text, in units of its font size.
+/// Distance between lines of text, in units of the font size.
 const LINE: f64 = 1.2;
 /// Cost of a covered cell, pixels of distance: so large that a label covers data only if no free place is in reach.
 const COVERED: f64 = 1e4;

@@ -7,12 +7,12 @@ use stairscan::signal::range::FULL_SCALE;
 
 use super::page::Frame;
 
-/// Value of a pixel that shows no cell.
+/// Index in place of a cell's for a pixel that lies outside the scan and shows no cell.
 const BLANK: u32 = u32::MAX;
 /// Colour outside the scan.
 const OUTSIDE: [u8; 3] = [255, 255, 255];
 
-/// Returns the power of a cell relative to full scale, dB.
+/// Returns the power, dB relative to full scale, of a cell value (units of 0.376 dB).
 pub fn decibels(cell: u8) -> f64 {
     (f64::from(cell) - f64::from(FULL_SCALE)) * f64::from(DB_PER_UNIT)
 }
@@ -31,9 +31,9 @@ pub fn cell_at(map: &PolarMap, x: f64, y: f64) -> Option<(usize, usize)> {
     map.present(row).then_some((row, bin as usize))
 }
 
-/// Returns the row whose true angle is nearest to `angle`, radians; `None` if it lies more than half a step before
-/// the first or beyond the last row. Between two rows it may be farther off, as a microstepping shaft deviates from
-/// its schedule.
+/// Returns the row whose beam angle, that of the motor's microstep, is nearest to `angle`, radians; `None` if it lies
+/// more than half a step before the first or beyond the last row. Between two rows it may be farther off, as the
+/// microsteps deviate from the schedule.
 fn nearest_row(map: &PolarMap, angle: f32) -> Option<usize> {
     let (mut low, mut high) = (0, map.rows());
     while low < high {
@@ -129,7 +129,7 @@ fn is_echo(map: &PolarMap, row: usize, bin: usize) -> bool {
 /// Returns minimum and maximum of x, and of y, of the displayed area, metres. It holds the echoes, the mirror, the
 /// ground below it and `points` of interest, with a margin, within the area that the scan covers.
 pub fn view(map: &PolarMap, points: &[(f64, f64)]) -> ((f64, f64), (f64, f64)) {
-    /// Level below the strongest echo down to which echoes widen the view, dB.
+    /// Echoes down to this power below the strongest one widen the view, dB.
     const STRONG_DB: f64 = 35.0;
     const MARGIN_M: (f64, f64) = (0.3, 0.15);
     /// Minimum width and height of the view, metres.

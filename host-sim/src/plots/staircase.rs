@@ -25,7 +25,7 @@ pub struct StepView {
     pub distance_m: f64,
     /// Height of the step's tread above the ground, metres.
     pub height_m: f64,
-    /// Two standard deviations of distance and of height, metres.
+    /// Two standard deviations of the edge's distance, and of the tread's height, metres.
     pub two_sigma_m: Point,
 }
 

@@ -25,13 +25,15 @@ pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
     line
 }
 
-/// Returns the surface over `edges` as two lines, pixels: up to `x` metres, and beyond.
+/// Returns the line of the surface over `edges` (distance and height, metres) in two pieces, pixels: up to the distance
+/// `x`, metres, and beyond.
 pub fn surface_up_to(frame: &Frame, edges: &[Point], x: f64) -> [Vec<Spot>; 2] {
     let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
     parted(&line, x).map(|part| part.iter().map(|p| frame.spot(p.0, p.1)).collect())
 }
 
-/// Splits a surface's line into the part up to `x` metres and the rest, which begins there.
+/// Splits a surface's line into the points up to the distance `x`, metres, and the others; a point at `x` ends the
+/// first and begins the second.
 pub fn parted(line: &[Point], x: f64) -> [Vec<Point>; 2] {
     let count = line.iter().take_while(|p| p.0 <= x).count();
     let (near, far) = line.split_at(count);

@@ -23,8 +23,8 @@ const KEYS: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PI
 const STEEPEST_DEG: f64 = 45.0;
 /// Maximum magnitude of the chair's travel in a recording, metres.
 const FARTHEST_M: f64 = 1_000.0;
-/// Maximum time of a chirp since the first one, seconds; the scanner's 32-bit clock overflows after
-/// 71 minutes.
+/// Maximum time of a chirp since the recording's first one, seconds; the scanner's 32-bit clock overflows after 71
+/// minutes.
 const LONGEST_S: f64 = 3_600.0;
 
 /// Carrier, beam angles and chair motion from the captures of a recording.

@@ -5,8 +5,8 @@ use serde_json::{Map, Value};
 
 /// Maximum number of characters of a wrong value that a message quotes.
 const SHOWN: usize = 40;
-/// Maximum number of edits (Levenshtein) between a key and a known one of which it counts as a
-/// misspelling. A swap of two letters counts as two edits.
+/// Maximum number of edits (Levenshtein distance) at which an unknown key counts as the misspelling of a known one. A
+/// swap of two letters counts as two edits.
 const MISSPELT: usize = 2;
 
 /// The members of a JSON object, and the object's place in the document for messages.

@@ -24,8 +24,8 @@ pub struct TrueDrop {
     pub distance_m: f64,
     /// Depth of the next surface below the edge, metres; `None` if it is more than 1 m.
     pub depth_m: Option<f64>,
-    /// Distance from the mirror's centre at which ground of the level before the edge continues,
-    /// metres; `None` if it does not.
+    /// Distance from the mirror's centre at which ground at the same height as before the edge continues, metres;
+    /// `None` if it does not.
     pub far_m: Option<f64>,
 }
 

@@ -16,13 +16,13 @@ use crate::recording::regular;
 
 /// Start address of the chip's flash. Functions that the linker dropped have lower addresses.
 const FLASH: u64 = 0x0800_0000;
-/// Separator of folders in the paths of the line table.
+/// Separator of folders in the paths of source files that the line table names.
 const PARTED: char = '/';
 
 type Slice<'data> = EndianSlice<'data, LittleEndian>;
 
-/// Start address of a range of instructions that come from one file, and the crate of that file.
-/// `None` marks the end of the range before.
+/// First address of a range of instructions that one row of the line table covers, and the crate of the row's source
+/// file. The range ends at the next entry's address; an entry with `None` only marks such an end.
 type Stretch = (u64, Option<String>);
 
 /// Returns the number of bytes of code in flash by crate. The key is `NAME-VERSION` for a package,
@@ -61,7 +61,8 @@ pub fn by_crate(elf: &Path) -> Result<BTreeMap<String, u64>> {
     Ok(sizes)
 }
 
-/// Returns the ranges of instructions of a compilation unit, in the order of its line table.
+/// Returns the address ranges of a compilation unit's instructions, each with its crate: one entry for each row of the
+/// unit's line table, in the table's order.
 fn stretches(dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) -> Result<Vec<Stretch>> {
     let Some(program) = unit.line_program.clone() else {
         return Ok(Vec::new());
@@ -101,7 +102,8 @@ fn path(
     Ok(path)
 }
 
-/// Returns the crate to which a source file of the line table belongs.
+/// Returns the crate to which the source file `path` of the line table belongs: `NAME-VERSION` for a package, the name
+/// alone for the toolchain's crates and the image's own.
 fn crate_of(path: &str) -> String {
     let path = path.replace('\\', "/");
     let parts: Vec<&str> = path.split(PARTED).collect();

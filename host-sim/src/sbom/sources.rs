@@ -13,7 +13,7 @@ const PREBUILT: [&str; 6] = ["a", "o", "so", "lib", "dll", "dylib"];
 pub struct Counts {
     /// Lines of Rust in `src/` that are neither empty nor comments.
     pub lines: usize,
-    /// Number of these lines with the word `unsafe`.
+    /// Number of lines of Rust in `src/`, without comments, that contain the word `unsafe`.
     pub unsafes: usize,
     /// Number of files with compiled code, anywhere in the package.
     pub prebuilt: usize,

@@ -27,15 +27,15 @@ pub struct Source {
     pub back: f64,
 }
 
-/// Tones of one pair of directions (out and back), summed on consecutive points of the grid of beat frequencies.
+/// Beat tones of one pair of directions (out and back), summed on consecutive points of the grid of beat frequencies.
 #[derive(Clone)]
 struct Bundle {
     range: f64,
     out: f64,
     back: f64,
-    /// Index of its first point on the grid.
+    /// Index, on the grid of beat frequencies, of the bundle's first point.
     first: usize,
-    /// Index of its first value in `Bundles::values`.
+    /// Index in `Bundles::values` of the bundle's first grid point.
     start: usize,
 }
 
@@ -84,8 +84,8 @@ impl Bundles {
         }
     }
 
-    /// Returns a copy in which the tones of each bundle are multiplied by the phase factor, and its directions (out,
-    /// back) replaced by the angles, that `turn` gives for the bundle.
+    /// Returns a copy in which the tones of each bundle are multiplied by the phase factor that `turn` returns for it,
+    /// and its directions (out, back; mirror angles, radians) replaced by the two that `turn` returns.
     pub fn turned(&self, turn: impl Fn(&Source) -> (Complex64, [f64; 2])) -> Self {
         let mut values = Vec::with_capacity(self.values.len());
         let ends = self.bundles.iter().skip(1).map(|b| b.start);

@@ -23,9 +23,9 @@ const DRIVES: u64 = 4;
 /// Time from the last row of a scan to the first row of the next one, s: the report and the
 /// mirror's return.
 const TURN_S: f64 = 0.1;
-/// Relative amplitude of the slow swing of the chair's speed with a joystick held by hand.
+/// Relative amplitude of the slow oscillation of the chair's speed with a joystick held by hand.
 pub const SWING: f64 = 0.05;
-/// Frequency of the speed's swing, Hz.
+/// Frequency of the slow oscillation of the chair's speed, Hz.
 pub const SWING_HZ: f64 = 0.4;
 /// Amplitude, degrees, and range of frequencies, Hz, of a driven chair's rocking on its castors and
 /// springs.
@@ -212,7 +212,7 @@ impl Scene {
 struct Course<'a> {
     scene: &'a Scene,
     drive: &'a Drive,
-    /// True pitch less the recorded one, degrees.
+    /// Chair's true pitch less the recorded one, degrees.
     error_deg: f64,
     length_m: f64,
     /// Random numbers of the sensors' noise, whose first number gave `error_deg`.

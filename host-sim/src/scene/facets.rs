@@ -25,11 +25,11 @@ pub struct Facet {
     pub along: Vec2,
     /// Unit normal of the visible side.
     pub normal: Vec2,
-    /// Length along the segment, metres.
+    /// Length of the facet along its segment, metres.
     pub len: f64,
-    /// Index of the segment that it is cut from.
+    /// Index, in the world's segments, of the segment that the facet is cut from.
     pub segment: usize,
-    /// Whether it lies in a joint of its material.
+    /// Whether the facet lies in a joint of its material.
     pub joint: bool,
     /// Index of the facet's first height in [`Relief`]'s heights; beyond their end for a smooth facet.
     first: usize,
@@ -69,7 +69,7 @@ pub fn patches(world: &World, limit: f64, (eye, reach): (Vec2, f64), lateral_rea
 #[derive(Clone, Copy, Debug)]
 pub struct Columns {
     middle: f64,
-    /// Step of the columns, metres.
+    /// Distance from one column to the next across the plane, metres.
     pub spacing: f64,
     /// Index of the first column; column 0 begins at the middle of the surface, or at the plane if that is wider than
     /// the beam.
@@ -150,11 +150,11 @@ impl Heights<'_> {
 
 /// Random relief of one surface as an autoregressive field; a row holds one height per column for one facet.
 struct Field {
-    /// Recursion from one row to the next: correlation, and factor of the new random numbers.
+    /// Recursion of the heights from one row to the next: correlation, and factor of the new random numbers.
     along: [f64; 2],
-    /// Recursion from one column to the next: correlation, and factor of the new random numbers.
+    /// Recursion of the heights from one column to the next: correlation, and factor of the new random numbers.
     across: [f64; 2],
-    /// Standard deviation of the heights, metres.
+    /// Standard deviation of the heights above the mean surface, metres.
     scale: f64,
     /// Heights of the next row, scaled to standard deviation 1.
     row: Vec<f64>,

@@ -6,12 +6,11 @@ use super::maths::Vec2;
 /// Extent of a surface across the plane that the mirror sweeps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lateral {
-    /// Offset of the surface's middle from the plane, metres.
+    /// Offset of the surface's middle from the plane that the mirror sweeps, metres.
     pub centre: f64,
-    /// Half of its width, metres; infinite when it is wider than any beam.
+    /// Half of the surface's width, metres; infinite when the surface is wider than any beam.
     pub half: f64,
-    /// Whether it is a round post, whose surface recedes from its middle like a circle of radius
-    /// `half`.
+    /// Whether the surface is that of a round post: it recedes from its middle like a circle of radius `half`.
     pub round: bool,
 }
 
@@ -47,13 +46,13 @@ impl Lateral {
 /// A straight piece of surface. The solid lies to the right of the direction from `a` to `b`.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
-    /// Start point, metres.
+    /// Start point in the plane that the mirror sweeps, metres.
     pub a: Vec2,
-    /// End point, metres.
+    /// End point in the plane that the mirror sweeps, metres.
     pub b: Vec2,
-    /// Index of its material.
+    /// Index of the segment's material.
     pub material: usize,
-    /// Extent across the plane.
+    /// Extent of the segment across the plane that the mirror sweeps.
     pub lateral: Lateral,
     /// Whether the segment is a thin sheet, visible from both sides.
     pub sheet: bool,
@@ -98,29 +97,29 @@ impl Segment {
 /// A sharp convex edge, which needs a correction of physical optics.
 #[derive(Clone, Copy, Debug)]
 pub struct Wedge {
-    /// Place of the edge, metres.
+    /// Place of the edge in the plane that the mirror sweeps, metres.
     pub at: Vec2,
     /// Direction of the edge's first face, away from the edge. Angles are measured from this direction, anticlockwise
     /// through free space.
     pub face: Vec2,
     /// Exterior angle, radians: 3π/2 for a square edge, 2π for a sheet's.
     pub exterior: f64,
-    /// Index of its material.
+    /// Index of the material of the edge's faces.
     pub material: usize,
-    /// Extent across the plane.
+    /// Extent of the edge across the plane that the mirror sweeps.
     pub lateral: Lateral,
 }
 
 /// A step as built, for the ground truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuiltStep {
-    /// Distance of the edge as the recording format defines it, metres.
+    /// Distance of the step's foremost edge from the mirror, as the recording format defines it, metres.
     pub distance: f64,
-    /// Height as the recording format defines it, metres.
+    /// Height of the step, as the recording format defines it, metres.
     pub height: f64,
-    /// Height of its riser, metres.
+    /// Height of the step's riser, metres.
     pub rise: f64,
-    /// The step's foremost edge, which must lie in sight and within the scan's ranges and angles.
+    /// The step's foremost edge in the plane, metres, which must lie in sight and within the scan's ranges and angles.
     pub edge: Vec2,
     /// Heights of the lowest and the highest point of the step's own surfaces, metres.
     pub span: (f64, f64),
@@ -132,9 +131,9 @@ pub struct BuiltStep {
 /// Surfaces, edges and steps of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct World {
-    /// Surfaces.
+    /// Straight pieces of all surfaces.
     pub segments: Vec<Segment>,
-    /// Sharp edges.
+    /// Sharp convex edges of the surfaces, which diffract.
     pub wedges: Vec<Wedge>,
     /// Steps going up.
     pub up: Vec<BuiltStep>,
@@ -154,9 +153,9 @@ const SHARP: f64 = 0.5;
 /// Material and lateral extent of an outline.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin {
-    /// Index of its material.
+    /// Index of the surface's material.
     pub material: usize,
-    /// Extent across the plane.
+    /// Extent of the surface across the plane that the mirror sweeps.
     pub lateral: Lateral,
 }
 

@@ -16,8 +16,8 @@ fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{STILL}{text}")).unwrap()
 }
 
-/// Returns the mean power of the echoes between two ranges, metres, over 20 draws of the surfaces, dB: Hann windows of
-/// ±3 cm at every 1.5 cm, as the radar resolves them.
+/// Returns the mean power |√σ/(r₁r₂)|² of the echoes between two ranges, metres, over 20 draws of the surfaces, dB over
+/// 1/m²: Hann windows of ±3 cm at every 1.5 cm, as the radar resolves them.
 fn level(text: &str, (near, far): (f64, f64)) -> f64 {
     let scene = scene(text);
     let (runs, cells) = (20, ((far - near) / 0.015) as usize);
@@ -31,7 +31,7 @@ fn level(text: &str, (near, far): (f64, f64)) -> f64 {
     10.0 * (power / (f64::from(runs as u32) * cells as f64)).log10()
 }
 
-/// Returns the sum of the echoes within 3 cm of `range`, weighted by a Hann window.
+/// Returns the sum of the echoes' complex amplitudes within 3 cm of `range` (metres), weighted by a Hann window.
 fn seen(echoes: &[Echo], range: f64) -> Complex64 {
     let weighed = echoes.iter().filter_map(|e| {
         let d = (e.range - range) / 0.03;
@@ -40,15 +40,16 @@ fn seen(echoes: &[Echo], range: f64) -> Complex64 {
     weighed.sum()
 }
 
-/// Returns the mean power of the echoes within 3 cm of `range` (Hann window) over ten draws of the surfaces, dB.
+/// Returns the mean power |√σ/(r₁r₂)|² of the echoes within 3 cm of `range` (metres, Hann window) over ten draws of the
+/// surfaces, dB over 1/m².
 fn cell(text: &str, range: f64) -> f64 {
     let s = scene(text);
     let power = (0..10).map(|seed| seen(&s.echoes(seed), range).norm_sqr());
     10.0 * (0.1 * power.sum::<f64>()).log10()
 }
 
-/// Returns the level of level ground of `material` seen 15 to 30° below the horizontal, dB; `more` is scene text before
-/// the ground.
+/// Returns the mean echo power of level ground of `material` seen 15 to 30° below the horizontal, dB over 1/m²; `more`
+/// is scene text before the ground.
 fn ground(more: &str, material: &str) -> f64 {
     let text = format!("{more}[[floor]]\nto_m = 2.0\nmaterial = \"{material}\"\n");
     let found = level(&text, (0.8, 1.5));
@@ -84,7 +85,8 @@ fn sigma(more: &str, material: &str) -> [f64; 5] {
     })
 }
 
-/// Returns the power of the cells about each of [`GRAZING`], summed over seven cells and 30 draws of the surfaces, dB.
+/// Returns the echo power about the range of each of [`GRAZING`], summed over seven cells of 1.5 cm and 30 draws of the
+/// surfaces, dB over 1/m².
 fn levels(text: &str) -> [f64; 5] {
     let s = scene(text);
     let mut power = [0.0; 5];
@@ -203,7 +205,8 @@ fn a_glass_pane_reflects_as_fresnel_says_and_glass_takes_what_passes() {
     );
 }
 
-/// Returns the level of the corner at the foot of a kerb 10 cm high, 1 m away, dB; `keys` are more keys of the kerb.
+/// Returns the mean echo power of the corner at the foot of a kerb 10 cm high, 1 m away, dB over 1/m²; `keys` are more
+/// keys of the kerb.
 fn kerb(keys: &str) -> f64 {
     let text = format!(
         "[[stairs]]\ndistance_m = 1.0\ncount = 1\nrise_m = 0.1\ngoing_m = 0.3\ntread_thickness_m = 0.5\n\

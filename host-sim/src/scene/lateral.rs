@@ -23,8 +23,8 @@ pub struct Strip {
     pub farther: f64,
 }
 
-/// Maximum range difference of columns that are summed into one strip, metres: a seventh of the
-/// finest range resolution. Only a beam with yaw needs more than one strip.
+/// Maximum range difference of columns that are summed into one strip, metres: a seventh of the finest range
+/// resolution. Only a beam with yaw needs more than one strip.
 const STRIP: f64 = 2e-3;
 
 /// Number of columns that are computed at once.

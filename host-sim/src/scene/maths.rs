@@ -16,9 +16,9 @@ pub const LIGHT: f64 = 299_792_458.0;
 /// A point or direction in the plane that the mirror sweeps: forward and up, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vec2 {
-    /// Forward.
+    /// Forward component; of a point: metres.
     pub x: f64,
-    /// Up.
+    /// Upward component; of a point: metres.
     pub y: f64,
 }
 
@@ -203,17 +203,17 @@ impl Random {
         }
     }
 
-    /// Returns a uniform number in 0 ≤ x < 1.
+    /// Returns a random number, uniform in 0 ≤ x < 1.
     pub fn unit(&mut self) -> f64 {
         (self.rng.next_u64() >> 11).cast_signed() as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Returns a uniform number from `low` to `high`.
+    /// Returns a random number, uniform from `low` to `high`.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Returns an index below `n` (which is above 0).
+    /// Returns a random index, uniform from 0 to `n - 1`; `n` must be above 0.
     pub fn index(&mut self, n: usize) -> usize {
         ((self.unit() * n as f64) as usize).min(n - 1)
     }
@@ -223,7 +223,7 @@ impl Random {
         self.unit() < p
     }
 
-    /// Returns a Gaussian number with mean 0 and variance 1 (Marsaglia's polar method).
+    /// Returns a Gaussian random number with mean 0 and variance 1 (Marsaglia's polar method).
     pub fn normal(&mut self) -> f64 {
         if let Some(x) = self.spare.take() {
             return x;

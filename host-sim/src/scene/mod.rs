@@ -295,7 +295,8 @@ impl Scene {
         Bundles::new(tones.flatten())
     }
 
-    /// Places one echo on the grid of beat frequencies; `None` if its frequency is beyond the grid.
+    /// Places one echo on the grid of beat frequencies, with `gain` from [`Receiver::gain`]; `None` if its frequency is
+    /// beyond the grid.
     fn tone(&self, receiver: &Receiver, gain: f64, echo: &Echo) -> Option<Tone> {
         let offset = self.spec.mount.mirror_offset_m;
         let place = self

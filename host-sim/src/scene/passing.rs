@@ -67,7 +67,7 @@ struct CachedEchoes {
 pub struct Passing<'a> {
     scene: &'a Scene,
     seed: u64,
-    /// True pitch less the recorded one, degrees.
+    /// Chair's true pitch less the recorded one, degrees.
     error_deg: f64,
     /// Length of the chair's way, metres.
     end_m: f64,
@@ -75,7 +75,8 @@ pub struct Passing<'a> {
     relief: Relief,
     place: Option<Place>,
     cached: Option<CachedEchoes>,
-    /// Index and middle, metres, of a stretch of [`COARSE_M`], and all echoes as seen from this middle.
+    /// Index of a stretch of [`COARSE_M`] of the way, its middle in metres of travel, and all echoes as seen from
+    /// there.
     all: Option<(usize, f64, Vec<Echo>)>,
 }
 

@@ -156,9 +156,9 @@ impl<'a> Receiver<'a> {
 
 /// Quantisation of one channel of the ADC.
 struct Adc {
-    /// Number of codes from zero to full scale.
+    /// Number of the ADC's codes from zero to full scale.
     half: f64,
-    /// Step of the ADC's codes in 16-bit values.
+    /// Distance of two neighbouring codes of the ADC in left-aligned 16-bit values.
     step: f64,
 }
 

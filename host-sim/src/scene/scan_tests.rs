@@ -30,7 +30,8 @@ fn scan(text: &str, seed: u64) -> Recording {
     Scene::parse(text).unwrap().simulate("scan", seed)
 }
 
-/// Returns, for every chirp, the amplitude at `range` metres from the mirror, under a Hann window.
+/// Returns, for every chirp in the order of the recording, the amplitude at `range` metres from the mirror, under a
+/// Hann window.
 fn profile(recording: &Recording, range: f64) -> Vec<f64> {
     let f = 2.0 * (range + 0.22) * 10e9 / LIGHT / 200.0;
     let one = |k: usize| {

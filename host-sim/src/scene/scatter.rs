@@ -83,9 +83,9 @@ impl Leg {
 struct Bounce<'a> {
     facet: usize,
     cos: f64,
-    /// Place of the bounce: fraction of the way from the image of the antenna to the second facet.
+    /// Place of the first bounce: fraction of the way from the image of the antenna to the second facet.
     share: f64,
-    /// Unit vector in which the wave leaves the scanner.
+    /// Unit vector of the direction in which the wave leaves the scanner.
     leaves: Vec2,
     shades: [&'a Shade; 2],
 }

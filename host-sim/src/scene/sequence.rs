@@ -26,8 +26,7 @@ pub(super) const SCALE_SD: f64 = 0.01;
 pub(super) const MAX_SCALE_ERROR: f64 = 0.02;
 const WANDER_SD: f64 = 0.0015;
 
-/// Standard deviation of a standing chair's pitch from stop to stop, degrees: floors, castors and
-/// drivers.
+/// Standard deviation of a standing chair's pitch from stop to stop, degrees, by floors, castors and drivers.
 const ROCKING_SD: f64 = 0.15;
 /// Standard deviation of an inclinometer's single readings, degrees.
 pub const READING_SD: f64 = 0.02;

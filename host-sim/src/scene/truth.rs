@@ -25,9 +25,9 @@ const EDGE_CELLS: f64 = 4.0;
 
 /// Geometry of the scan as stated in the recording.
 pub struct ScanGeometry<'a> {
-    /// The scene.
+    /// The scene, as its file states it.
     pub spec: &'a SceneSpec,
-    /// Recorded angles, degrees.
+    /// Recorded mirror angles of the rows, degrees.
     pub angles: &'a [f64],
     /// Range resolution, metres.
     pub resolution: f64,
@@ -74,7 +74,8 @@ impl ScanGeometry<'_> {
         (first..=last).contains(&angle) && way.len() + mount.mirror_offset_m <= farthest
     }
 
-    /// Returns whether the cell at `p` belongs to the step.
+    /// Returns whether the cell at the place `p` of the plane belongs to `step`: it lies within [`NEAR`] of the step's
+    /// edge and surfaces.
     fn belongs(step: &BuiltStep, p: Vec2) -> bool {
         match step.below {
             None => {

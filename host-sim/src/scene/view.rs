@@ -10,7 +10,7 @@ use super::spec::{PlaneSpec, Polarisation};
 pub struct View<'a> {
     /// Surfaces and edges.
     pub world: &'a World,
-    /// Their materials.
+    /// Materials of the surfaces; a segment's `material` is an index into them.
     pub materials: &'a [Material],
     /// Centre of the mirror, which is the phase centre.
     pub eye: Vec2,
@@ -20,7 +20,7 @@ pub struct View<'a> {
     pub beam: &'a Beam,
     /// Wavenumber 2π / λ at the carrier, 1/m.
     pub wavenumber: f64,
-    /// Direction of the electric field, along or across the edges.
+    /// Direction of the electric field, along or across the edges of the steps.
     pub polarisation: Polarisation,
     /// Maximum range of an echo, metres.
     pub reach: f64,

@@ -33,7 +33,7 @@ pub use super::passing::Shot;
 const COARSE_STEP_M: f64 = 0.02;
 /// Number of range shifts within a stretch of [`COARSE_STEP_M`] for which beat tones are summed in advance.
 const RANGES: usize = 8;
-/// Step between these range shifts, metres.
+/// Step from one range shift to the next, metres.
 const RANGE_STEP_M: f64 = COARSE_STEP_M / RANGES as f64;
 /// Width of the interval of directions whose echoes form one bundle, radians. The beam is 20 times as wide, and the
 /// phases differ by 0.05 rad over a centimetre of travel.
@@ -64,7 +64,8 @@ pub struct Way<'a> {
     /// Interval of mirror angles from which echoes are computed for every stretch, radians.
     sector: (f64, f64),
     places: Vec<OnceCell<Place>>,
-    /// Echoes from outside the sector, by stretch of ten centimetres, with the middle of the stretch, metres.
+    /// Echoes from outside `sector`, one entry for each ten centimetres of the way: the middle of these, metres of
+    /// travel, and the echoes as seen from there.
     beside: Vec<OnceCell<(f64, Vec<Echo>)>>,
 }
 

@@ -33,9 +33,9 @@ const CONFIDENCE_M: f64 = 1.0;
 /// A reported step that matches a true step.
 #[derive(Clone, Copy, Debug)]
 pub struct Match {
-    /// Reported distance less the true one, metres.
+    /// Reported distance of the step from the mirror less the true one, metres.
     pub distance_error: f64,
-    /// Reported height less the true one, metres.
+    /// Reported height of the step's tread above the ground less the true one, metres.
     pub height_error: f64,
     /// The distance's error in units of its reported standard deviation.
     pub distance_z: f64,

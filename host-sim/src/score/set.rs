@@ -177,11 +177,11 @@ pub struct SetScore {
     /// Absolute height errors of matched steps: `[0]` of all, `[1]` of the strong ones (at least 15
     /// dB).
     pub height: [Option<Spread>; 2],
-    /// Shares of matched steps whose distance is off by at most two, and by more than three, of its
-    /// reported standard deviations.
+    /// Shares of matched steps by their distance error: `[0]` at most two of the step's reported standard deviations,
+    /// `[1]` more than three.
     pub distance_sigmas: [Share; 2],
-    /// Shares of matched steps whose height is off by at most two, and by more than three, of its
-    /// reported standard deviations.
+    /// Shares of matched steps by their height error: `[0]` at most two of the step's reported standard deviations,
+    /// `[1]` more than three.
     pub height_sigmas: [Share; 2],
 }
 

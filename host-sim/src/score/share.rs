@@ -34,7 +34,7 @@ pub fn at_most(k: usize, n: usize, p: f64) -> f64 {
     sum.min(1.0)
 }
 
-/// Number of bisections of the interval 0…1 in the search for an upper bound, which is then
+/// Number of bisections of the interval 0…1 in the search for the upper confidence bound of a share, which is then
 /// accurate to less than a millionth.
 const HALVINGS: usize = 24;
 
@@ -53,12 +53,12 @@ pub fn upper_bound(hits: usize, of: usize) -> f64 {
     high
 }
 
-/// A share as a count of successes and draws.
+/// A share: number of successes, such as correct answers, out of a number of draws, such as answers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {
-    /// Number of successes.
+    /// Number of successes, the numerator of the share.
     pub hits: usize,
-    /// Number of draws.
+    /// Number of draws, successful or not: the denominator of the share.
     pub of: usize,
 }
 
@@ -107,7 +107,7 @@ impl Share {
         }
     }
 
-    /// Returns both counts and the 95 % interval as JSON.
+    /// Returns the numbers of successes and draws, and the share's 95 % confidence interval, as JSON.
     pub fn json(self) -> Value {
         json!({
             "count": self.hits,

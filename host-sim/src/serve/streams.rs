@@ -64,7 +64,7 @@ pub trait Outlet {
     /// Publishes an encoded message on a topic with the timestamp `stamp_ns`, nanoseconds since
     /// 1970.
     fn publish(&self, stream: Stream, message: &[u8], stamp_ns: u64);
-    /// Returns the name of the coordinate frame in messages.
+    /// Returns the name of the coordinate frame to which the coordinates in messages refer.
     fn frame(&self) -> String {
         FRAME.to_owned()
     }
@@ -103,7 +103,7 @@ pub fn publish_scan(outlet: &dyn Outlet, scan: &Scan) -> Result<()> {
 pub struct Picture {
     /// Number of range bins, the width of the image in pixels.
     pub width: usize,
-    /// Levels of the cells row by row, in steps of 1/8 octave (0.376 dB); 0 in lost rows.
+    /// Power of the cells, row by row, in steps of 1/8 octave of power (0.376 dB); 0 in lost rows.
     pub cells: Vec<u8>,
 }
 

@@ -24,7 +24,7 @@ pub struct Unit {
     /// Units that a file may use, in the order in which they are tried for writing; empty for a
     /// number without a unit.
     pub written: &'static [Written],
-    /// Number of command units in 1 of a number that a file contains without a unit.
+    /// Number of command units that the number 1 means in a file if it has no unit there.
     pub one: i128,
     /// Whether a value between two command units is rounded; otherwise it is refused.
     pub rounds: bool,
@@ -243,7 +243,7 @@ impl Unit {
     }
 }
 
-/// Returns `above / below` as a decimal number, exact if it ends within twelve places.
+/// Returns the quotient `above / below` as the text of a decimal number, exact if it ends within twelve places.
 fn decimal(above: i128, below: i128) -> String {
     const PLACES: usize = 12;
     let sign = if above < 0 { "-" } else { "" };

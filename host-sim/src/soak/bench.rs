@@ -1,4 +1,4 @@
-//! A scanner under continuous operation: runs its loop, sends commands, reads its lines.
+//! A scanner under continuous operation: the bench runs the scanner's loop, sends it commands and reads its lines.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use super::stage::{Environment, Link, Shaft, Shared};
 use crate::volatile::{Volatile, identity};
 
-/// Simulated time between two steps of the scanner's loop, µs; the mirror has settled by then.
+/// Simulated time between two steps of the scanner's loop, µs: after one step the mirror has settled.
 const STEP_US: u32 = 10_000;
 /// Maximum number of steps of the loop until a command is answered, or a scan of the longest schedule reported,
 /// including faults.
@@ -27,7 +27,7 @@ pub struct ScannerMemory {
 }
 
 impl ScannerMemory {
-    /// Memory for a new scanner.
+    /// Creates the memory for a new scanner.
     pub fn new() -> Self {
         Self {
             pipeline: Box::new(Pipeline::new()),
@@ -43,7 +43,7 @@ impl Default for ScannerMemory {
     }
 }
 
-/// A completely reported scan.
+/// The report of one scan, received completely.
 #[derive(Clone, Debug)]
 pub struct ReportedScan {
     /// The `SCAN` sentence that begins the report.
@@ -54,7 +54,7 @@ pub struct ReportedScan {
 
 /// The scanner and its simulated environment.
 pub struct ScannerBench<'a> {
-    /// The simulated environment.
+    /// The scanner's simulated environment: radar module, mirror and report port.
     pub stage: Rc<RefCell<Environment>>,
     scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
@@ -66,7 +66,7 @@ pub struct ScannerBench<'a> {
 }
 
 impl<'a> ScannerBench<'a> {
-    /// A scanner that has just booted and is stopped.
+    /// Creates a scanner that has just booted and is stopped.
     pub fn new(memory: &'a mut ScannerMemory, stage: Environment, settings: Settings) -> Self {
         let stage = Rc::new(RefCell::new(stage));
         let shared = Shared(stage.clone());
@@ -90,7 +90,7 @@ impl<'a> ScannerBench<'a> {
         }
     }
 
-    /// Number of scans begun.
+    /// Returns the number of scans that the scanner has begun since boot.
     pub fn scans(&self) -> u32 {
         self.scanner.scans()
     }

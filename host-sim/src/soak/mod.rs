@@ -29,7 +29,7 @@ use crate::scene::random::Kind;
 use bench::{ReportedScan, ScannerBench, ScannerMemory};
 use stage::{Environment, Plan, ScanChirps};
 
-/// Random stream of the test, separate from those of scenes and faults.
+/// Number of the test's stream of random numbers, separate from those of scenes and faults.
 const STREAM: u64 = 0x534F_414B;
 /// Maximum number of simulated recordings that are kept for further visits. Simulating one takes as long as about
 /// twenty scans.
@@ -51,7 +51,7 @@ const CHATTER: [&str; 9] = [
     "hello",
 ];
 
-/// Result of the endurance test.
+/// Result of the endurance test: numbers of scans and commands, and the scans whose reports differ.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Number of reported scans.
@@ -116,7 +116,8 @@ impl Library {
     }
 }
 
-/// Returns random disturbances for a scan of `rows` rows; two scans in three have none.
+/// Returns random disturbances (lost chirps, a silent module, a stall) for a scan of `rows` rows; two scans in three
+/// have none.
 fn plan(random: &mut Random, rows: usize) -> Plan {
     let mut plan = Plan::default();
     match random.index(12) {

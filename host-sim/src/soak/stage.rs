@@ -18,7 +18,7 @@ use crate::playback::{SimShaft, row_at};
 use crate::recording::{META_SUFFIX, Recording};
 use crate::setup;
 
-/// A scan's chirps by row, with the configuration for them.
+/// The chirps of one scan of a recording, by row, and the scanner's configuration for them.
 pub struct ScanChirps {
     /// Name of the recording.
     pub name: String,
@@ -51,12 +51,12 @@ impl ScanChirps {
         })
     }
 
-    /// Returns the chirp of a row; `None` if the recording has none.
+    /// Returns the samples of the chirp of row `row`; `None` if the recording has none.
     pub fn chirp(&self, row: usize) -> Option<&[Iq]> {
         self.chirps.get(row)?.as_deref()
     }
 
-    /// Number of rows.
+    /// Returns the number of rows of a scan.
     pub fn rows(&self) -> usize {
         self.chirps.len()
     }
@@ -67,9 +67,9 @@ impl ScanChirps {
 pub struct Plan {
     /// Indices of the rows whose chirps are lost.
     pub lost: BTreeSet<usize>,
-    /// Number of rows, in the scan's order, after which no chirp is delivered.
+    /// Number of rows, in the scan's order, after which the module delivers no chirp; `None`: it never falls silent.
     pub silent_from: Option<usize>,
-    /// Number of rows, in the scan's order, after which the motor stalls, once.
+    /// Number of rows, in the scan's order, after which the motor stalls once; `None`: it does not.
     pub stalls_at: Option<usize>,
 }
 
@@ -90,7 +90,7 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Returns the state before the first scan of `chirps`.
+    /// Creates the environment before the first scan of the recording `chirps`.
     pub fn new(chirps: Rc<ScanChirps>) -> Self {
         Self {
             chirps,
@@ -129,7 +129,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link to the stage's module.
+    /// Creates a link to the module of `stage`.
     pub fn new(stage: Shared) -> Self {
         Self {
             stage,
@@ -176,7 +176,7 @@ pub struct Shaft {
 }
 
 impl Shaft {
-    /// The stage's shaft.
+    /// Creates the shaft of `stage`.
     pub fn new(stage: Shared) -> Self {
         Self {
             shaft: SimShaft::default(),

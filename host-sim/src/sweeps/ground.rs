@@ -29,8 +29,8 @@ const MIN_POWER_RATIO: f64 = 2.0;
 /// Minimum angle between a row and the direction of the ground at a cell's range, at which the cell
 /// counts as noise, radians.
 const OFF_RAD: f64 = 7.0 * PI / 180.0;
-/// Quantile of the cells off the ground from which the noise is estimated. Objects that stand on
-/// the ground fill the upper quantiles.
+/// Quantile, 0…1, of the powers of the cells off the ground, from which the mean noise power is estimated. Objects that
+/// stand on the ground fill the upper quantiles.
 const QUANTILE: f64 = 0.35;
 /// Speed of light, m/s.
 const LIGHT: f64 = 299_792_458.0;
@@ -92,8 +92,8 @@ impl Meter {
         })
     }
 
-    /// Returns the powers of a chirp. `angle_deg` is the row's angle below the chair's horizontal,
-    /// `pitch_deg` the chair's pitch, nose up, and `travel_m` the odometer's reading.
+    /// Computes the range spectrum of a chirp, and returns it as a row. `angle_deg` is the row's angle below the
+    /// chair's horizontal, `pitch_deg` the chair's pitch, nose up, and `travel_m` the odometer's reading.
     pub fn row(&self, chirp: &[Iq], angle_deg: f64, pitch_deg: f64, travel_m: f64) -> Row {
         let values: Vec<[f32; 2]> = match self.real {
             true => (chirp.iter())

@@ -125,7 +125,7 @@ impl Sweep {
         self.hazard.is_none() && matches!(self.answer.ending, HazardKind::Rise | HazardKind::Drop)
     }
 
-    /// Whether the true hazard is within [`NEAR_M`].
+    /// Whether the true first hazard is within [`NEAR_M`] of the mirror.
     fn near(&self) -> bool {
         self.hazard_m() <= NEAR_M
     }

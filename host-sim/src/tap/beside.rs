@@ -15,10 +15,10 @@ use crate::recording::MirrorSetup;
 /// precede its scan's end; scans take longer.
 const APART: Ms = 100;
 
-/// The lines of the report port, with the settings and answers among them.
+/// The lines of the scanner's report port during a tap, and the settings and answers that they contain.
 #[derive(Clone, Debug, Default)]
 pub struct Beside {
-    /// Each line with its time of arrival, oldest first.
+    /// Each line with its time of arrival, ms since the session began, oldest first.
     pub lines: Vec<(Ms, String)>,
     settings: BTreeMap<String, String>,
     /// Answers: time of arrival of the head, and the answer's lines. Oldest first.
@@ -48,7 +48,8 @@ impl Beside {
         }
     }
 
-    /// Returns the answer to the scan that ended at `end`, if it arrived before the next scan ended.
+    /// Returns the lines of the scanner's answer to the scan that ended at `end`, if it arrived before the next scan
+    /// ended at `next` (both ms since the session began); `None` without such an answer.
     pub fn answer(&self, end: Ms, next: Option<Ms>) -> Option<&[String]> {
         let due = |at: Ms| at + APART >= end && next.is_none_or(|next| at + APART < next);
         let found = self.answers.iter().find(|(at, _)| due(*at));

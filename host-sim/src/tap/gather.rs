@@ -27,12 +27,12 @@ pub struct Mounting {
     pub chirp_us: Option<u32>,
 }
 
-/// One of the recordings, with the times of its scans.
+/// One of the recordings into which a session's scans are collected, with the times of its scans.
 #[derive(Clone, Debug)]
 pub struct Part {
     /// The consecutive scans recorded so far.
     pub recording: Recording,
-    /// Times of the first and the last trigger of each scan, in the order of the scans.
+    /// Times of the first and the last trigger of each scan, ms since the session began, in the order of the scans.
     pub times: Vec<(Ms, Ms)>,
     /// Properties that the next scan must share to be added to this recording.
     kind: RecordingKind,

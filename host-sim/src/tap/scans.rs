@@ -15,7 +15,7 @@ const MAX_UNMATCHED: usize = 64;
 /// Time after which an answer is no longer assigned to a request, ms: sequence numbers repeat.
 const WAITS: Ms = 1_000;
 
-/// A request for a chirp (trigger), with its answer.
+/// A trigger (the scanner's request for a chirp), with the radar module's answer.
 #[derive(Clone, Debug)]
 struct Asked {
     sequence: u16,
@@ -42,7 +42,7 @@ struct Draft {
 pub struct Row {
     /// Angle of the shaft, 0.001°.
     pub angle: i32,
-    /// Time of the row's last trigger, ms.
+    /// Time of the row's last trigger, ms since the session began.
     pub at: Ms,
     /// The chirp that the scanner received; `None` if the tap did not receive it completely.
     pub chirp: Option<Vec<Iq>>,
@@ -120,7 +120,7 @@ pub struct Tap {
     wires: [Listener; 3],
     drafts: VecDeque<Draft>,
     unmatched: VecDeque<(Ms, u16, LinkEvent)>,
-    /// The last settings that the module reported; `None` before the first.
+    /// The last settings that the radar module reported; `None` before its first report.
     radar: Option<RadarConfig>,
     /// Number of answers discarded so far because their requests were not received.
     unmatched_count: u32,

@@ -84,7 +84,7 @@ fn on_shaft(config: &SweepConfig, row: usize, plane: Plane) -> i32 {
     shaft_angle(microsteps(beam(angle, plane)))
 }
 
-/// Returns the row of each beam angle, from the lowest angle on, if the median difference of
+/// Returns the row of each beam angle, 0 for the lowest angle, on the assumption that the median difference between
 /// neighbours is one row; `None` if the angles are not monotonic.
 fn places(beams: &[i32]) -> Option<Vec<usize>> {
     let differences: Vec<i32> = beams.windows(2).map(|two| two[1] - two[0]).collect();

@@ -69,7 +69,7 @@ pub struct Transfer {
     /// Offset in the payload at which the transfer continued an earlier one, bytes; 0 for a new
     /// transfer.
     pub resumed: u32,
-    /// Number of payload bytes sent.
+    /// Number of payload bytes sent in this transfer.
     pub sent: u32,
     /// Duration of the transfer, with the loader's checks.
     pub time: Duration,
@@ -172,8 +172,8 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// Changes to the fastest baud rate that loader and port support, at most `most`. If that
-    /// fails, both ends stay at the first rate.
+    /// Changes the baud rate to the fastest that loader and port support, at most `most`. If that fails, both ends use
+    /// the first rate.
     fn speed_up(&mut self, most: u32) -> Result<()> {
         let fastest = u32::from(self.info.fastest) * 100_000;
         let rates = [3_000_000, 2_000_000, 1_000_000];
@@ -196,8 +196,8 @@ impl<W: Wire> Client<W> {
         good(self.link.ask(Kind::Hello, &[], HELLO)?, "the greeting").map(|_| ())
     }
 
-    /// Sends the image for the spare slot, and lets the loader check and start it. `told` is called
-    /// with the number of bytes transferred and the total.
+    /// Sends the image for the spare slot at a baud rate of at most `most`, and lets the loader check and start it.
+    /// `reported` is called with the number of bytes transferred and the total.
     ///
     /// # Errors
     /// The loader refuses a request (the message contains the remedy), or does not answer.

@@ -60,9 +60,9 @@ impl Wire for Box<dyn SerialPort> {
 /// An answer of the loader to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// The loader has done it; with the answer's payload.
+    /// The loader has executed the request; with the answer's payload.
     Good(Vec<u8>),
-    /// The loader has not done it; with the reason.
+    /// The loader has refused the request; with the reason.
     Refused(Refusal),
 }
 

@@ -9,18 +9,19 @@ use heapless::Vec;
 const CARRIED: usize = 4;
 /// Minimum distance of a riser that a scan can show, metres from the mirror.
 const NEAREST_M: f32 = 0.12;
-/// Margin by which the earlier field of view is reduced in range, metres: nearer to its edge, visibility is
-/// uncertain.
+/// Length by which the maximum range of the scan before's field of view is reduced, metres: near that limit it is
+/// uncertain whether the earlier scan could see an edge.
 const MARGIN_M: f32 = 0.15;
-/// Factor by which the slope of the earlier field of view's upper edge is reduced, for the same reason.
+/// Factor on the slope (tangent of the angle) of the upper limit of the scan before's field of view, since near that
+/// limit it is uncertain whether the earlier scan could see an edge.
 const MARGIN_SHARE: f32 = 0.9;
 
-/// A staircase with its relative weight.
+/// A staircase of this or an earlier scan with its weight relative to the others.
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed {
     /// The staircase.
     pub staircase: Staircase,
-    /// Log-weight, nats. Of those that are carried on, the likeliest has 0.
+    /// Log-weight of the staircase, nats; relative to the likeliest one where it is carried on from scan to scan.
     pub log_weight: f32,
 }
 
@@ -29,7 +30,7 @@ pub struct Weighed {
 pub struct CarriedHypotheses {
     past: Vec<Weighed, CARRIED>,
     present: Vec<Weighed, CARRIED>,
-    /// Field of view of the scan before, from the chair's place then, reduced by the margins.
+    /// Field of view of the scan before, from the chair's place at that scan, reduced by the margins near its limits.
     past_view: View,
     view: View,
     moved_m: f32,
@@ -128,7 +129,7 @@ impl CarriedHypotheses {
         edges(&s, &self.past_view).iter().any(|e| e.seen)
     }
 
-    /// Whether `a` has every step of `b` that was well in view.
+    /// Whether `a` has every step of `b` that was well in view of the scan before.
     #[inline(never)]
     fn holds(&self, a: &Staircase, b: &Staircase) -> bool {
         let has = edges(a, &self.past_view);
@@ -188,7 +189,7 @@ fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
     edges
 }
 
-/// Whether all risers of `a` stand at the places of those of `b`, within `same_step_m`.
+/// Whether all risers of `a` have the same distances as those of `b`, to within the parameter `same_step_m`.
 fn self_alike(a: &Staircase, b: &Staircase) -> bool {
     let places = a.x_m.iter().zip(&b.x_m).take(a.len());
     places

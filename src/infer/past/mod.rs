@@ -39,7 +39,7 @@ pub struct History {
     changed: bool,
     /// The likeliest staircases, at their present places, with their weights.
     pub hypotheses: CarriedHypotheses,
-    /// Reported steps, with places and levels combined over scans.
+    /// Reported steps, with distances and heights combined over scans.
     pub tracks: Tracks,
     /// Log-odds that the answer is wrong, by way cell.
     pub carried_odds: CarriedOdds,

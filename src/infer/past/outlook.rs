@@ -7,11 +7,12 @@ use crate::model::MIN_EXPANDED_M;
 use crate::params::carried::PastFeatures;
 use crate::params::current;
 
-/// Limit of log-odds of an error, nats, of either sign: odds of e^9 count as certain.
+/// Limit of the log-odds that the answer is first wrong in a way cell, nats, of either sign: odds of e^9 count as
+/// certain.
 const MAX_ODDS: f32 = 9.0;
 /// Distance from the mirror beyond which objects behind a landing are mostly too faint to be detected, metres.
 const FAR_M: f32 = 2.0;
-/// Unit of the distance beyond [`FAR_M`] as a feature, metres.
+/// Unit of the feature that states how far a way cell lies beyond [`FAR_M`], metres.
 const FAR_CELLS_M: f32 = 0.5;
 /// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's height.
 const MAX_SIGMAS: f32 = 4.0;
@@ -29,7 +30,7 @@ struct Past {
     mean: f32,
 }
 
-/// [`Past`] in three bytes, with log-odds in units of 1/[`FINE`] nat.
+/// Evidence of earlier scans about a way cell ([`Past`]) packed into three bytes, log-odds in units of 1/[`FINE`] nat.
 #[derive(Clone, Copy, Debug, Default)]
 struct PackedOdds {
     scans: u8,
@@ -45,7 +46,7 @@ impl PackedOdds {
     };
 }
 
-/// Number of units of packed log-odds per nat.
+/// Number of units of the packed log-odds of an error per nat.
 const FINE: f32 = 12.0;
 
 impl Past {
@@ -202,9 +203,10 @@ impl CarriedOdds {
         }
     }
 
-    /// Returns the features of cell `k` by this scan and earlier ones; none where nothing was carried on. `odds` are
-    /// this scan's log-odds of an error, nats; they are stored for the next scan. `step` is the step in the cell, if
-    /// any; `behind` is whether no step lies farther away either.
+    /// Returns the features of way cell `k` by this scan and earlier ones; `None` where nothing was carried on. `odds`
+    /// are this scan's log-odds that the answer is first wrong in the cell, nats, which are stored for the next scan.
+    /// `step` is the answer's step in the cell, if any; `behind` is whether the cell and everything farther away have
+    /// no step.
     #[inline(never)]
     pub fn features(
         &mut self,

@@ -21,17 +21,18 @@ use crate::params::counted;
 use crate::params::current;
 use heapless::Vec;
 
-/// Difference of two readings, in standard deviations, beyond which their variances are enlarged.
+/// Difference of a reading from the mean of earlier ones, in standard deviations, beyond which both variances are
+/// enlarged.
 const MAX_SIGMAS: f32 = 2.0;
 
-/// Weighted mean of one distance or level of a step over scans, metres.
+/// Weighted mean over scans of one length of a step, its distance or its height above the ground, metres.
 #[derive(Clone, Copy, Debug)]
 struct Mean {
     value: f32,
     variance: f32,
-    /// Covariance of the mean's error with that of the last reading, m².
+    /// Covariance of the mean's error with the error of the last reading that was taken into it, m².
     covariance: f32,
-    /// Variance of the last reading, m².
+    /// Variance of the last reading that was taken into the mean, m².
     last: f32,
 }
 
@@ -84,7 +85,7 @@ impl Mean {
     }
 }
 
-/// A step over several scans: its distance and its level.
+/// A step that was reported in several scans: its distance and its height above the ground, combined.
 #[derive(Clone, Copy, Debug)]
 struct StepTrack {
     place: Mean,

@@ -21,7 +21,8 @@ const FINE_RISES_M: [f32; 11] = [
     -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
 ];
 
-/// Returns riser `k` of a chain, which rises from level `base_m` to `top_m`, metres.
+/// Returns riser `k` of a chain of faces; its foot is at height `base_m` and its top at `top_m`, metres above the
+/// ground.
 fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
     Riser {
@@ -39,7 +40,8 @@ pub fn riser(chain: &[ChainLink], shape: FlightShape, k: usize) -> Riser {
     riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
 }
 
-/// Returns riser `k`, counted from 0, of a chain of known levels; behind its last riser, the landing.
+/// Returns riser `k`, counted from 0, of a chain of faces whose treads have the heights `levels`; behind its last
+/// riser, the landing.
 pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize) -> Riser {
     let level = |k: usize| levels.get(k).map(|l| l.height.value);
     let base_m = k.checked_sub(1).and_then(level).unwrap_or(0.0);
@@ -54,7 +56,8 @@ pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
     chain.iter().take_while(behind).count()
 }
 
-/// Returns the role of each mark (an echo in the search), in the marks' order, under a flight with these levels.
+/// Returns the role of each mark (an echo in the search), in the marks' order, under a flight whose treads have the
+/// heights `levels`.
 pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
@@ -69,7 +72,7 @@ pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Rol
 /// Score of the tread before a riser.
 #[derive(Clone, Copy, Debug, Default)]
 struct TreadScore {
-    /// Score of the marks on the tread, nats.
+    /// Search score of the marks (echoes) on the tread, nats.
     score: f32,
     /// SNR of the strongest echo on the tread near the riser, dB.
     strongest_db: f32,
@@ -109,12 +112,12 @@ pub struct Ascending<'e> {
     spans: [Span; MAX_COLUMNS],
     /// Score of the floor before each column, which is the same for every first riser there.
     floors: [TreadScore; MAX_COLUMNS],
-    /// Cache of the landing's score, at the level that was evaluated last.
+    /// Cache of the landing's score, at the height above the ground that was evaluated last.
     landing: RefCell<Landing>,
     null: f32,
 }
 
-/// Cache of the scores of landings at one level, by the mark with which they begin.
+/// Cache of the scores of landings at one height above the ground, by the mark (echo) with which they begin.
 #[derive(Debug)]
 struct Landing {
     level_m: f32,
@@ -355,18 +358,19 @@ impl Ascending<'_> {
         cached.unwrap_or_else(|| self.tread(&landing, marks).score)
     }
 
-    /// Returns the score of level ground, nats.
+    /// Returns the search's score of level ground, from which the scores of flights count, nats.
     pub fn null(&self) -> f32 {
         self.null
     }
 
-    /// Returns the role of a mark under the flight.
+    /// Returns the role of a mark (an echo in the search) under the flight with these faces, riser height and build
+    /// (open or closed).
     pub fn role(&self, mark: &Mark, chain: &[ChainLink], shape: FlightShape) -> Role {
         let k = riser_of(mark, chain, self.scene.params.column_m);
         self.scene.role(mark, &riser(chain, shape, k))
     }
 
-    /// Returns the score of a whole flight less that of level ground, nats.
+    /// Returns the score of the whole flight with these faces, riser height and build, less that of level ground, nats.
     pub fn whole(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
         let faces = (0..chain.len()).filter_map(|k| {
             let (before, rest) = chain.split_at_checked(k)?;

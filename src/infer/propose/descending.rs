@@ -14,14 +14,14 @@ use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Maximum number of distinct levels.
+/// Maximum number of distinct heights at which echoes suggest a tread.
 const LEVELS: usize = 16;
-/// Minimum half-height of the band about its strongest echo in which echoes belong to one level, metres.
+/// Minimum half-height of the band about a tread's strongest echo in which echoes belong to the same tread, metres.
 const ROW_M: f32 = 0.015;
-/// Half-height of the band about its strongest echo in which echoes belong to one level, in standard deviations of that
-/// echo's height.
+/// Half-height of the band about a tread's strongest echo in which echoes belong to the same tread, in standard
+/// deviations of that strongest echo's height.
 const ROW_SIGMAS: f32 = 1.5;
-/// Minimum depth of a level, metres: higher echoes are the ground's.
+/// Minimum depth below the ground of a tread, metres: higher echoes are the ground's.
 const BELOW_GROUND_M: f32 = 0.035;
 /// Rises of the first step, metres: from the lowest to the highest that is built.
 const RISES_M: core::ops::RangeInclusive<f32> = 0.05..=0.27;
@@ -29,9 +29,9 @@ const RISES_M: core::ops::RangeInclusive<f32> = 0.05..=0.27;
 const ALIKE_M: f32 = 0.05;
 /// Maximum deviation of two rises from twice the mean rise, metres, where the tread between them has no echoes.
 const SKIPPED_ALIKE_M: f32 = 0.025;
-/// Beam width: number of chains of levels that grow by one more level at a time.
+/// Beam width of the search: number of chains of treads that grow by one more tread at a time.
 const GROWING: usize = 6;
-/// Maximum number of chains of levels that are weighted, with all their beginnings.
+/// Maximum number of chains of treads that are weighted as hypotheses, with all their beginnings.
 const WEIGHED: usize = 6;
 /// Distances at which ramps downwards begin, metres from the mirror.
 const RAMPS_FROM_M: [f32; 3] = [0.0, -0.1, -0.2];
@@ -40,21 +40,22 @@ const SLOPES: [f32; 12] = [
     0.0175, 0.0349, 0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944, 0.2126,
 ];
 
-/// Levels below the ground, metres, each with the log-likelihood ratio of a tread there, nats.
+/// Candidate treads of stairs going down, the highest first: height, metres, negative below the ground, and
+/// log-likelihood ratio of a tread at that height to none, nats.
 type LevelRows = Vec<(f32, f32), LEVELS>;
 
-/// Chain of levels one below the other, each as an index into [`LevelRows`]; [`UNSEEN`] stands for a tread without
-/// echoes between two levels.
+/// Chain of treads one below the other, each as an index into [`LevelRows`]; [`UNSEEN`] stands for a tread without
+/// echoes between two others.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct LevelChain {
     rows: Vec<u8, MAX_TREADS>,
-    /// Height of the last level, metres.
+    /// Height above the ground of the chain's lowest tread, metres; negative, and 0 for an empty chain.
     last_m: f32,
-    /// Sum of the levels' log-likelihood ratios, nats.
+    /// Sum of the log-likelihood ratios of the chain's treads to none, nats.
     nats: f32,
 }
 
-/// Index in a chain of levels that stands for a tread without echoes.
+/// Index in a chain of treads that stands for a tread without echoes.
 const UNSEEN: u8 = u8::MAX;
 const _: () = assert!(LEVELS < UNSEEN as usize);
 
@@ -65,8 +66,9 @@ impl LevelChain {
         (count > 0).then(|| -self.last_m / count as f32)
     }
 
-    /// Returns the chain with one more level, number `row` at height `y_m` with log-likelihood ratio `nats`, directly
-    /// or behind a tread without echoes. It returns none for rises that stairs do not have.
+    /// Returns the chain with one more tread, index `row`, at height `y_m` above the ground with log-likelihood ratio
+    /// `nats`, directly below the last one or with a tread without echoes between. Returns `None` for rises that stairs
+    /// do not have.
     fn with(&self, row: usize, (y_m, nats): (f32, f32)) -> Option<Self> {
         let rise_m = self.last_m - y_m;
         let skipped = match self.rise_m() {
@@ -124,8 +126,8 @@ fn offer<const N: usize>(best: &mut Vec<LevelChain, N>, chain: LevelChain) {
     }
 }
 
-/// Returns the levels of echoes below the ground, metres, each with the log-likelihood ratio of a tread there, nats;
-/// the highest first.
+/// Returns the heights at which echoes suggest treads below the ground, metres, negative, each with the log-likelihood
+/// ratio of a tread there to none, nats; the highest first.
 #[inline(never)]
 fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
     let mut taken = [false; MAX_ECHOES];
@@ -156,7 +158,8 @@ fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
     levels
 }
 
-/// Returns the chains of levels with the largest log-likelihood ratios, in the order of their levels.
+/// Returns the chains of treads with the largest sums of log-likelihood ratios, sorted by the indices of their treads
+/// in `levels`, the candidate treads, the highest first.
 #[inline(never)]
 fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
     let mut best = Vec::new();

@@ -3,7 +3,7 @@
 use super::scene::{Mark, Scene};
 
 impl Scene<'_> {
-    /// Returns the score of level ground, nats.
+    /// Returns the search's score of level ground, nats, from which the scores of flights count.
     pub fn level_ground_score(&self) -> f32 {
         let p = self.params;
         let on_ground = |m: &Mark| {

@@ -66,13 +66,13 @@ pub type Roles = Vec<Role, MAX_ECHOES>;
 /// A riser and the tread before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Riser {
-    /// Distance of the riser before, metres; `None` for the first.
+    /// Horizontal distance from the mirror of the riser before this one, metres; `None` for the first riser.
     pub previous_m: Option<f32>,
-    /// Distance of this riser, metres; infinite for the landing behind the last.
+    /// Horizontal distance of this riser from the mirror, metres; infinite for the landing behind the last riser.
     pub along_m: f32,
-    /// Level at its foot, metres.
+    /// Height above the ground of the tread or floor at this riser's foot, metres.
     pub base_m: f32,
-    /// Level at its top, metres.
+    /// Height above the ground of this riser's top, metres.
     pub top_m: f32,
     /// Whether the treads are open (no risers).
     pub open: bool,
@@ -94,15 +94,16 @@ impl Riser {
 /// Fit of an echo near a riser, nats, weighted by its credibility.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RoleFit {
-    /// Gain as the inner corner, nats.
+    /// Score gain if the echo is the inner corner at the riser's foot, nats.
     pub corner: f32,
-    /// Gain as a feature of the riser's upper end or as its face, nats.
+    /// Score gain if the echo is a feature of the riser's upper end (such as the nosing) or part of its face, nats.
     pub top: f32,
-    /// Gain as nosing, as flash, or as the visible part of a riser whose foot is hidden, nats.
+    /// Score gain if the echo is the nosing, a flash, or the visible part of a riser whose foot is hidden, nats.
     pub edge: f32,
-    /// Any other role, with its gain (or cost, where negative), nats; `None` where the gains above decide.
+    /// Another role that the echo has near the riser, with its score gain (or cost, where negative), nats; `None` where
+    /// the gains `corner`, `top` and `edge` decide.
     pub other: Option<(Role, f32)>,
-    /// Role to which the gain `top` belongs.
+    /// Role (nosing, flash or face) to which the score gain `top` belongs.
     top_role: Role,
 }
 

@@ -13,28 +13,28 @@ pub const MAX_COLUMNS: usize = 32;
 /// One echo as the search uses it: its place, standard deviations, SNR, width and credibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mark {
-    /// Horizontal distance, metres.
+    /// Horizontal distance of the echo from the mirror, metres.
     pub x_m: f32,
-    /// Height above the ground, metres.
+    /// Height of the echo above the ground, metres.
     pub y_m: f32,
-    /// Index of the echo in the scan's list of echoes.
+    /// Index of the mark's echo in the scan's list of echoes.
     pub echo: u8,
-    /// Position along the line of sight to the faces that look at the mirror, metres: x for risers, the depth below
-    /// the mirror for treads.
+    /// Position of the echo along the line of sight to the faces that look at the mirror, metres: horizontal distance
+    /// for risers, depth below the mirror for treads.
     pub along_m: f32,
-    /// Standard deviation of the horizontal distance, metres.
+    /// Standard deviation of the echo's horizontal distance, metres.
     pub x_sigma_m: f32,
-    /// Standard deviation of the height, metres.
+    /// Standard deviation of the echo's height, metres.
     pub y_sigma_m: f32,
-    /// Credibility, 0…1, a factor on the echo's gains and costs: small near the noise, 1 well above it.
+    /// Credibility of the echo, 0…1, a factor on its score gains and costs: small near the noise, 1 well above it.
     pub credibility: f32,
-    /// Power above the noise, dB.
+    /// Power of the echo over the noise, dB.
     pub snr_db: f32,
-    /// Range from the mirror, metres.
+    /// Range of the echo from the mirror, metres.
     pub range_m: f32,
-    /// Angular width in units of a point scatterer's.
+    /// Angular width of the echo, in units of a point scatterer's.
     pub width: f32,
-    /// Gain of the echo as part of the floor, nats, before the credibility is applied; 0 going down.
+    /// Score gain if the echo is part of the floor, nats, before the credibility is applied; 0 going down.
     pub floor_nats: f32,
 }
 
@@ -42,11 +42,12 @@ pub struct Mark {
 /// a tread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Column {
-    /// Position of its strongest echo along the line of sight, metres.
+    /// Position of the column's strongest echo along the line of sight, metres: horizontal distance for risers.
     pub along_m: f32,
-    /// Sum of the credibilities of the echoes off the floor.
+    /// Sum of the credibilities (0…1 each) of the column's echoes that lie off the floor.
     pub credibility: f32,
-    /// Whether a flight may begin here: an echo lies off the ground, or one on it is as strong as a corner.
+    /// Whether a flight may begin at this column: one of its echoes lies off the ground, or is on the ground and as
+    /// strong as a corner.
     pub begins: bool,
 }
 
@@ -63,7 +64,8 @@ pub struct Scene<'p> {
     pub params: &'p Params,
 }
 
-/// Returns the gain `nats`, reduced by half the squared deviation `z`, in standard deviations; at least 0.
+/// Returns the score gain `nats`, reduced by half the square of the deviation `z`, which is in standard deviations; at
+/// least 0.
 pub fn gain(nats: f32, z: f32) -> f32 {
     math::max(nats - 0.5 * z * z, 0.0)
 }
@@ -84,7 +86,7 @@ impl Mark {
     }
 }
 
-/// Returns the credibility of an echo, 0…1: small near the noise, 1 well above it.
+/// Returns the credibility of an echo of this SNR, dB, 0…1: small near the noise, 1 well above it.
 fn credibility(snr_db: f32, p: &Params) -> f32 {
     let share = (snr_db - p.credible_from_db) / p.credible_span_db;
     math::max(math::min(share, 1.0), p.least_credibility)
@@ -167,7 +169,7 @@ impl<'p> Scene<'p> {
         shell_sort(&mut self.columns, |a, b| a.along_m < b.along_m);
     }
 
-    /// Whether an echo exceeds the level of those on the ground before it as much as a corner does.
+    /// Whether an echo's SNR exceeds that of the echoes on the ground before it by as much as a corner's does.
     fn is_corner_level(&self, centre: &Mark) -> bool {
         let p = self.params;
         let before = self.between(
@@ -179,7 +181,7 @@ impl<'p> Scene<'p> {
             && rest.all(|m| m.snr_db + p.corner_outshines_db < centre.snr_db)
     }
 
-    /// Returns the index of the first mark beyond `along`, metres.
+    /// Returns the index of the first mark whose position along the line of sight is beyond `along`, metres.
     pub fn first_beyond(&self, along: f32) -> usize {
         self.marks.partition_point(|m| m.along_m <= along)
     }

@@ -73,7 +73,7 @@ impl Beam {
 pub struct Search<'s, 'e> {
     /// Evaluator of flights.
     pub stairs: &'s Ascending<'e>,
-    /// The best flight of each number of faces, in no order; filled by [`Search::best`].
+    /// The best flight of each number of faces (risers), in no order; filled by [`Search::best`].
     pub leaders: Vec<Flight, MAX_FLIGHT>,
 }
 
@@ -96,7 +96,7 @@ impl<'s, 'e> Search<'s, 'e> {
         }
     }
 
-    /// Returns the best score of a flight with another number of faces, nats; no stairs have the score 0.
+    /// Returns the best score of a flight with another number of faces than `faces`, nats; no stairs have the score 0.
     pub fn runner_up_score(&self, faces: usize) -> f32 {
         let others = self.leaders.iter().filter(|f| f.chain.len() != faces);
         others.map(|f| f.score).fold(0.0, math::max)

@@ -9,9 +9,10 @@ pub const MAX_FLIGHT: usize = 10;
 /// One face (riser, or going down tread) of a chain: its place, and the column of its echoes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChainLink {
-    /// Position along the line of sight, metres.
+    /// Position of the face along the line of sight, metres: horizontal distance of a riser, depth of a tread below the
+    /// mirror.
     pub along_m: f32,
-    /// Index of the column of its echoes; none for an inferred face.
+    /// Index of the column of echoes at the face; `None` for a face inferred without echoes.
     pub column: Option<u8>,
 }
 
@@ -42,16 +43,16 @@ pub enum Explanation {
     NoStairs,
     /// Stairs going up.
     Up {
-        /// Riser height, metres.
+        /// Riser height of the stairs going up, metres.
         rise_m: f32,
         /// Whether the treads are open (no risers).
         open: bool,
     },
     /// Stairs going down.
     Down {
-        /// Distance of the first edge, metres from the mirror.
+        /// Horizontal distance of the first edge of the stairs going down, metres from the mirror.
         edge_m: f32,
-        /// Going from edge to edge, metres.
+        /// Going of the stairs going down, from edge to edge, metres.
         going_m: f32,
     },
 }
@@ -72,7 +73,7 @@ pub struct Flight {
     pub chain: Chain,
     /// Riser height of the flight, and whether its treads are open.
     pub shape: FlightShape,
-    /// Sum of the scores of its faces with the treads before them, nats.
+    /// Sum of the search scores of the flight's faces (risers), each with the tread before it, nats.
     pub faces: f32,
     /// Score of the whole flight less that of level ground, nats.
     pub score: f32,

@@ -4,7 +4,7 @@ use crate::infer::cloud::{CAPACITY, CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES
 use crate::model::tests::{Dice, VIEW, flight, regular, reported};
 use crate::model::{MAX_STEPS, Staircase};
 
-/// Standard deviations of levels that are exactly known.
+/// Standard deviations of tread heights that are exactly known: 0 m.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
 /// Returns a flight of `n` risers with a wall behind, whose distance identifies it by number `name`.

@@ -4,14 +4,15 @@ use crate::estimate::Estimate;
 use crate::infer::gauss::{self, Fusion, TreadLevels};
 use crate::params::Params;
 
-/// Returns the levels of a flight fitted to its steps' levels and to `rise`, the other knowledge of its riser height.
+/// Returns the heights of a flight's treads fitted to the measured ones, `steps`, and to `rise`, the other knowledge of
+/// its riser height.
 fn fit(steps: &[Fusion], rise: Estimate) -> TreadLevels {
     let mut levels = TreadLevels::default();
     gauss::fit(steps.iter().copied(), rise, &Params::DEFAULT, &mut levels);
     levels
 }
 
-/// Returns a step with two readings of the level `value`, metres, each with a standard deviation of 4 mm.
+/// Returns a step with two readings of the height `value` of its tread, metres, each with a standard deviation of 4 mm.
 fn step(value: f32) -> Fusion {
     let mut fusion = Fusion::default();
     for _ in 0..2 {

@@ -25,8 +25,8 @@ fn estimate_with(
     estimator.finish(map, config, 1, &mut ())
 }
 
-/// Returns points (distance and height, metres; level, dB) of closed stairs: a corner and a nosing at each riser, and
-/// floor before the first. `heights` are the levels of the risers' tops.
+/// Returns point scatterers (distance and height, metres; power, dB over the noise) of closed stairs: a corner and a
+/// nosing at each riser, and floor before the first. `heights` are those of the risers' tops above the ground, metres.
 fn staircase(first: f32, going: f32, heights: &[f32]) -> Vec<(f32, f32, f64)> {
     let mut points = vec![(0.42, 0.0, 18.0), (0.52, 0.0, 15.0)];
     let mut level = 0.0;
@@ -121,7 +121,7 @@ fn a_corner_without_anything_above_is_no_clear_way() {
     }
 }
 
-/// Returns the answer to a scan of points at (distance, height, level): metres, metres, dB over the noise.
+/// Returns the answer to a scan of point scatterers at (distance, height, power): metres, metres, dB over the noise.
 fn answer(points: &[(f32, f32, f64)]) -> Outcome {
     let config = Config::default();
     estimate(&scene(&config, points), &config, false)
@@ -222,8 +222,8 @@ fn echoes_above_one_another_share_a_column() {
     assert_eq!(along, [0.8, 1.1]);
 }
 
-/// Returns a map of random blocks of 9 rows by 3 bins, each of one level between `low` and `low + span` but for small
-/// noise: it has echoes of all sizes.
+/// Returns a polar map of random blocks of 9 rows by 3 bins, each of one power between `low` and `low + span`, map
+/// units (1/8 octave), but for small noise: it has echoes of all sizes.
 fn blocks(config: &Config, seed: u64, low: u8, span: u64) -> Box<PolarMap> {
     map(config, |row, bin| {
         let block = (noise(row / 9, bin / 3, seed) * span as f64) as u64 % span;

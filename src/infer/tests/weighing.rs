@@ -79,8 +79,8 @@ fn a_floor_outweighs_stairs_and_a_gap_in_it_says_nothing_of_them() {
     }
 }
 
-/// Returns a staircase refined on the model's echoes, and its levels' standard deviations, metres. Its rise is known
-/// with a standard deviation of 2 cm.
+/// Returns a staircase refined on the model's echoes, and the standard deviations of its treads' heights, metres. Its
+/// rise is known with a standard deviation of 2 cm.
 fn refined(model: &Model<'_>, s: &Staircase) -> (Staircase, Sigmas) {
     let rise = Estimate::new(s.rise(), 0.02);
     let (mut s, mut levels) = (*s, TreadLevels::default());

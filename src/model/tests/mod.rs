@@ -31,7 +31,7 @@ pub(crate) fn flight(risers: &[(f32, f32)]) -> Staircase {
     all.fold(start, |s, (k, &(x_m, top_m))| s.with(k, x_m, top_m))
 }
 
-/// Returns a staircase of `n` equal risers.
+/// Returns a staircase of `n` equal risers: distance of the first one, going and riser height in metres.
 pub(crate) fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Staircase {
     let riser = |k: usize| (first_m + going_m * k as f32, rise_m * (k + 1) as f32);
     flight(&(0..n).map(riser).collect::<Vec<_>>())

@@ -3,7 +3,7 @@
 use super::*;
 use crate::model::staircase::{Conflict, Edge, MAX_STEPS, MIN_EXPANDED_M};
 
-/// Standard deviations of levels that are exactly known, so that an error is certain or excluded.
+/// Standard deviations of tread heights that are exactly known, 0 m, so that an error is certain or excluded.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
 fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict> {
@@ -13,7 +13,8 @@ fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict
         .collect()
 }
 
-/// Returns which edges are visible, in the order of the risers, given as (distance, level of the top), metres.
+/// Returns which edges are visible, in the order of the risers, given as (distance, height of the top above the
+/// ground), metres.
 fn seen(risers: &[(f32, f32)], open: bool) -> Vec<bool> {
     let s = Staircase {
         open,

@@ -20,7 +20,7 @@ const UNREACHABLE: i32 = 9 * 64;
 const OUTSIDE: f32 = 0.005;
 /// Stands for no flight: below any log-density, 1/64 nat.
 pub(super) const NONE: i32 = i32::MIN / 2;
-/// Width of the posterior of a tread's level, metres: √(2π) times its standard deviation of 3 mm.
+/// Width of the posterior of a tread's height, metres: √(2π) times its standard deviation of 3 mm.
 const VOLUME_M: f32 = 0.0075;
 /// Length of the range of first rises, metres, over which they are evenly distributed.
 const RISES_M: f32 = 0.16;
@@ -187,8 +187,8 @@ fn flight(
     Some(sum)
 }
 
-/// Returns the log-prior of a flight's treads, the ground first, plus the logarithm of the volume of their levels after
-/// the echoes are known, nats.
+/// Returns the log-prior of a flight's treads, the ground first, plus the logarithm of the volume of their heights
+/// after the echoes are known, nats.
 fn prior(treads: &[TreadAt]) -> f32 {
     let count = treads.len().saturating_sub(1);
     let (Some(ground), Some(last)) = (treads.first(), treads.last()) else {

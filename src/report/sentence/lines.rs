@@ -19,15 +19,16 @@ pub struct StepLine {
     /// Horizontal distance from the mirror's centre to the step's foremost edge, 0.1 mm; negative behind the
     /// mirror.
     pub distance: Tenths,
-    /// Height of the tread above the ground, 0.1 mm; negative going down.
+    /// Height of the step's tread above the ground, 0.1 mm; negative going down.
     pub height: Tenths,
-    /// Depth of the tread up to the next step's edge, 0.1 mm; `None` for the last step.
+    /// Depth of the step's tread up to the next step's edge, 0.1 mm; `None` for the last step.
     pub tread: Option<Tenths>,
-    /// Height of the riser from the level before, 0.1 mm; `None` where that level is not known.
+    /// Height of the step's riser over the tread before (or the ground), 0.1 mm; `None` where the height of that is not
+    /// known.
     pub riser: Option<Tenths>,
-    /// Standard deviation of the distance, 0.1 mm.
+    /// Standard deviation of the step's distance, 0.1 mm.
     pub distance_sigma: Tenths,
-    /// Standard deviation of the height, 0.1 mm.
+    /// Standard deviation of the step's height, 0.1 mm.
     pub height_sigma: Tenths,
     /// Detection quality: share of the step's expected features that are detected, per cent.
     pub quality: u8,
@@ -124,11 +125,11 @@ pub struct ScanLine {
 pub struct DropLine {
     /// Number of the scan.
     pub scan: u32,
-    /// Horizontal distance from the mirror's centre to the edge, 0.1 mm.
+    /// Horizontal distance from the mirror's centre to the edge where the ground ends, 0.1 mm.
     pub distance: Tenths,
-    /// Standard deviation of the distance, 0.1 mm.
+    /// Standard deviation of the distance of the edge where the ground ends, 0.1 mm.
     pub distance_sigma: Tenths,
-    /// Depth of the next surface below the ground, 0.1 mm; `None` where it is not known.
+    /// Depth below the ground of the next surface behind the edge, 0.1 mm; `None` where it is not known.
     pub depth: Option<Tenths>,
     /// Probability that the ground ends at this edge, tenths of a per cent.
     pub probability: u16,
@@ -146,7 +147,7 @@ impl DropLine {
         }
     }
 
-    /// Returns the edge with lengths in metres and a probability from 0 to 1.
+    /// Returns the edge where the ground ends, with lengths in metres and a probability from 0 to 1.
     pub fn edge(&self) -> DropEdge {
         DropEdge {
             distance_m: self.distance.metres(),
@@ -194,7 +195,7 @@ pub struct MaybeLine {
     pub count: u8,
     /// Horizontal distance from the mirror's centre to the possible step, 0.1 mm.
     pub distance: Tenths,
-    /// Height of its tread above the ground, 0.1 mm; negative where the ground may end.
+    /// Height of the possible step's tread above the ground, 0.1 mm; negative where the ground may end.
     pub height: Tenths,
     /// Probability that the step or drop exists, tenths of a per cent.
     pub probability: u16,

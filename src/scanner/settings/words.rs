@@ -14,7 +14,7 @@ pub enum Switch {
     Off,
 }
 
-/// Direction of the mirror's sweeps.
+/// Direction of the mirror's sweeps, between the first and the last row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sweeping {
     /// The first scan from the first row to the last, the next one back, and so on.
@@ -29,9 +29,9 @@ pub enum Sweeping {
 /// Motion of the mirror through the sector.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SweepMode {
-    /// It stands still at each angle.
+    /// The mirror stands still at each row's angle.
     Stop,
-    /// It turns at constant speed: no less accurate (docs/benchmarks.md), and faster.
+    /// The mirror turns at constant speed: no less accurate (docs/benchmarks.md), and faster.
     #[default]
     Continuous,
 }

@@ -13,7 +13,7 @@ const SECTOR: usize = 2 * SLOT as usize;
 #[derive(Clone, Debug)]
 struct Model {
     bytes: Vec<u8>,
-    /// Number of operations (words written, sectors erased) until the power fails; `None`: it does not.
+    /// Number of operations (words written, sectors erased) that remain until the power fails; `None`: it does not.
     left: Option<u32>,
     random: Xoshiro128PlusPlus,
     /// Whether the controller refuses every operation.

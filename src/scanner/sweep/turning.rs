@@ -10,7 +10,7 @@ use crate::time::Micros;
 #[derive(Clone, Debug)]
 pub(super) struct ContinuousSweep {
     pub cruise: Cruise,
-    /// Next row to be triggered, counted in the order of the sweep from 0.
+    /// Index of the next row to be triggered, in the order of the sweep from 0.
     pub next: u16,
     /// Time of the next row's trigger; `None` until the shaft is at the microstep from which the delay of this
     /// trigger counts.

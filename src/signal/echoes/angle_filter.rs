@@ -104,7 +104,8 @@ static FRACTION: [u8; UNITS_PER_OCTAVE] = {
     table
 };
 
-/// Returns the binary logarithm of a filtered power, 1/128 octave; monotonic, error below 0.01 octave.
+/// Returns the binary logarithm of a filtered linear power, 1/128 octave (128 for each doubling of power); monotonic,
+/// error below 0.01 octave.
 #[inline]
 pub fn level(power: u32) -> u16 {
     let power = power | 1;
@@ -152,8 +153,9 @@ impl AngleFilter {
         self.rows - 1
     }
 
-    /// Returns the filter's gain, 1/128 octave: its output for a uniform map whose cells are 0, if their power
-    /// were not rounded.
+    /// Returns the filter's gain for uniform power, such as the mean noise, 1/128 octave of power: its output for a
+    /// uniform map whose cells are 0, if powers were not rounded; 0 where that would be negative (boxes of up to 5
+    /// rows).
     pub fn gain(&self) -> u16 {
         let unit = (UNIT_CELL as u16) << UNITS_PER_CELL_BITS;
         level((self.rows * self.rows) as u32).saturating_sub(unit)

@@ -28,12 +28,14 @@ pub struct Background<'a> {
     pub samples: &'a NoiseSamples,
     /// Noise: median of the filtered map without the filter's gain, map units (1/8 octave).
     pub noise: f32,
-    /// Gain of the angle filter, 1/128 octave.
+    /// Gain of the angle filter (over the rows) for uniform noise, 1/128 octave of power: 128 is a factor of two in
+    /// power.
     pub gain: u16,
 }
 
-/// Returns the minimum filtered level of a maximum, 1/128 octave: (`echo_margin_db` - `spare_db`) above the
-/// median `noise` (map units), plus the filter's `gain` (1/128 octave).
+/// Returns the minimum filtered level of a maximum that is considered as an echo, 1/128 octave of power:
+/// (`echo_margin_db` - `spare_db`) above the median `noise` (map units, without the filter's gain), plus the filter's
+/// `gain` (1/128 octave).
 pub fn least_level(noise: f32, gain: u16, spare_db: f32, params: &Params) -> u16 {
     let above_gain = (noise * DB_PER_UNIT + params.echo_margin_db - spare_db) / LEVEL_DB;
     gain.saturating_add(above_gain as u16)

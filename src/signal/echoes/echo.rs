@@ -24,9 +24,9 @@ pub struct Echo {
     pub y_m: f32,
     /// Width of the filtered lobe over the angle, in units of a point scatterer's.
     pub width: f32,
-    /// Standard deviation of the angle, radians.
+    /// Standard deviation of `angle_rad`, radians.
     pub angle_sigma_rad: f32,
-    /// Standard deviation of the range, metres.
+    /// Standard deviation of `range_m`, metres.
     pub range_sigma_m: f32,
     /// Range from the radar (not from the mirror), native range bins of c/2B.
     pub native_bin: f32,

@@ -27,25 +27,27 @@ const MEAN_SQUARE: f32 = 5.2;
 /// Sum over [`PATCH_ROWS`] of (offset² - mean)²: norm of the quadratic that is orthogonal to the mean.
 const QUADRATIC: f32 = 58.8;
 
-/// Offset of a peak from the middle cell (rows or bins), and its variance if the levels have a variance of 1
-/// dB².
+/// Offset of a lobe's peak from the middle of the strongest cell, in rows or in range bins, and its variance for levels
+/// with a variance of 1 dB².
 type Offset = (f32, f32);
 
 /// Curvatures of a point scatterer's response on the grid of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct Responses {
-    /// Curvature of the filtered lobe in angle, dB per squared row.
+    /// Curvature of the filtered lobe in angle: dB by which the level falls at one row from the peak (dB per squared
+    /// row).
     per_row_db: f32,
-    /// Curvature of the window's main lobe, dB per squared stored bin.
+    /// Curvature of the window's main lobe in range: dB by which the level falls at one stored bin from the peak (dB
+    /// per squared bin).
     per_bin_db: f32,
-    /// Mixed curvature, dB per row and stored bin; 0 without motion.
+    /// Mixed curvature of a lobe that is sheared by motion, dB per row and stored bin; 0 without motion.
     cross_db: f32,
 }
 
 /// Motion of a scatterer from row to row.
 #[derive(Clone, Copy, Debug)]
 pub struct ScattererMotion {
-    /// Change of range, stored bins per row; negative when it approaches.
+    /// Change of the scatterer's range from row to row, stored bins; negative when it approaches.
     pub bins: f32,
     /// Angle by which the beam moves over the scatterer from row to row, in steps of the scan: 1 without
     /// motion.
@@ -65,8 +67,9 @@ impl Responses {
         }
     }
 
-    /// Returns the offsets of a sheared lobe in rows and in bins without each other's share: the slopes over
-    /// the rows (`row`) and over the bins (`bin`) each contain a share of the other offset.
+    /// Returns how far the peak of a sheared lobe lies from its strongest cell, in rows and in range bins. The
+    /// arguments are raw offsets, `row` estimated along the rows alone and `bin` along the bins alone: the shear adds
+    /// to each a multiple of the other, which is removed here.
     fn decouple(&self, row: Offset, bin: Offset) -> (Offset, Offset) {
         let of_bin = self.cross_db / self.per_row_db;
         let of_row = self.cross_db / self.per_bin_db;
@@ -99,16 +102,17 @@ impl Responses {
 /// Position of a scatterer relative to the cell of its maximum, and width of its lobe.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lobe {
-    /// Offset from the cell's middle, rows, with variance.
+    /// Offset of the scatterer from the middle of the cell with the maximum, rows, with its variance.
     pub row: Estimate,
-    /// Offset from the cell's middle, stored range bins, with variance.
+    /// Offset of the scatterer from the middle of the cell with the maximum, stored range bins, with its variance.
     pub bin: Estimate,
-    /// Width over the angle, in units of a point scatterer's; 9 for a lobe without a peak.
+    /// Width of the lobe over the angle, in units of a point scatterer's; 9 for a lobe without a peak.
     pub width: f32,
 }
 
 impl Lobe {
-    /// Fits the lobe to the levels around a maximum that is `snr_db` above the noise.
+    /// Fits the lobe to the filtered levels `patch` around a maximum whose SNR is `snr_db`; `responses` are the
+    /// curvatures of a point scatterer's lobe.
     pub fn new(patch: &Patch, responses: &Responses, snr_db: f32, params: &Params) -> Self {
         let mut rows = [0f32; PATCH_ROWS.len()];
         let mut bins = [0f32; PATCH_BINS.len()];

@@ -72,8 +72,8 @@ impl NoiseSamples {
         self.count >= SETTLED
     }
 
-    /// Returns the noise floor of range bin `bin`, the lower third of its sampled levels, map units; 0 without
-    /// samples.
+    /// Returns the noise floor of range bin `bin`, the quantile at one third of its sampled levels, map units; 0
+    /// without samples.
     pub fn floor(&self, bin: usize) -> u8 {
         let least = self.least.get(bin / 2).filter(|_| self.count > 0);
         let floor = least.and_then(|least| least.get(self.count / SHARE));

@@ -106,7 +106,8 @@ impl<'a> MotionCompensation<'a> {
     }
 }
 
-/// Returns the forward component of the unit vector from the mirror along beam angle `angle_rad`.
+/// Returns the horizontal forward component (0 to 1 ahead, negative behind) of the unit vector from the mirror along
+/// beam angle `angle_rad`, which is measured as [`Echo::angle_rad`].
 pub fn forward(geometry: &Geometry, angle_rad: f32) -> f32 {
     geometry.point(1.0, angle_rad).0
 }

@@ -12,7 +12,7 @@ pub struct Geometry {
     pub bin_m: f32,
     /// Height of the mirror centre above the ground, metres.
     pub mount_height_m: f32,
-    /// Scheduled angle between neighbouring rows, radians.
+    /// Scheduled step of the beam's angle between neighbouring rows, radians.
     pub step_rad: f32,
     /// Full width of the beam between its one-way 3 dB points, radians.
     pub beamwidth_rad: f32,
@@ -36,8 +36,9 @@ impl Geometry {
         self.first_range_m + bin * self.bin_m
     }
 
-    /// Returns the point (x, y) at `range_m` from the mirror and angle `angle_rad`, metres: x forward from the
-    /// mirror's centre, y up from the ground.
+    /// Returns the point (x, y), metres, at `range_m` from the mirror and beam angle `angle_rad`: x forward from the
+    /// mirror's centre, y up from the ground. The angle is below the horizontal (depth plane), or forward from straight
+    /// down (height plane).
     pub fn point(&self, range_m: f32, angle_rad: f32) -> (f32, f32) {
         let (sin, cos) = math::sin_cos(angle_rad);
         match self.plane {
@@ -46,7 +47,9 @@ impl Geometry {
         }
     }
 
-    /// Returns range, metres, and angle, radians, of the point (x, y) from the mirror.
+    /// Returns range from the mirror, metres, and beam angle, radians, of the point (x, y): x forward from the mirror's
+    /// centre, y up from the ground. The angle is below the horizontal (depth plane), or forward from straight down
+    /// (height plane).
     pub fn polar(&self, x: f32, y: f32) -> (f32, f32) {
         let down = self.mount_height_m - y;
         let angle = match self.plane {

@@ -278,7 +278,8 @@ impl PolarMap {
             .is_some_and(|word| word & (1 << (k % 32)) != 0)
     }
 
-    /// Returns the beam angle of row `k`, radians: that of the motor's microstep at which the row is observed.
+    /// Returns the beam angle of row `k`, radians below the horizontal (depth plane) or forward from straight down
+    /// (height plane): that of the motor's microstep at which the row is observed.
     pub fn angle_rad(&self, k: usize) -> f32 {
         self.schedule.row_angle_rad(k as u16)
     }

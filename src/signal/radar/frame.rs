@@ -55,11 +55,11 @@ pub enum FrameKind {
     Configure = 0x01,
     /// Module: its settings.
     Settings = 0x81,
-    /// Scanner: requests other settings.
+    /// Scanner: requests that the module takes other settings (bandwidth, samples per chirp).
     Program = 0x03,
-    /// Scanner: requests another rate of the wire.
+    /// Scanner: requests another bit rate of the serial wire.
     Rate = 0x04,
-    /// Module: confirms the rate, which applies from the next byte on.
+    /// Module: confirms the new bit rate, which applies from the next byte on.
     RateSet = 0x84,
     /// Scanner: triggers one chirp.
     Trigger = 0x02,
@@ -119,11 +119,11 @@ pub fn encode<const N: usize>(
 /// Optional abilities of a module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ability {
-    /// Maximum rate of the serial wire, Mbaud.
+    /// Maximum bit rate of the serial wire that the module supports, Mbaud.
     pub fastest: u8,
-    /// Whether it can capture a chirp while it sends the one before.
+    /// Whether the module can capture a chirp while it sends the one before.
     pub ahead: bool,
-    /// Whether its chirps can begin at the edge of the TRIG pin.
+    /// Whether the module's chirps can begin at the edge of the TRIG pin.
     pub pin: bool,
 }
 

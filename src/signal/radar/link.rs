@@ -31,27 +31,27 @@ struct Request {
     other_answers: bool,
 }
 
-/// Maximum time in which a module changes its rate, microseconds: some 10^4 instructions of a small processor.
+/// Maximum time in which a module changes its bit rate, microseconds: some 10^4 instructions of a small processor.
 const SWITCH_US: u32 = 1_000;
-/// Timeout of the first answer at a new rate, microseconds: a hundred times its duration, but within the
-/// timeout of a module's settings.
+/// Timeout of the first answer at a new bit rate, microseconds: a hundred times its duration, but within the timeout of
+/// a module's settings.
 const CHECK_US: u32 = 20_000;
-/// Maximum number of failed answers of one scan at a usable rate. At a bit error rate of 10^-7 fewer than one
-/// of 281 answers is damaged.
+/// Maximum number of failed answers in one scan with which the wire's bit rate still counts as usable. At a bit error
+/// rate of 10^-7 fewer than one of 281 answers is damaged.
 const MAX_FAILURES: u16 = 3;
 /// Number of zero bytes that return a module to [`LINK_BAUD`]: it may receive only the end of the first one.
 const BREAKS: u8 = 2;
-/// Number of scans after which a failed rate is requested again: some minutes.
+/// Number of scans after which a bit rate that failed is requested again: some minutes.
 const RETRY_SCANS: u8 = 200;
 
 /// Answer of the module that [`Frames::settings`] waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SettingsStage {
-    /// Settings of the module at the present rate.
+    /// Settings of the module, requested at the present bit rate.
     Asked,
-    /// Confirmation of another rate, Mbaud.
+    /// Confirmation of the requested bit rate, Mbaud.
     Raising(u8),
-    /// Settings at the new rate.
+    /// Settings of the module, requested once more at the new bit rate as a check of it.
     Checking,
 }
 
@@ -67,11 +67,11 @@ pub struct Frames {
     held: bool,
     out: heapless::Vec<u8, 32>,
     sent: usize,
-    /// Time before which nothing is sent, because the module changes its rate.
+    /// Time before which nothing is sent, because the module changes its bit rate.
     quiet: Option<Micros>,
     /// Number of zero bytes to be sent before the request, at 1 Mbaud.
     breaks: u8,
-    /// Whether the module may be at another rate than the scanner: one of them was reset.
+    /// Whether the module may be at another bit rate than the scanner: one of them was reset.
     unsure: bool,
     stage: SettingsStage,
     /// Deadline of the request for the module's settings.
@@ -80,11 +80,11 @@ pub struct Frames {
     /// Settings and abilities of the module.
     radar: RadarConfig,
     ability: Ability,
-    /// Present rate of the wire, Mbaud.
+    /// Present bit rate of the wire, Mbaud.
     rate: u8,
-    /// Maximum rate that is requested, Mbaud.
+    /// Maximum bit rate that is requested, Mbaud.
     max_rate: u8,
-    /// Number of scans until a faster rate is requested again.
+    /// Number of scans until a faster bit rate is requested again.
     retry_scans: u8,
     /// Number of failed answers since the last request for settings.
     failures: u16,
@@ -228,7 +228,7 @@ impl Frames {
         }))
     }
 
-    /// Returns the result that the decoded frame means for `request`; `None` if it answers another request.
+    /// Returns the result that the frame just decoded gives for `request`; `None` if the frame answers another request.
     fn judge(&self, request: &Request) -> Option<Result<(), LinkError>> {
         let Frame {
             kind,
@@ -245,7 +245,7 @@ impl Frames {
         })
     }
 
-    /// Returns the maximum rate that port, module and settings allow and that has not failed, Mbaud.
+    /// Returns the maximum bit rate that port, module and settings allow and that has not failed, Mbaud.
     fn best_rate(&self, port: &impl BytePort) -> u8 {
         let most = self.ability.fastest.min(self.max_rate);
         let wished = |rate: u8| u32::from(rate) * LINK_BAUD <= self.requested.baud;
@@ -260,7 +260,7 @@ impl Frames {
         self.rate = rate;
     }
 
-    /// Sets both ends of the wire back to 1 Mbaud, whatever the module's rate is.
+    /// Sets both ends of the wire back to 1 Mbaud, whatever the module's bit rate is.
     #[inline(never)]
     fn fall_back(&mut self, port: &mut impl BytePort) {
         self.set_rate(port, 1);
@@ -366,7 +366,7 @@ impl Frames {
         Poll::Pending
     }
 
-    /// Processes the module's confirmation of another rate.
+    /// Processes the module's confirmation of the bit rate `rate`, Mbaud.
     fn on_rate_set(
         &mut self,
         port: &mut impl BytePort,
@@ -450,7 +450,7 @@ impl Frames {
         self.by_pin() || self.handed_over()
     }
 
-    /// Returns rate and abilities of the serial wire with the present module and settings.
+    /// Returns bit rate and abilities of the serial wire with the present module and settings.
     pub fn wire(&self) -> Wire {
         Wire {
             baud: u32::from(self.rate) * LINK_BAUD,

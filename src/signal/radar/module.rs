@@ -13,7 +13,7 @@ use crate::time::Micros;
 pub enum FrameError {
     /// Another version of the format.
     Version,
-    /// A kind that this version does not define.
+    /// A kind of frame that this version of the format does not define.
     Kind,
     /// A payload longer than the maximum.
     Length,
@@ -98,12 +98,12 @@ pub trait RadarModule {
     fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32);
     /// Returns the answer to [`RadarModule::program`]: the module's present settings.
     fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
-    /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001°); its answer is due within
-    /// `timeout_us`.
+    /// Triggers one chirp with the mirror's shaft at `shaft_angle` (0.001° from the horizontal, positive downwards);
+    /// its answer is due within `timeout_us`.
     fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32);
     /// Receives the answer to [`RadarModule::trigger`]: exactly as many samples as `samples` holds.
     fn poll(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
-    /// Repeats [`RadarModule::trigger`] for a chirp that was lost, while the mirror stands: there is time to
+    /// Repeats [`RadarModule::trigger`] for a row whose chirp was lost, while the mirror stands: there is time to
     /// restore the link first.
     fn retry(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
         self.trigger(now, shaft_angle, timeout_us);

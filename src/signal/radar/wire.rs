@@ -1,6 +1,6 @@
 //! Transmission times on the serial wire between scanner and radar module.
 
-/// Initial rate of the wire with every module, baud: both clocks of the board divide to it exactly.
+/// Initial bit rate of the wire with every module, baud: both clocks of the board divide to it exactly.
 pub const LINK_BAUD: u32 = 1_000_000;
 /// Length of a frame's header, bytes.
 pub const HEADER: usize = 8;
@@ -35,10 +35,10 @@ pub struct RowTimes {
 /// sent and the next.
 const HELD: u32 = 2;
 
-/// Serial wire between scanner and radar module: rate and abilities, which give the times of a row.
+/// Serial wire between scanner and radar module: bit rate and abilities, which give the times of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
-    /// Rate, baud.
+    /// Bit rate of the wire, baud.
     pub baud: u32,
     /// Whether the next chirp may be triggered while the answer to the last trigger is still being sent.
     pub ahead: bool,

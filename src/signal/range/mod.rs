@@ -62,9 +62,9 @@ pub struct RowStats {
     /// Maximum distance of any I or Q from its mean, units of 16-bit samples; at most 1 when the converter is
     /// silent.
     pub swing: u16,
-    /// Means of I and of Q.
+    /// Means of I and of Q over the chirp's samples, units of 16-bit samples.
     pub mean: Iq,
-    /// Minima, then maxima, of I and of Q.
+    /// Minima of I and of Q over the chirp's samples, then their maxima, units of 16-bit samples.
     pub extremes: [Iq; 2],
     /// Level of the mirror's own echo, map units; 0 without a mirror.
     pub mirror_echo: u8,
@@ -429,7 +429,8 @@ impl FrontEnd {
         Ok((levels, exponent))
     }
 
-    /// Windows a chirp and transforms it to `bins` with N points. Returns the exponent.
+    /// Windows a chirp and transforms it to `bins` with N points. Returns the exponent e: the true values of the bins
+    /// are 2^e times `bins`.
     fn transform<A: Arithmetic, B: Bin, const N: usize>(
         &mut self,
         chirp: &[Iq],

@@ -12,11 +12,13 @@ use crate::math::sin_cos;
 /// They keep the radar's leakage, 50 dB above the stairs, out of the stairs' bins.
 #[derive(Clone, Debug)]
 pub struct Window {
-    /// Coefficients of all samples, Q15; of real values (see [`Window::shape_real`]) those of the first half.
+    /// Window coefficients, Q15. Entry n is that of complex sample n. For real samples (see [`Window::shape_real`]) it
+    /// is that of real sample n + 1, up to the middle of the chirp: the coefficient of real sample 0 is 0, and the
+    /// second half mirrors the first.
     coefficients: [i16; MAX_POINTS],
     samples: usize,
     points: usize,
-    /// Whether samples are pairs of real values, each with its own coefficient.
+    /// Whether the chirp is of real samples, stored in pairs in place of I and Q, each with its own coefficient.
     real: bool,
     sum: f32,
 }
@@ -38,7 +40,8 @@ impl Window {
         self.shape_of(samples, points, false);
     }
 
-    /// Sets the window up for `samples` pairs of real values: one window over all values.
+    /// Sets the window up for `samples` pairs of real samples in a transform of `points` complex points: one window
+    /// over all 2 · `samples` real samples.
     pub fn shape_real(&mut self, samples: usize, points: usize) {
         self.shape_of(samples, points, true);
     }
@@ -72,7 +75,8 @@ impl Window {
         self.sum = sum / values as f32;
     }
 
-    /// Returns the coefficient of value `n`, a sample or (real samples) one of its two values, Q15.
+    /// Returns the window's coefficient for index `n`, Q15. `n` counts complex samples, or, if the samples are real and
+    /// stored in pairs in place of I and Q, the single real samples.
     #[inline(always)]
     fn at(&self, n: usize) -> i16 {
         let place = match self.real {
@@ -83,7 +87,7 @@ impl Window {
         self.coefficients.get(place).copied().unwrap_or(0)
     }
 
-    /// Returns the coefficient of the second of a chirp's real values; the first one's is 0.
+    /// Returns the coefficient of the second real sample of a chirp, Q15; that of the first one is 0.
     pub(super) fn first(&self) -> i16 {
         self.coefficients[0]
     }
@@ -99,18 +103,19 @@ impl Window {
         (part(1..self.samples), part(0..self.samples & !1))
     }
 
-    /// Returns whether the window is for real values.
+    /// Returns whether the window is for real samples, stored in pairs in place of I and Q.
     #[inline(always)]
     pub fn is_real(&self) -> bool {
         self.real
     }
 
-    /// Returns the number of samples, or of pairs of real values.
+    /// Returns the number of complex samples, or of pairs of real samples, that the window covers.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Returns the sum of the coefficients: the transform's value for a tone of amplitude 1.
+    /// Returns the value of the transform at a tone of amplitude 1, Q15: the sum of the coefficients, or half of it for
+    /// real samples, because half of a real tone is at its negative frequency.
     pub fn sum(&self) -> f32 {
         self.sum
     }
@@ -137,18 +142,18 @@ impl Window {
 /// Levels of a chirp, the results of the first pass over it.
 #[derive(Clone, Copy, Debug)]
 pub struct ChirpLevels {
-    /// Mean of I and Q, Q16.16.
+    /// Mean of I, then of Q, over the chirp, Q16.16 units of a 16-bit sample.
     mean: [i32; 2],
     /// Maximum distance of any I or Q from its mean, rounded up, units of 16-bit samples.
     pub swing: u32,
     /// Number of samples whose I or Q is at full scale.
     pub saturated: u16,
-    /// Minima, then maxima, of I and of Q.
+    /// Minima of I and of Q over the chirp, then their maxima, units of 16-bit samples.
     pub extremes: [Iq; 2],
 }
 
 impl ChirpLevels {
-    /// Measures a chirp of 1 to 256 samples.
+    /// Measures mean, extremes, swing and saturation of a chirp of 1 to 256 samples.
     pub fn of<A: Arithmetic>(chirp: &[Iq]) -> Self {
         let (mut sum_i, mut sum_q) = (0, 0);
         let mut low = Packed::new(i16::MAX, i16::MAX);
@@ -207,7 +212,7 @@ impl ChirpLevels {
         }
     }
 
-    /// Returns the means of I and Q, rounded.
+    /// Returns the chirp's means of I and of Q, rounded to units of a 16-bit sample.
     pub fn mean(&self) -> Iq {
         let [i, q] = self.mean.map(|mean| ((mean + (1 << 15)) >> 16) as i16);
         Iq::new(i, q)

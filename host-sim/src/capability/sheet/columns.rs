@@ -33,7 +33,7 @@ pub fn wrong(share: Share) -> String {
     }
 }
 
-/// Formats the quantile `q` of the guard's response time over the scenes, seconds.
+/// Formats the time within which the guard names the body in a fraction `q` (0…1) of the scenes, seconds.
 fn response(tally: &Tally, q: f64, times: &Times) -> String {
     let seconds = |k: usize| k as f64 * times.sweep_s;
     match tally.sweeps(q) {

@@ -60,7 +60,7 @@ pub fn smallest(measured: &Measured) -> Vec<Part> {
     ]
 }
 
-/// Returns the share of answers that are not `ok` with free ground beyond the body.
+/// Returns the number of scenes, of all, without an answer that is `ok` with free ground beyond the body.
 fn not_beyond(counts: &Counts) -> Share {
     Share::new(
         counts.free_beyond_body.of - counts.free_beyond_body.hits,
@@ -68,14 +68,15 @@ fn not_beyond(counts: &Counts) -> Share {
     )
 }
 
-/// Whether the bodies have enough scenes for the lower 95 % bound to reach `share` if all of them are detected.
+/// Whether each body has enough scenes to show a probability of at least `share`: whether the lower 95 % bound would
+/// reach it if all scenes were successes.
 fn shows(all: &[(Body, &Tally)], share: f64) -> bool {
     let full = |tally: &Tally| Share::new(tally.guard.detected.of, tally.guard.detected.of);
     all.iter().all(|(_, tally)| lower(full(tally)) >= share)
 }
 
-/// Returns the size of the smallest body that is, like all larger ones, detected with a lower bound of at least
-/// `share`. `all` are the bodies by ascending size.
+/// Returns, as text, the size of the smallest body for which, as for all larger ones, the lower 95 % bound of the share
+/// that `of` selects (such as scans that detect the body) is at least `share`. `all` are the bodies by ascending size.
 fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> String {
     let enough = all
         .iter()

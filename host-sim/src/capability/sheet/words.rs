@@ -6,18 +6,19 @@ use super::super::measure::SWEEPS;
 use super::super::plan::{Cell, ground_name};
 use super::super::results::{Heading, Times};
 
-/// Text above the table of bodies under the reference condition.
+/// Text above the table of bodies under the reference condition: states that condition, and the kind of the bounds.
 pub const REFERENCE: &str = "Reference condition: the body 1 m ahead, the chair standing, square to the edge and level, the \
     window clean, ground and body of wood, ceramic, concrete, carpet and grating in equal parts. `≥` and `≤` are one-sided 95 % \
     bounds by Clopper and Pearson. A full scan answers after the scan time; the last two columns are the guard's response time.";
 
-/// Text above the table of the smallest sizes.
+/// Text above the table of the smallest detected sizes: states when a size counts as detected.
 pub const SMALLEST: &str = "The smallest size that, like every larger one measured, is detected \
     with a probability of 99 %, or 90 %, at 95 % confidence; and the size from which on at most 1 % \
     of the answers are `ok` with free ground beyond the body. A dash: the cells have too few scenes \
     to show that share.";
 
-/// Text above the table of sizes.
+/// Text above the table of all sizes behind all windows: states which sizes are hazards, and what water or dirt gives a
+/// loss.
 pub const SIZES: &str = "By definition of the guard, rises and drops of up to 4 cm are no hazards; \
     they are listed for completeness. The window's loss is taken from the level of all echoes \
     alike, out and back together. Rain in the air costs less than 0.1 dB over 2 m and back (Rec. \
@@ -26,13 +27,13 @@ pub const SIZES: &str = "By definition of the guard, rises and drops of up to 4 
     millimetre out and back. 3 dB are a film of 0.05 mm or dust, 10 dB one of 0.15 mm or mud in \
     part, 20 dB one of 0.3 mm, or a module with 20 dB less power.";
 
-/// Text above the table of drives.
+/// Text above the table of drives towards a body: states the drive, and the distances that are listed.
 pub const APPROACH: &str = "Guard sweeps, ten a second, of a chair that drives towards the body and \
     has it 1 m ahead at the last of 14 sweeps; its odometry and pitch err as those of a driven \
     chair do. The last two columns are the distance of the body when half, and 95 %, of the drives \
     had named it. The drives are few, so the bounds are wide.";
 
-/// Returns all quantities of a cell's condition in brackets: distance, yaw, pitch, loss, ground and speed.
+/// Returns a cell's condition as text in brackets: distance, yaw, pitch, the window's loss, ground and speed.
 pub fn condition(cell: &Cell) -> String {
     let c = &cell.condition;
     format!(
@@ -46,7 +47,8 @@ pub fn condition(cell: &Cell) -> String {
     )
 }
 
-/// Returns the text above the table of false alarms.
+/// Returns the text above the table of false alarms on level ground: which reports count as an alarm, and the
+/// intervals, from `times`, on which the rates are based.
 pub fn level(times: &Times) -> String {
     format!(
         "Level ground as far as the range. An alarm is a step or a drop reported by a scan, or a \
@@ -60,7 +62,8 @@ pub fn level(times: &Times) -> String {
     )
 }
 
-/// Returns the text above the list of bounds that the second draw contradicts: `broken` of the `bounds` tested.
+/// Returns the text above the list of confidence bounds that the second draw contradicts: `broken` of the `bounds` that
+/// were tested.
 pub fn second(bounds: usize, broken: usize) -> String {
     let verdict = match broken {
         0 => "None is contradicted.".to_owned(),

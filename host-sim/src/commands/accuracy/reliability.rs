@@ -86,7 +86,8 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     out
 }
 
-/// Adds one table row for each bin of reported probability: its range, and the comparison with the outcomes.
+/// Adds to the text `out` one table row for each bin of reported probability: its range, and the comparison with the
+/// outcomes.
 fn bins(out: &mut String, reliability: &Reliability) {
     for bin in &reliability.bins {
         let percent = |v: f64| format!("{:.0}", 100.0 * v);
@@ -95,8 +96,8 @@ fn bins(out: &mut String, reliability: &Reliability) {
     }
 }
 
-/// Returns a bin's table cells as text: number of answers, mean predicted probability, actual share, its standard
-/// error, and whether predicted and actual agree.
+/// Returns the table cells of a bin of reported probabilities as text: number of answers, mean predicted probability,
+/// actual share of correct ones, its standard error, and whether predicted and actual agree.
 fn figures(bin: &Bin) -> String {
     let percent = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.1} %", 100.0 * v));
     let agree = match bin.agrees() {
@@ -120,8 +121,8 @@ mod tests {
     use stairscan::answer::Direction;
     use stairscan::verdict::Status;
 
-    /// Returns the score of an `ok` answer with this horizon and confidence, and with a `MAYBE` of 15 %. `outcome` is
-    /// whether both are right.
+    /// Returns the score of an `ok` answer with the horizon `horizon_m`, metres, and the confidence `predicted`, and
+    /// with a `MAYBE` of 15 %. `outcome`: whether the answer is correct and the possible step exists.
     fn scene(horizon_m: f64, predicted: f64, outcome: bool) -> SceneScore {
         SceneScore {
             recording: String::new(),

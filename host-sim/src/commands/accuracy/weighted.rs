@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 use crate::scene::random::Kind;
 use crate::score::{AnswerType, SetScore, Share, upper_bound};
 
-/// Returns the relative frequency of a kind among the places that a chair approaches. The frequencies are assumptions:
-/// studies of what wheelchair users meet count complaints or rate the difficulty of barriers (Meyers et al. 2002;
-/// Harris, Yang and Sanford 2015), not their frequency. Assumed is a chair that mostly drives on level ground, past
-/// objects; kerbs are ten times as frequent as a platform; entrances half as frequent as kerbs; stairs, most of them
-/// regular, as frequent downward as upward.
+/// Returns the frequency, relative to the other kinds, of a kind of scene among the places that a chair approaches. The
+/// frequencies are assumptions: studies of what wheelchair users meet count complaints or rate the difficulty of
+/// barriers (Meyers et al. 2002; Harris, Yang and Sanford 2015), not their frequency. Assumed is a chair that mostly
+/// drives on level ground, past objects; kerbs are ten times as frequent as a platform; entrances half as frequent as
+/// kerbs; stairs, most of them regular, as frequent downward as upward.
 fn met(kind: Kind) -> f64 {
     match kind {
         Kind::None => 400.0,
@@ -26,7 +26,8 @@ fn met(kind: Kind) -> f64 {
     }
 }
 
-/// Weighted `ok` answers of one type: share of wrong ones, its upper 95 % bound, and effective number of answers.
+/// Weighted `ok` answers of one type (no steps, steps up, steps down): share of wrong ones, its upper 95 % bound, and
+/// effective number of answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Weighted {
     wrong: f64,
@@ -35,9 +36,10 @@ struct Weighted {
 }
 
 impl Weighted {
-    /// Returns share and bound, given for each kind the weight of one answer and the `ok` answers, of which the hits
-    /// are wrong; `None` without answers. The bound is that of Clopper and Pearson for the effective number of answers
-    /// (Kish 1965: the square of the weights' sum over the sum of their squares), rounded up.
+    /// Returns the weighted share of wrong answers with its bound; `None` without answers. `kinds` holds for each kind
+    /// of scene the weight of one answer, and its `ok` answers, of which the hits are the wrong ones. The bound is that
+    /// of Clopper and Pearson for the effective number of answers (Kish 1965: the square of the weights' sum over the
+    /// sum of their squares), rounded up.
     fn of(kinds: &[(f64, Share)]) -> Option<Self> {
         let sum = |f: &dyn Fn(f64, Share) -> f64| kinds.iter().map(|(w, s)| f(*w, *s)).sum::<f64>();
         let weights = sum(&|w, s| w * s.of as f64);

@@ -8,25 +8,25 @@ pub const SEEDS: u64 = 1 << 32;
 /// Outcome of an answer with a fault, by status and correctness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
-    /// Status `fault`.
+    /// Status `fault`: no answer is given.
     Fault,
-    /// `degraded`, and a reason names the fault.
+    /// Status `degraded`, and a reason names the fault.
     Named,
-    /// `degraded` for other reasons only.
+    /// Status `degraded` for reasons that do not name the fault.
     Unnamed,
-    /// `ok` and correct.
+    /// Status `ok`, and the answer is correct despite the fault.
     Right,
-    /// `ok` and wrong.
+    /// Status `ok`, but the answer is wrong: the dangerous outcome.
     Wrong,
 }
 
 /// The answer to one recording, or guard sweep, with one fault.
 pub struct Run {
-    /// Outcome by status and correctness.
+    /// Outcome of the answer by status and correctness.
     pub fate: Fate,
     /// Whether the answer's reasons name the fault.
     pub named: bool,
-    /// Text that is printed if the answer is `ok` and wrong.
+    /// Description of the answer for the list of runs that are `ok` and wrong.
     pub words: String,
 }
 

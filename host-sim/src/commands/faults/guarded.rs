@@ -108,7 +108,7 @@ pub fn one(
 }
 
 /// Returns the recording with the same fault applied to each of its sweeps; `None` if the fault removes rows or shifts
-/// them: the scanner would then guard with its own angles.
+/// some of them against the others, since the scanner would then guard with its own angles.
 fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
     let mut faulty = recording.clone();
     faulty.samples.clear();

@@ -17,15 +17,16 @@ use crate::inspect;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
 
-/// Quantiles of each health check's values that the table shows; 1 is the maximum.
+/// Quantiles, as fractions, of each health check's values that the table shows; 1 is the maximum.
 const QUANTILES: [f64; 4] = [0.5, 0.95, 0.99, 1.0];
 
-/// One health check's value in one scene, relative to the limit if that is positive.
+/// One health check's value in one scene, divided by the check's limit if that is positive, and whether the check
+/// fails.
 #[derive(Clone, Copy)]
 struct CheckValue {
     value: f64,
     alarm: bool,
-    /// Whether the scene's answer is `ok`, or would be without the reasons of the instrument.
+    /// Whether the scene's answer is `ok`, or would be without the reasons that failed health checks give.
     trusted: bool,
 }
 
@@ -120,8 +121,8 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValu
     Ok(found)
 }
 
-/// Returns the table of health checks: quantiles of their values, and numbers of failures, in all scenes and in `ok`
-/// ones.
+/// Returns the table of health checks: quantiles of their values, and numbers of failed checks, over all scenes and
+/// over those with an `ok` answer.
 pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
     let scenes: Vec<_> = recordings
         .par_iter()

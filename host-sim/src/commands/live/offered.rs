@@ -29,7 +29,7 @@ pub struct Offer {
     pub mount_height_m: f64,
 }
 
-/// Function that starts a service.
+/// Function that starts a service (Foxglove or ROS 2) for a source with the properties of the offer.
 type Open<'a> = &'a dyn Fn(&Offer) -> Result<Box<dyn Service>>;
 
 /// Plays a recording or observes a port, and publishes it, until the session is ended.
@@ -95,7 +95,8 @@ fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     watched
 }
 
-/// Returns the mount height of a recording, else that of the settings, metres.
+/// Returns the height of the mirror's centre above the ground, metres: that of the recording, else that of the
+/// settings.
 fn mount_height_m(args: &Args, recording: Option<&Recording>) -> Result<f64> {
     let recorded = recording.and_then(|recording| recording.meta.mirror.as_ref());
     Ok(match recorded {

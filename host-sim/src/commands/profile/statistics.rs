@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 
-/// Maximum power of a bin without an echo, as a multiple of its noise: 2 dB.
+/// Limit of mean power, as a multiple of the noise in the same bin, below which a bin counts as without an echo: 2 dB.
 const EMPTY: f64 = 1.6;
 /// Power, as a multiple of the noise, down to which the leakage extends, and from which a coherent echo's phase is
 /// followed: 10 dB.
@@ -19,13 +19,13 @@ const FOLLOWED: f64 = 10.0;
 const HUNDREDTH: f64 = 4.605;
 /// Number of bins next to the leakage whose noise is compared with that of bins without echoes.
 const NEAR_BINS: usize = 4;
-/// Variance of the second difference of white noise relative to its own: 1 + 4 + 1.
+/// Ratio of the variance of white noise's second difference to that of the noise itself: 1 + 4 + 1.
 const SECOND_DIFFERENCE: f64 = 6.0;
 
 /// Complex spectra of a recording's chirps, in frames.
 #[derive(Clone, Debug)]
 pub struct Spectra {
-    /// Spectrum of each chirp, 1 for a tone at full scale; all have the same number of bins.
+    /// Complex spectrum of each chirp, with magnitude 1 for a tone at full scale; all have the same number of bins.
     pub chirps: Vec<Vec<Complex64>>,
     /// Number of chirps in a frame, at least 2.
     pub frame: usize,
@@ -33,7 +33,8 @@ pub struct Spectra {
     pub spacing_m: f64,
     /// Index of the first bin beyond the leakage, and of the first one after those that are tested for echoes.
     pub tested: (usize, usize),
-    /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window causes.
+    /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window function of the
+    /// transform causes.
     pub window: [f64; 2],
 }
 
@@ -44,30 +45,30 @@ pub struct Noise {
     pub bins: usize,
     /// Range of the first and the last bin without an echo, metres.
     pub range_m: [f64; 2],
-    /// Mean noise power of a bin, dB of full scale.
+    /// Mean noise power of a bin, dB relative to full scale.
     pub power_db: f64,
     /// Mean of the noise power over its median; in theory 1 / ln 2.
     pub mean_over_median: f64,
     /// Share of the noise powers that exceed 4.6 times their mean; in theory 1 %.
     pub above: f64,
-    /// Magnitude of the correlation of the noise in bins 1 apart, and 2 apart.
+    /// Magnitude of the correlation of the recorded noise in bins 1 apart, and 2 apart.
     pub correlation: [f64; 2],
-    /// Correlation of the noise in successive chirps of a frame; in theory 0.
+    /// Correlation of the noise in successive chirps of a frame, in the same bin; in theory 0.
     pub chirps: f64,
 }
 
-/// Level and phase of the leakage, or of one echo, over the chirps.
+/// Power and phase of the leakage, or of one echo, over the chirps.
 #[derive(Clone, Debug)]
 pub struct Echo {
     /// Name of the table's row: leakage, strongest echo or steadiest echo.
     pub name: &'static str,
     /// Range, interpolated between bins, metres.
     pub range_m: f64,
-    /// Mean power, dB of full scale.
+    /// Mean power over the chirps, dB relative to full scale.
     pub power_db: f64,
-    /// Mean power over the noise of bins without echoes, dB.
+    /// Mean power, dB above the noise of bins without echoes.
     pub over_noise_db: f64,
-    /// Noise of this bin over that of bins without echoes, dB.
+    /// Noise in the echo's bin, dB above that of bins without echoes.
     pub noise_db: f64,
     /// Standard deviation of the phase from chirp to chirp within a frame, without steady motion, radians.
     pub phase_rad: f64,
@@ -75,7 +76,7 @@ pub struct Echo {
     pub phase_of_noise_rad: f64,
     /// Change of the phase from frame to frame, rms, radians; `None` with a single frame.
     pub frames_rad: Option<f64>,
-    /// Change of the level from frame to frame, rms, dB; `None` with a single frame.
+    /// Change of the power from frame to frame, rms, dB; `None` with a single frame.
     pub level_db: Option<f64>,
 }
 
@@ -92,9 +93,10 @@ pub struct Statistics {
     pub echoes: Vec<Echo>,
     /// Range of the first bin behind the leakage that is less than 10 dB over the noise, metres.
     pub leakage_end_m: Option<f64>,
-    /// Noise of the first tested bins, next to the leakage, over that of bins without echoes, dB.
+    /// Noise of the first tested bins, next to the leakage, dB above that of bins without echoes.
     pub near_noise_db: f64,
-    /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window causes.
+    /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window function of the
+    /// transform causes.
     window: [f64; 2],
 }
 
@@ -141,8 +143,8 @@ impl Spectra {
         sum / self.chirps.len() as f64
     }
 
-    /// Returns the noise power of each bin, from the median over the chirps: of exponentially distributed power the
-    /// median is ln 2 of the mean, and single jumps do not count.
+    /// Returns the noise power of each bin, from the median over the chirps, which single jumps do not affect: the
+    /// median of exponentially distributed power is ln 2 of its mean.
     fn noise(&self) -> Vec<f64> {
         let power = |bin| {
             self.differences(bin)
@@ -254,7 +256,8 @@ impl Spectra {
         }
     }
 
-    /// Returns the changes of phase and level in `bin` over time; the other fields are 0, to be set by the caller.
+    /// Returns an [`Echo`] named `name` with the changes of phase and power in `bin` over time; the other fields are 0,
+    /// to be set by the caller.
     fn phase(&self, name: &'static str, bin: usize) -> Echo {
         let angle = |z: Complex64| z.im.atan2(z.re);
         let turn = |a: Complex64, b: Complex64| angle(b * a.conj());
@@ -288,8 +291,8 @@ impl Spectra {
     }
 }
 
-/// Returns the fractional index of the bin at which the maximum at `bin` lies: the top of a parabola through three
-/// levels in decibels.
+/// Returns the fractional index of the bin at which the maximum near index `bin` of `levels` (dB) lies: the top of a
+/// parabola through three of them.
 fn interpolated(levels: &[f64], bin: usize) -> f64 {
     let level = |bin: usize| levels.get(bin).map(|&p| decibels(p));
     let around = (level(bin.wrapping_sub(1)), level(bin), level(bin + 1));

@@ -41,8 +41,8 @@ const KEYS: [&str; 20] = [
 #[derive(Clone, Debug)]
 pub struct Set {
     text: String,
-    /// Settings in the order of the text: the row in the table of settings, and the value as the scanner's commands
-    /// write it.
+    /// Settings in the order of the command line's text: the row in the table of settings, and the value as the
+    /// scanner's commands write it.
     values: Vec<(&'static Row, String)>,
 }
 
@@ -79,7 +79,7 @@ impl FromStr for Set {
 pub struct Wanted<'a> {
     /// Paths of two recordings, or of one that is compared under two settings.
     pub paths: &'a [PathBuf],
-    /// Options of the command line for scanning, and a text with those that differ from the defaults.
+    /// Options for scanning that the command line gives, and a text with those that differ from the defaults.
     pub given: (Options, String),
     /// The scanner's default options.
     pub defaults: Options,
@@ -188,7 +188,7 @@ fn apply(side: &mut Side, set: &Set) -> Result<()> {
     Ok(())
 }
 
-/// Returns the recording's mounting `own`, in which the values whose keys are given are replaced by those of `set`.
+/// Returns the mounting `own` of a recording, in which the values of `set` replace those whose keys `is_given` selects.
 fn mount(
     set: &MountConfig,
     own: &MirrorSetup,

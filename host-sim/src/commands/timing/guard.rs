@@ -32,7 +32,7 @@ const SIRAD: Stopping = Stopping {
     read_us: 10_400,
 };
 
-/// Duration of one of many guard sweeps, by parts; it is their sum.
+/// Period of consecutive guard sweeps: the sum of the durations of its parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardTime {
     /// Value of the setting `module`.
@@ -44,8 +44,8 @@ pub struct GuardTime {
 }
 
 impl GuardTime {
-    /// Returns the duration with a turning mirror; `None` if the shaft has no room for the ramps. `settings` contain
-    /// the guard's angles.
+    /// Returns the period of guard sweeps with a turning mirror; `None` if the shaft has no room for the ramps.
+    /// `settings` contain the guard's angles.
     fn passing(
         settings: &Settings,
         schedule: &Schedule,
@@ -77,7 +77,8 @@ impl GuardTime {
         })
     }
 
-    /// Returns the duration with stops at every row. The next sweep begins at the row at which the last one ended.
+    /// Returns the period of guard sweeps with a mirror that stops at every row. The next sweep begins at the row at
+    /// which the last one ended.
     fn stopping(settings: &Settings, schedule: &Schedule, module: &Stopping) -> Self {
         let (ramp, rows) = (settings.motor.ramp(), u64::from(schedule.rows()));
         let moves = (1..schedule.rows()).map(|row| {

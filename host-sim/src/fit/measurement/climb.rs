@@ -12,10 +12,10 @@ pub struct Prior {
     pub sigma: f64,
 }
 
-/// Peak of the posterior.
+/// Peak of the posterior density of the fitted parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peak {
-    /// Each parameter at the peak.
+    /// Value of each parameter at the peak.
     pub at: Vec<f64>,
     /// Standard error of each parameter, from the curvature at the peak.
     pub errors: Vec<f64>,
@@ -88,7 +88,8 @@ pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64
     }
 }
 
-/// Returns gradient and negative Hessian of `value` at `u` by central differences; `here` is the value there.
+/// Returns gradient and negative Hessian of the function `value` at the point `u` by central differences; `here` is the
+/// function's value at `u`.
 fn differences(u: &[f64], here: f64, value: &impl Fn(&[f64]) -> f64) -> (Vec<f64>, Matrix) {
     let count = u.len();
     let moved = |steps: &[(usize, f64)]| {

@@ -6,12 +6,12 @@ use stairscan::params::generative::{EXTENDED, POINTS};
 /// A point feature (such as a corner or nosing) of a riser that was expected to be visible.
 #[derive(Clone, Copy, Debug)]
 pub struct DetectionTrial {
-    /// Index of its class.
+    /// Index of the feature's class in `POINT_NAMES`, such as corner or nosing.
     pub class: usize,
-    /// Covariates of its detection: 1; predicted level, tens of dB over 30 dB; distance to the neighbouring feature,
-    /// in resolution cells less one.
+    /// Covariates of the feature's detection: 1; SNR predicted at its range from the scan's strongest echo, tens of dB
+    /// over 30 dB; distance to the neighbouring feature, in resolution cells less one.
     pub on: [f64; 3],
-    /// Whether it was detected.
+    /// Whether the feature was detected, that is, has an echo.
     pub seen: bool,
 }
 
@@ -29,15 +29,16 @@ pub struct Scan {
 /// Sufficient statistics of all labelled scans.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
-    /// For each class of point features: offsets and level of every echo that is assigned to one.
+    /// For each class of point features: offset from its feature, and SNR with covariates, of every echo that is
+    /// assigned to one.
     pub hits: [Vec<(Hit, Level)>; POINTS],
     /// For each riser: its point features that were expected to be visible.
     pub trials: Vec<Vec<DetectionTrial>>,
-    /// For each riser: covariates of showing no echo (1, predicted level, whether its foot is hidden, level of the
-    /// riser before), and whether it shows none.
+    /// For each riser: covariates of showing no echo (1; SNR predicted at its range, tens of dB over 30 dB; 1 if its
+    /// foot is hidden, else 0; SNR of the riser before, tens of dB over 15 dB), and whether it shows none.
     pub risers: Vec<(Vec<f64>, bool)>,
-    /// For each class of extended features and each of its echoes: level, distance from the surface and the standard
-    /// deviation of that from the angle's noise, metres.
+    /// For each class of extended features and each of its echoes: SNR with covariates; distance from the surface, and
+    /// the standard deviation of that due to the error of the echo's angle, metres.
     pub extended: [Vec<(Level, f64, f64)>; EXTENDED],
     /// Numbers of echoes of extended features in each scan.
     pub scans: Vec<Scan>,

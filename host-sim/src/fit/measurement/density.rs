@@ -9,13 +9,13 @@ use stairscan::model::MIN_DB;
 const CORE: f64 = 0.92;
 /// Weight of the tails: see `stairscan::model::tailed`.
 const TAIL: f64 = 0.005;
-/// Width of the tails: the squared deviation at which they have fallen to a sixteenth.
+/// Width of the tails: the squared deviation, in variances, at which they have fallen to a sixteenth.
 const TAIL_WIDTH: f64 = 128.0;
 /// Slope of the logistic approximation of the normal distribution.
 const PROBIT: f64 = 1.702;
-/// Minimum share of a level's distribution above the detection threshold.
+/// Lower bound of the probability, in the denominator, that an echo's SNR exceeds the detection threshold.
 const MIN_TAIL: f64 = 0.02;
-/// Width of the uniform component in the distribution of an echo's level, dB.
+/// Width of the uniform component in the distribution of an echo's SNR, dB.
 const FLAT_DB: f64 = 50.0;
 
 /// Logarithm of a density with heavy tails, not normalised, at the squared deviation `z2`, in variances.
@@ -34,8 +34,8 @@ pub fn above(z: f64) -> f64 {
     1.0 / (1.0 + (PROBIT * z).exp_portable())
 }
 
-/// Density of an echo's level, per dB: a Gaussian, truncated at the detection threshold, and a uniform component of
-/// weight `flat`.
+/// Density of an echo's SNR `snr_db`, per dB: a Gaussian with `mean` and `sigma`, dB, truncated at the detection
+/// threshold, and a uniform component of weight `flat`.
 pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
     let z = (snr_db - mean) / sigma;
     let tail = above((f64::from(MIN_DB) - mean) / sigma).max(MIN_TAIL);

@@ -29,9 +29,9 @@ pub const EXTENDED_NAMES: [&str; EXTENDED] = ["face", "tread", "floor", "air", "
 const NOISE: usize = EXTENDED - 1;
 /// Number of extended classes that lie on a surface: face, tread, floor. They are the first ones.
 const SURFACES: usize = 3;
-/// Weight of the uniform component in the distribution of a point feature's level, as in the model.
+/// Weight of the uniform component in the distribution of the SNR of a point feature's echoes, as in the model.
 const POINT_FLAT: f64 = 0.05;
-/// Weight of the uniform component in the distribution of each extended class's level, as in the model.
+/// Weight of the uniform component in the distribution of the SNR of each extended class's echoes, as in the model.
 const EXTENDED_FLAT: [f64; EXTENDED] = [0.05, 0.002, 0.005, 0.05, 0.01, 0.0];
 /// Variance of the visible ends of a hidden riser due to the beam, m², as in the model.
 const SOFT_M2: f64 = 0.000_144;
@@ -41,7 +41,7 @@ const MIN_SPAN_M: f64 = 0.01;
 /// A fitted parameter of the measurement model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
-    /// Names of its class and field.
+    /// Name of the parameter: those of its class and of its field.
     pub name: String,
     /// Fitted value, in the field's unit.
     pub value: f64,
@@ -69,8 +69,8 @@ impl ParameterLog<'_> {
         value as f32
     }
 
-    /// Adds a standard deviation with the lower bound `floor`, from the fitted excess over it (value, standard
-    /// error), and returns it.
+    /// Adds to the list a standard deviation with the lower bound `floor`, from the fitted excess over it (value,
+    /// standard error), and returns the standard deviation. Excess and bound add as variances.
     fn spread(&mut self, field: &str, floor: f64, (over, error): (f64, f64)) -> f32 {
         let value = floor.hypot(over);
         self.number(field, value, error * over.abs() / value)
@@ -158,7 +158,7 @@ pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) 
     (new, numbers)
 }
 
-/// Fits mean and spread of the offsets of a class's echoes from their feature, and sets them in `p`.
+/// Fits mean and standard deviation of the offsets of a class's echoes from their feature, and sets them in `p`.
 fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, log: &mut ParameterLog<'_>) {
     let priors = [
         around(start.range_m, sigma::RANGE_M),
@@ -267,8 +267,8 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, log: &mut ParameterLog<'_
     }
 }
 
-/// Returns the fitted level where the scan's strongest echo has 30 dB, its slope per dB of that echo, and its
-/// standard deviation.
+/// Returns three fitted parameters of the echoes' SNR: its mean where the scan's strongest echo has 30 dB, dB; its
+/// slope, per dB of that echo; its standard deviation, dB, at least `floor`.
 fn levels_of<'l>(
     levels: impl Iterator<Item = &'l Level>,
     start: [f32; 3],
@@ -334,7 +334,8 @@ const MIN_DETECTION: f64 = 0.02;
 /// Maximum probability of detection, as in the model.
 const MAX_DETECTION: f64 = 0.985;
 
-/// Fits rate, level and spread of a class of extended features, and sets them in `p`.
+/// Fits the rate of the echoes of a class of extended features, their SNR and their distances from the surface, and
+/// sets the results in `p`.
 fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<Number>) {
     let (start, samples) = (&START.extended[class], &counts.extended[class]);
     let mut log = ParameterLog {

@@ -29,7 +29,7 @@ impl Build {
         builds.all(|build| build == first).then_some(first)
     }
 
-    /// All combinations of open or closed risers and overhang that are tried.
+    /// Returns all combinations of open or closed risers and overhang that are tried where a scene's are not known.
     fn all() -> Vec<Self> {
         let closed = (0..=OVERHANGS).map(|k| Self {
             open: false,
@@ -53,15 +53,15 @@ const WALLS: usize = 3;
 const SAME_WALL_M: f32 = 0.05;
 /// Minimum distance of a wall behind the last riser, metres: the shortest landing.
 const LANDING_M: f32 = 0.28;
-/// Minimum SNR of a wall's echo, dB.
+/// Minimum SNR of an echo that may be a wall's, dB.
 const WALL_DB: f32 = 8.0;
 /// Distances at which the ramps that are tried begin, metres.
 const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
 /// Slopes of the ramps that are tried: from 1:16 to more than a chair can climb.
 const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-/// Heights of the thresholds and boxes that are tried, metres.
+/// Heights above the ground of the thresholds and boxes that are tried, metres.
 const THINGS_M: [f32; 5] = [0.015, 0.03, 0.3, 0.5, 0.8];
-/// Maximum height of a threshold, metres.
+/// Height above the ground up to which such an object is a threshold, metres; higher ones are boxes.
 const THRESHOLD_M: f32 = 0.1;
 
 /// Returns the most likely staircase with the true steps. Open risers, overhang, wall and objects are tried where the

@@ -16,12 +16,13 @@ use stairscan::model::{
 use stairscan::params::generative::EXTENDED;
 use stairscan::params::posterior as number;
 
-/// Level of an echo with its covariates.
+/// SNR of an echo, with the quantities on which its expected value depends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
     /// SNR of the echo, dB.
     pub snr_db: f32,
-    /// Change of the expected level due to the echo's distance, dB.
+    /// Change of the expected SNR with the echo's distance, dB, relative to the class's reference distance (1 m for
+    /// point features); 0 where the class has none.
     pub fade_db: f32,
     /// SNR of the scan's strongest echo, tens of dB over 30 dB.
     pub q: f32,
@@ -30,10 +31,10 @@ pub struct Level {
 /// An echo that is assigned to a point feature, with its offsets from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Range less the feature's, metres; of a hidden riser the horizontal distance from it, projected on the line of
-    /// sight.
+    /// Range of the echo less that of the feature, metres; of a hidden riser the horizontal distance of the echo from
+    /// it, projected on the line of sight.
     pub range_m: f32,
-    /// Offset from the feature across the line of sight, upwards, metres.
+    /// Offset of the echo from the feature across the line of sight, upwards, metres.
     pub across_m: f32,
     /// Standard deviation of `across_m` from the echo's estimated angle error, metres.
     pub noise_m: f32,
@@ -41,7 +42,8 @@ pub struct Hit {
     pub wide: f32,
     /// Cosine of the echo's angle below the horizontal.
     pub cos: f32,
-    /// Height above the lower and above the upper end of the riser's visible part, metres. Used for hidden risers.
+    /// Height of the echo above the lower end of the riser's visible part, and above the upper end, metres. Used for
+    /// hidden risers.
     pub above_m: [f32; 2],
     /// Overhang of the nosings, projected on the line of sight, metres.
     pub over_m: f32,
@@ -56,31 +58,32 @@ pub enum Sample {
         class: Class,
         /// Index of the riser that has the feature.
         riser: usize,
-        /// Level that the scan's strongest echo predicts there, tens of dB over 30 dB.
+        /// SNR that the scan's strongest echo predicts at the feature's range, tens of dB over 30 dB.
         q: f32,
-        /// Distance to the neighbouring feature, resolution cells.
+        /// Distance from the feature to its neighbour, resolution cells.
         room: f32,
         /// Echo that is assigned to the feature; `None` if it is not detected.
         hit: Option<(Hit, Level)>,
     },
     /// A riser; follows the samples of its features.
     Riser {
-        /// Level that the scan's strongest echo predicts at the riser's first feature, tens of dB over 30 dB.
+        /// SNR that the scan's strongest echo predicts at the range of the riser's first feature, tens of dB over 30
+        /// dB.
         q: f32,
         /// Whether the riser's foot is hidden.
         hidden: bool,
-        /// Level of the riser before this one, tens of dB over 15 dB.
+        /// SNR of the riser before this one, tens of dB over 15 dB.
         before: f32,
         /// Whether none of the riser's features has an echo.
         nothing: bool,
     },
     /// An echo that is assigned to no point feature, but to a class of extended features.
     Extended {
-        /// Index of its class: face, tread, floor, air, inside, noise.
+        /// Index of the echo's class: face, tread, floor, air, inside, noise.
         class: usize,
-        /// Level of the echo.
+        /// SNR of the echo, with its covariates.
         level: Level,
-        /// Distance from the class's surface, metres; 0 for classes without a surface.
+        /// Distance of the echo from the surface of its class, metres; 0 for classes without a surface.
         off_m: f32,
         /// Standard deviation of `off_m` from the echo's estimated angle error, metres.
         noise_m: f32,
@@ -92,7 +95,7 @@ pub enum Sample {
 struct EchoAssignment {
     riser: usize,
     place: FeaturePlace,
-    /// Index of the echo of which the feature has the largest share, and that share.
+    /// Index of the echo that most probably stems from the feature, and the probability that it does.
     echo: Option<(usize, f32)>,
 }
 
@@ -146,7 +149,8 @@ impl Labeller<'_, '_> {
         exposure
     }
 
-    /// Whether a point feature's share of an echo exceeds that of every class of extended features.
+    /// Whether an echo belongs to a point feature: whether `share`, the probability that the echo stems from it,
+    /// exceeds that of every class of extended features.
     fn most(&self, s: &Staircase, echo: usize, share: f32) -> bool {
         let Some(e) = self.echoes.get(echo) else {
             return false;
@@ -162,8 +166,8 @@ impl Labeller<'_, '_> {
         (0..s.len()).take_while(behind).count()
     }
 
-    /// Appends the features of riser `k`, in the order of the likelihood, to `assignments`, each with the echo of
-    /// which it has the largest share.
+    /// Appends the features of riser `k`, in the order of the likelihood, to `assignments`, each with the echo that
+    /// most probably stems from it.
     fn claim(
         &self,
         s: &Staircase,

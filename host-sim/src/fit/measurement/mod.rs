@@ -40,7 +40,7 @@ const ROUNDS: usize = 8;
 pub struct Measured {
     /// Fitted parameters of the measurement model.
     pub table: Generative,
-    /// The same parameters as a list, with standard errors.
+    /// The parameters of `table` as a list, with standard errors.
     pub numbers: Vec<Number>,
     /// Number of labelled scans of the depth plane.
     pub scans: usize,
@@ -110,19 +110,20 @@ fn label(measurement_sample: &MeasurementSample, g: &Generative) -> Option<Label
 pub struct Contrast {
     /// Number of scans with steps over which the means are taken.
     pub scans: usize,
-    /// Mean log-likelihood of the true flight.
+    /// Mean log-likelihood of the true flight, nats a scan.
     pub truth: f64,
     /// Mean of -ln of the truth's posterior probability against one alternative each, in this order: no staircase;
     /// the flight without its last step; one step more; the upper half of the steps 3 cm higher or lower.
     pub cost: [f64; 4],
 }
 
-/// Change of a rise in the alternatives to a true flight, metres.
+/// Change of height, metres, of the upper half of the steps in the alternatives to a true flight.
 const RISE_CHANGE_M: f32 = 0.03;
 /// Going of the alternatives' additional step where the true flight has only one step, metres.
 const GOING_M: f32 = 0.28;
 
-/// Returns the discrimination of true flights with the parameters `g`, on scans that these were not fitted to.
+/// Returns how well the parameters `g` discriminate true flights from alternatives, on scans to which the parameters
+/// were not fitted.
 pub fn contrast(measurement_samples: &[MeasurementSample], g: &Generative) -> Contrast {
     let each: Vec<_> = measurement_samples
         .par_iter()

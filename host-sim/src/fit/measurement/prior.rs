@@ -6,12 +6,12 @@
 
 use stairscan::params::generative::{Extended, Generative, Hidden, Point, TreadNumbers};
 
-/// Initial SNR of corners and specular reflections where the scene's strongest echo has 30 dB, dB.
+/// Initial SNR at 1 m of corners and specular reflections where the scene's strongest echo has 30 dB, dB.
 const BRIGHT_DB: f32 = 25.0;
-/// Initial SNR of edges and hidden risers where the scene's strongest echo has 30 dB, dB.
+/// Initial SNR at 1 m of edges and hidden risers where the scene's strongest echo has 30 dB, dB.
 const DIM_DB: f32 = 12.0;
-/// Initial SNR of edges of open treads, which have no stronger neighbour, where the scene's strongest echo has 30 dB,
-/// dB.
+/// Initial SNR at 1 m of edges of open treads, which have no stronger neighbour, where the scene's strongest echo has
+/// 30 dB, dB.
 const OPEN_DB: f32 = 15.0;
 
 const fn point(range_mm: f32, across: [f32; 2], snr_db: f32, seen: f32, room: f32) -> Point {
@@ -86,15 +86,15 @@ pub mod sigma {
     /// Standard deviation of the priors of the lobe width's effect on the place across the line of sight, metres per
     /// unit of width.
     pub const WIDTH_M: f64 = 0.2;
-    /// Standard deviation of the priors of levels, dB.
+    /// Standard deviation of the priors of the echoes' mean SNR, dB.
     pub const SNR_DB: f64 = 15.0;
-    /// Standard deviation of the priors of the levels' slopes, per dB of the scene's strongest echo.
+    /// Standard deviation of the priors of the slopes of the echoes' mean SNR, dB per dB of the scene's strongest echo.
     pub const SNR_PER_DB: f64 = 0.3;
-    /// Standard deviation of the prior of the logarithm of a rate of echoes.
+    /// Standard deviation of the prior of the natural logarithm of a rate of echoes.
     pub const RATE: f64 = 3.0;
     /// Standard deviation of the prior of a log-rate's slope, per 10 dB of the scene's strongest echo.
     pub const RATE_PER_TEN_DB: f64 = 1.0;
-    /// Standard deviation of the priors of log-odds, around 0.
+    /// Standard deviation of the priors of log-odds of detection and their slopes, around 0.
     pub const ODDS: f64 = 3.0;
 }
 
@@ -113,10 +113,10 @@ pub mod floor {
     pub const HIDDEN_M: f64 = 0.004;
     /// Minimum standard deviation of an extended feature's echoes about its surface, metres.
     pub const OFF_M: f64 = 0.003;
-    /// Minimum standard deviation of a point feature's level, dB.
+    /// Minimum standard deviation of the SNR of a point feature's echoes, dB.
     pub const POINT_DB: f64 = 3.0;
-    /// Minimum standard deviation of an extended feature's level, dB.
+    /// Minimum standard deviation of the SNR of an extended feature's echoes, dB.
     pub const EXTENDED_DB: f64 = 2.0;
-    /// Minimum of the mean level of noise echoes above the detection threshold, dB.
+    /// Minimum of the mean SNR of noise echoes less the detection threshold, dB.
     pub const NOISE_DB: f64 = 0.3;
 }

@@ -14,7 +14,7 @@ use stairscan::signal::grid::{Geometry, PolarMap};
 const SCANS: usize = 1500;
 
 /// Draws a scan of one riser with corner and nosing, and a metre of tread, from the distributions of a measurement
-/// model. Returns the level of its strongest echo (tens of dB over 30 dB) and its samples.
+/// model. Returns the SNR of its strongest echo (tens of dB over 30 dB) and its samples.
 fn drawn(g: &Generative, rng: &mut Random) -> (f32, Vec<Sample>) {
     let mut samples = Vec::new();
     let mut normal = |sigma: f32| sigma * rng.normal() as f32;

@@ -1,4 +1,4 @@
-//! Fits the model of treads seen from above (height plane): rates of echoes, levels, heights, and echoes at the
+//! Fits the model of treads seen from above (height plane): rates of echoes, their SNR and heights, and echoes at the
 //! treads' ends.
 
 use crate::fit::portable::Portable as _;
@@ -16,15 +16,16 @@ use super::flights::MeasurementSample;
 
 /// Width of a stretch of tread in which echoes are counted, degrees of the beam's angle.
 const STRETCH_DEG: f64 = 2.0;
-/// Maximum distance along a tread from its end to the echoes that are counted as the end's, metres.
+/// Maximum distance along a tread between its end and an echo that is counted as the end's, metres.
 const WINDOW_M: f64 = 0.06;
 /// Height difference to every tread beyond which an echo is background, metres.
 const OTHER_M: f64 = 0.03;
-/// Additional background echoes of each level class per square metre, for objects that no scene of the draw contains.
+/// Number of background echoes of each SNR class per square metre that is added to the counted ones, for objects that
+/// no scene of the draw contains.
 const UNKNOWN_PER_M2: f64 = 0.007;
-/// Range at which the visible area begins, metres.
+/// Range from the mirror at which the visible area begins, metres.
 const NEAREST_M: f64 = 0.25;
-/// Half-width of the interval with 95 % of a normal distribution, standard deviations.
+/// Half-width of the interval that contains 95 % of a normal distribution, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 /// Degrees per radian.
 const DEG_PER_RAD: f64 = 180.0 / PI;
@@ -42,7 +43,7 @@ struct TrueTread {
 struct SeenScan<'s> {
     measurement_sample: &'s MeasurementSample,
     treads: Vec<TrueTread>,
-    /// SNR of the strongest echo, tens of dB over 30 dB.
+    /// SNR of the scan's strongest echo, tens of dB over 30 dB.
     q: f64,
 }
 
@@ -106,7 +107,8 @@ impl<'s> SeenScan<'s> {
     }
 }
 
-/// A stretch of tread in one scan: covariates of its rate of echoes, its length, its number of echoes.
+/// A stretch of tread in one scan: covariates of its rate of echoes (as in [`TreadNumbers::rate`]), its length, its
+/// number of echoes.
 struct Stretch {
     on: [f64; 4],
     length_m: f64,
@@ -117,11 +119,11 @@ struct Stretch {
 #[derive(Default)]
 struct TreadCounts {
     stretches: Vec<Stretch>,
-    /// By level class (1 dB): number of echoes on treads, and of the background.
+    /// By class of SNR (1 dB each): number of echoes on treads, and number in the background.
     levels: [[f64; 2]; LEVELS],
     area_m2: f64,
-    /// For each echo on a tread: its height less the tread's, and the standard deviation of that from the angle's
-    /// noise, metres.
+    /// For each echo on a tread: its height less the tread's, and the standard deviation of that due to the error of
+    /// the echo's angle, metres.
     heights: Vec<(f64, f64)>,
     /// For an end behind the mirror, an end ahead, a start behind, a start ahead: number of treads, and for each echo
     /// near the end its distance from it along the tread, the standard deviation of that from the angle's noise, both
@@ -172,7 +174,8 @@ impl TreadCounts {
         counts
     }
 
-    /// Adds the visible stretches of a tread. `lowest` and `highest` limit the view: tangents of the beam's angle.
+    /// Adds the visible stretches of a tread. `lowest` and `highest` limit the view: tangents of the beam's angle from
+    /// straight down.
     fn exposed(&mut self, scan: &SeenScan<'_>, tread: &TrueTread, (lowest, highest): (f64, f64)) {
         let depth_m = scan.depth_m(tread);
         let from = (tread.from_m / depth_m).max(lowest).atan() * DEG_PER_RAD;
@@ -346,8 +349,9 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
     (numbers, listed.numbers)
 }
 
-/// Returns the ratio of the 95 % quantile of the edges' normalised errors to that of a normal distribution. The edges
-/// are those that the model with `numbers` places, given the treads' true levels.
+/// Returns the factor by which the errors of placed edges exceed their stated σ: the 95 % quantile of the errors
+/// divided by σ, over that of a normal distribution. The model with `numbers` places the edges, given the true heights
+/// of the treads.
 fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     // `Descending` keeps the reference.
     let numbers: &'static TreadNumbers = Box::leak(Box::new(numbers));
@@ -388,8 +392,8 @@ fn end_log_likelihood(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
 }
 
 impl TreadCounts {
-    /// Returns for each level class its share of the echoes on treads over the number of background echoes per square
-    /// metre, m².
+    /// Returns for each class of SNR (1 dB) its share of the echoes on treads, divided by its number of background
+    /// echoes per square metre, m².
     fn ratios(&self) -> [f32; LEVELS] {
         let on: f64 = self.levels.iter().map(|[on, _]| on).sum();
         self.levels.map(|[tread, other]| {

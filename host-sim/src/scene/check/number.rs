@@ -38,9 +38,9 @@ pub fn ordered(
     Ok(())
 }
 
-/// Permitted range of a place, metres.
+/// Permitted range of a place in the scene, metres from the mirror.
 pub const POSITION: (f64, f64) = (-WORLD, WORLD);
 /// Permitted range of a length, metres.
 pub const LENGTH: (f64, f64) = (1e-4, WORLD);
-/// Permitted range of a level, dB.
+/// Permitted range of powers (dBm), antenna gain, losses and noise figure (dB).
 pub const DECIBEL: (f64, f64) = (-300.0, 300.0);

@@ -1,8 +1,8 @@
-//! Draws shared by several kinds of random scenes.
+//! Random choices, and choices in turn by the seed, that several kinds of random scenes share.
 
 use super::super::maths::Random;
 
-/// Materials of treads and floors, in equal shares.
+/// Materials of treads and floors; each is drawn equally often.
 pub(super) const SOLID: [&str; 4] = ["painted-wood", "dark-ceramic", "concrete", "metal"];
 
 /// Returns one of `names`, drawn at random.
@@ -10,7 +10,8 @@ pub(super) fn pick(rng: &mut Random, names: &[&str]) -> String {
     names[rng.index(names.len())].into()
 }
 
-/// Returns the name that `seed` selects in turn from a list of names, each with its number of consecutive seeds.
+/// Returns the name for `seed` by taking turns: each name of the list holds for its number of consecutive seeds, then
+/// the next one; after the last name the first follows again, and seed 0 begins the list.
 pub(super) fn turn(list: &[(&'static str, usize)], seed: u64) -> &'static str {
     let total: usize = list.iter().map(|(_, n)| n).sum();
     let mut turn = (seed % total.max(1) as u64) as usize;

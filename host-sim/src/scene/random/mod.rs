@@ -33,19 +33,19 @@ pub use clutter::CLUTTER;
 pub use entrance::ENTRANCE;
 pub use none::NONE;
 
-/// Content of a random scene.
+/// Kind of random scenes, by their content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Kind {
     /// A flight or kerb going up.
     Ascending = 0,
-    /// No stairs: the contents of [`NONE`], in turn.
+    /// No stairs: consecutive seeds take the contents of [`NONE`] in turn.
     None = 1,
     /// A flight going down, seen from a pole.
     Descending = 2,
     /// A flight going up, one of whose steps is 2 to 4 cm higher or lower than the others.
     Irregular = 3,
-    /// A flight going up, each of whose rises and goings is slightly off.
+    /// A flight going up, each of whose rises and goings deviates slightly from the flight's nominal one.
     Uneven = 4,
     /// A flight going up with one odd rise (2 to 5 cm), one odd going (3 to 8 cm), or both.
     Odd = 5,
@@ -65,17 +65,17 @@ pub enum Kind {
     Kerb = 12,
     /// A flight with something beside, under or over it: stringers, posts, a person, a ceiling's edge.
     Beside = 13,
-    /// No stairs: the contents of [`CLUTTER`], in turn.
+    /// No stairs: consecutive seeds take the contents of [`CLUTTER`] in turn.
     Clutter = 14,
     /// Flights going down of one to six steps, regular, uneven or odd, seen from a pole.
     Downstairs = 15,
-    /// Stairs or a kerb going down, seen in the depth plane: no step to report, and not clear.
+    /// Stairs or a kerb going down ahead, seen in the depth plane: no step to report, but the way is not clear.
     Brink = 16,
-    /// A hole in the floor or the end of it, seen in the depth plane: not clear.
+    /// A hole in the floor or the end of the floor ahead, seen in the depth plane: the way is not clear.
     Hole = 17,
     /// A flight going up before an instrument of another design: mount, beam, bandwidth, pitch.
     Mounting = 18,
-    /// The way between street and foyer, with and without steps: the contents of [`ENTRANCE`], in
+    /// The way between street and foyer, with and without steps: consecutive seeds take the contents of [`ENTRANCE`] in
     /// turn.
     Entrance = 19,
 }
@@ -170,12 +170,12 @@ impl FromStr for Kind {
     }
 }
 
-/// How widely something is drawn.
+/// Width of the distributions from which properties of a random scene are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Spread {
-    /// The paper's instrument and this crate's table of materials.
+    /// Tolerances of the paper's instrument, and this crate's table of materials.
     Paper,
-    /// The range of real instruments, surfaces and drivers.
+    /// The range of real instruments, surfaces and drivers of chairs.
     Wide,
 }
 

@@ -127,7 +127,8 @@ fn odd_rise(rise: f64, rng: &mut Random) -> f64 {
     if rng.chance(0.5) { off } else { -off }
 }
 
-/// Adds `off` to `values[place]`. If `staying`, the next value compensates for it, so that all following steps stay.
+/// Adds `off`, metres, to `values[place]`, a rise or going. If `staying`, `off` is subtracted from the next value, so
+/// that all following steps stay in place.
 fn shift(values: &mut [f64], place: usize, off: f64, staying: bool) {
     if let Some(value) = values.get_mut(place) {
         *value += off;

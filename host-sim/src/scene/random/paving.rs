@@ -70,9 +70,9 @@ pub fn corduroy(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, r
     }
 }
 
-/// Adds a grate from `from` to `to`: bars 3 to 6 mm thick and 20 to 30 mm high across the way, at a
-/// pitch of up to 34 mm (EN 1433 channel grates; slots of 10 to 31 mm, into which wheels do not
-/// sink), over a channel 8 to 20 cm deep.
+/// Adds a grate from `from` to `to`, metres from the mirror: bars 3 to 6 mm thick and 20 to 30 mm high across the way,
+/// at a pitch of up to 34 mm (EN 1433 channel grates; slots of 10 to 31 mm, into which wheels do not sink), over a
+/// channel 8 to 20 cm deep.
 pub fn grate(scene: &mut SceneSpec, (from, to): (f64, f64), rng: &mut Random) {
     let (thick, high) = (rng.between(0.003, 0.006), rng.between(0.020, 0.030));
     let wanted = rng.between(0.020, 0.034);

@@ -23,16 +23,16 @@ pub struct StairsSpec {
     /// Distance from the mirror to the first step's foremost edge (up), or to the first edge
     /// (down).
     pub distance_m: f64,
-    /// Height of the surface before the first step.
+    /// Height of the surface before the first step, above that on which the wheelchair stands.
     #[serde(default)]
     pub base_m: f64,
     /// Number of steps.
     pub count: usize,
-    /// Height of every step.
+    /// Rise of every step.
     pub rise_m: f64,
     /// Distance from one foremost edge to the next.
     pub going_m: f64,
-    /// Individual heights in place of `rise_m`: as many as steps.
+    /// Rises of the individual steps in place of `rise_m`: as many as steps.
     #[serde(default)]
     pub rises_m: Vec<f64>,
     /// Individual goings in place of `going_m`: one fewer than steps.
@@ -94,7 +94,7 @@ pub struct StairsSpec {
     /// Material of the risers, of the fronts of floating treads, and of the channels before them.
     #[serde(default)]
     pub riser_material: Option<String>,
-    /// Width across the plane; the default is wider than the beam.
+    /// Width of the flight across the plane that the mirror sweeps; the default is wider than the beam.
     #[serde(default)]
     pub width_m: Option<f64>,
 }
@@ -125,10 +125,10 @@ pub struct FloorSpec {
     /// Distance of the surface's end from the mirror; the default is the foot of the first flight going up, else 4 m.
     #[serde(default)]
     pub to_m: Option<f64>,
-    /// Height of the surface.
+    /// Height of the floor above the surface that the wheelchair stands on.
     #[serde(default)]
     pub height_m: f64,
-    /// Its material.
+    /// Material of the floor.
     pub material: String,
 }
 
@@ -144,12 +144,12 @@ pub struct RampSpec {
     pub from_m: f64,
     /// Distance of the ramp's end from the mirror.
     pub to_m: f64,
-    /// Height of the ramp at its beginning.
+    /// Height of the ramp at its beginning, above the surface that the wheelchair stands on.
     #[serde(default)]
     pub from_height_m: f64,
-    /// Height of the ramp at its end.
+    /// Height of the ramp at its end, above the surface that the wheelchair stands on.
     pub to_height_m: f64,
-    /// Its material.
+    /// Material of the ramp.
     pub material: String,
 }
 
@@ -159,13 +159,13 @@ pub struct RampSpec {
 pub struct WallSpec {
     /// Distance of the wall from the mirror.
     pub at_m: f64,
-    /// Height of the wall's foot.
+    /// Height of the wall's foot above the surface that the wheelchair stands on.
     #[serde(default)]
     pub bottom_m: f64,
-    /// Height of the wall's top.
+    /// Height of the wall's top above the surface that the wheelchair stands on.
     #[serde(default = "default_wall_top")]
     pub top_m: f64,
-    /// Its material.
+    /// Material of the wall.
     pub material: String,
 }
 
@@ -179,17 +179,17 @@ fn default_wall_top() -> f64 {
 pub struct PostSpec {
     /// Distance of the post's axis from the mirror.
     pub at_m: f64,
-    /// Lateral offset of its axis from the plane that the mirror sweeps.
+    /// Lateral offset of the post's axis from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
     /// Diameter of the post.
     pub diameter_m: f64,
-    /// Height of the post's lower end.
+    /// Height of the post's lower end above the surface that the wheelchair stands on.
     #[serde(default)]
     pub bottom_m: f64,
-    /// Height of the post's upper end.
+    /// Height of the post's upper end above the surface that the wheelchair stands on.
     pub top_m: f64,
-    /// Its material.
+    /// Material of the post.
     pub material: String,
 }
 
@@ -201,21 +201,21 @@ pub struct BoxSpec {
     pub from_m: f64,
     /// Distance of the box's back from the mirror.
     pub to_m: f64,
-    /// Height of the box's underside.
+    /// Height of the box's underside above the surface that the wheelchair stands on.
     #[serde(default)]
     pub bottom_m: f64,
-    /// Height of the box's top.
+    /// Height of the box's top above the surface that the wheelchair stands on.
     pub top_m: f64,
-    /// Width across the plane; the default is wider than the beam.
+    /// Width of the box across the plane that the mirror sweeps; the default is wider than the beam.
     #[serde(default)]
     pub width_m: Option<f64>,
-    /// Lateral offset of its middle from the plane that the mirror sweeps.
+    /// Lateral offset of the box's middle from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
     /// Whether a chair could mount the box. If so, a box of 6 to 30 cm is a step of the truth, else an uncounted one.
     #[serde(default)]
     pub mountable: bool,
-    /// Its material.
+    /// Material of the box.
     pub material: String,
 }
 
@@ -225,7 +225,7 @@ pub struct BoxSpec {
 pub struct DoorSpec {
     /// Distance of the door frame's front from the mirror.
     pub at_m: f64,
-    /// Thickness of the surrounding wall.
+    /// Thickness of the wall in which the door is.
     #[serde(default = "default_door_depth")]
     pub depth_m: f64,
     /// Clear width of the opening.
@@ -243,7 +243,7 @@ pub struct DoorSpec {
     /// Height of the door's threshold, 0 for none.
     #[serde(default)]
     pub threshold_m: f64,
-    /// Its material.
+    /// Material of the door frame and threshold.
     pub material: String,
 }
 
@@ -267,17 +267,18 @@ fn default_frame() -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PolylineSpec {
-    /// Corners, `[x, height]` each.
+    /// Corners of the shape, `[x, height]` each: `x` forward from the mirror, height above the surface that the
+    /// wheelchair stands on, metres.
     pub points: Vec<[f64; 2]>,
     /// Whether the last corner is joined to the first.
     #[serde(default)]
     pub closed: bool,
-    /// Width across the plane; the default is wider than the beam.
+    /// Width of the shape across the plane that the mirror sweeps; the default is wider than the beam.
     #[serde(default)]
     pub width_m: Option<f64>,
-    /// Lateral offset of its middle from the plane that the mirror sweeps.
+    /// Lateral offset of the shape's middle from the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
-    /// Its material.
+    /// Material of the shape.
     pub material: String,
 }

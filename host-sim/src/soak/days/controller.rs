@@ -10,44 +10,46 @@ use stairscan::report::sentence::Line;
 use super::data::TrueTravel;
 use crate::scene::maths::Random;
 
-/// Time between two sentences, µs, and its maximum deviation.
+/// Mean time between two motion sentences, µs, and the range of its jitter: half of it to either side.
 const PERIOD_US: u64 = 50_000;
 const JITTER_US: f64 = 2_000.0;
-/// Travel at which the counter begins anew, 0.1 mm: within the ±200 km that a sentence may hold (docs/motion.md).
+/// Travel at which the counter jumps to its negative, 0.1 mm: within the ±200 km that a sentence may hold
+/// (docs/motion.md).
 const RESTART: i64 = 1_999_000_000;
-/// Travel at the beginning: a restart comes within days.
+/// Value of the travel counter at the beginning of the run, 0.1 mm: 10 km before the first jump, which therefore comes
+/// within days.
 const FIRST: i64 = RESTART - 100_000_000;
-/// Fastest chair, m/s. The scanner accepts 2 m/s from one arrival to the next, and an answer's 30 ms may shorten that
-/// time.
+/// Maximum speed of the chair, m/s. The scanner accepts 2 m/s from one arrival of a motion sentence to the next, and an
+/// answer's 30 ms may shorten that time.
 const MAX_M_S: f64 = 1.0;
-/// Largest change of speed from one sentence to the next, m/s: 1 m/s².
+/// Largest change of speed from one motion sentence to the next, m/s: 1 m/s².
 const CHANGE_M_S: f64 = 0.05;
 
-/// Controller of the chair.
+/// Simulated controller of the chair: drives at random and sends motion sentences.
 pub struct Controller {
-    /// Whether it sends.
+    /// Whether the controller sends its motion sentences.
     pub sends: bool,
-    /// Time of the next sentence, µs since the beginning of the run.
+    /// Time of the next motion sentence, µs since the beginning of the run.
     pub next: u64,
     sequence: u16,
-    /// Counter of the travel, 0.1 mm.
+    /// Travel counter as the motion sentences state it, 0.1 mm.
     travel: i64,
     true_travel: TrueTravel,
     speed_m_s: f64,
     aim_m_s: f64,
     pitch: i32,
-    /// Number of wraps of the sequence number.
+    /// Number of wraps of the motion sentences' sequence number.
     pub wraps: u64,
-    /// Number of times that the counter of travel has begun anew.
+    /// Number of times that the travel counter has jumped from its maximum to its minimum.
     pub restarts: u64,
     random: Random,
 }
 
-/// Random stream of the chair's motion.
+/// Number of the stream of random numbers for the chair's motion.
 const STREAM: u64 = 0x4348_4149;
 
 impl Controller {
-    /// A controller that sends.
+    /// Creates the controller of a standing chair, which sends motion sentences.
     pub fn new(seed: u64) -> Self {
         Self {
             sends: true,
@@ -64,12 +66,13 @@ impl Controller {
         }
     }
 
-    /// Returns the true travel, which a data path may look at.
+    /// Returns a handle of the chair's true travel, with which a data path compares the reported travel.
     pub fn true_travel(&self) -> TrueTravel {
         self.true_travel.clone()
     }
 
-    /// Drives on to the next sentence. Returns its line if it is sent, and whether its travel begins anew.
+    /// Drives on to the next motion sentence. Returns its line, `None` if the controller does not send, and whether the
+    /// travel counter has jumped.
     pub fn tick(&mut self) -> (Option<Line>, bool) {
         let random = &mut self.random;
         self.next += PERIOD_US + random.between(0.0, JITTER_US) as u64 - JITTER_US as u64 / 2;

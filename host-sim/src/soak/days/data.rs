@@ -19,32 +19,33 @@ use stairscan::verdict::{
 
 use super::world::World;
 
-/// Minimum and maximum time of a row, of a scan's answer and of a sweep's result, µs: up to their budgets of 25,000 and
-/// 5,000,000 instructions at 168 MHz (docs/benchmarks.md).
+/// Minimum and maximum time of processing a row, a scan's answer and a guard sweep's result, µs: up to their budgets of
+/// 25,000 and 5,000,000 instructions at 168 MHz (docs/benchmarks.md).
 const ROW_US: [u64; 2] = [80, 150];
 const ANSWER_US: [u64; 2] = [10_000, 30_000];
 const RESULT_US: [u64; 2] = [1_000, 5_000];
-/// Tolerance of the time between two scans, seconds: the answer's own time lies within.
+/// Tolerance of the reported time between two scans, seconds; it covers the time that an answer takes.
 const TIME_S: f64 = 0.5;
-/// Longest time between two scans that is compared exactly, seconds. A longer one may be reported as any longer time.
+/// Longest time between two scans that is compared exactly, seconds. For a longer one the scanner may report any time
+/// above this.
 const LONGEST_S: f64 = 600.0;
-/// Tolerance of the travel between two scans, metres: that time at walking pace.
+/// Tolerance of the reported travel between two scans, metres: [`TIME_S`] at walking pace.
 const TRAVEL_M: f64 = 0.6;
 
-/// Time and true travel at a scan's last row.
+/// Time of a scan's last row, µs of the run, and the chair's true travel then, metres.
 #[derive(Clone, Copy, Debug)]
 struct Ended {
     at: u64,
     travel_m: f64,
 }
 
-/// The scans of one kind, full scans or guard sweeps.
+/// Ends of the last scans of one kind: full scans or guard sweeps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Series {
-    /// End of the last one with a result, and of one after it that a fault or `stop` ended.
+    /// Last row of the last scan with a result, and of a later one that a fault or `stop` ended.
     concluded: Option<Ended>,
     broken: Option<Ended>,
-    /// Last row of the present one.
+    /// Latest row of the scan that is under way.
     row: Option<Ended>,
 }
 
@@ -61,10 +62,10 @@ impl Series {
     }
 }
 
-/// True forward travel of the chair, metres, without its counter's restarts.
+/// True forward travel of the chair, metres; it continues where the counter in the motion sentences begins anew.
 pub type TrueTravel = Rc<RefCell<f64>>;
 
-/// The data path.
+/// Data path that takes the time of a real one and draws its outcomes at random.
 #[derive(Debug)]
 pub struct StubPath {
     world: Rc<RefCell<World>>,
@@ -73,12 +74,12 @@ pub struct StubPath {
     scans: Series,
     sweeps: Series,
     sweeping: bool,
-    /// Time of the last answer that was no fault.
+    /// Time of the last answer that was no fault, µs of the run.
     pub answered: Rc<RefCell<Option<u64>>>,
 }
 
 impl StubPath {
-    /// A data path after boot.
+    /// Creates a data path as it is after boot.
     pub fn new(world: Rc<RefCell<World>>, travel: TrueTravel) -> Self {
         Self {
             world,
@@ -116,7 +117,8 @@ impl StubPath {
         }
     }
 
-    /// Compares the time and travel that the scanner gives with the true ones since the last scan of the kind.
+    /// Compares the time and travel that `drive` states since the last scan with the true ones; `series` has the ends
+    /// of the scans of the same kind. Records a failed check in the world.
     fn compare(&self, drive: &Drive<'_>, series: &Series) {
         let now = self.present();
         let candidates = [series.concluded, series.broken];
@@ -166,7 +168,7 @@ impl StubPath {
     }
 }
 
-/// Whether time `s` and travel of `drive` are those from `before` to `now`.
+/// Whether the time `s`, seconds, and the travel of `drive` are those from `before` to `now`, within the tolerances.
 fn agrees(drive: &Drive<'_>, s: f64, before: &Ended, now: &Ended) -> bool {
     let true_s = (now.at - before.at) as f64 * 1e-6;
     let true_m = now.travel_m - before.travel_m;

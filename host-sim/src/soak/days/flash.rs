@@ -4,31 +4,32 @@
 
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
-/// Bytes of a sector: sectors 1 and 2 of the STM32F405 (RM0090, table 5).
+/// Size of a sector, bytes: sectors 1 and 2 of the STM32F405 (RM0090, table 5).
 pub const SECTOR: usize = 16 * 1024;
-/// Bytes that are written at once.
+/// Unit of writing, bytes.
 pub const WORD: usize = 4;
-/// Erasures that a sector endures (STM32F405 datasheet DS8626, flash memory endurance: at least 10 kcycles).
+/// Number of erasures that a sector endures (STM32F405 datasheet DS8626, flash memory endurance: at least 10 kcycles).
 pub const ENDURANCE: u64 = 10_000;
-/// Minimum and maximum time of an erasure, µs (DS8626, table 42: 250 ms typical, 500 ms at most, 32 bits at a time).
+/// Minimum and maximum duration of erasing a sector, µs (DS8626, table 42: 250 ms typical, 500 ms at most, 32 bits at a
+/// time).
 const ERASE_US: [u64; 2] = [250_000, 500_000];
-/// Time of a word, µs (DS8626, table 42: 16 typical).
+/// Duration of writing a word, µs (DS8626, table 42: 16 typical).
 const WORD_US: u64 = 16;
 
-/// Content and wear of the sectors.
+/// Content and wear of the two sectors.
 #[derive(Clone, Debug)]
 pub struct FlashModel {
     bytes: Vec<u8>,
-    /// Erasures of each sector.
+    /// Number of erasures of each sector.
     pub erasures: [u64; 2],
-    /// Whether a sector has been erased in the present pass of the loop, which that blocks.
+    /// Whether a sector has been erased in the present pass of the scanner's loop; the erasure blocks that pass.
     pub erased: bool,
-    /// Number of refused operations.
+    /// Number of operations that were refused because of their alignment, or because a bit would have to be set.
     pub refused: u64,
 }
 
 impl FlashModel {
-    /// Erased sectors, as a programmer leaves them.
+    /// Creates two erased sectors, as a programmer leaves them.
     pub fn new() -> Self {
         Self {
             bytes: vec![0xff; 2 * SECTOR],
@@ -38,12 +39,12 @@ impl FlashModel {
         }
     }
 
-    /// Returns the number of bytes.
+    /// Returns the size of both sectors, bytes.
     pub fn capacity(&self) -> usize {
         self.bytes.len()
     }
 
-    /// Loses its content: a test's fault.
+    /// Erases the content without counting it: a fault in a test.
     pub fn lose(&mut self) {
         self.bytes.fill(0xff);
     }
@@ -54,7 +55,7 @@ impl FlashModel {
         place.ok_or(NorFlashErrorKind::OutOfBounds)
     }
 
-    /// Reads.
+    /// Reads the bytes from `offset` on, which counts from the first sector's beginning.
     ///
     /// # Errors
     /// The place is beyond the sectors.
@@ -63,7 +64,8 @@ impl FlashModel {
         Ok(())
     }
 
-    /// Erases whole sectors, and returns the time it takes, µs; `unit` is a random number from 0 to 1.
+    /// Erases one whole sector, from byte `from` to byte `to`, and returns the time it takes, µs; `unit` is a random
+    /// number from 0 to 1.
     ///
     /// # Errors
     /// The range is no sector.
@@ -80,7 +82,7 @@ impl FlashModel {
         Ok(least + ((most - least) as f64 * unit) as u64)
     }
 
-    /// Writes whole words, and returns the time it takes, µs.
+    /// Writes whole words from byte `offset` on, and returns the time it takes, µs.
     ///
     /// # Errors
     /// A bit would have to be set, or the place is beyond the sectors.

@@ -1,4 +1,4 @@
-//! Times of the run as day, time of day and the scanner's clock, and largest gaps.
+//! Times of the run, printed as day, time of day and the scanner's clock, and the largest gap between two events.
 
 use std::fmt;
 
@@ -6,17 +6,17 @@ use std::fmt;
 pub const MINUTE_US: u64 = 60_000_000;
 /// Microseconds of a day.
 pub const DAY_US: u64 = 24 * 60 * MINUTE_US;
-/// Span of the scanner's clock, µs.
+/// Span after which the scanner's 32-bit clock wraps, µs.
 pub const SPAN_US: u64 = 1 << 32;
 
-/// A time of the run.
+/// A time of the run, with the scanner's clock at that time.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Instant {
-    /// Time since the beginning, µs.
+    /// Time since the beginning of the run, µs.
     pub at: u64,
-    /// The scanner's clock.
+    /// Reading of the scanner's clock, µs since its boot, modulo 2³².
     pub clock: u32,
-    /// Whether it has wrapped since the last reset.
+    /// Whether the scanner's clock has wrapped since its boot.
     pub wrapped: bool,
 }
 
@@ -42,19 +42,19 @@ impl fmt::Display for Instant {
     }
 }
 
-/// Largest of many gaps, µs.
+/// Largest gap between two events of one kind, such as two `LIVE` sentences, µs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gap {
-    /// Of all.
+    /// Largest of all gaps, µs.
     pub all: u64,
-    /// Of those within a minute of a wrap of the clock.
+    /// Largest of the gaps that end within a minute of a wrap of the scanner's clock, µs.
     pub near_wrap: u64,
-    /// Number of those.
+    /// Number of the gaps that end within a minute of a wrap.
     pub count_near: u64,
 }
 
 impl Gap {
-    /// Adds the gap between two times.
+    /// Takes the gap between two consecutive events into account.
     pub fn add(&mut self, from: Instant, to: Instant) {
         let gap = to.at - from.at;
         self.all = self.all.max(gap);

@@ -33,66 +33,67 @@ const WATCHDOG_US: u64 = 2_000_000;
 const WATCHDOG_PAUSE_US: u64 = 50_000;
 /// Period of `LIVE`, µs (docs/report.md).
 const LIVE_US: u64 = 200_000;
-/// Longest time that the loop skips while idle, µs: within the 100 ms of margin of a deadline.
+/// Longest time that the loop skips while the scanner is idle, µs: within the 100 ms of margin of a deadline.
 const SKIP_IDLE_US: u64 = 40_000;
-/// Longest time that the loop skips in a continuous sweep, whose events are known, µs.
+/// Longest time that the loop skips in a continuous sweep, µs: the times of its events are known.
 const SKIP_TURN_US: u64 = 20_000;
-/// Longest time that the loop skips where the scanner waits for times of its own, µs.
+/// Longest time that the loop skips in any other state, µs, where the scanner waits for times that the simulation does
+/// not know.
 const SKIP_US: u64 = 3_000;
-/// Time for the reply to a command, µs: a listing of all settings takes a third of a second, a self-test seconds.
+/// Timeout of the reply to a command, µs: a listing of all settings takes a third of a second, a self-test seconds.
 const REPLY_US: u64 = 30_000_000;
 
-/// State of the run over all lives.
+/// State of the endurance run, which outlives the scanner's resets.
 pub struct Run {
-    /// Surroundings of the scanner.
+    /// Simulated hardware and clock around the scanner.
     pub world: Rc<RefCell<World>>,
-    /// The chair's controller.
+    /// The chair's controller, which sends motion sentences.
     pub controller: Controller,
-    /// Checks.
+    /// Checks of the scanner's sentences.
     pub watch: Watch,
-    /// Random numbers of the plan.
+    /// Random number generator of the plan.
     pub random: Random,
-    /// Settings in force.
+    /// Settings that the scanner should have in force.
     pub active: Settings,
-    /// Settings that were saved last.
+    /// Settings that were saved to flash last; `None` before the first save.
     pub saved: Option<Settings>,
-    /// Number of wraps of the clock.
+    /// Number of wraps of the scanner's 32-bit clock.
     pub wraps: u64,
-    /// Number of saves.
+    /// Number of times that the settings were saved.
     pub saves: u64,
-    /// Number of boots.
+    /// Number of boots of the scanner.
     pub boots: u64,
-    /// Defect that is still to come.
+    /// Defect that is still to come, for a test of the checks; `None` without one, or once it has come.
     pub defect: Option<Defect>,
-    /// Time from which on motion sentences are in order.
+    /// Time from which on motion sentences arrive without a disturbance, µs of the run.
     motion_from: u64,
 }
 
-/// A defect of the surroundings, which the checks must find.
+/// A defect that the plan does not announce, so that the checks must find it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
     /// The scanner's clock jumps by a second.
     ClockJumps,
-    /// A byte of a sentence changes.
+    /// A byte of a sent sentence changes.
     ByteChanges,
-    /// The module falls silent without being planned.
+    /// The radar module falls silent.
     ModuleSilent,
-    /// The loop hangs for three seconds.
+    /// The scanner's loop hangs for three seconds.
     LoopHangs,
 }
 
-/// Time of a defect, µs: 2 hours.
+/// Time of the defect, µs of the run: 2 hours.
 const DEFECT_AT_US: u64 = 7_200_000_000;
 /// Error of a clock that jumps, µs.
 const JUMP_US: u32 = 1_000_000;
 /// Time for which a loop hangs, µs: longer than the watchdog's timeout.
 const HANG_US: u64 = 3_000_000;
 
-/// Random stream of the plan.
+/// Number of the plan's stream of random numbers.
 const STREAM: u64 = 0x4441_5953;
 
 impl Run {
-    /// A scanner without power.
+    /// Creates the state of a run before its first boot.
     pub fn new(seed: u64) -> Self {
         Self {
             world: Rc::new(RefCell::new(World::new(seed))),
@@ -109,13 +110,13 @@ impl Run {
         }
     }
 
-    /// Returns the present time.
+    /// Returns the present time of the run, with the scanner's clock.
     pub fn instant(&self) -> Instant {
         self.world.borrow().instant()
     }
 }
 
-/// Memory that a scanner borrows.
+/// Memory that a scanner borrows: reports and odometry.
 pub struct LifeMemory {
     reports: Reports,
     odometry: Odometry,
@@ -131,14 +132,15 @@ impl LifeMemory {
     }
 }
 
-/// A running scanner.
+/// A running scanner, from one reset to the next.
 pub struct Life<'a> {
     scanner: Scanner<'a, Stepper<Handle>, Handle, Handle, Handle, StubPath>,
     answered: Rc<RefCell<Option<u64>>>,
-    /// The run.
+    /// The run of which this life is a part.
     pub run: &'a mut Run,
     fed: u64,
-    /// Time at which the next `LIVE` is due, and the delay with which the loop comes to it.
+    /// Time at which the next `LIVE` is due, µs of the run, and the delay behind it with which the loop comes to it,
+    /// µs.
     live: u64,
     late: u64,
 }
@@ -188,19 +190,20 @@ impl<'a> Life<'a> {
         self.run.world.borrow().now
     }
 
-    /// Returns the time of the next wrap of the clock.
+    /// Returns the time of the next wrap of the scanner's clock, µs of the run.
     pub fn next_wrap(&self) -> u64 {
         let world = self.run.world.borrow();
         let gone = (world.now - world.booted) / SPAN_US;
         world.booted + (gone + 1) * SPAN_US
     }
 
-    /// Returns the state of the scanner.
+    /// Returns the name of the scanner's state, such as `idle`.
     pub fn state(&self) -> &'static str {
         self.scanner.state()
     }
 
-    /// Informs the shaft of the rows of scans and guard sweeps, whose times depend on the settings.
+    /// Gives the shaft model the positions of the rows of scans and guard sweeps in continuous mode, so that the loop
+    /// does not skip their times.
     pub fn expect_turns(&mut self) {
         let settings = &self.run.active;
         let mut guard = *settings;
@@ -238,7 +241,7 @@ impl<'a> Life<'a> {
         self.advance(seen);
     }
 
-    /// Applies the defect.
+    /// Applies the run's defect, and removes it from the run.
     fn break_down(&mut self) {
         let world = &mut *self.run.world.borrow_mut();
         match self.run.defect {
@@ -269,13 +272,14 @@ impl<'a> Life<'a> {
         }
     }
 
-    /// Notes that motion sentences are not in order up to `until`.
+    /// Notes that motion sentences are missing or their travel jumps up to `until`, µs of the run.
     pub fn motion_disturbed(&mut self, until: u64) {
         self.run.motion_from = self.run.motion_from.max(until);
         self.run.watch.motion_disturbed(until);
     }
 
-    /// Does the watchdog's part of the loop.
+    /// Checks the scanner's deadline and the watchdog's timeout, and resets the watchdog's counter as the image's loop
+    /// does.
     fn attend(&mut self) {
         let instant = self.run.instant();
         let erasure = std::mem::take(&mut self.run.world.borrow_mut().flash.erased);
@@ -299,7 +303,7 @@ impl<'a> Life<'a> {
         self.run.watch.pass(instant);
     }
 
-    /// Checks the lines that have left.
+    /// Checks the complete lines that the scanner has sent, and records the failed checks of the data path.
     fn read(&mut self) {
         let instant = self.run.instant();
         let (printed, failed, heard, booted) = {
@@ -321,7 +325,8 @@ impl<'a> Life<'a> {
         }
     }
 
-    /// Advances the time: by one pass while something happens, else to the next event after `seen`, the time of the pass.
+    /// Advances the time: by one pass of the loop while something happens, else to the next event after `seen`, the
+    /// time at which the pass began.
     fn advance(&mut self, seen: u64) {
         let skip = match self.scanner.state() {
             "idle" => SKIP_IDLE_US,
@@ -348,14 +353,14 @@ impl<'a> Life<'a> {
         self.run.wraps += u64::from(world.clock().0 < before);
     }
 
-    /// Runs until `time`.
+    /// Runs the loop until `time`, µs of the run.
     pub fn run_until(&mut self, time: u64) {
         while self.now() < time {
             self.pass();
         }
     }
 
-    /// Runs until `done`, for `us` at most; returns whether it is done.
+    /// Runs the loop until `done` returns `true`, for `us` microseconds at most; returns whether it did.
     pub fn run_for(&mut self, us: u64, mut done: impl FnMut(&Self) -> bool) -> bool {
         let end = self.now() + us;
         while self.now() < end {
@@ -367,7 +372,7 @@ impl<'a> Life<'a> {
         false
     }
 
-    /// Sends a line without waiting for its reply.
+    /// Sends the scanner a framed command without waiting for its reply.
     pub fn send(&mut self, words: &[&str]) {
         let now = self.now();
         self.run.world.borrow_mut().wire.send(now, framed(words));
@@ -394,7 +399,7 @@ impl<'a> Life<'a> {
     }
 }
 
-/// Returns whether the command was executed if `line` is the last line of its reply.
+/// Returns whether the command `words` was executed, if `line` is the last line of its reply; else `None`.
 fn reply(words: &[&str], line: &str) -> Option<bool> {
     match (Sentence::parse(line).ok()?, words) {
         (Sentence::Done { command }, _) if command == words[0] => Some(true),
@@ -406,10 +411,10 @@ fn reply(words: &[&str], line: &str) -> Option<bool> {
     }
 }
 
-/// Returns the expected state of the motion input at time `at`, from the times of the last sentences; sentences are in
-/// order from `from` on.
+/// Returns the state of the motion input that `LIVE` should report at time `at`, from the times `heard` of the last
+/// motion sentences, which are undisturbed from `from` on; all times are µs of the run.
 fn expected_input(heard: &[u64; 4], booted: u64, at: u64, from: u64) -> ExpectedInput {
-    /// Rounding of the times in `LIVE`, µs, and a pass of the loop.
+    /// Tolerance of a time between motion sentences, µs: the rounding of the times in `LIVE`, and a pass of the loop.
     const TOLERANCE_US: u64 = 2_000;
     let timeout = u64::from(MAX_AGE_US);
     let mut times = heard.iter().rev().filter(|&&time| time <= at + 1_000);

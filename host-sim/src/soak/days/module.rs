@@ -1,4 +1,4 @@
-//! Simulated radar module: its answers take their time, or do not come.
+//! Simulated radar module: its answers take as long as on a real link, or do not come.
 //!
 //! Timeouts are those of the scanner's 32-bit clock, as a real link's are.
 
@@ -10,9 +10,9 @@ use stairscan::scanner::Micros;
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::wire::{RowTimes, SLACK_US, Wire};
 
-/// Rate of the link, baud: the fastest, at which the guard reaches its rate with default settings.
+/// Baud rate of the link: the fastest, at which the guard reaches its sweep rate with default settings.
 const BAUD: u32 = 3_000_000;
-/// Time of an answer with settings, µs: some hundred bytes, and the module's own time.
+/// Time from a query of the settings to the answer, µs: some hundred bytes, and the module's own time.
 const SETTINGS_US: u64 = 3_000;
 /// Duration of a chirp, µs: default of `chirp-duration`.
 const CHIRP_US: u64 = 1_000;
@@ -20,28 +20,29 @@ const CHIRP_US: u64 = 1_000;
 /// A request whose answer is pending.
 #[derive(Clone, Copy, Debug)]
 struct Request {
-    /// Time of the answer; `None` if it is lost.
+    /// Time at which the answer arrives, µs of the run; `None` if it is lost.
     answer: Option<u64>,
-    /// Time by which the loop looks for it.
+    /// Time at which the scanner's loop must look at this request, µs of the run: that of its answer, or of its
+    /// timeout.
     look: u64,
     deadline: Micros,
 }
 
-/// The module at the other end of the link.
+/// The radar module at the other end of the link, and its pending answers.
 #[derive(Clone, Debug, Default)]
 pub struct ModuleModel {
     settings: Option<Request>,
     chirps: VecDeque<Request>,
-    /// Whether it does not answer.
+    /// Whether the module answers no request.
     pub silent: bool,
-    /// Number of chirps that are lost next.
+    /// Number of the next chirps that will be lost.
     pub losing: u32,
-    /// Number of answers with a chirp.
+    /// Number of chirps that the module has delivered.
     pub answered: u64,
 }
 
 impl ModuleModel {
-    /// Returns the times of a row.
+    /// Returns the times that a row of `samples` samples takes on the link: of its trigger and of its answer.
     pub fn row_times(samples: u16) -> RowTimes {
         let wire = Wire {
             baud: BAUD,
@@ -51,7 +52,7 @@ impl ModuleModel {
         wire.row_times(samples)
     }
 
-    /// Takes a request for settings.
+    /// Takes a query of the module's settings; `deadline` is its timeout by the scanner's clock and in µs of the run.
     pub fn program(&mut self, now: u64, deadline: (Micros, u64)) {
         self.chirps.clear();
         let answer = (!self.silent).then_some(now + SETTINGS_US);
@@ -62,7 +63,7 @@ impl ModuleModel {
         });
     }
 
-    /// Returns the settings once they have arrived.
+    /// Returns the module's settings once they have arrived, or an error at the timeout.
     pub fn settings(&mut self, now: u64, clock: Micros) -> Poll<Result<RadarConfig, LinkError>> {
         let result = match answer(self.settings, now, clock) {
             Poll::Pending => return Poll::Pending,
@@ -72,7 +73,7 @@ impl ModuleModel {
         Poll::Ready(result.map(|()| RadarConfig::DEFAULT))
     }
 
-    /// Takes a trigger, at most one ahead of the pending one; returns whether it was taken.
+    /// Takes a trigger, with `ahead` also while the chirp of one other is pending; returns whether it was taken.
     pub fn trigger(&mut self, now: u64, deadline: (Micros, u64), ahead: bool) -> bool {
         if !ahead {
             self.chirps.clear();
@@ -95,7 +96,7 @@ impl ModuleModel {
         true
     }
 
-    /// Returns the answer to the oldest trigger.
+    /// Returns the answer to the oldest pending trigger: its chirp has arrived, or is lost at the timeout.
     pub fn poll(&mut self, now: u64, clock: Micros) -> Poll<Result<(), LinkError>> {
         let result = answer(self.chirps.front().copied(), now, clock);
         if result.is_ready() {
@@ -105,7 +106,7 @@ impl ModuleModel {
         result
     }
 
-    /// Returns the next time of an answer or a timeout after `seen`.
+    /// Returns the first time after `seen` at which an answer arrives or a timeout ends, µs of the run.
     pub fn next_event(&self, seen: u64) -> u64 {
         let pending = self.chirps.iter().chain(&self.settings);
         let times = pending.map(|request| request.look);

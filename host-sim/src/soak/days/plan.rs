@@ -11,30 +11,31 @@ use super::life::Life;
 
 /// Microseconds of a second.
 const SECOND_US: u64 = 1_000_000;
-/// Settings that the plan changes, with the range of their values.
+/// Settings that the plan changes, with the minimum and maximum of the values it draws, in each setting's unit.
 const CHANGED: [(&str, u32, u32); 4] = [
     ("mount-height", 38_000, 42_000),
     ("seed", 0, 1_000_000),
     ("watch-distance", 120_000, 180_000),
     ("chirp-timeout", 40_000, 60_000),
 ];
-/// Longest time until a planned stall or loss shows, µs: the mirror moves several times a second.
+/// Longest time from a planned stall or loss of chirps until the scanner meets it, µs: the mirror moves several times a
+/// second.
 const SHOWS_US: u64 = 10 * SECOND_US;
 /// Time in which the port sends the rest of a listing, µs: its queue of 1 KB takes 90 ms.
 const LISTING_US: u64 = 100_000;
-/// Longest time from a fault to the next answer, µs; the checks have a narrower limit of their own.
+/// Longest time that the plan waits for an answer after a fault, µs; the checks have a shorter limit of their own.
 const OVER_US: u64 = 30 * SECOND_US;
 
-/// Reason for which a life ends.
+/// Reason for which the scanner's life, from one boot to the next, ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// The run is over.
     Over,
-    /// Reset with its cause; without power no value is retained.
+    /// A reset, with its cause; without power no state is retained.
     Reset(&'static str),
 }
 
-/// Activity around a wrap.
+/// Activity of the scanner and its surroundings around a wrap of the clock.
 #[derive(Clone, Copy, Debug)]
 enum Part {
     Scans,
@@ -42,13 +43,13 @@ enum Part {
     Guard,
     Watch,
     Idle,
-    /// Guard sweeps one span of the clock after a scan.
+    /// Guard sweeps that begin 2³² µs, one span of the clock, after a single scan.
     SpanAfterScan,
-    /// A silent module that returns one span of the clock later.
+    /// A radar module that falls silent and returns 2³² µs, one span of the clock, later.
     SpanOfSilence,
 }
 
-/// Parts by frequency.
+/// Activities among which one is drawn for each wrap; an activity is as likely as it is often listed.
 const PARTS: [Part; 16] = [
     Part::Scans,
     Part::Scans,
@@ -91,13 +92,14 @@ impl Life<'_> {
         Ok(Ending::Over)
     }
 
-    /// Returns a random time between two numbers of seconds, µs.
+    /// Returns a random time between `low` and `high` seconds, in µs.
     fn between(&mut self, low: u32, high: u32) -> u64 {
         let seconds = self.run.random.between(low.into(), high.into());
         (seconds * SECOND_US as f64) as u64
     }
 
-    /// Checks boot sentence and settings; sets the mounting where a reset has lost it.
+    /// Compares the boot sentence and all settings with those saved; sets and saves the settings of the mounting if a
+    /// reset has lost them.
     fn begin(&mut self) -> Result<()> {
         let expected = self.run.saved.unwrap_or_default();
         let lost = self.run.saved.is_none() || self.run.active.hash() != expected.hash();
@@ -127,7 +129,8 @@ impl Life<'_> {
         Ok(())
     }
 
-    /// Compares the listing of `get` with the settings.
+    /// Compares all settings, as the scanner lists them on `get`, with `expected`; records each difference as a failed
+    /// check.
     fn compare_settings(&mut self, expected: &Settings) -> Result<()> {
         self.checked(&["get"])?;
         let instant = self.run.instant();
@@ -152,7 +155,7 @@ impl Life<'_> {
         Ok(())
     }
 
-    /// Sends a command that must be executed.
+    /// Sends the scanner a command that it must execute; a refusal is a failed check.
     fn checked(&mut self, words: &[&str]) -> Result<()> {
         if !self.command(words)? {
             let instant = self.run.instant();
@@ -184,7 +187,8 @@ impl Life<'_> {
         Ok(())
     }
 
-    /// Stays idle until `until`, with commands at random times.
+    /// Keeps the scanner idle until `until`, with commands at random times; returns the reset that ends the life, if
+    /// one comes.
     fn quiet(&mut self, until: u64) -> Result<Option<Ending>> {
         if self.now() >= until {
             return Ok(None);
@@ -203,7 +207,8 @@ impl Life<'_> {
         }
     }
 
-    /// Sends one command, or begins or ends a pause of the motion sentences.
+    /// Sends one random command, or begins or ends a pause of the motion sentences, while the scanner is idle; or
+    /// returns a reset.
     fn errand(&mut self) -> Result<Option<Ending>> {
         match self.run.random.index(50) {
             0 => return Ok(Some(self.reset())),
@@ -232,7 +237,7 @@ impl Life<'_> {
         Ok(None)
     }
 
-    /// Sends a command that changes nothing.
+    /// Sends a random command that changes no setting and starts nothing.
     fn chatter(&mut self) -> Result<()> {
         let lines: [&[&str]; 5] = [
             &["status"],
@@ -259,7 +264,7 @@ impl Life<'_> {
         self.set(key, &value.to_string())
     }
 
-    /// Returns a reset of random cause.
+    /// Returns a reset, half of them by loss of power, which also erases the retained state.
     fn reset(&mut self) -> Ending {
         let world = &mut *self.run.world.borrow_mut();
         if self.run.random.chance(0.5) {
@@ -277,7 +282,7 @@ impl Life<'_> {
         self.run.watch.motion_sends(now, on);
     }
 
-    /// Does `part` over the wrap of the clock until `until`.
+    /// Runs the activity `part` over the wrap of the clock, mostly until `until`, µs of the run.
     fn around_wrap(&mut self, part: Part, until: u64) -> Result<()> {
         match part {
             Part::Scans => self.scans(until),
@@ -314,7 +319,8 @@ impl Life<'_> {
         self.checked(&[command, "off"])
     }
 
-    /// Runs until `until` with disturbances at random times.
+    /// Runs until `until` with random faults, pauses of the motion sentences, lost chirps and commands; `guards` tells
+    /// whether guard sweeps are on.
     fn disturbed(&mut self, until: u64, guards: bool) -> Result<()> {
         loop {
             let pause = self.between(5, 60);
@@ -349,7 +355,7 @@ impl Life<'_> {
         }
     }
 
-    /// Lets the module fall silent for `us`, and waits for the next answer.
+    /// Lets the radar module fall silent for `us` microseconds, and waits for the first answer after that.
     fn silence(&mut self, us: u64) {
         self.run.watch.fault_begins();
         self.run.world.borrow_mut().module.silent = true;
@@ -358,7 +364,7 @@ impl Life<'_> {
         self.recover();
     }
 
-    /// Lets the motor stall once, and waits for the next answer.
+    /// Lets the motor stall once, and waits for the first answer after that.
     fn stall(&mut self) {
         self.run.watch.fault_begins();
         self.run.world.borrow_mut().shaft.stalls = true;
@@ -373,7 +379,7 @@ impl Life<'_> {
         self.run.watch.pauses_sweeps();
     }
 
-    /// Stops the motion sentences for some time.
+    /// Stops the motion sentences for up to 30 s.
     fn lose_motion(&mut self) {
         let pause = self.between(0, 30);
         self.sends(false);
@@ -381,7 +387,7 @@ impl Life<'_> {
         self.sends(true);
     }
 
-    /// Scans once while idle, waits for one span of the clock without motion sentences, and begins to guard.
+    /// Scans once, waits 2³² µs (one span of the clock) without motion sentences, and guards for a minute.
     fn span_after_scan(&mut self) -> Result<()> {
         self.stop()?;
         self.checked(&["scan"])?;
@@ -398,7 +404,7 @@ impl Life<'_> {
         self.checked(&["guard", "off"])
     }
 
-    /// Guards with a module that is silent for nearly one span of the clock.
+    /// Guards while the radar module is silent for up to 20 s less than 2³² µs (one span of the clock).
     fn span_of_silence(&mut self) -> Result<()> {
         self.checked(&["start"])?;
         self.run.watch.guard_anew();

@@ -8,9 +8,10 @@ use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::ramp::Ramp;
 use stairscan::schedule::Schedule;
 
-/// Position of the switch in the motor's count before the first homing, microsteps: 165° below, as mounted by default.
+/// Position of the home switch in the motor's count before the first homing, microsteps: -165° from the count's zero,
+/// where default settings expect it.
 const SWITCH: i32 = -23_467;
-/// Time after a row is due at which the loop looks again, µs: one pass of the loop.
+/// Time from a row's trigger to the loop's next look, µs: one pass of the loop.
 const SLACK_US: u64 = 16;
 
 /// A move with constant acceleration, constant speed, and constant deceleration.
@@ -23,10 +24,10 @@ struct Travel {
     speed: f64,
     /// Acceleration, microsteps/µs²; infinite without ramps.
     acceleration: f64,
-    /// Duration of one ramp and of the whole move, µs.
+    /// Durations of one ramp and of the whole move, µs.
     ramp_us: f64,
     total_us: f64,
-    /// Whether the home switch closes at the end.
+    /// Whether the move ends at the home switch, which then reports an edge.
     edge: bool,
 }
 
@@ -65,7 +66,7 @@ impl Travel {
         self.begun + self.total_us.ceil() as u64
     }
 
-    /// Returns the position at `now`, microsteps: that of the last whole step.
+    /// Returns the position at time `now`, microsteps: that of the last whole microstep.
     fn position(&self, now: u64) -> i32 {
         let t = now.saturating_sub(self.begun) as f64;
         if t >= self.total_us {
@@ -83,20 +84,21 @@ impl Travel {
         self.from + self.direction() * (done + 1e-6) as i32
     }
 
-    /// Returns the time at which the position is `place`, which lies between the ramps.
+    /// Returns the time at which the shaft passes `place`, microsteps, which lies between the ramps; µs of the run.
     fn time_at(&self, place: i32) -> u64 {
         let way = f64::from(self.direction() * (place - self.from));
         self.begun + (way / self.speed + 0.5 * self.ramp_us).ceil() as u64
     }
 }
 
-/// Positions at which the rows of a turn become due.
+/// Rows of one continuous sweep: the positions from which their triggers' delay counts, microsteps, in the sweep's
+/// order.
 #[derive(Clone, Debug)]
 struct Rows {
-    /// End of the turn.
+    /// Position at which the sweep ends, microsteps.
     end: i32,
     places: Vec<i32>,
-    /// Delay of the trigger after the position, µs.
+    /// Delay of a row's trigger after the shaft has passed the row's entry in `places`, µs.
     delay_us: u64,
 }
 
@@ -108,15 +110,15 @@ pub struct ShaftModel {
     switch: i32,
     edge: bool,
     stalled: bool,
-    /// Whether the next move stalls.
+    /// Whether the current or next move will end in a stall.
     pub stalls: bool,
     turns: Vec<Rows>,
-    /// The present turn, and its next row.
+    /// Index in `turns` of the sweep under way, and index in its `places` of the next row; `None` in any other move.
     turn: Option<(usize, usize)>,
 }
 
 impl ShaftModel {
-    /// A shaft at rest, with the driver off.
+    /// Creates a shaft at rest, with position 0 and the driver off.
     pub fn new() -> Self {
         Self {
             travel: None,
@@ -130,7 +132,7 @@ impl ShaftModel {
         }
     }
 
-    /// Replaces the turns whose rows are to be met in time: each `Cruise` in both directions.
+    /// Replaces the sweeps whose row times [`ShaftModel::next_event`] returns: each `Cruise` in both directions.
     pub fn expect_turns(&mut self, cruises: &[(Cruise, Schedule)]) {
         self.turns.clear();
         for (cruise, schedule) in cruises {
@@ -151,7 +153,7 @@ impl ShaftModel {
         }
     }
 
-    /// Begins a move; with `until_home` the switch ends it.
+    /// Begins a move to `target`, microsteps; with `until_home` it ends at the home switch if that lies on the way.
     pub fn begin(&mut self, now: u64, target: i32, ramp: Ramp, until_home: bool) {
         let from = self.position(now);
         let edge = until_home && from > self.switch && target <= self.switch;
@@ -172,7 +174,7 @@ impl ShaftModel {
         self.travel.map_or(self.position, |t| t.position(now))
     }
 
-    /// Returns position and inputs at `now`.
+    /// Returns position, edge of the home switch and stall at time `now`; a move that has ended by then is finished.
     pub fn state(&mut self, now: u64) -> PulseState {
         if let Some(travel) = self.travel {
             self.position = travel.position(now);
@@ -192,12 +194,12 @@ impl ShaftModel {
         }
     }
 
-    /// Whether the home switch is pressed.
+    /// Whether the home switch is pressed at time `now`.
     pub fn pressed(&self, now: u64) -> bool {
         self.position(now) <= self.switch
     }
 
-    /// Sets the count of the present position.
+    /// Counts the present position of the shaft as `position`, microsteps.
     pub fn set_position(&mut self, position: i32) {
         self.switch += position - self.position;
         self.position = position;
@@ -210,7 +212,7 @@ impl ShaftModel {
         self.stalled &= !on;
     }
 
-    /// Returns the next time after `seen` at which a move ends or a row becomes due.
+    /// Returns the first time after `seen` at which the move ends or a row becomes due, µs of the run.
     pub fn next_event(&mut self, seen: u64) -> u64 {
         let Some(travel) = self.travel else {
             return u64::MAX;

@@ -7,28 +7,30 @@ use super::gaps::{DAY_US, Gap};
 use super::life::Run;
 use super::watch::Counts;
 
-/// Result of a run.
+/// Result of an endurance run.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Failed checks, each with day, time and sentence.
+    /// Texts of the failed checks, each with day, time and sentence; a hundred, and one if the flash refused
+    /// operations.
     pub failures: Vec<String>,
-    /// Number of failed checks beyond those.
+    /// Number of failed checks that are not in `failures`.
     pub more_failures: u64,
     /// Simulated time, days.
     pub days: f64,
-    /// Numbers of sentences and faults.
+    /// Numbers of sentences and of planned faults.
     pub counts: Counts,
-    /// Number of rows that the radar module has sent.
+    /// Number of chirps that the radar module has delivered.
     pub rows: u64,
-    /// Number of boots.
+    /// Number of boots of the scanner.
     pub boots: u64,
-    /// Number of wraps of the scanner's clock, of the motion sentences' number, and of its counter of travel.
+    /// Numbers of wraps: of the scanner's clock, of the motion sentences' sequence number, and of their travel counter.
     pub wraps: [u64; 3],
-    /// Largest gaps between two `LIVE` and two guard sweeps, and longest recovery.
+    /// Largest gap between two `LIVE` sentences, largest gap between two guard sweeps, and longest time from a fault's
+    /// end to the next answer.
     pub gaps: [Gap; 3],
-    /// Number of saves.
+    /// Number of times that the settings were saved.
     pub saves: u64,
-    /// Erasures of each sector.
+    /// Number of erasures of each of the two flash sectors.
     pub erasures: [u64; 2],
     /// Number of operations that the flash refused.
     pub refused: u64,
@@ -58,8 +60,8 @@ impl Summary {
         }
     }
 
-    /// Returns the number of saves until a sector reaches its endurance: each sector holds so many records between
-    /// two erasures.
+    /// Returns the number of saves after which both sectors have reached their endurance: erasures times the number of
+    /// records in the two sectors.
     pub fn endurance_saves() -> u64 {
         2 * ENDURANCE * (SECTOR as u64 / u64::from(SLOT))
     }
@@ -124,7 +126,7 @@ impl Summary {
     }
 }
 
-/// Returns a gap as text, ms.
+/// Returns a gap as text, ms: the largest, and the largest near a wrap of the clock with the number of such gaps.
 fn gap_text(gap: &Gap) -> String {
     format!(
         "{} ms at most, {} ms within a minute of a wrap (of {})",

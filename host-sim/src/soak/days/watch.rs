@@ -8,26 +8,31 @@ use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::gaps::{Gap, Instant};
 
-/// Longest gap between two `LIVE`, µs: without one for half a second a scanner counts as dead (docs/report.md).
+/// Longest permitted gap between two `LIVE` sentences, µs: without one for half a second a scanner counts as dead
+/// (docs/report.md).
 const LIVE_GAP_US: u64 = 500_000;
-/// Longest delay of a `LIVE` behind the times in it, µs: a report of some sentences and an answer's time.
+/// Longest permitted delay from the uptime or age that a `LIVE` sentence states to its last byte, µs: a report of some
+/// sentences and an answer's time.
 const LIVE_LATE_US: u64 = 300_000;
 /// Rounding of the times in `LIVE`, µs: whole milliseconds, of two counters.
 const ROUNDING_US: u64 = 2_000;
 /// Longest gap between two guard sweeps, µs: the default `guard-rate` of 7 a second, and a fifth more for sentences
 /// and result.
 const SWEEP_GAP_US: u64 = 1_200_000 / 7;
-/// Time from a restored condition to the first answer, µs, by default settings: `fault-hold` 2 s, the self-test's time
-/// limit for homing 7 s, a query of the module 0.2 s, and a scan that stops at every angle 4 s (docs/benchmarks.md).
+/// Longest permitted time from the end of a fault's cause to the first answer, µs, by default settings: `fault-hold` 2
+/// s, the self-test's time limit for homing 7 s, a query of the module 0.2 s, and a scan that stops at every angle 4 s
+/// (docs/benchmarks.md).
 const RECOVERY_US: u64 = 13_200_000;
-/// Time for which a disturbance may show in counters, µs: timeouts of chirps and motion sentences, and `LIVE`'s period.
+/// Time after a disturbance within which `LIVE`'s error counters may still grow, µs: timeouts of chirps and motion
+/// sentences, and `LIVE`'s period.
 const ECHO_US: u64 = 3_000_000;
-/// Maximum number of failed checks that are kept.
+/// Maximum number of failed checks whose texts are kept; further ones are only counted.
 const KEPT: usize = 100;
-/// Time for which a full scan may limit guard sweeps, µs: 5 s (docs/guard.md) and a sentence's delay.
+/// Time after a full scan within which guard sweeps may report its hazard (reason `ScanNearer`), µs: 5 s
+/// (docs/guard.md) and a sentence's delay.
 const SCAN_COUNTS_US: u64 = 5_500_000;
 
-/// Expected state of the motion input.
+/// State of the motion input that a `LIVE` sentence is expected to report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExpectedInput {
     /// Good: at least two sentences in order, the last one recent.
@@ -38,7 +43,7 @@ pub enum ExpectedInput {
     Any,
 }
 
-/// Counts of a run.
+/// Numbers of sentences and planned faults in a run.
 #[derive(Clone, Debug, Default)]
 pub struct Counts {
     /// Number of reported scans.
@@ -55,7 +60,7 @@ pub struct Counts {
     pub recovered: u64,
 }
 
-/// Values of the last `LIVE` since boot.
+/// Error counters of the last `LIVE` sentence, which count since boot.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counters {
     motion_faults: u16,
@@ -66,28 +71,29 @@ struct Counters {
 /// A planned fault.
 #[derive(Clone, Copy, Debug)]
 struct Fault {
-    /// Time at which its cause has ended.
+    /// Time at which the fault's cause has ended; `None` while it lasts.
     cleared: Option<Instant>,
-    /// Whether it has been reported; results before that are older.
+    /// Whether a scan or guard sweep has reported the fault; results without a fault before that are older than the
+    /// fault.
     reported: bool,
 }
 
-/// The checks.
+/// Checks of the scanner's sentences, with the failed ones and the statistics of the run.
 #[derive(Debug, Default)]
 pub struct Watch {
-    /// Failed checks, the first hundred.
+    /// Texts of the first hundred failed checks, in order.
     pub failures: Vec<String>,
-    /// Number of failed checks that are not kept.
+    /// Number of failed checks beyond those in `failures`.
     pub dropped: u64,
-    /// Counts of the run.
+    /// Numbers of sentences and planned faults in the run.
     pub counts: Counts,
-    /// Largest gap between two `LIVE`.
+    /// Largest gap between two `LIVE` sentences.
     pub live_gap: Gap,
-    /// Largest gap between two guard sweeps without a pause.
+    /// Largest gap between two guard sweeps that no scan, command or fault separates.
     pub sweep_gap: Gap,
     /// Longest time from the end of a fault's cause to the next answer.
     pub recovery: Gap,
-    /// Replies to commands, and boot sentences.
+    /// Lines received that are replies to commands or boot sentences, in order, for the plan to read.
     pub replies: Vec<String>,
     booted: u64,
     last_live: Option<Instant>,
@@ -95,17 +101,19 @@ pub struct Watch {
     last_scan: Option<u64>,
     counters: Counters,
     scan: u32,
-    /// Number of scans that a command may have ended without a report.
+    /// Number of scans since the last reported one that a command may have ended without a report; as many scan numbers
+    /// may be missing.
     unreported: u32,
     sweep: u32,
-    /// Whether the guard may have begun to count from 1.
+    /// Whether the guard may have been switched on since its last sweep, so that sweep number 1 may follow.
     anew: bool,
-    /// Sentences of the present scan that are still to come, with its number.
+    /// Number of sentences of the last reported scan that are still to come.
     following: u8,
     fault: Option<Fault>,
-    /// Time from which on guard sweeps are reported without delay.
+    /// Time from which on gaps between guard sweeps are checked, µs of the run: no listing of settings delays them.
     steady_from: u64,
-    /// Times up to which link, motion input and lines may be disturbed, and the port silent.
+    /// Times, µs of the run, up to which the counts of link errors, motion faults and refused lines may grow, and up to
+    /// which `LIVE` may be missing.
     link_until: u64,
     motion_until: u64,
     lines_until: u64,
@@ -122,7 +130,7 @@ impl Watch {
         }
     }
 
-    /// Begins anew after a reset.
+    /// Resets what is expected of sentence numbers and counters, after a reset of the scanner at `now`.
     pub fn boot(&mut self, now: Instant) {
         self.booted = now.at;
         self.last_live = Some(now);
@@ -142,7 +150,8 @@ impl Watch {
         self.guard_anew();
     }
 
-    /// Announces that the guard is switched on or off.
+    /// Announces that the guard is switched on or off: its sweep number may begin at 1, and the gap to the next sweep
+    /// is not checked.
     pub fn guard_anew(&mut self) {
         (self.anew, self.last_sweep) = (true, None);
     }
@@ -157,7 +166,7 @@ impl Watch {
         self.steady_from = until;
     }
 
-    /// Announces a fault of the hardware.
+    /// Announces that the plan's fault of the hardware begins.
     pub fn fault_begins(&mut self) {
         self.counts.faults += 1;
         self.fault = Some(Fault {
@@ -167,7 +176,7 @@ impl Watch {
         self.link_until = u64::MAX;
     }
 
-    /// Announces the end of its cause.
+    /// Announces that the cause of the planned fault has ended.
     pub fn fault_ends(&mut self, now: Instant) {
         if let Some(fault) = &mut self.fault {
             fault.cleared = Some(now);
@@ -175,12 +184,12 @@ impl Watch {
         self.link_until = now.at + ECHO_US;
     }
 
-    /// Whether a planned fault is still present or reported.
+    /// Whether a planned fault has begun and no answer has come since its cause ended.
     pub fn is_faulty(&self) -> bool {
         self.fault.is_some()
     }
 
-    /// Announces single lost chirps.
+    /// Announces that single chirps are lost from `now` on.
     pub fn chirps_lost(&mut self, now: u64) {
         self.link_until = self.link_until.max(now + ECHO_US);
     }
@@ -195,7 +204,7 @@ impl Watch {
         self.motion_until = self.motion_until.max(until.saturating_add(ECHO_US));
     }
 
-    /// Announces a line that is refused.
+    /// Announces that the scanner gets a line that it must refuse.
     pub fn line_refused(&mut self, now: u64) {
         self.lines_until = now + ECHO_US;
     }
@@ -206,7 +215,7 @@ impl Watch {
         self.motion_disturbed(now.at);
     }
 
-    /// Checks what has to come by itself: `LIVE`, and the answer after a fault.
+    /// Checks the times of sentences that must come without a command: `LIVE`, and the first answer after a fault.
     pub fn pass(&mut self, now: Instant) {
         let live = self.last_live.map_or(0, |last| last.at);
         if now.at > live + LIVE_GAP_US && now.at > self.silent_until {
@@ -224,8 +233,8 @@ impl Watch {
         }
     }
 
-    /// Checks one line. `input` is the expected state of the motion input at a time since boot, µs; `answered` the time
-    /// of the last answer.
+    /// Checks one line that the scanner has sent. `input` returns the expected state of the motion input at a time
+    /// since boot, µs; `answered` is the time of the last answer.
     pub fn hear(
         &mut self,
         now: Instant,
@@ -295,7 +304,8 @@ impl Watch {
         self.counters(now.at, live)
     }
 
-    /// Checks the counters since boot: they grow by disturbances only, and never fall.
+    /// Checks the error counters since boot in a `LIVE` sentence: they never fall, and grow only after an announced
+    /// disturbance.
     fn counters(&mut self, now: u64, live: &LiveLine<'_>) -> Result<(), String> {
         let counters = Counters {
             motion_faults: live.motion_faults,
@@ -396,7 +406,8 @@ impl Watch {
         }
     }
 
-    /// Notes a result; returns whether it was to be expected.
+    /// Evaluates status and reasons of a scan or guard sweep against the planned fault; returns `false` for a fault
+    /// that was not planned.
     fn result(&mut self, now: Instant, status: Status, reasons: Reasons) -> bool {
         if status == Status::Fault && reasons.has(Reason::NoEcho) {
             return true;

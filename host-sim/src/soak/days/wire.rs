@@ -1,4 +1,5 @@
-//! Report port at 115,200 baud: lines arrive at their times, and bytes leave one after the other.
+//! Wire of the report port at 115,200 baud: command lines arrive at given times, and sent bytes leave one after the
+//! other.
 
 use std::collections::VecDeque;
 
@@ -10,38 +11,38 @@ const BYTE_US: u64 = 87;
 /// microseconds; here it skips time up to this, and while it is blocked nothing is handed to the port.
 const SKIPPED_US: u64 = 3_000;
 
-/// Bytes under way in both directions.
+/// Bytes under way on the report port's wire in both directions.
 #[derive(Debug, Default)]
 pub struct ReportWire {
     incoming: VecDeque<(u64, Line)>,
-    /// Number of bytes of the first line that have been read.
+    /// Number of bytes of the first incoming line that the scanner has read.
     read: usize,
-    /// Bytes that have left.
+    /// Bytes that the scanner has sent and the checks have not taken yet.
     pub printed: Vec<u8>,
-    /// Time up to which the transmitter is busy.
+    /// Time up to which the transmitter is busy, µs of the run.
     busy_until: u64,
-    /// Whether the last write did not take all bytes.
+    /// Whether the scanner's last write did not fit completely.
     waiting: bool,
 }
 
 impl ReportWire {
-    /// Loses the sentence that is being sent: at a reset.
+    /// Discards the sent bytes that the checks have not taken, at a reset of the scanner.
     pub fn cut(&mut self) {
         self.printed.clear();
         self.waiting = false;
     }
 
-    /// Adds a line that arrives at `at`.
+    /// Adds a line that arrives at time `at`, µs of the run.
     pub fn send(&mut self, at: u64, line: Line) {
         self.incoming.push_back((at, line));
     }
 
-    /// Whether lines are still to be read.
+    /// Whether the scanner has still to read a line, arrived or not.
     pub fn pending(&self) -> bool {
         !self.incoming.is_empty()
     }
 
-    /// Returns the next byte that has arrived, and whether it ends a motion sentence.
+    /// Returns the next byte if its line has arrived by `now`, and whether it ends a motion sentence.
     pub fn read(&mut self, now: u64) -> Option<(u8, bool)> {
         let (at, line) = self.incoming.front()?;
         if *at > now {
@@ -58,7 +59,7 @@ impl ReportWire {
         Some((byte, ended))
     }
 
-    /// Takes the bytes that have left since the last pass of the loop, and one that waits.
+    /// Takes as many of `bytes` as have left since the last pass of the loop, and one that waits; returns their number.
     pub fn write(&mut self, now: u64, bytes: &[u8]) -> usize {
         let from = self.busy_until.max(now.saturating_sub(SKIPPED_US));
         let room = ((now + 2 * BYTE_US).saturating_sub(from) / BYTE_US) as usize;
@@ -69,7 +70,8 @@ impl ReportWire {
         taken
     }
 
-    /// Returns the next time after `seen` at which a line arrives, or waiting bytes fit.
+    /// Returns the first time after `seen` at which a line arrives, or bytes that did not fit can be written, µs of the
+    /// run.
     pub fn next_event(&self, seen: u64) -> u64 {
         let arrivals = self.incoming.front().map(|(at, _)| *at);
         let arrives = arrivals.filter(|&at| at > seen).unwrap_or(u64::MAX);

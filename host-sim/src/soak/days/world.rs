@@ -1,4 +1,5 @@
-//! The simulated surroundings of one scanner on one clock, and their handles as the scanner's hardware.
+//! The simulated hardware around one scanner, on one clock, and its handle, which implements the scanner's hardware
+//! traits.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -22,49 +23,49 @@ use super::module::ModuleModel;
 use super::shaft::ShaftModel;
 use super::wire::ReportWire;
 
-/// Values that survive a reset.
+/// State that the board retains over a reset.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Retained {
     /// Whether `stop` was the last of `start` and `stop`.
     pub stopped: bool,
-    /// Hash of the settings in force.
+    /// Hash of the settings in force; `None` before it is retained first.
     pub settings: Option<u32>,
     /// Number of boots since power-up.
     pub boots: u32,
 }
 
-/// Everything outside the scanner.
+/// Simulated hardware and clock around the scanner.
 #[derive(Debug)]
 pub struct World {
     /// Time since the beginning of the run, µs.
     pub now: u64,
-    /// Time of the last reset, from which the scanner's clock counts.
+    /// Time of the last reset, µs of the run; the scanner's clock counts from it.
     pub booted: u64,
-    /// Error of the scanner's clock, µs: a test's fault.
+    /// Error of the scanner's clock, µs, by a test's defect; else 0.
     pub clock_error: u32,
-    /// Time for which the present pass of the loop is blocked, µs.
+    /// Time for which the present pass of the loop is blocked by processing or flash, µs.
     pub busy_us: u64,
     /// Whether the present pass has changed anything, so that the next one follows at once.
     pub touched: bool,
-    /// Time at which the last motion sentences were read, the newest last.
+    /// Times at which the last four motion sentences were read, µs of the run, the newest last.
     pub heard: [u64; 4],
-    /// Motor and shaft.
+    /// The mirror's motor and shaft.
     pub shaft: ShaftModel,
-    /// Radar module.
+    /// The radar module.
     pub module: ModuleModel,
-    /// Report port.
+    /// The serial wire of the report port.
     pub wire: ReportWire,
     /// Flash with the settings.
     pub flash: FlashModel,
-    /// Retained values.
+    /// State that survives a reset.
     pub retained: Retained,
-    /// Failed checks of the data path.
+    /// Texts of the data path's failed checks that have not been recorded yet.
     pub failed: Vec<String>,
     state: u64,
 }
 
 impl World {
-    /// A scanner without power; `seed` is that of its jitter.
+    /// Creates the hardware before its first boot; `seed` selects the random delays.
     pub fn new(seed: u64) -> Self {
         Self {
             now: 0,
@@ -83,12 +84,12 @@ impl World {
         }
     }
 
-    /// Returns the scanner's clock.
+    /// Returns the reading of the scanner's clock, with its error.
     pub fn clock(&self) -> Micros {
         Micros((self.now - self.booted) as u32).plus(self.clock_error)
     }
 
-    /// Returns the present time with the scanner's clock.
+    /// Returns the present time of the run, with the scanner's clock.
     pub fn instant(&self) -> Instant {
         Instant {
             at: self.now,
@@ -97,7 +98,7 @@ impl World {
         }
     }
 
-    /// Returns a random number below `end` (xorshift64, since it is drawn every pass).
+    /// Returns a random integer from 0 to below `end` (xorshift64, since it is drawn every pass).
     pub fn jitter(&mut self, end: u64) -> u64 {
         self.state ^= self.state << 13;
         self.state ^= self.state >> 7;
@@ -105,7 +106,7 @@ impl World {
         (self.state >> 20) % end
     }
 
-    /// Returns the next time after `seen` at which the hardware changes.
+    /// Returns the first time after `seen` at which module, report wire or shaft have an event, µs of the run.
     pub fn next_event(&mut self, seen: u64) -> u64 {
         let module = self.module.next_event(seen).min(self.wire.next_event(seen));
         self.shaft.next_event(seen).min(module)

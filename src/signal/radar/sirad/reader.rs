@@ -57,7 +57,7 @@ pub struct Reader {
     recent: u32,
     /// Number of bytes, values or characters in this part of the frame so far.
     at: u16,
-    /// Value being received.
+    /// Number that is being received, from its bytes or digits so far.
     number: u32,
     /// Whether the value has a digit.
     digits: bool,

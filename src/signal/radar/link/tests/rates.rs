@@ -1,4 +1,4 @@
-//! Rates of the wire: agreed on, abandoned, and 10^5 chirps at each over a wire with errors of all kinds.
+//! Bit rates of the wire: agreed on, abandoned, and 10^5 chirps at each over a wire with errors of all kinds.
 
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
@@ -13,12 +13,12 @@ const POLL: u32 = 50;
 struct Far {
     incoming: VecDeque<(u8, u8)>,
     decoder: Decoder,
-    /// Rates of the scanner's end and of the module's, Mbaud.
+    /// Bit rates of the scanner's end of the wire, then of the module's, Mbaud.
     rates: [u8; 2],
     fastest: u8,
     ability: Ability,
     rng: Xoshiro128PlusPlus,
-    /// Reciprocal of the share of damaged frames; 0: none.
+    /// Reciprocal of the share of the module's frames that the wire damages, loses or repeats; 0: none.
     trouble: u32,
     /// Whether the module sends nothing at all (`mute`), or without pause (`babbles`).
     mute: bool,
@@ -60,7 +60,8 @@ impl Far {
         self.trouble > 0 && self.rng.next_u32().is_multiple_of(self.trouble)
     }
 
-    /// Sends bytes to the scanner, some of them damaged, lost, late or repeated.
+    /// Sends a frame to the scanner at `rate` Mbaud. Some frames have a wrong bit, are cut short or lost, or follow
+    /// noise or a copy of the frame before.
     fn say(&mut self, mut bytes: Vec<u8>, rate: u8) {
         let clean = bytes.clone();
         if self.mute {
@@ -249,7 +250,7 @@ fn a_chirp_that_is_triggered_again_is_at_one_megabaud() {
     assert_eq!(bench.rate(), 3_000_000);
 }
 
-/// A trigger that waits for the module's change of rate has not been sent: the mirror must stand until it is.
+/// A trigger that waits for the module's change of bit rate has not been sent: the mirror must stand until it is.
 #[test]
 fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
     let mut bench = Bench::new(Far::new(3, 2));
@@ -340,9 +341,9 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
     assert!(bench.link.frames.wire().pin);
 }
 
-/// 10^5 chirps at each rate, with one frame in 300 damaged and in some scans one in ten, with rates that change
-/// during scans, and with a module that is silent or sends without pause: no row gets another row's chirp, and
-/// the link recovers.
+/// No row gets another row's chirp, and the link recovers from every failure. Tested with 10^5 chirps at each bit rate
+/// of the wire (1, 2 and 3 Mbaud). One frame in 300 is damaged, in some scans one in ten. In some scans the module is
+/// reset to 1 Mbaud, is silent, or sends without pause.
 #[test]
 fn a_hundred_thousand_chirps_at_each_rate() {
     for rate in [1, 2, 3] {
