@@ -64,9 +64,9 @@ const LOWER: f32 = 0.5;
 const SPREAD_M: f32 = 0.02;
 /// Exponent of the range r in the decline of the ground's power S, (h - y)²/r⁵.
 const RANGE_POWER: f32 = 5.0;
-/// Lower limit of the mirror's height above a surface in the power law of S, metres.
+/// Lower limit of the mirror's height above a surface, h − y, in the decline of the ground's power S, (h − y)²/r⁵, metres.
 const MIN_HEIGHT_M: f32 = 0.03;
-/// Lower limit of the range in the power law of S, metres.
+/// Lower limit of the range r in that decline of the ground's power, metres.
 const MIN_RANGE_M: f32 = 0.3;
 
 /// Log-likelihood ratios of a drop, a riser and a threshold (`bump`) in each slot to ground that goes on, nats; the

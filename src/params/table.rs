@@ -237,7 +237,7 @@ params! {
         clear_lead_nats = 2.0, "nats", Derived, "seven to one";
         /// Minimum level of a step's strongest echo; below it `weak-echoes` is reported.
         weak_step_db = 8.0, "dB", Hand;
-        /// Minimum level at which a further step would be detected.
+        /// Minimum SNR at which the riser after the last reported step would be detected.
         next_seen_db = 5.0, "dB", Hand;
         /// Decrease of the level from one riser to the next.
         fades_db = 6.0, "dB", Hand;

@@ -169,7 +169,8 @@ fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     tallies.ok_or_else(|| anyhow!("fewer outcomes than scenes"))
 }
 
-/// Measures the cells, prints the sheet, and writes the page and the drawings.
+/// Measures the detection probability at each distance, yaw and speed, prints the capability sheet, and writes its
+/// HTML page and plots where asked for.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading::<&str>([]);
     args.output

@@ -248,7 +248,7 @@ fn what_is_to_be_seen_to_is_a_warning() {
     }
 }
 
-/// The list in the document: default settings, never calibrated.
+/// The checklist of `doctor` that docs/live.md shows is that of a scanner with default settings, never calibrated.
 #[test]
 fn the_document_shows_the_list() {
     let mut evidence = evidence(Some(scan(1, Status::Ok, &[])));

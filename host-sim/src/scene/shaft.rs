@@ -1,4 +1,4 @@
-//! Vibration of a turning shaft.
+//! Vibration of the mirror's shaft while its step motor turns: an error of the beam's angle.
 
 use super::spec::MirrorSpec;
 

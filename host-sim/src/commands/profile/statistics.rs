@@ -70,7 +70,8 @@ pub struct Echo {
     pub over_noise_db: f64,
     /// Noise in the echo's bin, dB above that of bins without echoes.
     pub noise_db: f64,
-    /// Standard deviation of the phase from chirp to chirp within a frame, without steady motion, radians.
+    /// Standard deviation of the echo's phase from chirp to chirp within a frame after the part that changes linearly, a
+    /// steady motion's, is removed, radians.
     pub phase_rad: f64,
     /// Standard deviation of the phase that noise alone causes, with the power of bins without echoes, radians.
     pub phase_of_noise_rad: f64,
