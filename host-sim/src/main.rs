@@ -38,6 +38,8 @@ enum Command {
     Modes(commands::modes::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
+    /// Play a recording as the radar module of the link, on standard input and output
+    Module(commands::module::Args),
     /// Show a scanner at a serial port: side view, status in words, age, a command line
     Live(commands::live::Args),
     /// Check a scanner at a serial port part by part, with remedies
@@ -125,6 +127,7 @@ fn main() -> ExitCode {
         Command::Timing(args) => commands::timing::run(&args),
         Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
+        Command::Module(args) => commands::module::run(&args),
         Command::Live(args) => commands::live::run(&args),
         Command::Doctor(args) => commands::doctor::run(&args),
         Command::Settings(args) => commands::settings::run(&args),

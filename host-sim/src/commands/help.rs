@@ -52,7 +52,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     (
         "The image",
         &[
-            "budget", "timing", "bench", "snr", "twins", "seal", "keys", "sbom",
+            "budget", "timing", "bench", "snr", "twins", "seal", "keys", "sbom", "module",
         ],
     ),
     (
@@ -91,6 +91,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "emulate recordings/stair_a --live",
         ],
     ),
+    ("module", &["module recordings/stair_a --fastest 3"]),
     (
         "live",
         &[

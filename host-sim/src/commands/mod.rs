@@ -23,6 +23,7 @@ pub mod instrument;
 pub mod keys;
 pub mod live;
 pub mod modes;
+pub mod module;
 pub mod params;
 pub mod profile;
 pub mod reasons;

@@ -94,6 +94,7 @@ pub struct Trigger {
 pub struct Module<'a> {
     player: Player<'a>,
     radar: RadarConfig,
+    ability: Ability,
     decoder: Decoder,
     /// Whether the handshake is answered; false while it is withheld.
     ready: bool,
@@ -130,6 +131,10 @@ impl<'a> Module<'a> {
         Self {
             player: Player::new(playback),
             radar: playback.radar(),
+            ability: Ability {
+                ahead: true,
+                ..Ability::NONE
+            },
             decoder: Decoder::new(),
             ready: false,
             kept_back: None,
@@ -142,6 +147,11 @@ impl<'a> Module<'a> {
             silent: false,
             garbage: 0,
         }
+    }
+
+    /// Returns the module with other abilities; without them it captures ahead, at 1 Mbaud.
+    pub fn with_ability(self, ability: Ability) -> Self {
+        Self { ability, ..self }
     }
 
     /// Sets a progress bar that is advanced with every triggered row.
@@ -193,6 +203,10 @@ impl<'a> Module<'a> {
                             requests.push(Request::Trigger(trigger));
                             out.extend(self.chirp(sequence, trigger));
                         }
+                        (FrameKind::Rate, _) if self.has_rate(frame.payload) => {
+                            requests.push(Request::Rate(frame.payload[0]));
+                            out.extend(encode(FrameKind::RateSet, sequence, frame.payload));
+                        }
                         _ => out.extend(encode(FrameKind::Error, sequence, &[3])),
                     }
                 }
@@ -202,16 +216,17 @@ impl<'a> Module<'a> {
         (out, requests)
     }
 
+    /// Whether a rate frame's payload is a rate that the module supports.
+    fn has_rate(&self, payload: &[u8]) -> bool {
+        matches!(payload, [rate] if (1..=self.ability.fastest).contains(rate))
+    }
+
     fn settings(&self, sequence: u16) -> Vec<u8> {
         let mut radar = self.radar;
         if self.faults.iter().any(|f| f.kind == InjectedFault::Config) {
             radar.samples = 257;
         }
-        let ability = Ability {
-            ahead: true,
-            ..Ability::NONE
-        };
-        let payload = frame::settings_payload(&radar, ability);
+        let payload = frame::settings_payload(&radar, self.ability);
         encode(FrameKind::Settings, sequence, &payload)
     }
 
@@ -299,6 +314,8 @@ pub enum Request {
     Configure,
     /// Request of a chirp.
     Trigger(Trigger),
+    /// Request of a bit rate of the wire, Mbaud.
+    Rate(u8),
 }
 
 #[cfg(test)]

@@ -77,6 +77,46 @@ struct Withheld {
     since: Instant,
 }
 
+/// Returns keys and values of the settings that differ from the defaults, without those of `own`, in an order in which a
+/// scanner with default settings takes all of them.
+///
+/// # Errors
+/// A setting has no value.
+pub fn changed(settings: &Settings, own: &[&str]) -> Result<Vec<(&'static str, String)>> {
+    let default = Settings::default();
+    // The mounting is always set: without it no answer is `ok`.
+    let changed: Vec<&'static str> = Settings::KEYS
+        .iter()
+        .copied()
+        .filter(|key| !key.starts_with("radar-") && !own.contains(key))
+        .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
+        .collect();
+    let sweep = ["first-angle", "angle-step", "angle-count"];
+    let shaped = settings.config.mount.plane != default.config.mount.plane
+        || changed.iter().any(|key| sweep.contains(key));
+    let value = |key: &'static str| -> Result<(&'static str, String)> {
+        let value = settings.get(key).context("a key without a value")?;
+        Ok((key, value.as_str().to_owned()))
+    };
+    let others = changed.iter().filter(|key| !sweep.contains(key));
+    let mut sets = Vec::new();
+    if shaped {
+        // A scan of three angles around the middle is valid in every plane: set first, it allows the other keys in
+        // any order.
+        let middle = [
+            ("angle-count", "3"),
+            ("first-angle", "0"),
+            ("angle-step", "10"),
+        ];
+        sets.extend(middle.map(|(key, value)| (key, value.to_owned())));
+    }
+    sets.extend(others.map(|key| value(key)).collect::<Result<Vec<_>>>()?);
+    if shaped {
+        sets.extend(sweep.into_iter().map(value).collect::<Result<Vec<_>>>()?);
+    }
+    Ok(sets)
+}
+
 /// The image in the emulator, with a radar module at its link and a terminal at its report port.
 #[derive(Debug)]
 pub struct Session<'a> {
@@ -236,7 +276,7 @@ impl<'a> Session<'a> {
                     self.shaft.is_home(self.home_angle);
                     self.homed = true;
                 }
-                Request::Configure => {}
+                Request::Configure | Request::Rate(_) => {}
                 Request::Trigger(trigger) => {
                     self.shots.push(Shot {
                         trigger,
@@ -382,31 +422,9 @@ impl<'a> Session<'a> {
         }
         self.command("stop")?;
         self.command("start")?;
-        let default = Settings::default();
-        // A scan of three angles around the middle is valid in every plane. Set first, it allows the other keys in
-        // any order. The mounting is always set: without it no answer is `ok`.
-        let changed: Vec<_> = Settings::KEYS
-            .iter()
-            .filter(|key| !key.starts_with("radar-"))
-            .filter(|key| !emulators.iter().any(|(set, _)| set == *key))
-            .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
-            .collect();
-        let sweep = ["angle-count", "first-angle", "angle-step"];
-        let shaped = settings.config.mount.plane != default.config.mount.plane
-            || changed.iter().any(|key| sweep.contains(key));
-        if shaped {
-            self.set("angle-count", "3")?;
-            self.set("first-angle", "0")?;
-            self.set("angle-step", "10")?;
-        }
-        let value = |key: &str| settings.get(key).context("a key without a value");
-        for key in changed.iter().filter(|key| !sweep.contains(key)) {
-            self.set(key, &value(key)?)?;
-        }
-        if shaped {
-            for key in ["first-angle", "angle-step", "angle-count"] {
-                self.set(key, &value(key)?)?;
-            }
+        let own: Vec<&str> = emulators.iter().map(|(key, _)| *key).collect();
+        for (key, value) in changed(settings, &own)? {
+            self.set(key, &value)?;
         }
         Ok(())
     }

@@ -1,0 +1,1 @@
+"""What is on the pins of the chip: shaft, report port, radar modules, motor driver, encoder."""
