@@ -4,16 +4,17 @@
 
 pub mod clock;
 pub mod delay;
+pub mod flash;
 pub mod march;
 pub mod protection;
 pub mod retained;
 
 #[cfg(target_os = "none")]
+mod controller;
+#[cfg(target_os = "none")]
 mod encoder;
 #[cfg(target_os = "none")]
 pub mod fault;
-#[cfg(target_os = "none")]
-pub mod flash;
 #[cfg(target_os = "none")]
 pub mod handover;
 #[cfg(target_os = "none")]
@@ -24,6 +25,8 @@ pub mod provoke;
 pub mod seal;
 #[cfg(target_os = "none")]
 pub mod serial_number;
+#[cfg(target_os = "none")]
+mod settings_flash;
 #[cfg(target_os = "none")]
 pub mod spi;
 #[cfg(target_os = "none")]

@@ -6,6 +6,7 @@ use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::handover::Handover;
+use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
@@ -24,14 +25,16 @@ use stm32f4xx_hal::syscfg::SysCfg;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::clock::{self, brr};
+use super::controller;
 use super::encoder::{self, EncoderBus};
-use super::flash::ChipFlash;
+use super::flash::FlashError;
 use super::handover;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
 use super::retained::{self, BootRecord, Crash};
 use super::seal;
+use super::settings_flash::{self, SettingsFlash};
 use super::spi::ModuleSpi;
 use super::supply;
 use super::time::{self, Time};
@@ -120,7 +123,7 @@ impl Watchdog {
 #[derive(Debug)]
 pub struct ChipBoard {
     record: BootRecord,
-    store: Store<ChipFlash>,
+    store: Store<SettingsFlash>,
     /// Whether the boot loader waits for this image to be confirmed.
     on_trial: bool,
 }
@@ -160,10 +163,11 @@ impl Board for ChipBoard {
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        if !self.store.flash_mut().answers() {
-            return Err(StoreError::Controller);
+        match self.store.flash_mut().check() {
+            Ok(()) => self.store.save(settings),
+            Err(FlashError::Supply) => Err(StoreError::Supply),
+            Err(_) => Err(StoreError::Controller),
         }
-        self.store.save(settings)
     }
 
     fn clear_crashes(&mut self) {
@@ -185,6 +189,10 @@ impl Board for ChipBoard {
         let size = (top as u32).wrapping_sub(bottom as u32);
         match measure {
             Measure::StackSize => size,
+            Measure::OptionBytes => {
+                let option_bytes = OptionBytes::of_register(controller::option_bytes());
+                option_bytes.map_or(0, OptionBytes::bits)
+            }
             Measure::StackUsed => size - 4 * untouched(bottom, size / 4),
         }
     }
@@ -325,8 +333,8 @@ pub fn start(
         record.crashes = 0;
     }
     retained::store(record);
-    let clocks = clock::start(&p.RCC, &p.FLASH);
-    let mut store = Store::new(ChipFlash::new(p.FLASH));
+    let clocks = clock::start(&p.RCC, &p.FLASH, &p.TIM11);
+    let mut store = Store::new(settings_flash::open());
     let on = store
         .load()
         .map_or(WireLevel::Low, |saved| saved.motor.driver.enable_level);
@@ -340,7 +348,8 @@ pub fn start(
     );
     let mut syscfg = p.SYSCFG.constrain(&mut rcc);
     let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
-    let supplied = supply::start(&p.PWR, &pins.exti, &mut rcc);
+    pac::PWR::enable(&mut rcc);
+    let supplied = supply::start(&p.PWR, &pins.exti);
     let health = board_health(clocks == clock::HSI, supplied);
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
