@@ -10,7 +10,7 @@ use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
-use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, SecondMemory, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
 use stairscan::verdict::Reason;
@@ -189,10 +189,7 @@ impl Board for ChipBoard {
         let size = (top as u32).wrapping_sub(bottom as u32);
         match measure {
             Measure::StackSize => size,
-            Measure::OptionBytes => {
-                let option_bytes = OptionBytes::of_register(controller::option_bytes());
-                option_bytes.map_or(0, OptionBytes::bits)
-            }
+            Measure::OptionBytes => option_bytes().map_or(0, OptionBytes::bits),
             Measure::StackUsed => size - 4 * untouched(bottom, size / 4),
         }
     }
@@ -264,6 +261,11 @@ fn board_health(internal_clock: bool, supplied: bool) -> BoardHealth {
         supply_low: !supplied,
         internal_clock,
     }
+}
+
+/// Returns the chip's option bytes; `None` in the emulator.
+fn option_bytes() -> Option<OptionBytes> {
+    OptionBytes::of_register(controller::option_bytes())
 }
 
 /// Starts a serial port: 8 data bits, no parity, 1 stop bit. `divider`, of the port's clock, must be at least 16.
@@ -417,6 +419,8 @@ pub fn start(
             boots: record.boots,
             // Read once interrupts are on (`serial_number`).
             serial: [0; 3],
+            second_memory: SecondMemory::Unknown,
+            option_bytes: option_bytes().map(OptionBytes::bits),
             cause,
             crash_loop: record.crashes >= CRASH_LOOP,
             health,
