@@ -108,6 +108,7 @@ pub const fn prescaler(timer_hz: u32, tick_hz: u32) -> u32 {
 
 #[cfg(target_os = "none")]
 mod apply {
+    use super::super::delay::delay_clocks;
     use super::{CFGR, Clocks, FLASH_ACR, HSE, HSI, PLL};
     use stm32f4xx_hal::pac;
 
@@ -121,7 +122,7 @@ mod apply {
 
     fn wait(polls: u32, mut ready: impl FnMut() -> bool) -> bool {
         (0..polls).any(|_| {
-            cortex_m::asm::delay(POLL_CLOCKS);
+            delay_clocks(POLL_CLOCKS);
             ready()
         })
     }

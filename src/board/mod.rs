@@ -3,6 +3,7 @@
 //! Pins, levels and connectors are in `docs/hardware.md`.
 
 pub mod clock;
+pub mod delay;
 pub mod march;
 pub mod protection;
 pub mod retained;

@@ -3,6 +3,8 @@
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 
+use super::delay::delay_clocks;
+
 /// Value of PLS in register PWR_CR (RM0090 5.4.1): the detector trips between 2.85 and 2.99 V on a falling and
 /// releases at 3.10 V at most on a rising voltage (DS8626, embedded reset and power control block). The core at
 /// 168 MHz and flash writes of 32 bits need 2.7 V; a 3.3 V supply within 5 % stays above 3.13 V.
@@ -20,7 +22,7 @@ pub fn start(pwr: &pac::PWR, exti: &pac::EXTI, rcc: &mut Rcc) -> bool {
     pac::PWR::enable(rcc);
     pwr.cr().modify(|_, w| w.pls().set(LEVEL).pvde().set_bit());
     let high = (0..POLLS).any(|_| {
-        cortex_m::asm::delay(POLL_CLOCKS);
+        delay_clocks(POLL_CLOCKS);
         pwr.csr().read().pvdo().bit_is_clear()
     });
     // SAFETY: sets one line's bit and leaves the others; the detector's output rises when the supply falls.

@@ -1,13 +1,6 @@
 //! 168 MHz from the crystal, as the image has it, and back to what holds after a reset before the image begins.
 
-#[path = "../../../src/board/clock.rs"]
-#[allow(
-    dead_code,
-    reason = "the image's own, of which the loader needs the start"
-)]
-mod image;
-
-pub use image::{Clocks, HSE, brr, start};
+pub use super::board::clock::{Clocks, HSE, brr, start};
 use stm32f4xx_hal::pac;
 
 /// Polls for the switch back: some clocks of the core.

@@ -4,6 +4,7 @@
 //! which the slowest erasure fits in many times, and on into the image, which sets its own: an image that hangs before that
 //! is reset, too.
 
+mod board;
 mod clock;
 mod flash;
 mod port;
