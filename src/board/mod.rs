@@ -7,6 +7,7 @@ pub mod delay;
 pub mod march;
 pub mod protection;
 pub mod retained;
+pub mod watchdog;
 
 #[cfg(target_os = "none")]
 mod encoder;
@@ -24,6 +25,8 @@ pub mod provoke;
 pub mod seal;
 #[cfg(target_os = "none")]
 pub mod serial_number;
+#[cfg(target_os = "none")]
+pub mod sleep;
 #[cfg(target_os = "none")]
 pub mod spi;
 #[cfg(target_os = "none")]
