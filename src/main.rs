@@ -14,7 +14,7 @@ fn main() {
 
 /// Tasks of the image by priority, the highest first: bytes of the radar module, which come every 10 µs at 1 Mbaud and
 /// cannot wait; step pulses and the edges of home switch and stall output, which share the motor; bytes of commands and
-/// motor driver, 87 µs apart; and the scanner's loop, which has the remaining time.
+/// motor driver, 87 µs apart, and the end of a sleep; and the scanner's loop, which has the remaining time or sleeps.
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
@@ -23,6 +23,7 @@ mod app {
     use stairscan::pipeline::Pipeline;
     use stairscan::scanner::encoder::EncodedMirror;
     use stairscan::scanner::mirror::Stepper;
+    use stairscan::scanner::rest::Rest;
     use stairscan::scanner::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
@@ -82,6 +83,7 @@ mod app {
             identity,
             time,
             watchdog,
+            sleep,
         } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
@@ -111,6 +113,7 @@ mod app {
         );
         defmt::info!("clock {=str}, reset {=str}", identity.clock, identity.reset);
         let mut state = "";
+        let mut before = Rest::None;
         loop {
             scanner.step(time.now());
             let now = time.now();
@@ -119,6 +122,10 @@ mod app {
                 state = scanner.state();
                 defmt::info!("{=str}, scan {=u32}", state, scanner.scans());
             }
+            // One step may make another due; so it sleeps only after two that leave nothing to do.
+            let rest = scanner.rest(now);
+            sleep.wait(rest.min(before));
+            before = rest;
         }
     }
 
@@ -140,6 +147,11 @@ mod app {
     #[task(binds = EXTI1, shared = [motor], priority = 2)]
     fn stall_edge(mut cx: stall_edge::Context) {
         cx.shared.motor.lock(Motor::stall_edge);
+    }
+
+    #[task(binds = TIM2, priority = 1)]
+    fn end_sleep(_: end_sleep::Context) {
+        board::sleep::end();
     }
 
     #[task(binds = USART2, local = [report], priority = 1)]

@@ -8,6 +8,7 @@ pub mod flash;
 pub mod march;
 pub mod protection;
 pub mod retained;
+pub mod watchdog;
 
 #[cfg(target_os = "none")]
 mod controller;
@@ -27,6 +28,7 @@ pub mod seal;
 pub mod serial_number;
 #[cfg(target_os = "none")]
 mod settings_flash;
+pub mod sleep;
 #[cfg(target_os = "none")]
 pub mod spi;
 #[cfg(target_os = "none")]

@@ -10,7 +10,7 @@ use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
-use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, SecondMemory, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, SecondMemory, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
 use stairscan::verdict::Reason;
@@ -22,7 +22,6 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 use stm32f4xx_hal::serial::{self, Instance, Serial};
 use stm32f4xx_hal::syscfg::SysCfg;
-use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::clock::{self, brr};
 use super::controller;
@@ -35,6 +34,7 @@ use super::protection;
 use super::retained::{self, BootRecord, Crash};
 use super::seal;
 use super::settings_flash::{self, SettingsFlash};
+use super::sleep::Sleep;
 use super::spi::ModuleSpi;
 use super::supply;
 use super::time::{self, Time};
@@ -42,6 +42,7 @@ use super::uart::{
     self, DriverPort, DriverQueue, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort,
     ReportQueue,
 };
+use super::watchdog::Watchdog;
 
 /// Hardware that the scanner's loop uses.
 pub struct Parts {
@@ -62,6 +63,8 @@ pub struct Parts {
     pub time: Time,
     /// The running watchdog.
     pub watchdog: Watchdog,
+    /// Sleep between two steps.
+    pub sleep: Sleep,
 }
 
 /// Hardware that the interrupts use.
@@ -94,27 +97,6 @@ impl Queues {
             report: ReportQueue::new(),
             driver: DriverQueue::new(),
             errors: [const { AtomicU16::new(0) }; 3],
-        }
-    }
-}
-
-/// The independent watchdog: it has its own oscillator and cannot be stopped.
-pub struct Watchdog {
-    iwdg: IndependentWatchdog,
-    fed: Micros,
-}
-
-impl Watchdog {
-    /// Timeout of the watchdog, ms: longer than any part of the scanner's loop takes.
-    const PERIOD_MS: u32 = 2_000;
-    /// Minimum time between two resets of the watchdog's counter, µs.
-    const PAUSE_US: u32 = 50_000;
-
-    /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline.
-    pub fn attend(&mut self, now: Micros, healthy: bool) {
-        if healthy && now.since(self.fed) >= Self::PAUSE_US {
-            self.iwdg.feed();
-            self.fed = now;
         }
     }
 }
@@ -392,9 +374,7 @@ pub fn start(
     let select = a.pa4.into_push_pull_output_in_state(PinState::High);
     let spi = ModuleSpi::new(p.SPI1, (select, a.pa5, a.pa6, a.pa7), &mut rcc);
     let time = time::start(p.TIM5, &clocks);
-    let mut iwdg = IndependentWatchdog::new(p.IWDG);
-    iwdg.stop_on_debug(&p.DBGMCU, true);
-    iwdg.start(Watchdog::PERIOD_MS.millis());
+    let watchdog = Watchdog::start(p.IWDG, &p.DBGMCU, clocks.core_hz, time.now());
     let interrupts = Interrupts {
         motor: Motor::new(pins, timer, clocks.core_hz, on),
         link: link_receiver,
@@ -425,10 +405,8 @@ pub fn start(
             crash_loop: record.crashes >= CRASH_LOOP,
             health,
         },
-        watchdog: Watchdog {
-            iwdg,
-            fed: time.now(),
-        },
+        watchdog,
+        sleep: Sleep::new(p.TIM2, &clocks, &mut rcc),
         time,
     };
     (parts, interrupts)

@@ -51,12 +51,14 @@
 //! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
+//! | [`step_timer`] | the timer's next interrupt, less the time that the last one took |
 //! | [`board`] | state that survives a reset, identity of the firmware |
 //! | [`command`] | lines of the report port → commands, checked against the settings' keys |
 //! | [`chain`] | the data path: samples, map, estimator |
 //! | [`pace`] | maximum speed of a mirror that does not stop |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
 //! | [`outbox`] | queue of outgoing sentences |
+//! | [`rest`] | whether the loop may sleep until an interrupt |
 
 pub mod board;
 mod calibrating;
@@ -80,9 +82,11 @@ pub mod pulser;
 pub mod ramp;
 pub mod record;
 mod reports;
+pub mod rest;
 pub mod seal;
 pub mod settings;
 mod states;
+pub mod step_timer;
 pub mod store;
 pub mod sweep;
 pub mod tmc2209;
@@ -95,6 +99,7 @@ pub use chain::DataPath;
 pub use fitness::BoardHealth;
 pub use mirror::{Mirror, MirrorError, Motion};
 pub use reports::Reports;
+use rest::Rest;
 pub use settings::Settings;
 
 use crate::drive::Drive;
@@ -165,6 +170,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
     /// Whether the current state is within its deadline: only then may the watchdog be fed.
     pub fn healthy(&self, now: Micros) -> bool {
         self.machine.healthy(now)
+    }
+
+    /// Returns how long the next step may wait if no interrupt comes, as of the last [`Scanner::step`].
+    pub fn rest(&self, now: Micros) -> Rest {
+        self.machine.rest(now).min(self.console.rest(&self.machine))
     }
 
     /// Advances state machine and commands as far as possible without waiting.

@@ -48,6 +48,11 @@ impl Reports {
         self.outbox.has_room()
     }
 
+    /// Whether the port has taken all queued sentences.
+    pub(super) fn all_sent(&self) -> bool {
+        self.outbox.is_empty()
+    }
+
     /// Hands over as many queued bytes as the port takes, without waiting.
     pub(super) fn pump(&mut self, port: &mut impl BytePort) {
         self.outbox.pump(port);

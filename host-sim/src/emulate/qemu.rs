@@ -84,7 +84,7 @@ fn scratch() -> Result<PathBuf> {
 
 impl Qemu {
     /// Starts the emulator with the firmware `elf`. With `timed` the log also contains the values that the firmware
-    /// writes to SysTick's reload register.
+    /// reads from SysTick's registers and writes to them.
     pub fn start(elf: &Path, timed: bool) -> Result<Self> {
         Tool::Emulator.need()?;
         if !elf.is_file() {
@@ -140,7 +140,7 @@ impl Qemu {
             .args(["-d", "unimp", "-D"])
             .arg(&log)
             .args(if timed {
-                &["-trace", "systick_write"][..]
+                &["-trace", "systick_write", "-trace", "systick_read"][..]
             } else {
                 &[]
             })
