@@ -8,7 +8,7 @@ mod board;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "stairscan is firmware: `cargo flash` writes it to the board, `cargo sim` replays it here"
+        "stairscan is firmware: `cargo board` writes it to the board, `cargo sim` replays it here"
     );
 }
 

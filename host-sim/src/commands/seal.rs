@@ -18,7 +18,7 @@ pub struct Args {
     /// Compare the flash contents of two images byte for byte, without a change; exit status 1 if they differ
     #[arg(long, value_name = "ELF", conflicts_with = "flash")]
     compare: Option<PathBuf>,
-    /// Then write boot loader and image to the board and show its log, as `cargo flash` does
+    /// Then write boot loader and image to the board and show its log, as `cargo board` does
     #[arg(long)]
     flash: bool,
 }
