@@ -9,7 +9,7 @@ use stairscan::scanner::handover::Handover;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
-use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, SecondMemory, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
 use stairscan::verdict::Reason;
@@ -408,6 +408,8 @@ pub fn start(
             boots: record.boots,
             // Read once interrupts are on (`serial_number`).
             serial: [0; 3],
+            second_memory: SecondMemory::Unknown,
+            option_bytes: None,
             cause,
             crash_loop: record.crashes >= CRASH_LOOP,
             health,

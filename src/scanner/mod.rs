@@ -88,7 +88,7 @@ pub mod tmc2209;
 pub use crate::port::BytePort;
 pub use crate::schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use crate::time::Micros;
-pub use board::{Board, BootInfo, Hardware};
+pub use board::{Board, BootInfo, Hardware, SecondMemory};
 pub use chain::DataPath;
 pub use fitness::BoardHealth;
 pub use mirror::{Mirror, MirrorError, Motion};

@@ -22,7 +22,7 @@ use host_sim::update::keys;
 use host_sim::update::package::Package;
 use host_sim::update::wire::Wire;
 use serialport::{SerialPort, TTYPort};
-use stairscan::report::{LiveLine, Sentence};
+use stairscan::report::{BootLine, LiveLine, Sentence};
 use stairscan::scanner::command::{Command as Line, framed, parse};
 use stairscan_boot::floor::Floor;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
@@ -191,7 +191,7 @@ impl Inside {
         self.in_loader = start.is_none();
         self.on_trial = start.is_some_and(|start| start.trial.is_some());
         if !self.in_loader {
-            let boot = Sentence::Boot {
+            let boot = Sentence::Boot(BootLine {
                 version: "0.1.0",
                 revision: "test",
                 reset: "software",
@@ -199,7 +199,8 @@ impl Inside {
                 boots: 1,
                 settings: 0,
                 serial: [0; 3],
-            };
+                ..BootLine::default()
+            });
             self.say(boot.write().as_bytes());
         }
     }

@@ -125,6 +125,14 @@ impl Writer {
         self
     }
 
+    /// Appends a field of one word, eight hex digits, or an empty field for `None`.
+    pub fn word(self, word: Option<u32>) -> Self {
+        match word {
+            Some(word) => self.hex(&[word]),
+            None => self.text(""),
+        }
+    }
+
     /// Appends the last field of a sentence, which may be a line of its own with commas.
     pub fn rest(mut self, text: &str) -> Self {
         self.push(',');
