@@ -46,7 +46,7 @@ mod app {
     #[init(local = [queues: Queues = Queues::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let (parts, interrupts) =
-            board::start((cx.core.SYST, &cx.core.MPU), cx.device, cx.local.queues);
+            board::start((cx.core.SYST, cx.core.MPU), cx.device, cx.local.queues);
         let Interrupts {
             motor,
             link,
@@ -82,11 +82,17 @@ mod app {
             identity,
             time,
             watchdog,
+            mpu,
         } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
         let saved = board.saved();
         identity.serial = board::serial_number::read();
+        if let Some(mpu) = mpu.take() {
+            // Nothing uses its words yet.
+            let (state, _words) = board::second_memory::find(mpu, identity.health.internal_clock);
+            identity.second_memory = state;
+        }
         let hardware = Hardware {
             mirror: EncodedMirror::new(
                 Stepper::with_driver(Locked(cx.shared.motor), driver),

@@ -6,6 +6,7 @@ pub mod clock;
 pub mod march;
 pub mod protection;
 pub mod retained;
+pub mod second_memory;
 
 #[cfg(target_os = "none")]
 mod encoder;
@@ -17,6 +18,8 @@ pub mod flash;
 pub mod handover;
 #[cfg(target_os = "none")]
 pub mod motor;
+#[cfg(target_os = "none")]
+mod probe;
 #[cfg(all(target_os = "none", feature = "provoke"))]
 pub mod provoke;
 #[cfg(target_os = "none")]

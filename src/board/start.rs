@@ -59,6 +59,8 @@ pub struct Parts {
     pub time: Time,
     /// The running watchdog.
     pub watchdog: Watchdog,
+    /// The memory protection unit, until the second memory has been searched for.
+    pub mpu: Option<MPU>,
 }
 
 /// Hardware that the interrupts use.
@@ -311,11 +313,11 @@ fn start_motor(
 /// Starts clocks, pins, ports and watchdog; returns the hardware for the scanner's loop and for the interrupts,
 /// which come once they are unmasked.
 pub fn start(
-    (timer, mpu): (SYST, &MPU),
+    (timer, mpu): (SYST, MPU),
     p: pac::Peripherals,
     queues: &'static mut Queues,
 ) -> (Parts, Interrupts) {
-    protection::start(mpu);
+    protection::start(&mpu);
     let before = retained::load();
     let (reset, cause) = reset_cause(&p.RCC, before.crash);
     let on_trial = handover::take() == Some(Handover::Trial);
@@ -333,6 +335,8 @@ pub fn start(
 
     let mut rcc = p.RCC.constrain();
     pac::TIM5::enable(&mut rcc);
+    // Set after reset, too: the search for the second memory relies on it.
+    rcc.ahb1enr().modify(|_, w| w.ccmdataramen().set_bit());
     let (a, b, c) = (
         p.GPIOA.split(&mut rcc),
         p.GPIOB.split(&mut rcc),
@@ -419,6 +423,7 @@ pub fn start(
             fed: time.now(),
         },
         time,
+        mpu: Some(mpu),
     };
     (parts, interrupts)
 }
