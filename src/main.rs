@@ -23,6 +23,8 @@ mod app {
     use stairscan::pipeline::Pipeline;
     use stairscan::scanner::encoder::EncodedMirror;
     use stairscan::scanner::mirror::Stepper;
+    #[cfg(feature = "demo")]
+    use stairscan::scanner::shaft::SimShaft;
     use stairscan::scanner::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
@@ -86,18 +88,28 @@ mod app {
         } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
+        #[cfg(not(feature = "demo"))]
         let saved = board.saved();
+        #[cfg(feature = "demo")]
+        let saved = Some(board::demo::settings());
         identity.serial = board::serial_number::read();
         if let Some(mpu) = mpu.take() {
             // Nothing uses its words yet.
             let (state, _words) = board::second_memory::find(mpu, identity.health.internal_clock);
             identity.second_memory = state;
         }
+        let mirror = EncodedMirror::new(
+            Stepper::with_driver(Locked(cx.shared.motor), driver),
+            encoder,
+        );
+        #[cfg(feature = "demo")]
+        let (mirror, link) = {
+            // Without pulses and requests neither pins nor ports do anything.
+            drop((mirror, link));
+            (SimShaft::default(), board::demo::Recorded::default())
+        };
         let hardware = Hardware {
-            mirror: EncodedMirror::new(
-                Stepper::with_driver(Locked(cx.shared.motor), driver),
-                encoder,
-            ),
+            mirror,
             link,
             port: report,
             board,

@@ -162,7 +162,8 @@ impl Board for ChipBoard {
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        if !self.store.flash_mut().answers() {
+        // Settings of a demo do not reach the scanner that is flashed after it.
+        if cfg!(feature = "demo") || !self.store.flash_mut().answers() {
             return Err(StoreError::Controller);
         }
         self.store.save(settings)
@@ -202,6 +203,12 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
     };
     (0..words).take_while(|&k| painted(k)).count() as u32
 }
+
+/// Version in the sentence `BOOT`; that of a demo image says so.
+const VERSION: &str = match cfg!(feature = "demo") {
+    true => concat!(env!("CARGO_PKG_VERSION"), "-demo"),
+    false => env!("CARGO_PKG_VERSION"),
+};
 
 /// Number of consecutive boots after a crash, a watchdog reset or a loss of supply, none followed by a minute of
 /// operation, after which the scanner stays idle.
@@ -405,7 +412,7 @@ pub fn start(
             on_trial,
         },
         identity: BootInfo {
-            version: env!("CARGO_PKG_VERSION"),
+            version: VERSION,
             revision: stairscan::REVISION,
             reset,
             clock: clocks.name,

@@ -45,6 +45,7 @@
 //! | [`handover`] | words that boot loader and image exchange over a reset |
 //! | [`store`] | non-volatile settings: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
+//! | [`shaft`] | a mirror shaft without a motor |
 //! | [`driver`] | the motor driver as the mirror sees it |
 //! | [`tmc2209`] | UART and registers of the TMC2209 motor driver |
 //! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
@@ -80,6 +81,7 @@ pub mod record;
 mod reports;
 pub mod seal;
 pub mod settings;
+pub mod shaft;
 mod states;
 pub mod store;
 pub mod sweep;

@@ -234,6 +234,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "image",
         &[
             "image -o target/flash",
+            "image --demo -o target/demo",
             "image -o target/flash --key maker.key",
         ],
     ),

@@ -18,6 +18,9 @@ pub struct Args {
     /// Folder of the files; created if it is missing
     #[arg(short, long)]
     output: PathBuf,
+    /// Write the demo image instead: a recording in place of radar module and motor, started without the boot loader
+    #[arg(long, conflicts_with = "key")]
+    demo: bool,
     /// File of the secret key that signs the image; without it the development key
     #[arg(long)]
     key: Option<PathBuf>,
@@ -30,13 +33,10 @@ const TRUSTED: &str = "STAIRSCAN_UPDATE_KEY";
 
 /// Builds loader and image, seals and signs the image, and writes both as Intel HEX and as raw bytes.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let key = match &args.key {
-        Some(path) => keys::read_secret(path)?,
-        None => keys::development()?,
+    let files = match args.demo {
+        true => files("demo", &Block::of_elf(&build(&["demo"])?)?)?,
+        false => files("stairscan", &signed(args.key.as_deref())?)?,
     };
-    trusted(&PublicKey(key.verifying_key().to_bytes()))?;
-    let blocks = flash(&build_loader()?, &build(&[])?, &key)?;
-    let files = files("stairscan", &blocks)?;
     let outputs = args.overwrite.reading(&args.key);
     // All or none.
     for (name, _, _) in &files {
@@ -53,6 +53,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the blocks of loader and image, which is signed with the key in the file `key`, or the development key.
+fn signed(key: Option<&Path>) -> Result<Vec<Block>> {
+    let key = match key {
+        Some(path) => keys::read_secret(path)?,
+        None => keys::development()?,
+    };
+    trusted(&PublicKey(key.verifying_key().to_bytes()))?;
+    flash(&build_loader()?, &build(&[])?, &key)
 }
 
 /// A file: its name, the address of its first byte in flash (`None` if the file itself says so), its content.

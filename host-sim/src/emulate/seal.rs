@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::Endianness;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::read::{Object, ObjectSection};
-use stairscan::scanner::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
+use stairscan::scanner::seal::{CODE, CODE_END, SECTION, VECTORS, WORDS, seal as of_parts};
 use stairscan_boot::slot::Slot;
 
 use crate::recording::regular;
@@ -86,7 +86,8 @@ fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
     loaded.sort_by_key(|(address, _)| *address);
     let seal_at = u32::try_from(section.address())?;
     let vectors = joined(&loaded, VECTORS, seal_at)?;
-    let code = joined(&loaded, CODE, u32::MAX)?;
+    // Behind the slot a demo image has its recording.
+    let code = joined(&loaded, CODE, CODE_END)?;
     let seal = of_parts(&vectors, &code).context("longer than the flash has room")?;
     Ok((usize::try_from(place)?, seal))
 }
