@@ -8,7 +8,7 @@ mod board;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "stairscan is firmware: `cargo flash` writes it to the board, `cargo sim` replays it here"
+        "stairscan is firmware: `cargo board` writes it to the board, `cargo sim` replays it here"
     );
 }
 
@@ -24,6 +24,8 @@ mod app {
     use stairscan::scanner::encoder::EncodedMirror;
     use stairscan::scanner::mirror::Stepper;
     use stairscan::scanner::rest::Rest;
+    #[cfg(feature = "demo")]
+    use stairscan::scanner::shaft::SimShaft;
     use stairscan::scanner::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
@@ -47,7 +49,7 @@ mod app {
     #[init(local = [queues: Queues = Queues::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let (parts, interrupts) =
-            board::start((cx.core.SYST, &cx.core.MPU), cx.device, cx.local.queues);
+            board::start((cx.core.SYST, cx.core.MPU), cx.device, cx.local.queues);
         let Interrupts {
             motor,
             link,
@@ -84,16 +86,32 @@ mod app {
             time,
             watchdog,
             sleep,
+            mpu,
         } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
+        #[cfg(not(feature = "demo"))]
         let saved = board.saved();
+        #[cfg(feature = "demo")]
+        let saved = Some(board::demo::settings());
         identity.serial = board::serial_number::read();
+        if let Some(mpu) = mpu.take() {
+            // Nothing uses its words yet.
+            let (state, _words) = board::second_memory::find(mpu, identity.health.internal_clock);
+            identity.second_memory = state;
+        }
+        let mirror = EncodedMirror::new(
+            Stepper::with_driver(Locked(cx.shared.motor), driver),
+            encoder,
+        );
+        #[cfg(feature = "demo")]
+        let (mirror, link) = {
+            // Without pulses and requests neither pins nor ports do anything.
+            drop((mirror, link));
+            (SimShaft::default(), board::demo::Recorded::default())
+        };
         let hardware = Hardware {
-            mirror: EncodedMirror::new(
-                Stepper::with_driver(Locked(cx.shared.motor), driver),
-                encoder,
-            ),
+            mirror,
             link,
             port: report,
             board,

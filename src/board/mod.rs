@@ -9,7 +9,10 @@ pub mod march;
 pub mod protection;
 pub mod retained;
 pub mod watchdog;
+pub mod second_memory;
 
+#[cfg(all(target_os = "none", feature = "demo"))]
+pub mod demo;
 #[cfg(target_os = "none")]
 mod controller;
 #[cfg(target_os = "none")]
@@ -20,6 +23,8 @@ pub mod fault;
 pub mod handover;
 #[cfg(target_os = "none")]
 pub mod motor;
+#[cfg(target_os = "none")]
+mod probe;
 #[cfg(all(target_os = "none", feature = "provoke"))]
 pub mod provoke;
 #[cfg(target_os = "none")]
@@ -28,6 +33,7 @@ pub mod seal;
 pub mod serial_number;
 #[cfg(target_os = "none")]
 mod settings_flash;
+#[cfg(target_os = "none")]
 pub mod sleep;
 #[cfg(target_os = "none")]
 pub mod spi;

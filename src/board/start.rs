@@ -65,6 +65,8 @@ pub struct Parts {
     pub watchdog: Watchdog,
     /// Sleep between two steps.
     pub sleep: Sleep,
+    /// The memory protection unit, until the second memory has been searched for.
+    pub mpu: Option<MPU>,
 }
 
 /// Hardware that the interrupts use.
@@ -145,6 +147,10 @@ impl Board for ChipBoard {
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        // Settings of a demo do not reach the scanner that is flashed after it.
+        if cfg!(feature = "demo") {
+            return Err(StoreError::Controller);
+        }
         match self.store.flash_mut().check() {
             Ok(()) => self.store.save(settings),
             Err(FlashError::Supply) => Err(StoreError::Supply),
@@ -187,6 +193,12 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
     };
     (0..words).take_while(|&k| painted(k)).count() as u32
 }
+
+/// Version in the sentence `BOOT`; that of a demo image says so.
+const VERSION: &str = match cfg!(feature = "demo") {
+    true => concat!(env!("CARGO_PKG_VERSION"), "-demo"),
+    false => env!("CARGO_PKG_VERSION"),
+};
 
 /// Number of consecutive boots after a crash, a watchdog reset or a loss of supply, none followed by a minute of
 /// operation, after which the scanner stays idle.
@@ -303,11 +315,11 @@ fn start_motor(
 /// Starts clocks, pins, ports and watchdog; returns the hardware for the scanner's loop and for the interrupts,
 /// which come once they are unmasked.
 pub fn start(
-    (timer, mpu): (SYST, &MPU),
+    (timer, mpu): (SYST, MPU),
     p: pac::Peripherals,
     queues: &'static mut Queues,
 ) -> (Parts, Interrupts) {
-    protection::start(mpu);
+    protection::start(&mpu);
     let before = retained::load();
     let (reset, cause) = reset_cause(&p.RCC, before.crash);
     let on_trial = handover::take() == Some(Handover::Trial);
@@ -325,6 +337,8 @@ pub fn start(
 
     let mut rcc = p.RCC.constrain();
     pac::TIM5::enable(&mut rcc);
+    // Set after reset, too: the search for the second memory relies on it.
+    rcc.ahb1enr().modify(|_, w| w.ccmdataramen().set_bit());
     let (a, b, c) = (
         p.GPIOA.split(&mut rcc),
         p.GPIOB.split(&mut rcc),
@@ -392,7 +406,7 @@ pub fn start(
             on_trial,
         },
         identity: BootInfo {
-            version: env!("CARGO_PKG_VERSION"),
+            version: VERSION,
             revision: stairscan::REVISION,
             reset,
             clock: clocks.name,
@@ -408,6 +422,7 @@ pub fn start(
         watchdog,
         sleep: Sleep::new(p.TIM2, &clocks, &mut rcc),
         time,
+        mpu: Some(mpu),
     };
     (parts, interrupts)
 }

@@ -46,6 +46,7 @@
 //! | [`option_bytes`] | the chip's brown-out reset and protections |
 //! | [`store`] | non-volatile settings: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
+//! | [`shaft`] | a mirror shaft without a motor |
 //! | [`driver`] | the motor driver as the mirror sees it |
 //! | [`tmc2209`] | UART and registers of the TMC2209 motor driver |
 //! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
@@ -85,6 +86,7 @@ mod reports;
 pub mod rest;
 pub mod seal;
 pub mod settings;
+pub mod shaft;
 mod states;
 pub mod step_timer;
 pub mod store;

@@ -341,7 +341,7 @@ fn firmware(evidence: &Evidence) -> Finding {
         return warning(
             Check::Firmware,
             text,
-            "`cargo flash` writes the image that belongs to this program.",
+            "`cargo board` writes the image that belongs to this program.",
         );
     }
     let other = match revision == stairscan::REVISION {

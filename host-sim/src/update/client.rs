@@ -150,7 +150,7 @@ impl<W: Wire> Client<W> {
         }
         let Some(Reply::Good(payload)) = reply else {
             bail!(
-                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo flash` writes it)"
+                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo board` writes it)"
             );
         };
         let Some(info) = Info::parse(&payload) else {
@@ -385,7 +385,7 @@ fn leave_image<W: Wire>(link: &mut Link<W>) -> Result<()> {
     })?;
     match refused.as_deref() {
         Some("loader" | "command") => bail!(
-            "the scanner has no boot loader, or a firmware without updates: `cargo flash` writes both over a debug probe"
+            "the scanner has no boot loader, or a firmware without updates: `cargo board` writes both over a debug probe"
         ),
         Some(field) => bail!("the scanner refuses: {field}"),
         None => Ok(()),
