@@ -8,13 +8,13 @@ pub mod flash;
 pub mod march;
 pub mod protection;
 pub mod retained;
-pub mod watchdog;
 pub mod second_memory;
+pub mod watchdog;
 
-#[cfg(all(target_os = "none", feature = "demo"))]
-pub mod demo;
 #[cfg(target_os = "none")]
 mod controller;
+#[cfg(all(target_os = "none", feature = "demo"))]
+pub mod demo;
 #[cfg(target_os = "none")]
 mod encoder;
 #[cfg(target_os = "none")]
