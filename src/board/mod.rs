@@ -3,6 +3,8 @@
 //! Pins, levels and connectors are in `docs/hardware.md`.
 
 pub mod clock;
+pub mod delay;
+pub mod flash;
 pub mod march;
 pub mod protection;
 pub mod retained;
@@ -11,11 +13,11 @@ pub mod second_memory;
 #[cfg(all(target_os = "none", feature = "demo"))]
 pub mod demo;
 #[cfg(target_os = "none")]
+mod controller;
+#[cfg(target_os = "none")]
 mod encoder;
 #[cfg(target_os = "none")]
 pub mod fault;
-#[cfg(target_os = "none")]
-pub mod flash;
 #[cfg(target_os = "none")]
 pub mod handover;
 #[cfg(target_os = "none")]
@@ -28,6 +30,8 @@ pub mod provoke;
 pub mod seal;
 #[cfg(target_os = "none")]
 pub mod serial_number;
+#[cfg(target_os = "none")]
+mod settings_flash;
 #[cfg(target_os = "none")]
 pub mod spi;
 #[cfg(target_os = "none")]

@@ -6,6 +6,7 @@ use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::handover::Handover;
+use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
@@ -24,14 +25,16 @@ use stm32f4xx_hal::syscfg::SysCfg;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::clock::{self, brr};
+use super::controller;
 use super::encoder::{self, EncoderBus};
-use super::flash::ChipFlash;
+use super::flash::FlashError;
 use super::handover;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
 use super::retained::{self, BootRecord, Crash};
 use super::seal;
+use super::settings_flash::{self, SettingsFlash};
 use super::spi::ModuleSpi;
 use super::supply;
 use super::time::{self, Time};
@@ -122,7 +125,7 @@ impl Watchdog {
 #[derive(Debug)]
 pub struct ChipBoard {
     record: BootRecord,
-    store: Store<ChipFlash>,
+    store: Store<SettingsFlash>,
     /// Whether the boot loader waits for this image to be confirmed.
     on_trial: bool,
 }
@@ -162,11 +165,15 @@ impl Board for ChipBoard {
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        // Settings of a demo do not reach the scanner that is flashed after it.
-        if cfg!(feature = "demo") || !self.store.flash_mut().answers() {
+        if cfg!(feature = "demo") {
+            // Settings of a demo do not reach the scanner that is flashed after it.
             return Err(StoreError::Controller);
         }
-        self.store.save(settings)
+        match self.store.flash_mut().check() {
+            Ok(()) => self.store.save(settings),
+            Err(FlashError::Supply) => Err(StoreError::Supply),
+            Err(_) => Err(StoreError::Controller),
+        }
     }
 
     fn clear_crashes(&mut self) {
@@ -188,6 +195,7 @@ impl Board for ChipBoard {
         let size = (top as u32).wrapping_sub(bottom as u32);
         match measure {
             Measure::StackSize => size,
+            Measure::OptionBytes => option_bytes().map_or(0, OptionBytes::bits),
             Measure::StackUsed => size - 4 * untouched(bottom, size / 4),
         }
     }
@@ -267,6 +275,11 @@ fn board_health(internal_clock: bool, supplied: bool) -> BoardHealth {
     }
 }
 
+/// Returns the chip's option bytes; `None` in the emulator.
+fn option_bytes() -> Option<OptionBytes> {
+    OptionBytes::of_register(controller::option_bytes())
+}
+
 /// Starts a serial port: 8 data bits, no parity, 1 stop bit. `divider`, of the port's clock, must be at least 16.
 fn start_port<U: Instance>(
     usart: U,
@@ -334,8 +347,8 @@ pub fn start(
         record.crashes = 0;
     }
     retained::store(record);
-    let clocks = clock::start(&p.RCC, &p.FLASH);
-    let mut store = Store::new(ChipFlash::new(p.FLASH));
+    let clocks = clock::start(&p.RCC, &p.FLASH, &p.TIM11);
+    let mut store = Store::new(settings_flash::open());
     let on = store
         .load()
         .map_or(WireLevel::Low, |saved| saved.motor.driver.enable_level);
@@ -351,7 +364,8 @@ pub fn start(
     );
     let mut syscfg = p.SYSCFG.constrain(&mut rcc);
     let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
-    let supplied = supply::start(&p.PWR, &pins.exti, &mut rcc);
+    pac::PWR::enable(&mut rcc);
+    let supplied = supply::start(&p.PWR, &pins.exti);
     let health = board_health(clocks == clock::HSI, supplied);
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
@@ -420,7 +434,7 @@ pub fn start(
             // Read once interrupts are on (`serial_number`).
             serial: [0; 3],
             second_memory: SecondMemory::Unknown,
-            option_bytes: None,
+            option_bytes: option_bytes().map(OptionBytes::bits),
             cause,
             crash_loop: record.crashes >= CRASH_LOOP,
             health,

@@ -114,7 +114,8 @@ pub struct BootInfo {
     pub serial: [u32; 3],
     /// State of the chip's second memory.
     pub second_memory: SecondMemory,
-    /// Register FLASH_OPTCR with the option bytes; `None` if it was not read.
+    /// Bits of the chip's option bytes ([`OptionBytes::bits`](super::option_bytes::OptionBytes::bits)); `None` if they
+    /// are unknown.
     pub option_bytes: Option<u32>,
     /// Cause of the reset as a reason for `status`; `None` unless it was a crash, the watchdog or the supply.
     pub cause: Option<Reason>,

@@ -216,8 +216,8 @@ impl Console {
             // Handled before: `drive`.
             Command::Motion(_) => {}
             Command::Measure(measure) => {
-                let value = settings::number(i64::from(machine.hardware.board.measure(measure)));
-                machine.reports.value(measure.key(), &value);
+                let word = machine.hardware.board.measure(measure);
+                machine.reports.value(measure.key(), &measure.text(word));
             }
         }
     }

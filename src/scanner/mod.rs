@@ -43,6 +43,7 @@
 //! | [`record`] | settings as 32-bit words: hash, checksum and layout of a record |
 //! | [`seal`] | a checksum over the whole image |
 //! | [`handover`] | words that boot loader and image exchange over a reset |
+//! | [`option_bytes`] | the chip's brown-out reset and protections |
 //! | [`store`] | non-volatile settings: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
 //! | [`shaft`] | a mirror shaft without a motor |
@@ -71,6 +72,7 @@ mod guarding;
 pub mod handover;
 mod keeper;
 pub mod mirror;
+pub mod option_bytes;
 pub mod outbox;
 pub mod pace;
 mod planes;

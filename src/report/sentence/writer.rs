@@ -1,6 +1,7 @@
 //! Builder of a sentence's line.
 
 use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
+use crate::setting::hex;
 use crate::verdict::Reasons;
 
 /// Builds one line field by field. A line that would be too long is truncated; the CRC still covers what is
@@ -153,9 +154,5 @@ impl Writer {
 
 /// Appends `word` as eight upper-case hex digits, the highest first.
 fn push_hex(line: &mut Line, word: u32) {
-    for shift in (0..8).rev() {
-        let digit = (word >> (4 * shift)) as u8 & 15;
-        let first = if digit < 10 { b'0' } else { b'A' - 10 };
-        let _ = line.push(char::from(first + digit));
-    }
+    let _ = line.push_str(&hex(word));
 }
