@@ -175,7 +175,11 @@ mod tests {
     #[test]
     fn step_pulses_have_their_width_and_rate(mut board: Board) {
         let (a, b, c) = board.gpio;
-        let (a, b, c) = (a.split(&mut board.rcc), b.split(&mut board.rcc), c.split(&mut board.rcc));
+        let (a, b, c) = (
+            a.split(&mut board.rcc),
+            b.split(&mut board.rcc),
+            c.split(&mut board.rcc),
+        );
         let _captured = a.pa1.into_alternate::<1>();
         pac::TIM2::enable(&mut board.rcc);
         let driver = DriverConfig::default();
@@ -218,7 +222,10 @@ mod tests {
         let edge = || {
             let begun = time.now();
             while timer.sr().read().cc1if().bit_is_clear() {
-                assert!(time.now().since(begun) < 100_000, "no pulse: PC6 to PA1, PB1 to ground?");
+                assert!(
+                    time.now().since(begun) < 100_000,
+                    "no pulse: PC6 to PA1, PB1 to ground?"
+                );
             }
             (timer.ccr2().read().bits(), timer.ccr1().read().bits())
         };
@@ -251,7 +258,10 @@ mod tests {
                 if let Ok(back) = rx.read() {
                     break back;
                 }
-                assert!(board.time.now().since(sent) < 10_000, "nothing: PA2 to PA3?");
+                assert!(
+                    board.time.now().since(sent) < 10_000,
+                    "nothing: PA2 to PA3?"
+                );
             };
             assert_eq!(back, byte);
         }

@@ -10,10 +10,10 @@ pub mod protection;
 pub mod retained;
 pub mod second_memory;
 
-#[cfg(all(target_os = "none", feature = "demo"))]
-pub mod demo;
 #[cfg(target_os = "none")]
 mod controller;
+#[cfg(all(target_os = "none", feature = "demo"))]
+pub mod demo;
 #[cfg(target_os = "none")]
 mod encoder;
 #[cfg(target_os = "none")]
