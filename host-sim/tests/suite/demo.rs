@@ -1,5 +1,6 @@
 //! Tests of the demo image in the emulator: the scanner's loop over a recording in flash.
 
+use std::fs;
 use std::time::{Duration, Instant};
 
 use host_sim::emulate::image;
@@ -61,6 +62,8 @@ fn the_demo_image_reports_what_replay_reports() {
     let answers = answers(&stair_a(), &options, |_| ()).unwrap();
     let expected: Vec<String> = answers.into_iter().flat_map(|a| a.sentences).collect();
     assert_eq!(sentences[1..=expected.len()], expected);
+    let document = fs::read_to_string(image::workspace().join("docs/build.md")).unwrap();
+    assert!(document.contains(&expected[..4].join("\n")), "{expected:?}");
 
     let refused = Package::sign(&elf, 0, &keys::development().unwrap());
     let refused = format!("{:#}", refused.unwrap_err());
