@@ -188,7 +188,8 @@ extern "C" {
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \
     X("stack-used") \
-    X("stack-size")
+    X("stack-size") \
+    X("option-bytes")
 /* end generated */
 
 /* STAIRSCAN_REASON_LOST_ROWS and so on. A set of reasons is a bit mask: bit 1 << constant. */

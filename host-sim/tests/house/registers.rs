@@ -5,7 +5,6 @@
 //! `modify` begins from what the register holds. A whole value may be written if a comment says why.
 
 use proc_macro2::{TokenStream, TokenTree};
-use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
 /// A register whose reset value is not 0: peripheral, register, section of RM0090.
