@@ -2,20 +2,26 @@
 //!
 //! The core sleeps by WFE: each interrupt sets its event register, so that one that came before WFE ends the sleep at
 //! once (ARMv7-M Architecture Reference Manual, B1.5.18). So none is missed, and nothing needs to be masked. TIM2 ends a
-//! sleep in which no other interrupt comes. The emulator executes WFE as a hint that does nothing.
+//! sleep in which no other interrupt comes.
+//!
+//! Without the crystal the core does not sleep: at 16 MHz a step takes as long as most rests. The emulator, which has no
+//! crystal, leaves its loop at each WFE, and its clock would run ten times more slowly than the host's.
 
 use stairscan::scanner::rest::Rest;
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 
-use super::clock::{Clocks, prescaler};
+use super::clock::{self, Clocks, prescaler};
 
-/// Timer that ends the core's sleep.
-pub struct Sleep(pac::TIM2);
+/// Timer that ends the core's sleep; `None` if the core does not sleep.
+pub struct Sleep(Option<pac::TIM2>);
 
 impl Sleep {
     /// Sets TIM2 up to count microseconds, once per sleep.
     pub fn new(timer: pac::TIM2, clocks: &Clocks, rcc: &mut Rcc) -> Self {
+        if *clocks != clock::HSE {
+            return Self(None);
+        }
         pac::TIM2::enable(rcc);
         let division = prescaler(clocks.timer_hz, 1_000_000);
         timer.psc().write(|w| w.psc().set(division as u16));
@@ -23,14 +29,15 @@ impl Sleep {
         timer.cr1().write(|w| w.urs().counter_only());
         timer.egr().write(|w| w.ug().update());
         timer.dier().write(|w| w.uie().enabled());
-        Self(timer)
+        Self(Some(timer))
     }
 
     /// Sleeps until an interrupt comes, at most as long as `rest` allows; returns at once if one has come since the last
     /// sleep.
     pub fn wait(&mut self, rest: Rest) {
-        let Some(us) = rest.limit_us() else { return };
-        let timer = &self.0;
+        let (Some(timer), Some(us)) = (&self.0, rest.limit_us()) else {
+            return;
+        };
         timer.arr().write(|w| w.set(us));
         timer.cnt().write(|w| w.set(0));
         timer

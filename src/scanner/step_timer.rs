@@ -8,10 +8,11 @@
 /// Clocks from the last reading of the timer to its restart, which it does not count: loads, arithmetic and two stores,
 /// counted in the disassembly of the handler.
 pub const RESTART: u32 = 28;
-/// Share of an interval by which it may be shortened to make up for a late pulse: a quarter. At 102,400 steps/s and 168
+/// Share of an interval by which it may be shortened after a late pulse: a quarter. At 102,400 steps/s and 168
 /// MHz that is 410 clocks, 2.4 µs, and more than any interrupt waits here.
 const CATCH_UP: u32 = 4;
-/// Maximum lateness that is made up for, in intervals: what a longer delay loses is not recovered at a higher speed.
+/// Maximum lateness that is recovered, in intervals: the rest of a longer delay stays, so that the speed is above the
+/// ramp's for a few steps only.
 const MOST: u32 = 2;
 
 /// Lateness of the timer's expiries behind the ramp's schedule, within one move.

@@ -80,7 +80,7 @@ fn the_time_since_the_expiry_counts_a_second_one() {
 }
 
 #[test]
-fn what_is_later_than_two_intervals_is_not_made_up_for() {
+fn lateness_beyond_two_intervals_is_not_recovered() {
     let mut timer = StepTimer::default();
     timer.due(100_000, 1_000);
     assert_eq!(timer.late, 2_000);
@@ -106,7 +106,7 @@ proptest! {
 
     /// Now and then an interrupt comes up to 2,000 clocks late, more than an interval at 102,400 steps/s.
     #[test]
-    fn a_late_interrupt_is_made_up_for(
+    fn lateness_of_an_interrupt_is_recovered(
         speed in prop_oneof![Just(51_200u32), Just(102_400)],
         late in proptest::collection::vec(0u32..=2_000, 1..20),
     ) {
