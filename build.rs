@@ -8,6 +8,7 @@ use std::process::Command;
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src/board/memory.x");
+    println!("cargo::rerun-if-changed=src/board/demo.x");
     revision();
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return;
@@ -20,6 +21,10 @@ fn main() {
     // who may panic.
     for arg in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "--emit-relocs"] {
         println!("cargo::rustc-link-arg-bin=stairscan={arg}");
+    }
+    if env::var_os("CARGO_FEATURE_DEMO").is_some() {
+        fs::copy("src/board/demo.x", out.join("demo.x")).expect("demo.x can be copied");
+        println!("cargo::rustc-link-arg-bin=stairscan=-Tdemo.x");
     }
 }
 

@@ -329,12 +329,14 @@ static bool read_reasons(stairscan_text_t text, uint64_t *reasons) {
 /* Type of a field, with the type of its member in stairscan_sentence_t. */
 enum type {
     TEXT,        /* stairscan_text_t */
+    MAY_TEXT,    /* stairscan_text_t; may be missing together with its comma and all fields behind it */
     REST,        /* stairscan_text_t: the rest of the line, including commas */
     U8,          /* uint32_t, at most 255 */
     U16,         /* uint32_t, at most 65535 */
     U32,         /* uint32_t */
     TIME,        /* stairscan_time_t, or empty */
     HASH,        /* uint32_t, eight hex digits */
+    MAY_HASH,    /* stairscan_word_t, or empty */
     SERIAL,      /* three words of eight hex digits */
     LENGTH,      /* int32_t */
     MAY_LENGTH,  /* stairscan_optional_t, or empty */
@@ -415,7 +417,14 @@ static const struct field BOOT[] = {
     F("clock", TEXT, boot.clock),
     F("boots", U32, boot.boots),
     F("settings", HASH, boot.settings),
-    F("serial", SERIAL, boot.serial)};
+    F("serial", SERIAL, boot.serial),
+    F("second-memory", MAY_TEXT, boot.second_memory),
+    F("option-bytes", MAY_HASH, boot.option_bytes),
+    F("pc", MAY_HASH, boot.crash.pc),
+    F("lr", MAY_HASH, boot.crash.lr),
+    F("cfsr", MAY_HASH, boot.crash.cfsr),
+    F("address", MAY_HASH, boot.crash.address),
+    F("place", MAY_HASH, boot.crash.place)};
 static const struct field STAT[] = {
     F("state", TEXT, stat.state),
     F("clock", TEXT, stat.clock),
@@ -554,6 +563,15 @@ static bool store_time(stairscan_text_t text, stairscan_time_t *time) {
 }
 
 /*@ requires readable(text);
+    requires \valid(word);
+    assigns *word; */
+static bool store_optional_hash(stairscan_text_t text, stairscan_word_t *word) {
+    word->present = text.length > 0;
+    word->word = 0;
+    return !word->present || read_hex(text, &word->word, 1);
+}
+
+/*@ requires readable(text);
     requires \valid(tenths);
     assigns *tenths; */
 static bool store_percent(stairscan_text_t text, uint32_t *tenths) {
@@ -571,6 +589,7 @@ static bool store_percent(stairscan_text_t text, uint32_t *tenths) {
 static bool store(stairscan_text_t text, enum type type, void *place) {
     switch (type) {
     case TEXT:
+    case MAY_TEXT:
     case REST:
         *(stairscan_text_t *)place = text;
         return true;
@@ -584,6 +603,8 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
         return store_time(text, (stairscan_time_t *)place);
     case HASH:
         return read_hex(text, (uint32_t *)place, 1);
+    case MAY_HASH:
+        return store_optional_hash(text, (stairscan_word_t *)place);
     case SERIAL:
         return read_hex(text, (uint32_t *)place, 3);
     case LENGTH:
@@ -618,9 +639,10 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
     ensures readable(cursor->left); */
 static const char *read_fields(struct cursor *cursor, const struct field *fields, size_t count,
                                void *base) {
+    bool ended = false; /* this field of an older firmware's sentence is missing */
     size_t k;
     /*@ loop invariant 0 <= k <= count && readable(cursor->left);
-        loop assigns k, *cursor, ((char *)base)[0 .. sizeof(stairscan_sentence_t) - 1];
+        loop assigns k, ended, *cursor, ((char *)base)[0 .. sizeof(stairscan_sentence_t) - 1];
         loop unroll 16;
         loop variant count - k; */
     for (k = 0; k < count; k++) {
@@ -629,12 +651,13 @@ static const char *read_fields(struct cursor *cursor, const struct field *fields
             *(uint32_t *)(void *)((unsigned char *)base + fields[k].at) = STAIRSCAN_PLANE_AS_SET;
             break;
         }
+        ended = ended || (fields[k].type == MAY_TEXT && !cursor->more);
         if (fields[k].type == REST) {
             if (!take_rest(cursor, &text)) {
                 return fields[k].name;
             }
             cursor->more = false;
-        } else if (!take(cursor, &text) || has_framing(text)) {
+        } else if (!ended && (!take(cursor, &text) || has_framing(text))) {
             return fields[k].name;
         }
         if (!store(text, fields[k].type, (unsigned char *)base + fields[k].at)) {
@@ -909,6 +932,17 @@ static void push_time(stairscan_line_t *line, const stairscan_time_t *time) {
     }
 }
 
+/*@ requires \valid(line);
+    requires room(line);
+    requires \valid_read(word);
+    assigns line->length, line->bytes[0 .. STAIRSCAN_MAX_SENTENCE - 1];
+    ensures room(line); */
+static void push_optional_hash(stairscan_line_t *line, const stairscan_word_t *word) {
+    if (word->present) {
+        push_hex(line, &word->word, 1);
+    }
+}
+
 /* Writes the value of a member that `store` has set. */
 /*@ requires \valid(line);
     requires room(line);
@@ -919,6 +953,7 @@ static void push_field(stairscan_line_t *line, enum type type, const void *place
     push(line, ',');
     switch (type) {
     case TEXT:
+    case MAY_TEXT:
     case REST:
         push_text(line, *(const stairscan_text_t *)place, type == REST);
         return;
@@ -932,6 +967,9 @@ static void push_field(stairscan_line_t *line, enum type type, const void *place
         return;
     case HASH:
         push_hex(line, number, 1);
+        return;
+    case MAY_HASH:
+        push_optional_hash(line, (const stairscan_word_t *)place);
         return;
     case SERIAL:
         push_hex(line, number, 3);

@@ -188,7 +188,8 @@ extern "C" {
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \
     X("stack-used") \
-    X("stack-size")
+    X("stack-size") \
+    X("option-bytes")
 /* end generated */
 
 /* STAIRSCAN_REASON_LOST_ROWS and so on. A set of reasons is a bit mask: bit 1 << constant. */
@@ -242,6 +243,12 @@ typedef struct {
     bool present;
     uint32_t ms;
 } stairscan_time_t;
+
+/* An optional word of 32 bits; 0 if absent. */
+typedef struct {
+    bool present;
+    uint32_t word;
+} stairscan_word_t;
 
 /* SCAN: head of an answer. */
 typedef struct {
@@ -303,7 +310,16 @@ typedef struct {
     uint64_t reasons;          /* set of enum stairscan_reason */
 } stairscan_guard_t;
 
-/* BOOT: first sentence after a reset. */
+/* Where the firmware crashed; all absent if it did not. */
+typedef struct {
+    stairscan_word_t pc;
+    stairscan_word_t lr;
+    stairscan_word_t cfsr;    /* register SCB_CFSR */
+    stairscan_word_t address; /* whose access failed */
+    stairscan_word_t place;   /* hash of a panic's place in the source */
+} stairscan_crash_site_t;
+
+/* BOOT: first sentence after a reset. An older firmware sends it up to `serial`: the rest is then empty. */
 typedef struct {
     stairscan_text_t version;
     stairscan_text_t revision;
@@ -312,6 +328,9 @@ typedef struct {
     uint32_t boots; /* number since power-up */
     uint32_t settings;
     uint32_t serial[3];
+    stairscan_text_t second_memory; /* none, ccm-64, sram3-64, damaged; empty if unknown */
+    stairscan_word_t option_bytes;
+    stairscan_crash_site_t crash; /* before the reset */
 } stairscan_boot_t;
 
 /* STAT: reply to `status`. */

@@ -8,13 +8,13 @@ mod board;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "stairscan is firmware: `cargo flash` writes it to the board, `cargo sim` replays it here"
+        "stairscan is firmware: `cargo board` writes it to the board, `cargo sim` replays it here"
     );
 }
 
 /// Tasks of the image by priority, the highest first: bytes of the radar module, which come every 10 µs at 1 Mbaud and
 /// cannot wait; step pulses and the edges of home switch and stall output, which share the motor; bytes of commands and
-/// motor driver, 87 µs apart; and the scanner's loop, which has the remaining time.
+/// motor driver, 87 µs apart, and the end of a sleep; and the scanner's loop, which has the remaining time or sleeps.
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
@@ -23,6 +23,9 @@ mod app {
     use stairscan::pipeline::Pipeline;
     use stairscan::scanner::encoder::EncodedMirror;
     use stairscan::scanner::mirror::Stepper;
+    use stairscan::scanner::rest::Rest;
+    #[cfg(feature = "demo")]
+    use stairscan::scanner::shaft::SimShaft;
     use stairscan::scanner::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
@@ -46,7 +49,7 @@ mod app {
     #[init(local = [queues: Queues = Queues::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let (parts, interrupts) =
-            board::start((cx.core.SYST, &cx.core.MPU), cx.device, cx.local.queues);
+            board::start((cx.core.SYST, cx.core.MPU), cx.device, cx.local.queues);
         let Interrupts {
             motor,
             link,
@@ -82,16 +85,33 @@ mod app {
             identity,
             time,
             watchdog,
+            sleep,
+            mpu,
         } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
+        #[cfg(not(feature = "demo"))]
         let saved = board.saved();
+        #[cfg(feature = "demo")]
+        let saved = Some(board::demo::settings());
         identity.serial = board::serial_number::read();
+        if let Some(mpu) = mpu.take() {
+            // Nothing uses its words yet.
+            let (state, _words) = board::second_memory::find(mpu, identity.health.internal_clock);
+            identity.second_memory = state;
+        }
+        let mirror = EncodedMirror::new(
+            Stepper::with_driver(Locked(cx.shared.motor), driver),
+            encoder,
+        );
+        #[cfg(feature = "demo")]
+        let (mirror, link) = {
+            // Without pulses and requests neither pins nor ports do anything.
+            drop((mirror, link));
+            (SimShaft::default(), board::demo::Recorded::default())
+        };
         let hardware = Hardware {
-            mirror: EncodedMirror::new(
-                Stepper::with_driver(Locked(cx.shared.motor), driver),
-                encoder,
-            ),
+            mirror,
             link,
             port: report,
             board,
@@ -111,6 +131,7 @@ mod app {
         );
         defmt::info!("clock {=str}, reset {=str}", identity.clock, identity.reset);
         let mut state = "";
+        let mut before = Rest::None;
         loop {
             scanner.step(time.now());
             let now = time.now();
@@ -119,6 +140,10 @@ mod app {
                 state = scanner.state();
                 defmt::info!("{=str}, scan {=u32}", state, scanner.scans());
             }
+            // One step may make another due; so it sleeps only after two that leave nothing to do.
+            let rest = scanner.rest(now);
+            sleep.wait(rest.min(before));
+            before = rest;
         }
     }
 
@@ -140,6 +165,11 @@ mod app {
     #[task(binds = EXTI1, shared = [motor], priority = 2)]
     fn stall_edge(mut cx: stall_edge::Context) {
         cx.shared.motor.lock(Motor::stall_edge);
+    }
+
+    #[task(binds = TIM2, priority = 1)]
+    fn end_sleep(_: end_sleep::Context) {
+        board::sleep::end();
     }
 
     #[task(binds = USART2, local = [report], priority = 1)]

@@ -112,6 +112,17 @@ pub(crate) fn number(value: i64) -> ValueText {
     text
 }
 
+/// Formats a word as eight upper-case hex digits, the highest first.
+pub(crate) fn hex(word: u32) -> ValueText {
+    let mut text = ValueText::new();
+    for shift in (0..8).rev() {
+        let digit = (word >> (4 * shift)) as u8 & 15;
+        let first = if digit < 10 { b'0' } else { b'A' - 10 };
+        let _ = text.push(char::from(first + digit));
+    }
+    text
+}
+
 /// The value of a setting, with its forms as number, text and 32-bit word.
 pub(crate) trait Value {
     /// Returns the value as a number in its unit, to which the limits apply; for a word its index, from 0.

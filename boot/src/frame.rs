@@ -12,7 +12,7 @@
 //!
 //! | kind | request | answer (kind + 0x80) |
 //! |---|---|---|
-//! | `0x01` hello | none | [`crate::receive::Info`] |
+//! | `0x01` hello | none, or the host's version of the protocol, one byte | [`crate::receive::Info`] |
 //! | `0x02` rate | u32 baud | code; what follows is at that rate |
 //! | `0x03` begin | header, 144 bytes | code, u32: the offset that the payload goes on at |
 //! | `0x04` data | u32 offset, up to 1024 bytes | code, u32: the offset that the payload goes on at |

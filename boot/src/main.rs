@@ -6,5 +6,5 @@ mod chip;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("stairscan-boot is firmware: `cargo flash` writes it to the board, before the image");
+    println!("stairscan-boot is firmware: `cargo board` writes it to the board, before the image");
 }

@@ -4,22 +4,28 @@
 //! transfer goes on where it broke, after a loss of power at the beginning of a sector.
 
 use embedded_storage::nor_flash::NorFlash;
+use stairscan::scanner::option_bytes::OptionBytes;
 
 use crate::frame::{Frame, Kind};
 use crate::header::{HEADER, Header, NAME};
 use crate::key::{KEY_ID, Signatures};
-use crate::refusal::Refusal;
+use crate::refusal::{Flash, Refusal};
 use crate::slot::{Mark, Slot};
 use crate::start::Loader;
 
-/// Version of what loader and host say to each other.
-pub const PROTOCOL: u8 = 1;
+/// Version of the protocol between loader and host. The greeting `hello` carries the host's in one byte, none for version 1;
+/// the answer is in the lower one of both, so that each side may be older than the other.
+pub const PROTOCOL: u8 = 2;
+/// First version whose [`Info`] ends with the option bytes.
+const WITH_OPTION_BYTES: u8 = 2;
 /// Bytes of a word for a slot's state.
 const WORD: usize = 16;
 /// Bytes that [`Info`] has of each slot.
 const OF_SLOT: usize = WORD + NAME + 4;
+/// Bytes of [`Info`] in version 1.
+const INFO_1: usize = 24 + 2 * OF_SLOT;
 /// Bytes of [`Info`].
-pub const INFO: usize = 24 + 2 * OF_SLOT;
+pub const INFO: usize = INFO_1 + 4;
 /// Longest answer.
 pub const LONGEST: usize = INFO;
 
@@ -92,6 +98,8 @@ pub struct Info {
     pub key_id: [u8; KEY_ID],
     /// Both slots.
     pub slots: [SlotInfo; 2],
+    /// The chip's option bytes; `None` if they are unknown.
+    pub option_bytes: Option<OptionBytes>,
 }
 
 impl Info {
@@ -105,6 +113,11 @@ impl Info {
             self.fastest,
             self.development.into(),
         ];
+        let option_bytes = self.option_bytes.map_or(0, OptionBytes::bits).to_le_bytes();
+        let behind: &[u8] = match self.protocol {
+            WITH_OPTION_BYTES.. => &option_bytes,
+            _ => &[],
+        };
         Answer::new(&[
             &flags,
             numbers.as_flattened(),
@@ -115,12 +128,20 @@ impl Info {
             &b.word,
             &b.name,
             &b.number.to_le_bytes(),
+            behind,
         ])
     }
 
-    /// Reads it; `None` where its length or version is another.
+    /// Reads it; `None` where its length or version is none of the known ones.
     pub fn parse(bytes: &[u8]) -> Option<Self> {
-        let bytes: &[u8; INFO] = bytes.try_into().ok()?;
+        let length = match *bytes.first()? {
+            1 => INFO_1,
+            PROTOCOL => INFO,
+            _ => return None,
+        };
+        (bytes.len() == length).then_some(())?;
+        let (bytes, behind) = bytes.split_first_chunk::<INFO_1>()?;
+        let behind = behind.first_chunk();
         let &[protocol, spare, fastest, development, ..] = bytes;
         let word = |at: usize| {
             let found = bytes.get(at..).and_then(|rest| rest.first_chunk());
@@ -134,7 +155,6 @@ impl Info {
                 number: word(at + WORD + NAME),
             })
         };
-        (protocol == PROTOCOL).then_some(())?;
         Some(Self {
             protocol,
             spare,
@@ -145,6 +165,9 @@ impl Info {
             floor: word(12),
             key_id: *bytes.get(16..)?.first_chunk()?,
             slots: [slot(24)?, slot(24 + OF_SLOT)?],
+            option_bytes: OptionBytes::of_register(
+                behind.map_or(0, |word| u32::from_le_bytes(*word)),
+            ),
         })
     }
 }
@@ -166,6 +189,8 @@ pub struct Receiver {
     pub fastest: u8,
     /// As in [`Info`].
     pub development: bool,
+    /// As in [`Info`].
+    pub option_bytes: Option<OptionBytes>,
 }
 
 impl Receiver {
@@ -175,11 +200,12 @@ impl Receiver {
             taking: None,
             fastest,
             development,
+            option_bytes: None,
         }
     }
 
     /// Carries out a request; `None` for what is none, such as the echo of an answer.
-    pub fn handle<F: NorFlash, G: NorFlash, K: Signatures>(
+    pub fn handle<F: Flash, G: NorFlash, K: Signatures>(
         &mut self,
         frame: Frame<'_>,
         loader: &mut Loader<F, G, K>,
@@ -189,7 +215,13 @@ impl Receiver {
             Err(_) => (Answer::code(done), Effect::None),
         };
         Some(match Kind::from_byte(frame.kind)? {
-            Kind::Hello => (self.info(loader).answer(), Effect::None),
+            Kind::Hello => {
+                let version = frame
+                    .payload
+                    .first()
+                    .map_or(1, |&host| host.clamp(1, PROTOCOL));
+                (self.info(version, loader).answer(), Effect::None)
+            }
             Kind::Rate => {
                 let baud = frame.payload.first_chunk().map(|b| u32::from_le_bytes(*b));
                 let known = baud.filter(|&baud| self.has_rate(baud));
@@ -210,7 +242,11 @@ impl Receiver {
         baud == FIRST_BAUD || (fast && baud > 0)
     }
 
-    fn info<F: NorFlash, G: NorFlash, K: Signatures>(&self, loader: &mut Loader<F, G, K>) -> Info {
+    fn info<F: Flash, G: NorFlash, K: Signatures>(
+        &self,
+        protocol: u8,
+        loader: &mut Loader<F, G, K>,
+    ) -> Info {
         let mut slot = |slot| {
             let word = padded(loader.word(slot));
             let header = Header::parse(&loader.slots.header(slot)).ok();
@@ -222,7 +258,7 @@ impl Receiver {
         };
         let slots = [slot(Slot::A), slot(Slot::B)];
         Info {
-            protocol: PROTOCOL,
+            protocol,
             spare: (loader.spare() == Slot::B).into(),
             fastest: self.fastest,
             development: self.development,
@@ -231,11 +267,12 @@ impl Receiver {
             floor: loader.floor.get(),
             key_id: loader.keys.key_id(),
             slots,
+            option_bytes: self.option_bytes,
         }
     }
 
     /// A header: checked, its signature too, before a byte of flash is touched. Returns the offset of the next byte.
-    fn begin<F: NorFlash, G: NorFlash, K: Signatures>(
+    fn begin<F: Flash, G: NorFlash, K: Signatures>(
         &mut self,
         payload: &[u8],
         loader: &mut Loader<F, G, K>,
@@ -272,7 +309,7 @@ impl Receiver {
     }
 
     /// A piece of the payload. One that comes twice, or from elsewhere, is answered by the offset of the next byte.
-    fn data<F: NorFlash, G: NorFlash, K: Signatures>(
+    fn data<F: Flash, G: NorFlash, K: Signatures>(
         &mut self,
         payload: &[u8],
         loader: &mut Loader<F, G, K>,
@@ -296,7 +333,7 @@ impl Receiver {
         written.map(|()| next)
     }
 
-    fn finish<F: NorFlash, G: NorFlash, K: Signatures>(
+    fn finish<F: Flash, G: NorFlash, K: Signatures>(
         &mut self,
         loader: &mut Loader<F, G, K>,
     ) -> Result<(), Refusal> {

@@ -1,5 +1,7 @@
 //! Why an image is not taken or not executed.
 
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind};
+
 /// A reason, which is also the code of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -28,11 +30,13 @@ pub enum Refusal {
     Request = 11,
     /// There is no other image to go back to.
     NoWayBack = 12,
+    /// The supply is too low to write flash.
+    Supply = 13,
 }
 
 impl Refusal {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::NoImage,
         Self::OtherChip,
         Self::OtherSlot,
@@ -45,6 +49,7 @@ impl Refusal {
         Self::Flash,
         Self::Request,
         Self::NoWayBack,
+        Self::Supply,
     ];
 
     /// Returns the reason with this code.
@@ -67,6 +72,18 @@ impl Refusal {
             Self::Flash => "flash",
             Self::Request => "request",
             Self::NoWayBack => "no-way-back",
+            Self::Supply => "supply",
         }
+    }
+}
+
+/// A flash whose errors tell why a request was refused.
+pub trait Flash: NorFlash + ErrorType<Error: Into<Refusal>> {}
+
+impl<F: NorFlash + ErrorType<Error: Into<Refusal>>> Flash for F {}
+
+impl From<NorFlashErrorKind> for Refusal {
+    fn from(_: NorFlashErrorKind) -> Self {
+        Self::Flash
     }
 }

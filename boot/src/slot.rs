@@ -10,12 +10,11 @@
 //! | 288, 296, 304, 312 | confirmed | the image's self-test has passed | a number and its complement: of two confirmed slots the one with the higher number runs |
 //! | 320 | given up | somebody went back to the other slot | not blank |
 
-use embedded_storage::nor_flash::NorFlash;
 use sha2::{Digest, Sha256};
 
 use crate::header::{HASH, HEADER, Header, PAYLOAD};
 use crate::key::Signatures;
-use crate::refusal::Refusal;
+use crate::refusal::{Flash, Refusal};
 
 /// Boots of an image until it must have been confirmed.
 pub const TRIES: u32 = 3;
@@ -81,7 +80,7 @@ pub struct Slots<F> {
     base: u32,
 }
 
-impl<F: NorFlash> Slots<F> {
+impl<F: Flash> Slots<F> {
     /// The slots in `flash`, which begins at address `base`.
     pub fn new(flash: F, base: u32) -> Self {
         const {
@@ -192,8 +191,8 @@ impl<F: NorFlash> Slots<F> {
     /// Writes to a slot and reads back.
     fn put(&mut self, slot: Slot, at: u32, bytes: &[u8]) -> Result<(), Refusal> {
         let from = self.offset(slot) + at;
-        let written = self.flash.write(from, bytes);
-        let mut same = written.is_ok();
+        self.flash.write(from, bytes).map_err(Into::into)?;
+        let mut same = true;
         for (k, piece) in (0_u32..).zip(bytes.chunks(PIECE)) {
             let back: [u8; PIECE] = self.read(slot, at + k * PIECE as u32);
             same &= back.starts_with(piece);
@@ -257,7 +256,7 @@ impl<F: NorFlash> Slots<F> {
     fn erase(&mut self, slot: Slot, sector: u32) -> Result<(), Refusal> {
         let from = self.offset(slot) + sector * self.sector();
         let erased = self.flash.erase(from, from + self.sector());
-        erased.map_err(|_| Refusal::Flash)
+        erased.map_err(Into::into)
     }
 
     /// Writes a piece of a payload.

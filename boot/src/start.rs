@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use crate::floor::Floor;
 use crate::key::Signatures;
-use crate::refusal::Refusal;
+use crate::refusal::{Flash, Refusal};
 use crate::slot::{Mark, Slot, Slots, TRIES};
 
 /// The loader's memory: both slots, the counter, and the key that is trusted.
@@ -38,7 +38,7 @@ pub struct Start {
     pub trial: Option<u32>,
 }
 
-impl<F: NorFlash, G: NorFlash, K: Signatures> Loader<F, G, K> {
+impl<F: Flash, G: NorFlash, K: Signatures> Loader<F, G, K> {
     /// Decides what is executed: first an image on trial, then the one that was confirmed last, then the other one.
     /// `None`: neither slot holds an image that may be executed.
     pub fn start(&mut self, asked: Asked) -> Option<Start> {

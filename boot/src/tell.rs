@@ -7,6 +7,7 @@ use stairscan::crc;
 use stairscan::scanner::handover::Handover;
 
 use crate::key::Signatures;
+use crate::refusal::Flash;
 use crate::slot::{Mark, Slot};
 use crate::start::{Loader, Start};
 
@@ -35,7 +36,7 @@ impl Line {
 
 /// Returns the sentence, unless a confirmed image is executed beside which there is none or an older one: nothing has changed
 /// then, and checking the other slot, too, would take time.
-pub fn sentence<F: NorFlash, G: NorFlash, K: Signatures>(
+pub fn sentence<F: Flash, G: NorFlash, K: Signatures>(
     loader: &mut Loader<F, G, K>,
     start: Option<Start>,
     handed: Option<Handover>,

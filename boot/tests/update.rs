@@ -4,11 +4,12 @@ mod common;
 
 use common::{Image, SECTOR, ask, flash, loader, power, public, send, stands, unsigned};
 use ed25519_dalek::SigningKey;
+use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan_boot::floor::Floor;
-use stairscan_boot::frame::Kind;
+use stairscan_boot::frame::{Frame, Kind};
 use stairscan_boot::header::Header;
 use stairscan_boot::key::PublicKey;
-use stairscan_boot::receive::{Effect, Receiver};
+use stairscan_boot::receive::{Effect, Info, Receiver};
 use stairscan_boot::refusal::Refusal;
 use stairscan_boot::slot::{Slot, TRIES};
 use stairscan_boot::start::Asked;
@@ -221,6 +222,50 @@ fn a_flash_that_takes_nothing_is_named() {
     let got = send(&mut receiver, &mut device, &new, usize::MAX);
     assert_eq!(got, Err(Refusal::Flash));
     assert_eq!(device.start(Asked::Nothing).unwrap().slot, Slot::A);
+}
+
+/// An image on trial is not executed, and no try is spent on it, until the supply allows to note the execution.
+#[test]
+fn a_supply_too_low_to_write_is_named_and_costs_nothing() {
+    let (mut device, mut receiver, _) = scanner();
+    let new = image(&maker(), |_| ());
+    device.slots.flash_mut().low = true;
+    let got = send(&mut receiver, &mut device, &new, usize::MAX);
+    assert_eq!(got, Err(Refusal::Supply));
+    device.slots.flash_mut().low = false;
+    send(&mut receiver, &mut device, &new, usize::MAX).unwrap();
+    assert_eq!(ask(&mut receiver, &mut device, Kind::Finish, &[]).0, Ok(0));
+    device.slots.flash_mut().low = true;
+    assert_eq!(device.start(Asked::Nothing).unwrap().slot, Slot::A);
+    device.slots.flash_mut().low = false;
+    let start = device.start(Asked::Nothing).unwrap();
+    assert_eq!((start.slot, start.trial), (Slot::B, Some(1)));
+}
+
+/// A host of version 1 gets the answer that it knows; a newer one the option bytes, too.
+#[test]
+fn the_greeting_is_answered_in_the_version_of_the_older_side() {
+    let (mut device, mut receiver, _) = scanner();
+    receiver.option_bytes = OptionBytes::of_register(0x0fff_aaed);
+    let mut hello = |payload: &[u8]| {
+        let frame = Frame {
+            kind: Kind::Hello as u8,
+            sequence: 0,
+            payload,
+        };
+        let (answer, _) = receiver.handle(frame, &mut device).unwrap();
+        (answer.bytes().len(), Info::parse(answer.bytes()).unwrap())
+    };
+    let (length, old) = hello(&[]);
+    // The length that a host of version 1 expects.
+    assert_eq!((length, old.protocol, old.option_bytes), (96, 1, None));
+    for version in [2, 3, 255] {
+        let (length, new) = hello(&[version]);
+        let option_bytes = new.option_bytes.map(OptionBytes::bits);
+        assert_eq!((length, new.protocol), (100, 2));
+        assert_eq!(option_bytes, Some(0x0fff_aaec));
+        assert_eq!(new.slots, old.slots);
+    }
 }
 
 /// A number is never lost that the image in force bears: it enters it again at its next boot.

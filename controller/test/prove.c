@@ -52,6 +52,23 @@ static stairscan_time_t time(void) {
     return time;
 }
 
+static stairscan_word_t word(void) {
+    stairscan_word_t word;
+    word.present = flag();
+    word.word = any_u32;
+    return word;
+}
+
+static stairscan_crash_site_t crash(void) {
+    stairscan_crash_site_t crash;
+    crash.pc = word();
+    crash.lr = word();
+    crash.cfsr = word();
+    crash.address = word();
+    crash.place = word();
+    return crash;
+}
+
 static stairscan_scan_t scan(void) {
     stairscan_scan_t scan;
     scan.scan = any_u32;
@@ -152,6 +169,9 @@ static void write_texts(void) {
     for (k = 0; k < 3; k++) {
         sentence.as.boot.serial[k] = any_u32;
     }
+    sentence.as.boot.second_memory = text();
+    sentence.as.boot.option_bytes = word();
+    sentence.as.boot.crash = crash();
     stairscan_write(&sentence, &line);
     sentence.kind = STAIRSCAN_STAT;
     sentence.as.stat.state = text();

@@ -323,6 +323,12 @@ static void a_restart_takes_the_answer_away(void) {
     CHECK(send("PSTR,BOOT,0.1.0,abc,watchdog,hse-168,2,01234567,000000010000000200000003") ==
           STAIRSCAN_SENTENCE);
     CHECK(scanner.sentence.as.boot.serial[2] == 3);
+    CHECK(scanner.sentence.as.boot.second_memory.length == 0);
+    CHECK(!scanner.sentence.as.boot.option_bytes.present && !scanner.sentence.as.boot.crash.pc.present);
+    CHECK(send("PSTR,BOOT,0.1.0,abc,panic,hse-168,3,01234567,000000010000000200000003,ccm-64,0FFFAAED,08021234,"
+               "08020801,00000000,,89ABCDEF") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.sentence.as.boot.crash.place.word == 0x89ABCDEFu);
+    CHECK(!scanner.sentence.as.boot.crash.address.present);
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_NO_ANSWER));
     ok();
     CHECK(send("PSTR,HALT,crash") == STAIRSCAN_SENTENCE);

@@ -120,6 +120,23 @@ static void say_guard(struct out *out, const stairscan_guard_t *g) {
     reasons(out, g->reasons);
 }
 
+static void word(struct out *out, const char *name, stairscan_word_t value) {
+    if (value.present) {
+        whole(out, name, value.word);
+    } else {
+        say(out, name);
+        say(out, "-");
+    }
+}
+
+static void say_crash(struct out *out, const stairscan_crash_site_t *c) {
+    word(out, " pc=", c->pc);
+    word(out, " lr=", c->lr);
+    word(out, " cfsr=", c->cfsr);
+    word(out, " address=", c->address);
+    word(out, " place=", c->place);
+}
+
 static void say_boot(struct out *out, const stairscan_boot_t *b) {
     text(out, "BOOT version=", b->version);
     text(out, " revision=", b->revision);
@@ -130,6 +147,9 @@ static void say_boot(struct out *out, const stairscan_boot_t *b) {
     whole(out, " serial=", b->serial[0]);
     whole(out, "/", b->serial[1]);
     whole(out, "/", b->serial[2]);
+    text(out, " second-memory=", b->second_memory);
+    word(out, " option-bytes=", b->option_bytes);
+    say_crash(out, &b->crash);
 }
 
 static void say_stat(struct out *out, const stairscan_stat_t *s) {

@@ -9,7 +9,7 @@ use host_sim::update::{keys, package::Package};
 use stairscan::answer::{Direction, DropEdge, PossibleStep, Step};
 use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
-use stairscan::report::{LiveLine, Sentence};
+use stairscan::report::{BootLine, CrashSite, LiveLine, Sentence};
 use stairscan::scanner::Settings;
 use stairscan::verdict::{Assessment, Conditions, Evidence, Outcome, Reason, Reasons, Validity};
 use stairscan_boot::header::{Header, NAME, PAYLOAD};
@@ -389,7 +389,7 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
     let mut whole = Vec::new();
     write_scan((1, HASH), 0, &outcome, |line| whole.extend(line.as_bytes()));
     let others = [
-        Sentence::Boot {
+        Sentence::Boot(BootLine {
             version: "0.1.0",
             revision: "abcdef",
             reset: "power-on",
@@ -397,7 +397,16 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
             boots: 3,
             serial: [0x0033_0047, 0x3439_5110, 0x3530_3834],
             settings: HASH,
-        },
+            second_memory: "ccm-64",
+            option_bytes: Some(0x0fff_aaed),
+            crash: CrashSite {
+                pc: Some(0x0802_1234),
+                lr: Some(0x0802_0801),
+                cfsr: Some(0x8200),
+                address: Some(0x4002_3c00),
+                place: Some(HASH),
+            },
+        }),
         Sentence::State {
             state: "scanning",
             clock: "hsi-16",

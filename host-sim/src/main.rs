@@ -28,6 +28,8 @@ enum Command {
     Budget(commands::budget::Args),
     /// Add the checksum with which an image verifies itself at boot
     Seal(commands::seal::Args),
+    /// Write boot loader and image as Intel HEX and raw bytes, for programs that write flash
+    Image(commands::image::Args),
     /// Make keys, sign images with them, and show both
     Keys(commands::keys::Args),
     /// Send a signed image to a scanner, and see it confirmed
@@ -122,6 +124,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Budget(args) => commands::budget::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
+        Command::Image(args) => commands::image::run(&args),
         Command::Keys(args) => commands::keys::run(&args),
         Command::Update(args) => commands::update::run(&args),
         Command::Timing(args) => commands::timing::run(&args),

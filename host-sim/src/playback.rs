@@ -1,5 +1,5 @@
-//! A recording in the place of the radar module, and a shaft without a motor: the simulated
-//! hardware of `replay`, and the data of the emulator's radar module.
+//! A recording in the place of the radar module: the simulated hardware of `replay`, with the shaft
+//! without a motor, and the data of the emulator's radar module.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -9,10 +9,9 @@ use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig, SweepConfig};
 use stairscan::motion::Mode;
-use stairscan::scanner::settings::{
-    GuardConfig, MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing,
-};
-use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
+use stairscan::scanner::settings::{GuardConfig, MAX_TIME, SweepMode, Sweeping, Timing};
+pub use stairscan::scanner::shaft::SimShaft;
+use stairscan::scanner::{Micros, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
@@ -312,45 +311,5 @@ impl RadarModule for PlaybackLink<'_> {
             Some(_) => Err(LinkError::Answer),
             None => Err(LinkError::Timeout),
         })
-    }
-}
-
-/// A mirror shaft that reaches each commanded position at once.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SimShaft {
-    position: i32,
-    homed: bool,
-}
-
-impl Mirror for SimShaft {
-    fn start_home(&mut self, _: &MotorConfig) {
-        *self = Self {
-            position: 0,
-            homed: true,
-        };
-    }
-
-    fn start_move(&mut self, position: i32, _: &MotorConfig) {
-        self.position = position;
-    }
-
-    fn poll(&mut self, _: Micros) -> Result<Motion, MirrorError> {
-        if self.homed {
-            Ok(Motion::Still)
-        } else {
-            Err(MirrorError::NotHomed)
-        }
-    }
-
-    fn position(&self) -> i32 {
-        self.position
-    }
-
-    fn homed(&self) -> bool {
-        self.homed
-    }
-
-    fn disable(&mut self) {
-        self.homed = false;
     }
 }

@@ -2,7 +2,7 @@
 
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::store::StoreError;
-use stairscan::scanner::{Board, BoardHealth, BootInfo, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, SecondMemory, Settings};
 
 /// A board that keeps nothing over a reset and has no flash.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,8 @@ pub const fn identity(what: &'static str) -> BootInfo {
         clock: "host",
         boots: 1,
         serial: [0; 3],
+        second_memory: SecondMemory::Unknown,
+        option_bytes: None,
         cause: None,
         crash_loop: false,
         health: BoardHealth::GOOD,

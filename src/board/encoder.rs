@@ -4,6 +4,8 @@ use embedded_hal::delay::DelayNs;
 use stairscan::scanner::encoder::bus::PinBus;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB8, PB9, PinState};
 
+use super::delay::delay_clocks;
+
 /// Nanoseconds in a microsecond.
 const MICROSECOND: u32 = 1_000;
 
@@ -18,11 +20,9 @@ pub struct CycleDelay {
 
 impl DelayNs for CycleDelay {
     fn delay_ns(&mut self, ns: u32) {
-        self.delay_us(ns.div_ceil(MICROSECOND));
-    }
-
-    fn delay_us(&mut self, us: u32) {
-        cortex_m::asm::delay(us.saturating_mul(self.per_us));
+        let whole = (ns / MICROSECOND).saturating_mul(self.per_us);
+        let rest = (ns % MICROSECOND * self.per_us).div_ceil(MICROSECOND);
+        delay_clocks(whole.saturating_add(rest));
     }
 }
 

@@ -1,51 +1,85 @@
-//! The two sectors of the chip's flash that hold settings.
+//! Driver of the chip's flash controller (RM0090 3.6, 3.9) behind `embedded_storage`'s traits, for image and loader.
 //!
-//! Sectors 1 and 2, of 16 KB, among those of the boot loader (`boot/src/layout.rs`): the chip does
-//! nothing else while it erases one, since its code lies in the same bank, and the 0.5 s that a small
-//! sector takes at most are within the watchdog's timeout, where the 2 s of a large one are not.
+//! The registers are behind the trait [`Controller`], so that the tests run the driver on a model of them. A value
+//! of FLASH_CR is always made from the one that was read: its reset value has LOCK set, and a write that begins from
+//! it locks the controller again.
 //!
-//! `stm32f4xx-hal` has these traits for its own flash, but waits without bound and panics where the
-//! controller stays locked.
-
-use core::ptr;
+//! `stm32f4xx-hal` has these traits for its own flash, but waits without bound and panics where the controller stays
+//! locked.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use stm32f4xx_hal::pac;
 
-use super::time::Time;
-
-/// Size of a flash sector, bytes.
-const SECTOR: usize = 16 * 1024;
-/// Number of the first of the two sectors of settings.
-const FIRST: u8 = 1;
-/// Address of the first of the two sectors.
-const BASE: usize = 0x0800_4000;
-/// Words that unlock the controller when they are written to FLASH_KEYR one after the other (RM0090 3.9.3).
+/// Words that unlock the controller when they are written to FLASH_KEYR one after the other (RM0090 3.6.1).
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 /// Timeout of writing one word, µs, which takes 100 at most (DS8626, table 42).
 const WORD_US: u32 = 1_000;
-/// Timeout of erasing one sector, µs, which takes 500,000 at most with 32 bits at a time (DS8626, table 42).
-const SECTOR_US: u32 = 1_000_000;
 /// Flags of FLASH_SR that are cleared by writing ones: EOP, OPERR, WRPERR, PGAERR, PGPERR, PGSERR.
 const FLAGS: u32 = 0b1111_0011;
 /// Flags of FLASH_SR that report an error: all of [`FLAGS`] but EOP.
 const ERRORS: u32 = 0b1111_0010;
-/// Value of PSIZE in FLASH_CR: 32 bits are written at a time, for which the supply must be 2.7 V or more.
-const WORDWISE: u8 = 0b10;
+/// Flag of FLASH_SR: an operation is under way.
+const BUSY: u32 = 1 << 16;
 
-/// The two flash sectors that hold the settings.
-#[derive(Debug)]
-pub struct ChipFlash {
-    regs: pac::FLASH,
+/// Bit PG of FLASH_CR: words of the flash may be written.
+const PROGRAM: u32 = 1;
+/// Bit SER of FLASH_CR: a start erases a sector.
+const ERASE: u32 = 1 << 1;
+/// Position of the field SNB of FLASH_CR, the number of a sector.
+const SECTOR_SHIFT: u32 = 3;
+/// Value of the field PSIZE of FLASH_CR: 32 bits at a time, for which the supply must be 2.7 V or more (RM0090
+/// 3.6.2).
+const WORDWISE: u32 = 0b10 << 8;
+/// Fields of FLASH_CR that select an operation: PG, SER, MER, SNB, PSIZE.
+const OPERATION: u32 = 0b11 << 8 | 0b1111 << SECTOR_SHIFT | 0b111;
+/// Bit STRT of FLASH_CR: starts the erasure.
+const START: u32 = 1 << 16;
+/// Bit LOCK of FLASH_CR: set by writing one, cleared by the keys alone.
+const LOCK: u32 = 1 << 31;
+
+/// Bits ICEN and DCEN of FLASH_ACR: instruction and data cache are enabled.
+const CACHES: u32 = 0b11 << 9;
+/// Bits ICRST and DCRST of FLASH_ACR, which empty the caches and may be set only while these are disabled (RM0090
+/// 3.9.1).
+const CACHE_RESETS: u32 = 0b11 << 11;
+
+/// Register of the flash controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Register {
+    /// FLASH_ACR: wait states and caches.
+    Access,
+    /// FLASH_KEYR: takes the keys.
+    Key,
+    /// FLASH_SR: flags.
+    Status,
+    /// FLASH_CR: operation and lock.
+    Control,
+}
+
+/// The flash controller, the flash itself and the voltage detector.
+pub trait Controller {
+    /// Returns the content of a register.
+    fn get(&self, register: Register) -> u32;
+    /// Writes a whole register.
+    fn set(&mut self, register: Register, value: u32);
+    /// Writes a word of flash; `address` is a multiple of four.
+    fn write_word(&mut self, address: u32, word: u32);
+    /// Fills `bytes` with the content of flash from `address` on.
+    fn fetch(&self, address: u32, bytes: &mut [u8]);
+    /// Whether the voltage detector, which must have been started, reports a supply above its level.
+    fn supplied(&self) -> bool;
+    /// Waits until `ended` returns `true`, or for `at_most_us` µs; returns whether it ended.
+    fn wait(&self, at_most_us: u32, ended: impl FnMut() -> bool) -> bool;
 }
 
 /// Error of a flash operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashError {
-    /// The range is not within the two sectors, or not of whole words or sectors.
+    /// The range is not within the region, or not of whole words or sectors.
     Place,
+    /// The supply is too low to write 32 bits at a time.
+    Supply,
     /// The flash controller does not unlock, or its register does not read back as written.
     Controller,
     /// The operation did not end in time, or the controller reports an error.
@@ -56,145 +90,201 @@ impl NorFlashError for FlashError {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
             FlashError::Place => NorFlashErrorKind::OutOfBounds,
-            FlashError::Controller | FlashError::Failed => NorFlashErrorKind::Other,
+            FlashError::Supply | FlashError::Controller | FlashError::Failed => {
+                NorFlashErrorKind::Other
+            }
         }
     }
 }
 
-impl ChipFlash {
-    /// Creates access to the two sectors by the controller's registers; the controller is unlocked only while it
-    /// writes or erases.
-    pub fn new(regs: pac::FLASH) -> Self {
-        Self { regs }
+/// `COUNT` consecutive sectors of `SECTOR` bytes. The controller is unlocked only during an operation.
+#[derive(Debug)]
+pub struct Sectors<C, const SECTOR: usize, const COUNT: usize> {
+    chip: C,
+    base: u32,
+    first: u32,
+}
+
+impl<C: Controller, const SECTOR: usize, const COUNT: usize> Sectors<C, SECTOR, COUNT> {
+    /// Timeout of erasing one sector, µs: with 32 bits at a time one of 16 KB takes 500,000 at most, one of 128 KB
+    /// 2,000,000 (DS8626, table 42).
+    const SECTOR_US: u32 = if SECTOR > 16 * 1024 {
+        4_000_000
+    } else {
+        1_000_000
+    };
+
+    /// Creates access to the region at address `base`, whose first sector has the number `first`.
+    pub const fn new(chip: C, base: u32, first: u32) -> Self {
+        Self { chip, base, first }
     }
 
-    /// Whether the flash controller responds: it unlocks, and its register reads back as written. No content of
-    /// the flash is changed.
-    pub fn answers(&mut self) -> bool {
-        let answers = self.unlock().is_ok();
-        self.lock();
-        answers
+    /// Returns the controller with its registers.
+    #[cfg(test)]
+    pub fn chip(&mut self) -> &mut C {
+        &mut self.chip
     }
 
-    fn unlock(&mut self) -> Result<(), FlashError> {
-        for key in KEYS {
-            self.regs.keyr().write(|w| w.key().set(key));
+    /// Checks that the supply is high enough, that the controller unlocks, and that its register reads back as
+    /// written. No content of the flash is changed.
+    ///
+    /// # Errors
+    /// [`FlashError::Supply`], or [`FlashError::Controller`].
+    pub fn check(&mut self) -> Result<(), FlashError> {
+        self.unlocked(|region| region.select(0))
+    }
+
+    /// Unlocks the controller, performs `operation`, locks it, and empties the caches, which may hold content from
+    /// before.
+    fn unlocked(
+        &mut self,
+        operation: impl FnOnce(&mut Self) -> Result<(), FlashError>,
+    ) -> Result<(), FlashError> {
+        if !self.chip.supplied() {
+            return Err(FlashError::Supply);
         }
-        self.regs.cr().write(|w| w.psize().set(WORDWISE));
-        let control = self.regs.cr().read();
-        if control.lock().bit_is_set() || control.psize().bits() != WORDWISE {
+        // A key that is written to an unlocked controller locks it until the next reset.
+        if self.chip.get(Register::Control) & LOCK != 0 {
+            KEYS.into_iter()
+                .for_each(|key| self.chip.set(Register::Key, key));
+        }
+        if self.chip.get(Register::Control) & LOCK != 0 {
             return Err(FlashError::Controller);
         }
-        // SAFETY: ones clear these flags, zeros leave the others.
-        self.regs.sr().write(|w| unsafe { w.bits(FLAGS) });
-        Ok(())
+        let done = operation(self);
+        self.lock();
+        self.empty_caches();
+        done
     }
 
-    /// Locks the controller, and empties the data cache, which may hold the content from before a write or
-    /// erasure.
-    fn lock(&mut self) {
-        self.regs.cr().write(|w| w.lock().set_bit());
-        let cached = self.regs.acr().read().dcen().bit_is_set();
-        self.regs.acr().modify(|_, w| w.dcen().clear_bit());
-        self.regs.acr().modify(|_, w| w.dcrst().set_bit());
-        self.regs.acr().modify(|_, w| w.dcrst().clear_bit());
-        self.regs.acr().modify(|_, w| w.dcen().bit(cached));
-    }
-
-    /// Waits for the end of the current operation, `at_most_us` µs at most.
-    fn wait(&self, at_most_us: u32) -> Result<(), FlashError> {
-        let begun = Time::now_anywhere();
-        while self.regs.sr().read().bsy().bit_is_set() {
-            if Time::now_anywhere().since(begun) > at_most_us {
-                return Err(FlashError::Failed);
-            }
+    /// Selects an operation, by its bits of FLASH_CR, after clearing the flags of the one before.
+    fn select(&mut self, operation: u32) -> Result<(), FlashError> {
+        if !self.chip.supplied() {
+            return Err(FlashError::Supply);
         }
-        match self.regs.sr().read().bits() & ERRORS {
+        self.wait(WORD_US)?;
+        self.chip.set(Register::Status, FLAGS);
+        let selected = WORDWISE | operation;
+        let others = self.chip.get(Register::Control) & !OPERATION;
+        self.chip.set(Register::Control, others | selected);
+        match self.chip.get(Register::Control) & (LOCK | OPERATION) == selected {
+            true => Ok(()),
+            false => Err(FlashError::Controller),
+        }
+    }
+
+    fn lock(&mut self) {
+        let control = self.chip.get(Register::Control);
+        // Unless an error has locked it.
+        if control & LOCK == 0 {
+            self.chip.set(Register::Control, control & !OPERATION);
+            self.chip
+                .set(Register::Control, control & !OPERATION | LOCK);
+        }
+    }
+
+    fn empty_caches(&mut self) {
+        let before = self.chip.get(Register::Access) & !CACHE_RESETS;
+        let disabled = before & !CACHES;
+        for value in [disabled, disabled | CACHE_RESETS, disabled, before] {
+            self.chip.set(Register::Access, value);
+        }
+    }
+
+    /// Waits until no operation is under way, for `at_most_us` µs.
+    fn wait(&self, at_most_us: u32) -> Result<(), FlashError> {
+        let idle = || self.chip.get(Register::Status) & BUSY == 0;
+        match self.chip.wait(at_most_us, idle) {
+            true => Ok(()),
+            false => Err(FlashError::Failed),
+        }
+    }
+
+    /// Waits for the end of an operation, and returns whether it succeeded.
+    fn finish(&self, at_most_us: u32) -> Result<(), FlashError> {
+        self.wait(at_most_us)?;
+        match self.chip.get(Register::Status) & ERRORS {
             0 => Ok(()),
             _ => Err(FlashError::Failed),
         }
     }
 
-    fn erase_sector(&mut self, sector: u8) -> Result<(), FlashError> {
-        self.regs.cr().write(|w| {
-            let w = w.psize().set(WORDWISE).ser().set_bit();
-            // SAFETY: a sector's number, checked by the caller, in a field of four bits.
-            unsafe { w.snb().bits(sector) }
-        });
-        self.regs.cr().modify(|_, w| w.strt().set_bit());
-        self.wait(SECTOR_US)
+    /// Erases a sector, by its number within the region.
+    fn erase_sector(&mut self, sector: u32) -> Result<(), FlashError> {
+        self.select(ERASE | (self.first + sector) << SECTOR_SHIFT)?;
+        let selected = self.chip.get(Register::Control);
+        self.chip.set(Register::Control, selected | START);
+        self.finish(Self::SECTOR_US)
     }
 
-    fn write_words(&mut self, offset: usize, bytes: &[u8]) -> Result<(), FlashError> {
-        self.regs
-            .cr()
-            .write(|w| w.psize().set(WORDWISE).pg().set_bit());
+    fn write_words(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        self.select(PROGRAM)?;
         let (words, _) = bytes.as_chunks::<4>();
-        for (k, &word) in words.iter().enumerate() {
-            let place = (BASE + offset + 4 * k) as *mut u32;
-            // SAFETY: within the two sectors, on a word's bounds (`checked`); no code and no variable
-            // lies there.
-            unsafe { ptr::write_volatile(place, u32::from_le_bytes(word)) };
-            self.wait(WORD_US)?;
+        for (k, &word) in (0..).zip(words) {
+            let address = self.base + offset + 4 * k;
+            self.chip.write_word(address, u32::from_le_bytes(word));
+            self.finish(WORD_US)?;
         }
         Ok(())
     }
-}
 
-/// Returns `offset`, bytes from the first sector's beginning, if the `length` bytes from there are within the two
-/// sectors and begin and end on a multiple of `unit`.
-fn checked(offset: u32, length: usize, unit: usize) -> Result<usize, FlashError> {
-    let from = offset as usize;
-    let end = from.checked_add(length).ok_or(FlashError::Place)?;
-    let whole = from.is_multiple_of(unit) && length.is_multiple_of(unit);
-    if whole && end <= 2 * SECTOR {
-        Ok(from)
-    } else {
-        Err(FlashError::Place)
+    /// Returns `offset`, bytes from the region's beginning, if the `length` bytes from there are within the region
+    /// and begin and end on a multiple of `unit`.
+    fn checked(offset: u32, length: usize, unit: usize) -> Result<u32, FlashError> {
+        let from = offset as usize;
+        let end = from.checked_add(length).ok_or(FlashError::Place)?;
+        let whole = from.is_multiple_of(unit) && length.is_multiple_of(unit);
+        if whole && end <= SECTOR * COUNT {
+            Ok(offset)
+        } else {
+            Err(FlashError::Place)
+        }
     }
 }
 
-impl ErrorType for ChipFlash {
+impl<C, const SECTOR: usize, const COUNT: usize> ErrorType for Sectors<C, SECTOR, COUNT> {
     type Error = FlashError;
 }
 
-impl ReadNorFlash for ChipFlash {
+impl<C: Controller, const SECTOR: usize, const COUNT: usize> ReadNorFlash
+    for Sectors<C, SECTOR, COUNT>
+{
     const READ_SIZE: usize = 1;
 
+    /// Bytes behind the region's end read as blank.
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        let from = checked(offset, bytes.len(), 1)?;
-        for (k, byte) in bytes.iter_mut().enumerate() {
-            let place = (BASE + from + k) as *const u8;
-            // SAFETY: within the two sectors, which are always mapped; any bits are a byte.
-            *byte = unsafe { ptr::read_volatile(place) };
-        }
+        let end = SECTOR * COUNT;
+        let from = (offset as usize).min(end);
+        let (within, behind) = bytes.split_at_mut(bytes.len().min(end - from));
+        self.chip.fetch(self.base + from as u32, within);
+        behind.fill(0xff);
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        2 * SECTOR
+        SECTOR * COUNT
     }
 }
 
-impl NorFlash for ChipFlash {
+impl<C: Controller, const SECTOR: usize, const COUNT: usize> NorFlash
+    for Sectors<C, SECTOR, COUNT>
+{
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = SECTOR;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
         let length = to.checked_sub(from).ok_or(FlashError::Place)? as usize;
-        let first = checked(from, length, SECTOR)? / SECTOR;
-        let erased = self.unlock().and_then(|()| {
-            (first..first + length / SECTOR)
-                .try_for_each(|sector| self.erase_sector(FIRST + sector as u8))
-        });
-        self.lock();
-        erased
+        let first = Self::checked(from, length, SECTOR)? / SECTOR as u32;
+        let mut sectors = first..first + (length / SECTOR) as u32;
+        self.unlocked(|region| sectors.try_for_each(|sector| region.erase_sector(sector)))
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
-        let from = checked(offset, bytes.len(), Self::WRITE_SIZE)?;
-        let written = self.unlock().and_then(|()| self.write_words(from, bytes));
-        self.lock();
-        written
+        let from = Self::checked(offset, bytes.len(), Self::WRITE_SIZE)?;
+        self.unlocked(|region| region.write_words(from, bytes))
     }
 }
+
+#[cfg(test)]
+#[path = "flash/tests.rs"]
+mod tests;

@@ -17,7 +17,7 @@ pub trait WordMemory {
 }
 
 /// Words that the march test writes: any two of the 32 bits differ in at least one of these.
-const BACKGROUNDS: [u32; 6] = [
+pub const BACKGROUNDS: [u32; 6] = [
     0,
     0x5555_5555,
     0x3333_3333,
@@ -31,7 +31,17 @@ const BACKGROUNDS: [u32; 6] = [
 // Out of line, like the functions it calls: it is called for several ranges.
 #[inline(never)]
 pub fn march(memory: &mut impl WordMemory) -> bool {
-    BACKGROUNDS.iter().all(|&word| march_over(memory, word))
+    march_with(memory, BACKGROUNDS.len())
+}
+
+/// Number of backgrounds with which the march test still detects every defect between two words and every stuck bit,
+/// but not every pair of coupled bits in one word.
+pub const ONE_BACKGROUND: usize = 1;
+
+/// Runs the march test as [`march`] does, with the first `backgrounds` of [`BACKGROUNDS`].
+fn march_with(memory: &mut impl WordMemory, backgrounds: usize) -> bool {
+    let mut words = BACKGROUNDS.iter().take(backgrounds);
+    words.all(|&word| march_over(memory, word))
 }
 
 /// Runs March C- over one background: write; twice upwards read and invert; twice downwards read and invert;
@@ -86,7 +96,7 @@ pub fn each_keeps(memory: &mut impl WordMemory) -> bool {
 
 #[cfg(target_os = "none")]
 mod chip {
-    use super::{WordMemory, each_keeps, march};
+    use super::{WordMemory, each_keeps, march, march_with};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
     /// Range of RAM under test: first address, and number of 32-bit words.
@@ -110,7 +120,7 @@ mod chip {
         }
 
         fn read(&self, k: u32) -> u32 {
-            // SAFETY: within the range, which is RAM that is not in use yet (`__pre_init`).
+            // SAFETY: within the range, which is RAM that is not in use yet (`__pre_init`, `is_sound`).
             unsafe { self.from.add(k as usize).read_volatile() }
         }
 
@@ -118,6 +128,14 @@ mod chip {
             // SAFETY: as above.
             unsafe { self.from.add(k as usize).write_volatile(word) }
         }
+    }
+
+    /// Runs the march test with `backgrounds` words over `count` words from `from` on; returns whether it has passed.
+    ///
+    /// # Safety
+    /// The range is memory that nothing else uses.
+    pub unsafe fn is_sound(from: *mut u32, count: u32, backgrounds: usize) -> bool {
+        march_with(&mut Range { from, count }, backgrounds)
     }
 
     /// Value of the word `MARCHED` in uninitialised RAM after a memory test that has passed.
@@ -161,7 +179,7 @@ mod chip {
 }
 
 #[cfg(target_os = "none")]
-pub use chip::passed;
+pub use chip::{is_sound, passed};
 
 #[cfg(test)]
 mod tests {
@@ -310,6 +328,22 @@ mod tests {
                     "{from} {defect:?}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn one_background_finds_stuck_bits_and_words_that_change_one_another() {
+        let one = |at, defect| march_with(&mut Memory::new(at, defect), ONE_BACKGROUND);
+        assert!(one((3, 7), Defect::None));
+        for value in [false, true] {
+            assert!(!one((12, 31), Defect::Stuck(value)));
+            assert!(!one((0, 0), Defect::Slow(value)));
+            assert!(!one((5, 3), Defect::Inverts(value, (9, 3))));
+            assert!(!one((9, 3), Defect::Inverts(value, (5, 4))));
+        }
+        for other in [0, 12] {
+            assert!(!one((6, 0), Defect::Both(other)));
+            assert!(!one((6, 0), Defect::Other(other)));
         }
     }
 

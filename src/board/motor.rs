@@ -5,21 +5,24 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
 use rtic::Mutex;
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::pulser::Pulser;
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::settings::{DriverConfig, WireLevel};
+use stairscan::scanner::step_timer::{self, StepTimer};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8, Pull};
 use stm32f4xx_hal::pac::EXTI;
+
+use super::delay::delay_clocks;
 
 /// Maximum interval of the timer SysTick, core clocks: 24 bits, 0.1 s at 168 MHz. A longer interval is made of
 /// several.
 const LONGEST: u32 = 0x00ff_ffff;
-/// Minimum number of core clocks of one pass of `cortex_m::asm::delay`: a subtraction and a taken branch.
-const WAITING: u32 = 3;
+/// Minimum interval of the timer SysTick, core clocks.
+const SHORTEST: u32 = 2;
 /// Number of the pin EN within port GPIOC.
 const ENABLE_PIN: u32 = 8;
 /// Offset in BSRR from the bit that sets a pin to the bit that resets it.
@@ -56,13 +59,15 @@ pub struct Pins {
 pub struct Motor {
     pulser: Pulser<PC6<Output>, PC7<Output>, PC8<Output>>,
     timer: SYST,
+    late: StepTimer,
     home: PB0<Input>,
     stall: PB1<Input>,
     exti: EXTI,
     /// Level of the stall input that reports a stall.
     stall_level: WireLevel,
     core_hz: u32,
-    /// Number of core clocks for which STEP is held high after the next interval has been computed.
+    /// Number of core clocks for which STEP is held high after the next interval has been computed, and at least as
+    /// many before the next pulse.
     hold: u32,
     /// Number of core clocks of a long interval that remain after the part that SysTick counts now.
     rest: u32,
@@ -80,6 +85,7 @@ impl Motor {
         Self {
             pulser: Pulser::with_enable(pins.step, pins.dir, (pins.enable, on), core_hz),
             timer,
+            late: StepTimer::default(),
             home: pins.home,
             stall: pins.stall,
             exti: pins.exti,
@@ -97,35 +103,58 @@ impl Motor {
     /// timer whose interrupt works the same on chip and emulator.
     fn arm(&mut self, ticks: u32) {
         self.disarm();
-        let shot = ticks.clamp(2, LONGEST);
+        self.late = StepTimer::default();
+        let shot = set(&mut self.timer, ticks.max(SHORTEST));
         self.rest = ticks.saturating_sub(shot);
-        self.timer.set_reload(shot - 1);
-        self.timer.clear_current();
         self.timer.enable_interrupt();
         self.timer.enable_counter();
+    }
+
+    /// Sets the running timer to expire `due` core clocks after its last expiry, or the first part of a longer time.
+    /// Nothing may interrupt between reading its count and its restart, some 30 clocks.
+    fn restart(&mut self, due: u32) {
+        let Self {
+            timer,
+            late,
+            rest,
+            hold,
+            ..
+        } = self;
+        let (reload, least) = (SYST::get_reload(), (*hold).max(SHORTEST));
+        cortex_m::interrupt::free(|_| {
+            late.restart(due, elapsed(reload), least, |clocks| {
+                *rest = clocks - set(timer, clocks);
+            });
+            // The timer may have expired once more, which `elapsed` has counted.
+            SCB::clear_pendst();
+        });
     }
 
     /// Stops the timer and clears a pending interrupt, which would count for the next move.
     fn disarm(&mut self) {
         self.timer.disable_counter();
-        cortex_m::peripheral::SCB::clear_pendst();
+        SCB::clear_pendst();
     }
 
-    /// Handles SysTick's interrupt: emits one pulse, or starts the next part of a long interval. The time for
-    /// which STEP is held high counts as part of the next interval.
+    /// Handles SysTick's interrupt: emits one pulse, or starts the next part of a long interval. The timer goes on
+    /// counting; what passes until its restart counts as part of the next interval.
     pub fn tick(&mut self) {
-        self.disarm();
         if self.rest > 0 {
-            return self.arm(self.rest);
+            return self.restart(self.rest);
         }
+        let gone = elapsed(SYST::get_reload());
         let hold = self.hold;
         let ticks = self.pulser.tick_wide(|| {
             if hold > 0 {
-                cortex_m::asm::delay(hold / WAITING);
+                delay_clocks(hold);
             }
         });
-        if let Some(ticks) = ticks {
-            self.arm(ticks.saturating_sub(hold));
+        match ticks {
+            Some(ticks) => {
+                let due = self.late.due(gone, ticks);
+                self.restart(due);
+            }
+            None => self.disarm(),
         }
     }
 
@@ -158,6 +187,26 @@ impl Motor {
         self.disarm();
         self.stalled = true;
     }
+}
+
+/// Sets SysTick to count `ticks` core clocks from now on, or the first part of them; returns the length of that part.
+#[inline]
+fn set(timer: &mut SYST, ticks: u32) -> u32 {
+    let shot = ticks.min(LONGEST);
+    timer.set_reload(shot - 1);
+    timer.clear_current();
+    shot
+}
+
+/// Returns the core clocks since the expiry of SysTick whose interrupt is handled now, with `reload` in its reload
+/// register.
+#[inline]
+fn elapsed(reload: u32) -> u32 {
+    let count = SYST::get_current();
+    let again = SCB::is_pendst_pending();
+    // Read once more if it may have expired in between.
+    let count = if again { SYST::get_current() } else { count };
+    step_timer::elapsed(reload, count, again)
 }
 
 impl StepPort for Motor {

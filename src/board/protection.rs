@@ -2,8 +2,8 @@
 //!
 //! Three regions over the processor's default map; where two overlap, the one with the higher number applies.
 //! Nothing in RAM's half gigabyte is executed. The lowest 32 bytes of the stack are inaccessible, so that a
-//! growing stack faults before it leaves the memory. The core-coupled memory, which is unused, is inaccessible,
-//! too. A violation enters the fault path as `memory-fault`.
+//! growing stack faults before it leaves the memory. The core-coupled memory is inaccessible, too, until its test has
+//! passed ([`super::second_memory`]). A violation enters the fault path as `memory-fault`.
 
 /// A region of the memory protection unit: start, size and access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub const REGIONS: [Region; 3] = [
         log2_size: 5,
         open: false,
     },
-    // Core-coupled memory.
+    // Core-coupled memory: closed until it has been tested.
     Region {
         base: 0x1000_0000,
         log2_size: 16,
@@ -62,9 +62,18 @@ impl Region {
     }
 }
 
+/// Returns the number of the region that begins at `address`, and the region with another access; `None` if none of
+/// them is to be opened and closed at run time.
+pub fn changed(address: u32, open: bool) -> Option<(u32, Region)> {
+    let regions = (0..).zip(REGIONS).skip(2);
+    let mut found = regions.filter(|(_, region)| region.base == address);
+    let (number, region) = found.next()?;
+    Some((number, Region { open, ..region }))
+}
+
 #[cfg(target_os = "none")]
 mod apply {
-    use super::{CONTROL, REGIONS};
+    use super::{CONTROL, REGIONS, changed};
     use cortex_m::peripheral::MPU;
 
     /// Sets up the regions and enables the memory protection unit.
@@ -82,10 +91,25 @@ mod apply {
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
     }
+
+    /// Opens or closes the memory that begins at `address` for data, if a region of its own closes it.
+    pub fn open(mpu: &MPU, address: u32, open: bool) {
+        let Some((number, region)) = changed(address, open) else {
+            return;
+        };
+        // SAFETY: registers of the processor, with values checked by this module's tests; no running code and no
+        // data is in this region.
+        unsafe {
+            mpu.rbar.write(region.rbar(number));
+            mpu.rasr.write(region.rasr());
+        }
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
 }
 
 #[cfg(target_os = "none")]
-pub use apply::start;
+pub use apply::{open, start};
 
 #[cfg(test)]
 mod tests {
@@ -119,6 +143,19 @@ mod tests {
             assert_eq!(field(rasr, 0, 1), 1, "ENABLE");
         }
         assert_eq!(CONTROL, 0b101, "PRIVDEFENA, not HFNMIENA, ENABLE");
+    }
+
+    #[test]
+    fn only_the_core_coupled_memory_is_opened_at_run_time() {
+        let [sram, _, ccm] = REGIONS;
+        assert_eq!(
+            changed(ccm.base, true),
+            Some((2, Region { open: true, ..ccm }))
+        );
+        assert_eq!(changed(ccm.base, false), Some((2, ccm)));
+        for address in [sram.base, 0x2002_0000] {
+            assert_eq!(changed(address, false), None);
+        }
     }
 
     #[test]

@@ -7,6 +7,8 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::spi::{self, Mode, Phase, Polarity, Spi};
 
+use super::delay::delay_clocks;
+
 /// SPI clock to request from the HAL so that it divides APB2 by four, Hz: the HAL assumes the clocks as after
 /// reset. With the crystal that gives 21 MHz, below the 25 MHz up to which the BGT60TR13C sends with the right
 /// edge for mode 0 (data sheet, V2.4.9, table 27).
@@ -51,7 +53,7 @@ impl ModuleSpi {
             Operation::Transfer(read, write) => SpiBus::transfer(&mut self.bus, read, write),
             Operation::TransferInPlace(words) => SpiBus::transfer_in_place(&mut self.bus, words),
             Operation::DelayNs(ns) => {
-                cortex_m::asm::delay((*ns / 10 + 1).saturating_mul(CLOCKS_PER_10_NS));
+                delay_clocks((*ns / 10 + 1).saturating_mul(CLOCKS_PER_10_NS));
                 Ok(())
             }
         }

@@ -6,10 +6,11 @@ use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::handover::Handover;
+use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
-use stairscan::scanner::{Board, BoardHealth, BootInfo, Micros, Settings};
+use stairscan::scanner::{Board, BoardHealth, BootInfo, SecondMemory, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
 use stairscan::verdict::Reason;
@@ -21,17 +22,19 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 use stm32f4xx_hal::serial::{self, Instance, Serial};
 use stm32f4xx_hal::syscfg::SysCfg;
-use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::clock::{self, brr};
+use super::controller;
 use super::encoder::{self, EncoderBus};
-use super::flash::ChipFlash;
+use super::flash::FlashError;
 use super::handover;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
 use super::retained::{self, BootRecord, Crash};
 use super::seal;
+use super::settings_flash::{self, SettingsFlash};
+use super::sleep::Sleep;
 use super::spi::ModuleSpi;
 use super::supply;
 use super::time::{self, Time};
@@ -39,6 +42,7 @@ use super::uart::{
     self, DriverPort, DriverQueue, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort,
     ReportQueue,
 };
+use super::watchdog::Watchdog;
 
 /// Hardware that the scanner's loop uses.
 pub struct Parts {
@@ -59,6 +63,10 @@ pub struct Parts {
     pub time: Time,
     /// The running watchdog.
     pub watchdog: Watchdog,
+    /// Sleep between two steps.
+    pub sleep: Sleep,
+    /// The memory protection unit, until the second memory has been searched for.
+    pub mpu: Option<MPU>,
 }
 
 /// Hardware that the interrupts use.
@@ -95,32 +103,11 @@ impl Queues {
     }
 }
 
-/// The independent watchdog: it has its own oscillator and cannot be stopped.
-pub struct Watchdog {
-    iwdg: IndependentWatchdog,
-    fed: Micros,
-}
-
-impl Watchdog {
-    /// Timeout of the watchdog, ms: longer than any part of the scanner's loop takes.
-    const PERIOD_MS: u32 = 2_000;
-    /// Minimum time between two resets of the watchdog's counter, µs.
-    const PAUSE_US: u32 = 50_000;
-
-    /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline.
-    pub fn attend(&mut self, now: Micros, healthy: bool) {
-        if healthy && now.since(self.fed) >= Self::PAUSE_US {
-            self.iwdg.feed();
-            self.fed = now;
-        }
-    }
-}
-
 /// The board for the scanner: retained state, flash of the settings, and measurements of the stack.
 #[derive(Debug)]
 pub struct ChipBoard {
     record: BootRecord,
-    store: Store<ChipFlash>,
+    store: Store<SettingsFlash>,
     /// Whether the boot loader waits for this image to be confirmed.
     on_trial: bool,
 }
@@ -160,10 +147,15 @@ impl Board for ChipBoard {
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        if !self.store.flash_mut().answers() {
+        // Settings of a demo do not reach the scanner that is flashed after it.
+        if cfg!(feature = "demo") {
             return Err(StoreError::Controller);
         }
-        self.store.save(settings)
+        match self.store.flash_mut().check() {
+            Ok(()) => self.store.save(settings),
+            Err(FlashError::Supply) => Err(StoreError::Supply),
+            Err(_) => Err(StoreError::Controller),
+        }
     }
 
     fn clear_crashes(&mut self) {
@@ -185,6 +177,7 @@ impl Board for ChipBoard {
         let size = (top as u32).wrapping_sub(bottom as u32);
         match measure {
             Measure::StackSize => size,
+            Measure::OptionBytes => option_bytes().map_or(0, OptionBytes::bits),
             Measure::StackUsed => size - 4 * untouched(bottom, size / 4),
         }
     }
@@ -200,6 +193,12 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
     };
     (0..words).take_while(|&k| painted(k)).count() as u32
 }
+
+/// Version in the sentence `BOOT`; that of a demo image says so.
+const VERSION: &str = match cfg!(feature = "demo") {
+    true => concat!(env!("CARGO_PKG_VERSION"), "-demo"),
+    false => env!("CARGO_PKG_VERSION"),
+};
 
 /// Number of consecutive boots after a crash, a watchdog reset or a loss of supply, none followed by a minute of
 /// operation, after which the scanner stays idle.
@@ -258,6 +257,11 @@ fn board_health(internal_clock: bool, supplied: bool) -> BoardHealth {
     }
 }
 
+/// Returns the chip's option bytes; `None` in the emulator.
+fn option_bytes() -> Option<OptionBytes> {
+    OptionBytes::of_register(controller::option_bytes())
+}
+
 /// Starts a serial port: 8 data bits, no parity, 1 stop bit. `divider`, of the port's clock, must be at least 16.
 fn start_port<U: Instance>(
     usart: U,
@@ -311,11 +315,11 @@ fn start_motor(
 /// Starts clocks, pins, ports and watchdog; returns the hardware for the scanner's loop and for the interrupts,
 /// which come once they are unmasked.
 pub fn start(
-    (timer, mpu): (SYST, &MPU),
+    (timer, mpu): (SYST, MPU),
     p: pac::Peripherals,
     queues: &'static mut Queues,
 ) -> (Parts, Interrupts) {
-    protection::start(mpu);
+    protection::start(&mpu);
     let before = retained::load();
     let (reset, cause) = reset_cause(&p.RCC, before.crash);
     let on_trial = handover::take() == Some(Handover::Trial);
@@ -325,14 +329,16 @@ pub fn start(
         record.crashes = 0;
     }
     retained::store(record);
-    let clocks = clock::start(&p.RCC, &p.FLASH);
-    let mut store = Store::new(ChipFlash::new(p.FLASH));
+    let clocks = clock::start(&p.RCC, &p.FLASH, &p.TIM11);
+    let mut store = Store::new(settings_flash::open());
     let on = store
         .load()
         .map_or(WireLevel::Low, |saved| saved.motor.driver.enable_level);
 
     let mut rcc = p.RCC.constrain();
     pac::TIM5::enable(&mut rcc);
+    // Set after reset, too: the search for the second memory relies on it.
+    rcc.ahb1enr().modify(|_, w| w.ccmdataramen().set_bit());
     let (a, b, c) = (
         p.GPIOA.split(&mut rcc),
         p.GPIOB.split(&mut rcc),
@@ -340,7 +346,8 @@ pub fn start(
     );
     let mut syscfg = p.SYSCFG.constrain(&mut rcc);
     let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
-    let supplied = supply::start(&p.PWR, &pins.exti, &mut rcc);
+    pac::PWR::enable(&mut rcc);
+    let supplied = supply::start(&p.PWR, &pins.exti);
     let health = board_health(clocks == clock::HSI, supplied);
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
@@ -381,9 +388,7 @@ pub fn start(
     let select = a.pa4.into_push_pull_output_in_state(PinState::High);
     let spi = ModuleSpi::new(p.SPI1, (select, a.pa5, a.pa6, a.pa7), &mut rcc);
     let time = time::start(p.TIM5, &clocks);
-    let mut iwdg = IndependentWatchdog::new(p.IWDG);
-    iwdg.stop_on_debug(&p.DBGMCU, true);
-    iwdg.start(Watchdog::PERIOD_MS.millis());
+    let watchdog = Watchdog::start(p.IWDG, &p.DBGMCU, clocks.core_hz, time.now());
     let interrupts = Interrupts {
         motor: Motor::new(pins, timer, clocks.core_hz, on),
         link: link_receiver,
@@ -401,22 +406,23 @@ pub fn start(
             on_trial,
         },
         identity: BootInfo {
-            version: env!("CARGO_PKG_VERSION"),
+            version: VERSION,
             revision: stairscan::REVISION,
             reset,
             clock: clocks.name,
             boots: record.boots,
             // Read once interrupts are on (`serial_number`).
             serial: [0; 3],
+            second_memory: SecondMemory::Unknown,
+            option_bytes: option_bytes().map(OptionBytes::bits),
             cause,
             crash_loop: record.crashes >= CRASH_LOOP,
             health,
         },
-        watchdog: Watchdog {
-            iwdg,
-            fed: time.now(),
-        },
+        watchdog,
+        sleep: Sleep::new(p.TIM2, &clocks, &mut rcc),
         time,
+        mpu: Some(mpu),
     };
     (parts, interrupts)
 }

@@ -1,7 +1,8 @@
 //! Voltage detector of the supply: interrupts into the fault path when the voltage falls.
 
 use stm32f4xx_hal::pac::{self, Interrupt};
-use stm32f4xx_hal::rcc::{Enable, Rcc};
+
+use super::delay::delay_clocks;
 
 /// Value of PLS in register PWR_CR (RM0090 5.4.1): the detector trips between 2.85 and 2.99 V on a falling and
 /// releases at 3.10 V at most on a rising voltage (DS8626, embedded reset and power control block). The core at
@@ -14,15 +15,19 @@ const POLLS: u32 = 10_000;
 /// Core clocks between two polls of the detector: 10 µs at 16 MHz.
 const POLL_CLOCKS: u32 = 160;
 
-/// Starts the voltage detector, waits for the supply to rise, and returns whether it is high enough. From then on
-/// a fall of the voltage causes an interrupt.
-pub fn start(pwr: &pac::PWR, exti: &pac::EXTI, rcc: &mut Rcc) -> bool {
-    pac::PWR::enable(rcc);
+/// Starts the voltage detector, waits for the supply to rise, and returns whether it is high enough. The clock of
+/// PWR must be on.
+pub fn detect(pwr: &pac::PWR) -> bool {
     pwr.cr().modify(|_, w| w.pls().set(LEVEL).pvde().set_bit());
-    let high = (0..POLLS).any(|_| {
-        cortex_m::asm::delay(POLL_CLOCKS);
+    (0..POLLS).any(|_| {
+        delay_clocks(POLL_CLOCKS);
         pwr.csr().read().pvdo().bit_is_clear()
-    });
+    })
+}
+
+/// As [`detect`]; from then on a fall of the voltage causes an interrupt.
+pub fn start(pwr: &pac::PWR, exti: &pac::EXTI) -> bool {
+    let high = detect(pwr);
     // SAFETY: sets one line's bit and leaves the others; the detector's output rises when the supply falls.
     exti.rtsr()
         .modify(|r, w| unsafe { w.bits(r.bits() | LINE) });

@@ -3,6 +3,7 @@
 use core::sync::atomic::{AtomicU16, Ordering};
 
 use super::clock::Clocks;
+use super::delay::delay_clocks;
 use heapless::spsc::{Consumer, Producer, Queue};
 use stairscan::scanner::BytePort;
 use stm32f4xx_hal::gpio::{Output, PC9};
@@ -69,8 +70,8 @@ impl LinkPort {
     }
 }
 
-/// Duration of a pulse on TRIG, core clocks: 1 µs at 168 MHz.
-const PULSE_CLOCKS: u32 = 168;
+/// Microseconds in a second: with it the core's frequency becomes the clocks of a pulse on TRIG, 1 µs.
+const MILLION: u32 = 1_000_000;
 
 impl BytePort for LinkPort {
     fn read(&mut self) -> Option<u8> {
@@ -103,7 +104,7 @@ impl BytePort for LinkPort {
 
     fn pulse(&mut self) {
         self.trig.set_high();
-        cortex_m::asm::delay(PULSE_CLOCKS);
+        delay_clocks(self.clocks.core_hz / MILLION);
         self.trig.set_low();
     }
 }
@@ -136,12 +137,21 @@ pub fn part<U: Instance>(
     (port, receiver)
 }
 
+/// Whether the port's receiver holds a byte: bit RXNE of SR, its first register (RM0090 30.6.1).
+fn holds_byte<U: Instance>() -> bool {
+    const RXNE: u32 = 1 << 5;
+    // SAFETY: a device's register, always there. Reading it changes nothing: only a read of DR behind it clears error
+    // bits, and the interrupt, which alone reads DR, reads SR first.
+    unsafe { U::PTR.cast::<u32>().read_volatile() & RXNE != 0 }
+}
+
 impl<U: Instance> BytePort for Port<U> {
-    /// Returns the next received byte from the queue, which the interrupt fills. If the queue is empty, the
-    /// interrupt is set pending: the emulator's port loses an interrupt if a byte comes in while another is read.
+    /// Returns the next received byte from the queue, which the interrupt fills. If the queue is empty and the port
+    /// holds a byte nevertheless, the interrupt is set pending: the emulator's port loses an interrupt if a byte comes
+    /// in while another is read.
     fn read(&mut self) -> Option<u8> {
         let byte = self.queue.dequeue();
-        if byte.is_none() {
+        if byte.is_none() && holds_byte::<U>() {
             rtic::pend(self.interrupt);
         }
         byte

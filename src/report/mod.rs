@@ -5,6 +5,6 @@ pub mod motion;
 pub mod sentence;
 
 pub use sentence::{
-    DropLine, GuardLine, Line, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine,
-    Tenths,
+    BootLine, CrashSite, DropLine, GuardLine, Line, LiveLine, MaybeLine, ParseError, ScanLine,
+    Sentence, StepLine, Tenths,
 };

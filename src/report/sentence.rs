@@ -12,7 +12,7 @@
 //! | `DROP` | scan number; distance; σ of distance; depth; probability |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; hazard that ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
-//! | `BOOT` | version; git revision; reset cause; clock source; boots since power-on; settings; serial number of the chip |
+//! | `BOOT` | version; git revision; reset cause; clock source; boots since power-on; settings; serial number of the chip; second memory (`none`, `ccm-64`, `sram3-64`, `damaged`); option bytes; of the crash before the reset: PC, LR, CFSR, fault address, hash of the panic's place |
 //! | `STAT` | state; clock source; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of the motion input since boot; settings |
 //! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of the motion input; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer correctly |
 //! | `CONF` | key; value |
@@ -48,6 +48,7 @@
 //! Numbers are written digit by digit instead of by `core::fmt`, which would be the largest part of the image
 //! and would link unreachable panics.
 
+mod boot;
 mod fields;
 mod frame;
 mod guard;
@@ -57,6 +58,7 @@ mod writer;
 
 use crate::answer::Direction;
 use crate::verdict::{Outcome, Reason, Reasons, Status};
+pub use boot::{BootLine, CrashSite};
 pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
@@ -79,22 +81,7 @@ pub enum Sentence<'a> {
     /// Free distance ahead by a guard sweep.
     Guard(GuardLine),
     /// First sentence after boot.
-    Boot {
-        /// Version of the firmware.
-        version: &'a str,
-        /// Git revision of the build.
-        revision: &'a str,
-        /// Cause of the reset, such as `power-on` or `watchdog`.
-        reset: &'a str,
-        /// Clock source of the core: `hse-168` or `hsi-16`.
-        clock: &'a str,
-        /// Number of boots since power-on, including this one.
-        boots: u32,
-        /// Hash ([`Settings::hash`](crate::scanner::Settings::hash)) of the settings at boot.
-        settings: u32,
-        /// Unique number of the chip, 96 bits, in the order of its memory.
-        serial: [u32; 3],
-    },
+    Boot(BootLine<'a>),
     /// Answer to `status`.
     State {
         /// Name of the scanner's state, such as `idle` or `scanning`.
@@ -176,23 +163,7 @@ impl Sentence<'_> {
             Sentence::Drop(d) => d.write(),
             Sentence::Maybe(m) => m.write(),
             Sentence::Guard(g) => g.write(),
-            Sentence::Boot {
-                version,
-                revision,
-                reset,
-                clock,
-                boots,
-                settings,
-                ref serial,
-            } => Writer::new("BOOT")
-                .text(version)
-                .text(revision)
-                .text(reset)
-                .text(clock)
-                .number(boots)
-                .hex(&[settings])
-                .hex(serial)
-                .finish(),
+            Sentence::Boot(ref b) => b.write(),
             Sentence::State {
                 state,
                 clock,
@@ -270,15 +241,7 @@ impl Sentence<'_> {
             "DROP" => Sentence::Drop(DropLine::parse(&mut fields)?),
             "MAYBE" => Sentence::Maybe(MaybeLine::parse(&mut fields)?),
             "GUARD" => Sentence::Guard(GuardLine::parse(&mut fields)?),
-            "BOOT" => Sentence::Boot {
-                version: fields.text("version")?,
-                revision: fields.text("revision")?,
-                reset: fields.text("reset")?,
-                clock: fields.text("clock")?,
-                boots: fields.number("boots")?,
-                settings: fields.hash("settings")?,
-                serial: fields.hex("serial")?,
-            },
+            "BOOT" => Sentence::Boot(BootLine::parse(&mut fields)?),
             "STAT" => Sentence::State {
                 state: fields.text("state")?,
                 clock: fields.text("clock")?,

@@ -68,6 +68,35 @@ impl<B: Board + ?Sized> Board for &mut B {
     }
 }
 
+/// State of the chip's second memory at boot: the 64 KB that the scanner's data do not need.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SecondMemory {
+    /// It was not looked for.
+    #[default]
+    Unknown,
+    /// The chip has none.
+    None,
+    /// 64 KB of CCM, as on the STM32F405 and F407.
+    Ccm,
+    /// 64 KB of SRAM3, as on the STM32F427 and F429.
+    Sram3,
+    /// It is there, and does not keep what is written to it.
+    Damaged,
+}
+
+impl SecondMemory {
+    /// Returns the state as it appears in `BOOT`; empty if it is unknown.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            SecondMemory::Unknown => "",
+            SecondMemory::None => "none",
+            SecondMemory::Ccm => "ccm-64",
+            SecondMemory::Sram3 => "sram3-64",
+            SecondMemory::Damaged => "damaged",
+        }
+    }
+}
+
 /// Content of the sentence `BOOT`, and state of the board at boot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BootInfo {
@@ -83,6 +112,11 @@ pub struct BootInfo {
     pub boots: u32,
     /// Unique number of the chip, 96 bits, in the order of its memory.
     pub serial: [u32; 3],
+    /// State of the chip's second memory.
+    pub second_memory: SecondMemory,
+    /// Bits of the chip's option bytes ([`OptionBytes::bits`](super::option_bytes::OptionBytes::bits)); `None` if they
+    /// are unknown.
+    pub option_bytes: Option<u32>,
     /// Cause of the reset as a reason for `status`; `None` unless it was a crash, the watchdog or the supply.
     pub cause: Option<Reason>,
     /// Whether several resets by crash, watchdog or supply followed one another: the scanner then stays idle

@@ -17,7 +17,7 @@
 //! | `version` | | `CONF` with version and revision |
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
-//! | `get,KEY` | | `CONF` |
+//! | `get,KEY` | a setting, or one of [`Measure`] | `CONF` |
 //! | `set,KEY,VALUE` | framed; effective from the next scan ([`super::settings`] lists the keys) | `CONF` |
 //! | `save` | framed, when stopped: writes the settings to flash ([`super::store`]) | `DONE` |
 //! | `update` | framed, when stopped: resets the chip into the boot loader, which then takes a new image | none from the image |
@@ -35,6 +35,7 @@ use crate::config::ConfigError;
 use crate::motion::Reading;
 use crate::report::motion;
 use crate::report::sentence::{Line, ParseError, Writer, crc32};
+use crate::setting::{ValueText, hex, number};
 
 /// Maximum length of a command line, bytes.
 pub const MAX_COMMAND: usize = 96;
@@ -94,21 +95,34 @@ pub enum Measure {
     StackUsed,
     /// Size of the stack, bytes.
     StackSize,
+    /// Content of the chip's option bytes ([`OptionBytes`](super::option_bytes::OptionBytes)); 0 if it is unknown.
+    OptionBytes,
 }
 
 impl Measure {
+    /// All diagnostic values.
+    pub const ALL: [Self; 3] = [Self::StackUsed, Self::StackSize, Self::OptionBytes];
+
     /// Returns the key by which `get` reads this diagnostic value.
     pub const fn key(self) -> &'static str {
         match self {
             Measure::StackUsed => "stack-used",
             Measure::StackSize => "stack-size",
+            Measure::OptionBytes => "option-bytes",
+        }
+    }
+
+    /// Returns a value as text: a number; option bytes as eight hex digits, or `unknown`.
+    pub(super) fn text(self, value: u32) -> ValueText {
+        match (self, value) {
+            (Measure::OptionBytes, 0) => ValueText::try_from("unknown").unwrap_or_default(),
+            (Measure::OptionBytes, _) => hex(value),
+            _ => number(i64::from(value)),
         }
     }
 
     fn find(key: &str) -> Option<Self> {
-        [Measure::StackUsed, Measure::StackSize]
-            .into_iter()
-            .find(|measure| measure.key() == key)
+        Self::ALL.into_iter().find(|measure| measure.key() == key)
     }
 }
 

@@ -10,6 +10,7 @@ use crate::scanner::board::Board;
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::{self, Command, LineReader, ParserEvent};
 use crate::scanner::mirror::Mirror;
+use crate::scanner::rest::Rest;
 use crate::scanner::settings::{self, Settings};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
@@ -63,6 +64,18 @@ impl Console {
         self.read(now, machine);
         self.send_live(now, machine);
         machine.reports.pump(&mut machine.hardware.port);
+    }
+
+    /// Returns how long the next step may wait: bytes of queued sentences and the answer to a line wait for the port.
+    pub(super) fn rest<M, L, P, B, D>(&self, machine: &Machine<'_, M, L, P, B, D>) -> Rest {
+        let answering = self.listing.is_some() || self.held.is_some();
+        if answering && machine.reports.has_room() {
+            Rest::None
+        } else if machine.reports.all_sent() {
+            Rest::Long
+        } else {
+            Rest::Short
+        }
     }
 
     /// Queues the sentence `LIVE` when it is due and nothing else waits for the port, so that a slow or blocked
@@ -216,8 +229,8 @@ impl Console {
             // Handled before: `drive`.
             Command::Motion(_) => {}
             Command::Measure(measure) => {
-                let value = settings::number(i64::from(machine.hardware.board.measure(measure)));
-                machine.reports.value(measure.key(), &value);
+                let word = machine.hardware.board.measure(measure);
+                machine.reports.value(measure.key(), &measure.text(word));
             }
         }
     }

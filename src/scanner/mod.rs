@@ -43,19 +43,23 @@
 //! | [`record`] | settings as 32-bit words: hash, checksum and layout of a record |
 //! | [`seal`] | a checksum over the whole image |
 //! | [`handover`] | words that boot loader and image exchange over a reset |
+//! | [`option_bytes`] | the chip's brown-out reset and protections |
 //! | [`store`] | non-volatile settings: records in two sectors of flash |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
+//! | [`shaft`] | a mirror shaft without a motor |
 //! | [`driver`] | the motor driver as the mirror sees it |
 //! | [`tmc2209`] | UART and registers of the TMC2209 motor driver |
 //! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
+//! | [`step_timer`] | the timer's next interrupt, less the time that the last one took |
 //! | [`board`] | state that survives a reset, identity of the firmware |
 //! | [`command`] | lines of the report port → commands, checked against the settings' keys |
 //! | [`chain`] | the data path: samples, map, estimator |
 //! | [`pace`] | maximum speed of a mirror that does not stop |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
 //! | [`outbox`] | queue of outgoing sentences |
+//! | [`rest`] | whether the loop may sleep until an interrupt |
 
 pub mod board;
 mod calibrating;
@@ -70,6 +74,7 @@ mod guarding;
 pub mod handover;
 mod keeper;
 pub mod mirror;
+pub mod option_bytes;
 pub mod outbox;
 pub mod pace;
 mod planes;
@@ -78,9 +83,12 @@ pub mod pulser;
 pub mod ramp;
 pub mod record;
 mod reports;
+pub mod rest;
 pub mod seal;
 pub mod settings;
+pub mod shaft;
 mod states;
+pub mod step_timer;
 pub mod store;
 pub mod sweep;
 pub mod tmc2209;
@@ -88,11 +96,12 @@ pub mod tmc2209;
 pub use crate::port::BytePort;
 pub use crate::schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use crate::time::Micros;
-pub use board::{Board, BootInfo, Hardware};
+pub use board::{Board, BootInfo, Hardware, SecondMemory};
 pub use chain::DataPath;
 pub use fitness::BoardHealth;
 pub use mirror::{Mirror, MirrorError, Motion};
 pub use reports::Reports;
+use rest::Rest;
 pub use settings::Settings;
 
 use crate::drive::Drive;
@@ -163,6 +172,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
     /// Whether the current state is within its deadline: only then may the watchdog be fed.
     pub fn healthy(&self, now: Micros) -> bool {
         self.machine.healthy(now)
+    }
+
+    /// Returns how long the next step may wait if no interrupt comes, as of the last [`Scanner::step`].
+    pub fn rest(&self, now: Micros) -> Rest {
+        self.machine.rest(now).min(self.console.rest(&self.machine))
     }
 
     /// Advances state machine and commands as far as possible without waiting.

@@ -3,7 +3,7 @@
 use crate::config::Plane;
 use crate::port::BytePort;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
-use crate::report::{GuardLine, LiveLine, ScanLine, Sentence};
+use crate::report::{BootLine, CrashSite, GuardLine, LiveLine, ScanLine, Sentence};
 use crate::scanner::board::BootInfo;
 use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
@@ -46,6 +46,11 @@ impl Reports {
     /// Whether another sentence fits into the queue.
     pub(super) fn has_room(&self) -> bool {
         self.outbox.has_room()
+    }
+
+    /// Whether the port has taken all queued sentences.
+    pub(super) fn all_sent(&self) -> bool {
+        self.outbox.is_empty()
     }
 
     /// Hands over as many queued bytes as the port takes, without waiting.
@@ -109,7 +114,7 @@ impl Reports {
 
     /// Queues the sentence `BOOT`; `settings` is the hash of the settings in force.
     pub(super) fn boot(&mut self, identity: &BootInfo, settings: u32) {
-        self.outbox.push(&Sentence::Boot {
+        self.outbox.push(&Sentence::Boot(BootLine {
             version: identity.version,
             revision: identity.revision,
             reset: identity.reset,
@@ -117,7 +122,10 @@ impl Reports {
             boots: identity.boots,
             settings,
             serial: identity.serial,
-        });
+            second_memory: identity.second_memory.as_str(),
+            option_bytes: identity.option_bytes,
+            crash: CrashSite::NONE,
+        }));
     }
 
     /// Queues the reasons of a failed self-test as the sentence `SCAN` of scan 0; returns `false` if there is no

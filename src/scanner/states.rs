@@ -16,6 +16,7 @@ use crate::scanner::board::{Board, BootInfo, Hardware};
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::{Mirror, Motion};
+use crate::scanner::rest::Rest;
 use crate::scanner::settings::{Settings, Sweeping, Switch};
 use crate::scanner::sweep::{Rows, Sweep, Task, link_reason, mirror_reason};
 use crate::schedule::MICROSTEPS_PER_TURN;
@@ -291,6 +292,24 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         } else {
             self.reports.done(command);
             self.begin(now, errand);
+        }
+    }
+
+    /// Returns how long the next step may wait if no interrupt comes.
+    pub fn rest(&self, now: Micros) -> Rest {
+        let link = &self.hardware.link;
+        let waits = || Rest::short_if(!self.reports.has_room());
+        match &self.state {
+            ScannerState::Boot | ScannerState::SelfTest(Test::Arithmetic, _) => Rest::None,
+            ScannerState::SelfTest(Test::Home, _) => Rest::Short,
+            ScannerState::SelfTest(Test::Link { again: None, .. }, _) => {
+                Rest::short_if(link.waits())
+            }
+            ScannerState::SelfTest(Test::Link { .. }, _) | ScannerState::Idle => Rest::Long,
+            ScannerState::Scanning(sweep) => sweep.may_rest(now, link),
+            ScannerState::Reporting(_) | ScannerState::ReportingGuard(..) => waits(),
+            ScannerState::Fault { reported: true, .. } => Rest::Long,
+            ScannerState::Fault { .. } => waits(),
         }
     }
 

@@ -39,6 +39,8 @@ const _: () = assert!(RECORD <= MAX_WORDS, "a slot holds a record");
 /// Cause of a failed save. The previous record is still in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreError {
+    /// The supply is too low to write flash.
+    Supply,
     /// The flash cannot be written, or its controller does not answer.
     Controller,
     /// A sector could not be erased.
@@ -51,6 +53,7 @@ impl StoreError {
     /// Returns the condition that the flash did not meet, for the field `expected` of the sentence `FAIL`.
     pub const fn expected(self) -> &'static str {
         match self {
+            StoreError::Supply => "a supply that flash can be written with",
             StoreError::Controller => "a responding flash controller",
             StoreError::Erase => "a sector that can be erased",
             StoreError::Write => "a record that verifies",

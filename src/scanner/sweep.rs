@@ -26,6 +26,7 @@ use core::task::Poll;
 use super::chain::DataPath;
 use super::mirror::{Mirror, Motion};
 use super::pace::Cruise;
+use super::rest::Rest;
 use super::settings::{Settings, SweepMode};
 use crate::config::Plane;
 use crate::schedule::{MICROSTEPS_PER_TURN, Schedule, shaft_angle};
@@ -35,6 +36,9 @@ use crate::verdict::Reason;
 use holding::CaptureTimer;
 use rows::{LOST_STREAK, MARGIN_US, RowState, later};
 use turning::ContinuousSweep;
+
+/// Time before the end of settling from which on the next poll is due at once, µs: two of the short rests.
+const SETTLED_US: u32 = 100;
 
 pub use rows::{Rows, link_reason, mirror_reason};
 
@@ -278,6 +282,26 @@ impl Sweep {
         self.deadline = now.plus(bound);
         self.at = RowState::Prove;
         Poll::Pending
+    }
+
+    /// Returns how long the next poll may wait if no interrupt comes: of the shaft's steps, or of bytes that `link`
+    /// waits for.
+    pub fn may_rest(&self, now: Micros, link: &impl RadarModule) -> Rest {
+        match self.at {
+            RowState::Configure => Rest::short_if(link.waits()),
+            RowState::Move | RowState::Approach | RowState::Prove => Rest::Short,
+            // A trigger is not to be late.
+            RowState::Settle(until) => Rest::short_if(!now.plus(SETTLED_US).reached(until)),
+            RowState::Receive => Rest::short_if(self.moved_on && link.waits()),
+            RowState::Turn => {
+                let Some(turning) = &self.turning else {
+                    return Rest::None;
+                };
+                let due = self.pending.is_some() || turning.due.is_some();
+                Rest::short_if(!due && (turning.in_flight.is_empty() || link.waits()))
+            }
+            RowState::Work => Rest::None,
+        }
     }
 
     /// Advances the sweep as far as possible without waiting; ready with its result at the end.

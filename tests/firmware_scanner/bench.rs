@@ -16,7 +16,7 @@ use stairscan::scanner::settings::{MotorConfig, SweepMode};
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{
     Board, BoardHealth, BootInfo, BytePort, DataPath, Hardware, Micros, Mirror, MirrorError,
-    Motion, Scanner, Settings,
+    Motion, Scanner, SecondMemory, Settings,
 };
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::{RowTimes, Wire};
@@ -286,6 +286,8 @@ pub const IDENTITY: BootInfo = BootInfo {
     clock: "hsi-16",
     boots: 3,
     serial: [0x0012_3456, 0x789a_bcde, 0xf012_3456],
+    second_memory: SecondMemory::Unknown,
+    option_bytes: None,
     cause: None,
     crash_loop: false,
     health: BoardHealth::GOOD,

@@ -4,8 +4,8 @@
 //! which the slowest erasure fits in many times, and on into the image, which sets its own: an image that hangs before that
 //! is reset, too.
 
+mod board;
 mod clock;
-mod flash;
 mod port;
 
 use core::panic::PanicInfo;
@@ -14,6 +14,7 @@ use core::ptr;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use stairscan::scanner::handover::{Handover, WORDS};
+use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan_boot::floor::Floor;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
 use stairscan_boot::key::PublicKey;
@@ -21,23 +22,51 @@ use stairscan_boot::layout::{
     FLOOR, FLOOR_NUMBER, FLOOR_SECTOR, SECTORS_PER_SLOT, SLOT_NUMBER, SLOT_SECTOR, SLOTS,
 };
 use stairscan_boot::receive::{Effect, FIRST_BAUD, Receiver};
+use stairscan_boot::refusal::Refusal;
 use stairscan_boot::slot::Slots;
 use stairscan_boot::start::{Asked, Loader, Start};
 use stairscan_boot::tell;
 use stm32f4xx_hal::pac;
 
-use clock::Clocks;
-use flash::Region;
+use board::controller::{self, Chip, Wait};
+use board::delay::delay_clocks;
+use board::flash::{FlashError, Sectors};
+use board::supply;
+use clock::{Clocks, HSE};
 use port::Port;
 
 include!(concat!(env!("OUT_DIR"), "/trusted.rs"));
 
 /// The loader over this chip's flash.
 type ChipLoader = Loader<
-    Region<SLOT_SECTOR, { 2 * SECTORS_PER_SLOT as usize }>,
-    Region<FLOOR_SECTOR, 1>,
+    Sectors<Chip<ByPolls>, SLOT_SECTOR, { 2 * SECTORS_PER_SLOT as usize }>,
+    Sectors<Chip<ByPolls>, FLOOR_SECTOR, 1>,
     PublicKey,
 >;
+
+/// Wait by polls that are 1 µs apart at 168 MHz, and more on the internal oscillator. None pass while the chip stands still
+/// in an erasure, since its code lies in the same bank: 2 s for a sector of 128 KB (DS8626, table 42), during which bytes of
+/// the report port are lost. The host waits for each answer, so none come; and the watchdog waits longer.
+#[derive(Debug)]
+struct ByPolls;
+
+impl Wait for ByPolls {
+    fn wait(at_most_us: u32, mut ended: impl FnMut() -> bool) -> bool {
+        (0..=at_most_us).any(|_| {
+            delay_clocks(HSE.core_hz / 1_000_000);
+            ended()
+        })
+    }
+}
+
+impl From<FlashError> for Refusal {
+    fn from(error: FlashError) -> Self {
+        match error {
+            FlashError::Supply => Self::Supply,
+            FlashError::Place | FlashError::Controller | FlashError::Failed => Self::Flash,
+        }
+    }
+}
 
 /// Rate of the SysTick polls, Hz.
 const TICKS: u32 = 1_000;
@@ -63,10 +92,14 @@ fn main() -> ! {
     let (mut core, chip) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
     start_watchdog(&chip.IWDG);
     let handed = take();
-    let clocks = clock::start(&chip.RCC, &chip.FLASH);
+    let clocks = clock::start(&chip.RCC, &chip.FLASH, &chip.TIM11);
+    start_detector(&chip);
     let mut loader = ChipLoader {
-        slots: Slots::new(Region::new(SLOTS, SLOT_NUMBER), SLOTS),
-        floor: Floor::new(Region::new(FLOOR, FLOOR_NUMBER)),
+        slots: Slots::new(
+            Sectors::new(Chip(ByPolls), SLOTS, SLOT_NUMBER.into()),
+            SLOTS,
+        ),
+        floor: Floor::new(Sectors::new(Chip(ByPolls), FLOOR, FLOOR_NUMBER.into())),
         keys: PublicKey(TRUSTED),
     };
     let mut port = Port::start(&chip, clocks.apb1_hz);
@@ -82,11 +115,28 @@ fn main() -> ! {
     match start {
         Some(start) => {
             port.stop(&chip);
+            stop_detector(&chip);
             clock::stop(&chip.RCC, &chip.FLASH);
             execute(start, &mut core.SCB)
         }
         None => serve(&mut loader, &mut port, &mut core.SYST, &clocks, &chip.IWDG),
     }
+}
+
+/// Starts the voltage detector, by which the flash driver sees whether the supply allows it to write. A supply that stays low
+/// is no reason not to boot.
+fn start_detector(chip: &pac::Peripherals) {
+    chip.RCC.apb1enr().modify(|_, w| w.pwren().set_bit());
+    // The clock comes two clocks behind the write (ES0182): this read waits for them.
+    chip.RCC.apb1enr().read();
+    supply::detect(&chip.PWR);
+}
+
+/// Leaves the voltage detector as a reset does.
+fn stop_detector(chip: &pac::Peripherals) {
+    chip.RCC.apb1rstr().modify(|_, w| w.pwrrst().set_bit());
+    chip.RCC.apb1rstr().modify(|_, w| w.pwrrst().clear_bit());
+    chip.RCC.apb1enr().modify(|_, w| w.pwren().clear_bit());
 }
 
 /// The image's message, which then is gone.
@@ -122,6 +172,7 @@ fn start_watchdog(iwdg: &pac::IWDG) {
     iwdg.kr().write(|w| w.key().start());
     iwdg.kr().write(|w| w.key().unlock());
     iwdg.pr().write(|w| w.pr().set(DIVIDE_BY_256));
+    // The register's only field, whose reset value is the same.
     iwdg.rlr().write(|w| w.rl().set(LONGEST));
 }
 
@@ -139,6 +190,7 @@ fn serve(
 ) -> ! {
     let fastest = clock::fastest(clocks);
     let mut receiver = Receiver::new(fastest, DEVELOPMENT);
+    receiver.option_bytes = OptionBytes::of_register(controller::option_bytes());
     let mut decoder = Decoder::new();
     systick.set_clock_source(SystClkSource::Core);
     systick.set_reload(clocks.core_hz / TICKS - 1);

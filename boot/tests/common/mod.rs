@@ -58,12 +58,27 @@ pub struct Model {
     pub power: SharedPower,
     /// Writes are taken and do nothing.
     pub deaf: bool,
+    /// The supply is too low to write or erase.
+    pub low: bool,
 }
 
+/// Why an operation failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PowerLost;
+pub enum Failure {
+    PowerLost,
+    LowSupply,
+}
 
-impl NorFlashError for PowerLost {
+impl From<Failure> for Refusal {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::PowerLost => Refusal::Flash,
+            Failure::LowSupply => Refusal::Supply,
+        }
+    }
+}
+
+impl NorFlashError for Failure {
     fn kind(&self) -> NorFlashErrorKind {
         NorFlashErrorKind::Other
     }
@@ -75,16 +90,20 @@ impl Model {
             bytes: vec![0xff; sectors * SECTOR],
             power: power.clone(),
             deaf: false,
+            low: false,
         }
     }
 
     /// Whether the operation that begins now is cut short; an error once the power is gone.
-    fn cut(&mut self) -> Result<bool, PowerLost> {
+    fn cut(&mut self) -> Result<bool, Failure> {
+        if self.low {
+            return Err(Failure::LowSupply);
+        }
         let mut power = self.power.borrow_mut();
         power.operations += 1;
         match &mut power.left {
             None => Ok(false),
-            Some(0) => Err(PowerLost),
+            Some(0) => Err(Failure::PowerLost),
             Some(left) => {
                 *left -= 1;
                 Ok(*left == 0)
@@ -94,13 +113,13 @@ impl Model {
 }
 
 impl ErrorType for Model {
-    type Error = PowerLost;
+    type Error = Failure;
 }
 
 impl ReadNorFlash for Model {
     const READ_SIZE: usize = 1;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerLost> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
         let from = (offset as usize).min(self.bytes.len());
         let count = bytes.len().min(self.bytes.len() - from);
         bytes.fill(0xff);
@@ -117,7 +136,7 @@ impl NorFlash for Model {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = SECTOR;
 
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerLost> {
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
         assert!((from as usize).is_multiple_of(SECTOR) && to - from == SECTOR as u32);
         let short = self.cut()?;
         let mut power = self.power.borrow_mut();
@@ -130,10 +149,14 @@ impl NorFlash for Model {
                 (true, _) => (power.random.next_u32() & power.random.next_u32()) as u8 & 0x11,
             };
         }
-        if short { Err(PowerLost) } else { Ok(()) }
+        if short {
+            Err(Failure::PowerLost)
+        } else {
+            Ok(())
+        }
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerLost> {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
         assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
         for (k, word) in bytes.chunks(4).enumerate() {
             let short = self.cut()?;
@@ -156,7 +179,7 @@ impl NorFlash for Model {
                 *place &= byte | kept;
             }
             if short {
-                return Err(PowerLost);
+                return Err(Failure::PowerLost);
             }
         }
         Ok(())

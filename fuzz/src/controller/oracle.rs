@@ -4,8 +4,8 @@ use stairscan::answer::Direction;
 use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::{
-    DropLine, GuardLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths,
-    motion,
+    BootLine, CrashSite, DropLine, GuardLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence,
+    StepLine, Tenths, motion,
 };
 use stairscan::scanner::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
@@ -40,18 +40,7 @@ fn fields(sentence: &Sentence<'_>) -> String {
         Sentence::Drop(drop) => of_drop(&drop),
         Sentence::Maybe(maybe) => of_maybe(&maybe),
         Sentence::Guard(guard) => of_guard(&guard),
-        Sentence::Boot {
-            version,
-            revision,
-            reset,
-            clock,
-            boots,
-            settings,
-            serial: [first, second, third],
-        } => format!(
-            "BOOT version=[{version}] revision=[{revision}] reset=[{reset}] clock=[{clock}] boots={boots} \
-             settings={settings} serial={first}/{second}/{third}"
-        ),
+        Sentence::Boot(boot) => of_boot(&boot),
         Sentence::State {
             state,
             clock,
@@ -97,6 +86,34 @@ fn of_guard(guard: &GuardLine) -> String {
         ending.unwrap_or(HazardKind::ALL.len()),
         guard.confidence,
         words(guard.reasons)
+    )
+}
+
+fn of_boot(boot: &BootLine<'_>) -> String {
+    let [first, second, third] = boot.serial;
+    format!(
+        "BOOT version=[{}] revision=[{}] reset=[{}] clock=[{}] boots={} settings={} \
+         serial={first}/{second}/{third} second-memory=[{}] option-bytes={}{}",
+        boot.version,
+        boot.revision,
+        boot.reset,
+        boot.clock,
+        boot.boots,
+        boot.settings,
+        boot.second_memory,
+        optional(boot.option_bytes),
+        of_crash(&boot.crash)
+    )
+}
+
+fn of_crash(site: &CrashSite) -> String {
+    format!(
+        " pc={} lr={} cfsr={} address={} place={}",
+        optional(site.pc),
+        optional(site.lr),
+        optional(site.cfsr),
+        optional(site.address),
+        optional(site.place)
     )
 }
 

@@ -62,12 +62,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// Returns the keys of measured values. The match makes a new one a compile error until it is
-/// added.
+/// Returns the keys of measured values.
 pub fn measures() -> Vec<&'static str> {
-    let all = [Measure::StackUsed, Measure::StackSize];
-    all.map(|measure| match measure {
-        Measure::StackUsed | Measure::StackSize => measure.key(),
-    })
-    .to_vec()
+    Measure::ALL.map(Measure::key).to_vec()
 }

@@ -7,7 +7,8 @@ use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{
-    DropLine, GuardLine, LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion,
+    BootLine, CrashSite, DropLine, GuardLine, LiveLine, MaybeLine, ScanLine, Sentence, StepLine,
+    Tenths, motion,
 };
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
@@ -282,16 +283,31 @@ fn texts() -> Vec<Sentence<'static>> {
         motion_faults: u16::MAX,
         settings: 7,
     };
+    let boot = BootLine {
+        version: "0.1.0",
+        revision: "abcdef0",
+        reset: "power",
+        clock: "hse-168",
+        boots: 1,
+        settings: 0x00AB_CDEF,
+        serial: [0, 0x8000_0000, u32::MAX],
+        ..BootLine::default()
+    };
     vec![
-        Sentence::Boot {
-            version: "0.1.0",
-            revision: "abcdef0",
-            reset: "power",
-            clock: "hse-168",
-            boots: 1,
-            settings: 0x00AB_CDEF,
-            serial: [0, 0x8000_0000, u32::MAX],
-        },
+        Sentence::Boot(boot),
+        Sentence::Boot(BootLine {
+            reset: "panic",
+            second_memory: "ccm-64",
+            option_bytes: Some(0x0FFF_AAED),
+            crash: CrashSite {
+                pc: Some(0),
+                lr: Some(u32::MAX),
+                cfsr: Some(0x8200),
+                address: Some(0x8000_0000),
+                place: Some(1),
+            },
+            ..boot
+        }),
         state("idle", Reasons::NONE, "absent"),
         state("fault", reasons, "disordered"),
         Sentence::Config {
@@ -373,6 +389,14 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,GUARD,1,ok,900.0,none,99.9,tired",
     "PSTR,GUARD,1,ok,900.0,none,99.9,,",
     "PSTR,BOOT,1,2,3,4,5,00000000,00000000000000000000000",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,,,,,,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,,1,,,,,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,n*ne,,,,,,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,none,0000000g,,,,,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,none,,,,abcdefAB,,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,none,,,,,,,",
     "PSTR,STAT,idle,hse-168,1,paper,,good,1",
     "PSTR,LIVE,idle,1,2,+3,good,0,0,0,0",
     "PSTR,LIVE,idle,1,2,4294967296,good,0,0,0,0",

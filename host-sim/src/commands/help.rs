@@ -52,7 +52,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     (
         "The image",
         &[
-            "budget", "timing", "bench", "snr", "twins", "seal", "keys", "sbom", "module",
+            "budget", "timing", "bench", "snr", "twins", "seal", "image", "keys", "sbom", "module",
         ],
     ),
     (
@@ -230,6 +230,14 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "seal",
         &["seal target/thumbv7em-none-eabihf/firmware/stairscan"],
+    ),
+    (
+        "image",
+        &[
+            "image -o target/flash",
+            "image --demo -o target/demo",
+            "image -o target/flash --key maker.key",
+        ],
     ),
     ("completions", &["completions bash"]),
     ("man", &["man target/man"]),

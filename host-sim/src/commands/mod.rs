@@ -18,6 +18,7 @@ pub mod guard;
 pub mod hardware;
 pub mod harness;
 pub mod help;
+pub mod image;
 pub mod inspect;
 pub mod instrument;
 pub mod keys;

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Context, Result};
 
 use super::emit;
 use crate::emulate::image::build_loader;
 use crate::emulate::seal::{same, seal, sign};
+use crate::update::files::confirmation;
 
 /// Arguments of `seal`.
 #[derive(clap::Args, Debug)]
@@ -18,7 +18,7 @@ pub struct Args {
     /// Compare the flash contents of two images byte for byte, without a change; exit status 1 if they differ
     #[arg(long, value_name = "ELF", conflicts_with = "flash")]
     compare: Option<PathBuf>,
-    /// Then write boot loader and image to the board and show its log, as `cargo flash` does
+    /// Then write boot loader and image to the board and show its log, as `cargo board` does
     #[arg(long)]
     flash: bool,
 }
@@ -39,10 +39,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let [.., crc] = seal(&args.elf)?;
-    // Of two confirmed images the one with the higher number runs: that which is flashed now.
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
     let order = match args.flash {
-        true => now.map_or(FIRST, |now| now.as_secs() as u32),
+        true => confirmation(),
         false => FIRST,
     };
     sign(&args.elf, order)?;

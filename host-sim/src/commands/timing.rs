@@ -313,8 +313,7 @@ mod tests {
         let times = times(false);
         for (mode, baud, ms) in MEASURED {
             let computed = self::ms(total(&times, mode, baud));
-            // In the simulation each step is delayed by an interrupt's latency, and the scan begins with a short
-            // move.
+            // The simulated scan begins with a short move.
             assert!(
                 (0.96..=1.0).contains(&(computed / ms)),
                 "{mode} {baud}: {computed}, not {ms}"
@@ -323,7 +322,7 @@ mod tests {
     }
 
     const MEASURED: [(&str, u32, f64); 4] = [
-        ("stop", 1_000_000, 3_726.9),
+        ("stop", 1_000_000, 3_716.4),
         ("continuous", 1_000_000, 2_420.5),
         ("continuous", 2_000_000, 1_222.3),
         ("continuous", 3_000_000, 835.2),

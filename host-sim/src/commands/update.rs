@@ -9,6 +9,7 @@ use stairscan_boot::receive::FIRST_BAUD;
 use stairscan_boot::slot::Slot;
 
 use super::{emit, progress};
+use crate::doctor::option_bytes;
 use crate::live::{port, ports};
 use crate::update::client::{Client, Outcome, slot_line, version};
 use crate::update::keys::hex;
@@ -58,6 +59,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         hex(&client.info.key_id),
         client.info.floor
     ));
+    let option_bytes = option_bytes::text(client.info.option_bytes);
+    emit(&format!("option bytes {option_bytes}\n"));
     if client.info.development {
         eprintln!(
             "warning: this scanner trusts the development key, which everybody has: anybody's image would be taken"

@@ -11,6 +11,8 @@ pub enum Check {
     Seal,
     /// The microcontroller's clock, supply and memory are in order.
     Chip,
+    /// The chip's brown-out reset and protections.
+    OptionBytes,
     /// The mirror's motor and its driver work.
     Motor,
     /// The home switch is found, and the mirror has not slipped since.
@@ -36,6 +38,7 @@ impl Check {
         Self::Firmware,
         Self::Seal,
         Self::Chip,
+        Self::OptionBytes,
         Self::Motor,
         Self::Home,
         Self::Encoder,
@@ -53,6 +56,7 @@ impl Check {
             Self::Firmware => "firmware",
             Self::Seal => "seal",
             Self::Chip => "chip",
+            Self::OptionBytes => "option bytes",
             Self::Motor => "motor",
             Self::Home => "home switch",
             Self::Encoder => "encoder",

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use stairscan::report::{ScanLine, Sentence};
+use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan::verdict::{Reason, Reasons};
 
 use crate::live::talk::{PortFault, Reply, Talk};
@@ -29,6 +30,8 @@ pub struct Evidence {
     pub state: Option<String>,
     /// Clock source of the core, as reported; `None` without a reply.
     pub clock: Option<String>,
+    /// The chip's option bytes; `None` without a reply, or if the scanner cannot read them.
+    pub option_bytes: Option<OptionBytes>,
     /// Reasons (codes of conditions that degrade or prevent an answer) in the scanner's reply to `status`.
     pub status_reasons: Reasons,
     /// Whether the self-test has passed since the port was opened.
@@ -85,6 +88,7 @@ impl Evidence {
 
     fn questions(&mut self, talk: &mut Talk) -> Result<(), PortFault> {
         self.version = Some(talk.version()?);
+        self.option_bytes = talk.option_bytes()?;
         let line = talk.status()?;
         if let Ok(Sentence::State {
             state,

@@ -52,11 +52,11 @@ pub fn fix(reason: Reason) -> &'static str {
             "Reset the board; if it comes back, look at supply and ground of the chip."
         }
         R::Watchdog | R::Crash | R::CrashLoop => {
-            "Look at the log over the debug probe (`cargo flash`); then `start`. Twice the same: report it with that log."
+            "Look at the log over the debug probe (`cargo board`); then `start`. Twice the same: report it with that log."
         }
-        R::ImageDamaged => "Flash the image again: `cargo flash`.",
+        R::ImageDamaged => "Flash the image again: `cargo board`.",
         R::ImageUnsealed => {
-            "`cargo flash` seals by itself; with other tools `cargo sim seal ELF` first."
+            "`cargo board` seals by itself; with other tools `cargo sim seal ELF` first."
         }
         R::Supply => {
             "Measure 3.3 V under load: 3.10 V at least while the motor turns and the module sweeps."

@@ -6,10 +6,12 @@
 //! | [`check`] | the checks |
 //! | [`evidence`] | the replies of the scanner |
 //! | [`fixes`] | check and remedy of each reason |
+//! | [`option_bytes`] | the chip's option bytes, and what to set in them |
 
 pub mod check;
 pub mod evidence;
 pub mod fixes;
+pub mod option_bytes;
 
 #[cfg(test)]
 mod tests;
@@ -193,7 +195,7 @@ fn of(check: Check, evidence: &Evidence) -> Finding {
         };
     }
     let needed = match check {
-        Check::Port | Check::Firmware | Check::Answer => Reached::Nothing,
+        Check::Port | Check::Firmware | Check::OptionBytes | Check::Answer => Reached::Nothing,
         Check::Seal | Check::Chip => Reached::Motor,
         Check::Motor | Check::Home | Check::Encoder => Reached::Module,
         Check::Module => Reached::Chirps,
@@ -217,6 +219,7 @@ fn of(check: Check, evidence: &Evidence) -> Finding {
         Check::Firmware => firmware(evidence),
         Check::Seal => seal(evidence),
         Check::Chip => chip(evidence),
+        Check::OptionBytes => option_bytes(evidence),
         Check::Motor => motor(evidence),
         Check::Home => home(evidence),
         Check::Encoder => encoder(evidence),
@@ -338,7 +341,7 @@ fn firmware(evidence: &Evidence) -> Finding {
         return warning(
             Check::Firmware,
             text,
-            "`cargo flash` writes the image that belongs to this program.",
+            "`cargo board` writes the image that belongs to this program.",
         );
     }
     let other = match revision == stairscan::REVISION {
@@ -371,6 +374,22 @@ fn chip(evidence: &Evidence) -> Finding {
         );
     }
     good(Check::Chip, text)
+}
+
+fn option_bytes(evidence: &Evidence) -> Finding {
+    let check = Check::OptionBytes;
+    let Some(bytes) = evidence.option_bytes else {
+        return unseen(check, "unknown: an older firmware, or the emulator");
+    };
+    Finding {
+        check,
+        level: match option_bytes::is_safe(bytes) {
+            true => Level::Ok,
+            false => Level::Warning,
+        },
+        observed: option_bytes::text(Some(bytes)),
+        fixes: option_bytes::fixes(bytes),
+    }
 }
 
 fn motor(evidence: &Evidence) -> Finding {

@@ -3,6 +3,7 @@
 use stairscan::answer::Direction;
 use stairscan::report::ScanLine;
 use stairscan::scanner::Settings;
+use stairscan::scanner::option_bytes::OptionBytes;
 
 use super::*;
 
@@ -51,6 +52,7 @@ fn evidence(scan: Option<ScanLine>) -> Evidence {
         )),
         state: Some("scanning".to_owned()),
         clock: Some("hse-168".to_owned()),
+        option_bytes: OptionBytes::of_register(0x0fee_bbe1),
         scan,
         settings: settings.collect(),
         ..Evidence::default()
@@ -70,6 +72,23 @@ fn a_healthy_scanner_is_well() {
     let findings = examine(&evidence(Some(scan(2, Status::Ok, &[Reason::WeakEchoes]))));
     assert_eq!(worst(&findings), Level::Absent, "{}", text(&findings));
     assert_eq!(level_of(&findings, Check::Encoder), Level::Absent);
+}
+
+/// A board as it comes from the chip's maker is a warning that says what to set; one that cannot be read is not seen.
+#[test]
+fn option_bytes_that_are_not_set_are_a_warning() {
+    let of = |option_bytes| {
+        examine(&Evidence {
+            option_bytes,
+            ..evidence(Some(scan(2, Status::Ok, &[])))
+        })
+    };
+    let new = of(OptionBytes::of_register(0x0fff_aaed));
+    assert_eq!(level_of(&new, Check::OptionBytes), Level::Warning);
+    assert!(text(&new).contains("BOR_LEV=0 nWRP0=0 nWRP4=0"));
+    let emulated = of(None);
+    assert_eq!(level_of(&emulated, Check::OptionBytes), Level::Unseen);
+    assert!(text(&emulated).contains("unknown"));
 }
 
 /// Every reason that degrades an answer gives a warning and a remedy.

@@ -84,7 +84,7 @@ fn scratch() -> Result<PathBuf> {
 
 impl Qemu {
     /// Starts the emulator with the firmware `elf`. With `timed` the log also contains the values that the firmware
-    /// writes to SysTick's reload register.
+    /// reads from SysTick's registers and writes to them.
     pub fn start(elf: &Path, timed: bool) -> Result<Self> {
         Tool::Emulator.need()?;
         if !elf.is_file() {
@@ -104,14 +104,13 @@ impl Qemu {
         Self::start_slots(slots, false, scratch()?)
     }
 
+    /// Starts the emulator with a firmware `elf` that begins without the boot loader, as the demo image does.
+    pub fn start_alone(elf: &Path) -> Result<Self> {
+        Tool::Emulator.need()?;
+        Self::launch(elf, &[], false, scratch()?)
+    }
+
     fn start_slots(slots: &[(Slot, Vec<u8>)], timed: bool, dir: PathBuf) -> Result<Self> {
-        let loader = loader()?;
-        let listen = |name: &str| UnixListener::bind(dir.join(name));
-        let listeners = [listen("link")?, listen("report")?, listen("qtest")?];
-        let socket = |name: &str| format!("unix:{}", dir.join(name).display());
-        let log = dir.join("log");
-        File::create(&log)?;
-        let errors = File::create(dir.join("stderr"))?;
         let mut devices = Vec::new();
         for slot in Slot::BOTH {
             let given = slots.iter().find(|(of, _)| *of == slot);
@@ -123,6 +122,17 @@ impl Qemu {
             devices.push("-device".to_owned());
             devices.push(format!("loader,file={file},addr=0x{at:08x},force-raw=on"));
         }
+        Self::launch(loader()?, &devices, timed, dir)
+    }
+
+    /// Starts the emulator's process with `kernel`, which it executes first, and further arguments.
+    fn launch(kernel: &Path, devices: &[String], timed: bool, dir: PathBuf) -> Result<Self> {
+        let listen = |name: &str| UnixListener::bind(dir.join(name));
+        let listeners = [listen("link")?, listen("report")?, listen("qtest")?];
+        let socket = |name: &str| format!("unix:{}", dir.join(name).display());
+        let log = dir.join("log");
+        File::create(&log)?;
+        let errors = File::create(dir.join("stderr"))?;
         let mut child = Command::new(EMULATOR)
             .args([
                 "-M",
@@ -140,12 +150,12 @@ impl Qemu {
             .args(["-d", "unimp", "-D"])
             .arg(&log)
             .args(if timed {
-                &["-trace", "systick_write"][..]
+                &["-trace", "systick_write", "-trace", "systick_read"][..]
             } else {
                 &[]
             })
             .arg("-kernel")
-            .arg(loader)
+            .arg(kernel)
             .args(devices)
             .stdin(Stdio::null())
             .stdout(Stdio::null())

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::Endianness;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::read::{Object, ObjectSection};
-use stairscan::scanner::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
+use stairscan::scanner::seal::{CODE, CODE_END, SECTION, VECTORS, WORDS, seal as of_parts};
 use stairscan_boot::slot::Slot;
 
 use crate::recording::regular;
@@ -86,7 +86,8 @@ fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
     loaded.sort_by_key(|(address, _)| *address);
     let seal_at = u32::try_from(section.address())?;
     let vectors = joined(&loaded, VECTORS, seal_at)?;
-    let code = joined(&loaded, CODE, u32::MAX)?;
+    // Behind the slot a demo image has its recording.
+    let code = joined(&loaded, CODE, CODE_END)?;
     let seal = of_parts(&vectors, &code).context("longer than the flash has room")?;
     Ok((usize::try_from(place)?, seal))
 }
@@ -106,22 +107,27 @@ fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data
     Ok(parts)
 }
 
+/// Returns the segments that an ELF file loads into flash, in the order of their addresses: address and bytes.
+///
+/// # Errors
+/// Names the file, which is missing or no ELF file.
+pub fn segments(elf: &Path) -> Result<Vec<(u32, Vec<u8>)>> {
+    let name = || elf.display().to_string();
+    regular(elf)?;
+    let bytes = fs::read(elf).with_context(name)?;
+    let file = ElfFile32::<Endianness>::parse(&*bytes).with_context(name)?;
+    let parts = loaded(&file).with_context(name)?;
+    let mut parts: Vec<_> = parts.into_iter().map(|(at, b)| (at, b.to_vec())).collect();
+    parts.sort();
+    Ok(parts)
+}
+
 /// Returns the number of bytes that two images load into flash, if both load the same ones to the same addresses.
 ///
 /// # Errors
 /// A file is not an image, or the images differ; the message names the first address at which they do.
 pub fn same(one: &Path, other: &Path) -> Result<usize> {
-    let flash = |elf: &Path| -> Result<Vec<(u32, Vec<u8>)>> {
-        let name = || elf.display().to_string();
-        regular(elf)?;
-        let bytes = fs::read(elf).with_context(name)?;
-        let file = ElfFile32::<Endianness>::parse(&*bytes).with_context(name)?;
-        let parts = loaded(&file).with_context(name)?;
-        let mut parts: Vec<_> = parts.into_iter().map(|(at, b)| (at, b.to_vec())).collect();
-        parts.sort();
-        Ok(parts)
-    };
-    let (ours, theirs) = (flash(one)?, flash(other)?);
+    let (ours, theirs) = (segments(one)?, segments(other)?);
     let name = |elf: &Path| elf.display().to_string();
     for ((at, a), (there, b)) in ours.iter().zip(&theirs) {
         let differs = a.iter().zip(b).position(|(a, b)| a != b);

@@ -14,6 +14,48 @@ const WRITE: &str = "GPIOC: unimplemented device write";
 const BSRR: &str = "offset 0x018, value 0x";
 /// Beginning of the log text of a write to SysTick's reload register.
 const RELOAD: &str = "systick_write systick write addr 0x4 data 0x";
+/// Beginning of the log text of a write to SysTick's control register, which starts or stops it.
+const CONTROL: &str = "systick_write systick write addr 0x0 data 0x";
+/// Beginning of the log text of a read of SysTick's count.
+const COUNT: &str = "systick_read systick read addr 0x8 data 0x";
+
+/// SysTick's interval from one expiry to the next, from the log: the image sets the timer while it counts.
+#[derive(Clone, Copy, Debug, Default)]
+struct StepTimer {
+    /// Last value for SysTick's reload plus one, clocks. 0 before the first one in the log.
+    set: u64,
+    /// Clocks since the last expiry at the last reading of the count; `None` if it was not read since the timer was last
+    /// started or set.
+    elapsed: Option<u64>,
+    /// Clocks from expiry to expiry.
+    wait: u64,
+}
+
+impl StepTimer {
+    /// Processes one line of the emulator's log; returns whether it is about SysTick.
+    fn log_line(&mut self, line: &str) -> bool {
+        let value = |start: &str| {
+            let digits = line.strip_prefix(start)?.split(' ').next()?;
+            u64::from_str_radix(digits, 16).ok()
+        };
+        if let Some(reload) = value(RELOAD) {
+            // The counter includes 0: one clock more.
+            self.set = reload + 1;
+            self.wait = self.set + self.elapsed.take().unwrap_or(0);
+        } else if let Some(count) = value(COUNT) {
+            self.elapsed = Some(if count == 0 {
+                0
+            } else {
+                self.set.saturating_sub(count)
+            });
+        } else if value(CONTROL).is_some() {
+            self.elapsed = None;
+        } else {
+            return false;
+        }
+        true
+    }
+}
 
 /// A motor shaft, with a home switch that is pressed where `place`, in microsteps, is 0 or less.
 #[derive(Clone, Debug)]
@@ -25,10 +67,8 @@ pub struct Shaft {
     pulses: u64,
     zero: Option<i64>,
     idle_pulses: u64,
-    /// Last value for SysTick's reload plus one, clocks of the core: the timer's wait before a pulse. 0 before the
-    /// first one in the log.
-    wait: u64,
-    /// For each pulse since homing: the position after it, microsteps from the horizontal, and the timer's wait
+    timer: StepTimer,
+    /// For each pulse since homing: the position after it, microsteps from the horizontal, and the timer's interval
     /// before it, clocks of the core.
     steps: Vec<(i64, u64)>,
 }
@@ -44,7 +84,7 @@ impl Shaft {
             pulses: 0,
             zero: None,
             idle_pulses: 0,
-            wait: 0,
+            timer: StepTimer::default(),
             steps: Vec::new(),
         }
     }
@@ -57,10 +97,7 @@ impl Shaft {
 
     /// Processes one line of the emulator's log.
     pub fn log_line(&mut self, line: &str) {
-        if let Some(rest) = line.strip_prefix(RELOAD) {
-            let digits = rest.split(' ').next().unwrap_or_default();
-            // The counter includes 0: one clock more.
-            self.wait = u64::from_str_radix(digits, 16).map_or(0, |reload| reload + 1);
+        if self.timer.log_line(line) {
             return;
         }
         let value = line
@@ -98,8 +135,8 @@ impl Shaft {
         }
         self.pulses += 1;
         self.place += if self.forward { 1 } else { -1 };
-        if let (Some(position), true) = (self.position(), self.wait > 0) {
-            self.steps.push((position, self.wait));
+        if let (Some(position), true) = (self.position(), self.timer.wait > 0) {
+            self.steps.push((position, self.timer.wait));
         }
     }
 
@@ -130,7 +167,8 @@ impl Shaft {
     }
 
     /// Returns every pulse since homing, in a session with timing: the position after it, microsteps from the
-    /// horizontal, and the time that the image's timer waited before it, clocks of the core.
+    /// horizontal, and the time from expiry to expiry of the image's timer before it, clocks of the core. From the second
+    /// pulse of a move on it lacks [`RESTART`](stairscan::scanner::step_timer::RESTART), which the log does not show.
     pub fn steps(&self) -> &[(i64, u64)] {
         &self.steps
     }
@@ -175,12 +213,18 @@ mod tests {
         log(&mut shaft, 1 << (STEP + RESET));
         log(&mut shaft, 1 << STEP);
         assert_eq!(shaft.steps(), [(-23_465, 1_000)]);
+        // The timer was set anew 40 clocks after its expiry.
+        shaft.log_line("systick_read systick read addr 0x8 data 0x3c0 size 4");
+        shaft.log_line("systick_write systick write addr 0x4 data 0x1f3 size 4");
+        log(&mut shaft, 1 << (STEP + RESET));
+        log(&mut shaft, 1 << STEP);
+        assert_eq!(shaft.steps()[1], (-23_464, 540));
         log(&mut shaft, 1 << (DIR + RESET));
         log(&mut shaft, 1 << (STEP + RESET));
         log(&mut shaft, 1 << STEP);
         shaft
             .log_line("GPIOA: unimplemented device write (size 4, offset 0x018, value 0x00000040)");
         shaft.log_line("GPIOC: unimplemented device read  (size 4, offset 0x010)");
-        assert_eq!(shaft.position(), Some(-23_466));
+        assert_eq!(shaft.position(), Some(-23_465));
     }
 }

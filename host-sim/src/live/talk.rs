@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use stairscan::report::Sentence;
 use stairscan::scanner::Settings;
-use stairscan::scanner::command::framed;
+use stairscan::scanner::command::{Measure, framed};
+use stairscan::scanner::option_bytes::OptionBytes;
 
 use super::model::{Event, State};
 use super::port::Source;
@@ -213,6 +214,22 @@ impl Talk {
                 key: "version",
                 value,
             } => Some((*value).to_owned()),
+            _ => None,
+        })
+    }
+
+    /// Returns the chip's option bytes; `None` if the firmware does not know them, or cannot read them.
+    ///
+    /// # Errors
+    /// The port has disappeared, or there was no reply.
+    pub fn option_bytes(&mut self) -> Result<Option<OptionBytes>, PortFault> {
+        let key = Measure::OptionBytes.key();
+        self.ask(&format!("get {key}"), |sentence| match sentence {
+            Sentence::Config { key: k, value } if *k == key => {
+                let bits = u32::from_str_radix(value, 16).unwrap_or(0);
+                Some(OptionBytes::of_register(bits))
+            }
+            Sentence::Fail { command: "get", .. } => Some(None),
             _ => None,
         })
     }

@@ -30,7 +30,8 @@ const SFCTL: usize = 0x06;
 const CCR: usize = 0x2c;
 const PLL1: usize = 0x30;
 const FSTAT: usize = 0x5f;
-/// Error bits of the register FSTAT, which persist until a reset [4.23].
+/// Error bits of the register FSTAT, which persist until a reset [4.23]: those of the FIFO until a FIFO reset [5.10], those
+/// of transfers until a software reset [5.8].
 const CLOCK_ERROR: u32 = 1 << 17;
 const BURST_ERROR: u32 = 1 << 18;
 const UNDERFLOW: u32 = 1 << 19;
@@ -67,8 +68,6 @@ pub struct Chip {
     fifo: VecDeque<u32>,
     /// Error bits of the register FSTAT.
     errors: u32,
-    /// Error bits of the register GSR0, which the next answer reports once.
-    pending_status: u8,
     frames: u32,
     now: Micros,
     ends: Option<Micros>,
@@ -93,7 +92,6 @@ impl Chip {
             registers: [0; REGISTERS],
             fifo: VecDeque::new(),
             errors: 0,
-            pending_status: 0,
             frames: 0,
             now: Micros(0),
             ends: None,
@@ -264,10 +262,9 @@ impl Chip {
         })
     }
 
-    /// Stores an error in FSTAT and reports it in the next answer [5.8]: of the number of clocks,
-    /// of the number of words, or both.
+    /// Stores an error in FSTAT, which all later answers report [5.8]: of the number of clocks, of
+    /// the number of words, or both.
     fn report_error(&mut self, clocks: bool, words: bool) {
-        self.pending_status = u8::from(clocks) | u8::from(words) << 1;
         self.errors |= (u32::from(clocks) * CLOCK_ERROR) | (u32::from(words) * BURST_ERROR);
     }
 
@@ -296,9 +293,10 @@ impl Chip {
             return vec![level; there.len()];
         }
         let fast = self.registers[SFCTL] & FAST_MISO != 0;
-        let overrun = self.errors & (OVERFLOW | UNDERFLOW) != 0;
-        let status = 0xf0 | u8::from(overrun) << 3 | u8::from(fast) << 2 | self.pending_status;
-        self.pending_status = 0;
+        let error = |bits: u32| u8::from(self.errors & bits != 0);
+        let overrun = error(OVERFLOW | UNDERFLOW);
+        let transfer = error(CLOCK_ERROR) | error(BURST_ERROR) << 1;
+        let status = 0xf0 | overrun << 3 | u8::from(fast) << 2 | transfer;
         let Some((command, rest)) = there.split_first_chunk::<4>() else {
             self.report_error(!there.is_empty(), false);
             return vec![status; there.len()];

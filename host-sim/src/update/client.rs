@@ -13,7 +13,7 @@ use stairscan::report::Sentence;
 use stairscan::scanner::command::framed;
 use stairscan_boot::frame::{CHUNK, Kind};
 use stairscan_boot::header::Header;
-use stairscan_boot::receive::{FIRST_BAUD, Info};
+use stairscan_boot::receive::{FIRST_BAUD, Info, PROTOCOL};
 use stairscan_boot::refusal::Refusal;
 use stairscan_boot::slot::Slot;
 
@@ -95,6 +95,9 @@ pub fn help(refusal: Refusal) -> &'static str {
             "the scanner's flash takes nothing, or does not keep it: the chip is worn, locked, or the emulator's"
         }
         Refusal::Request => "the loader does not know this request, or not now",
+        Refusal::Supply => {
+            "the scanner's supply is below 2.9 V, too low to write flash: see to it, and send again"
+        }
         Refusal::NoWayBack => "there is no confirmed image of the same number in the other slot",
     }
 }
@@ -139,15 +142,15 @@ impl<W: Wire> Client<W> {
             leave_image(&mut link)?;
         }
         let patience = if at_work.is_some() { HELLO } else { ALREADY };
-        let mut reply = link.ask(Kind::Hello, &[], patience)?;
+        let mut reply = link.ask(Kind::Hello, &[PROTOCOL], patience)?;
         if reply.is_none() && at_work.is_none() {
             // A scanner that says nothing by itself may still hear.
             leave_image(&mut link)?;
-            reply = link.ask(Kind::Hello, &[], HELLO)?;
+            reply = link.ask(Kind::Hello, &[PROTOCOL], HELLO)?;
         }
         let Some(Reply::Good(payload)) = reply else {
             bail!(
-                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo flash` writes it)"
+                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo board` writes it)"
             );
         };
         let Some(info) = Info::parse(&payload) else {
@@ -185,7 +188,11 @@ impl<W: Wire> Client<W> {
         }
         if self.link.wire.set_rate(baud).is_ok() {
             self.link.forget();
-            if self.link.ask(Kind::Hello, &[], HELLO_FAST)?.is_some() {
+            if self
+                .link
+                .ask(Kind::Hello, &[PROTOCOL], HELLO_FAST)?
+                .is_some()
+            {
                 self.baud = baud;
                 return Ok(());
             }
@@ -193,7 +200,11 @@ impl<W: Wire> Client<W> {
         self.link.wire.set_rate(FIRST_BAUD)?;
         std::thread::sleep(RATE_BACK);
         self.link.forget();
-        good(self.link.ask(Kind::Hello, &[], HELLO)?, "the greeting").map(|_| ())
+        good(
+            self.link.ask(Kind::Hello, &[PROTOCOL], HELLO)?,
+            "the greeting",
+        )
+        .map(|_| ())
     }
 
     /// Sends the image for the spare slot at a baud rate of at most `most`, and lets the loader check and start it.
@@ -374,7 +385,7 @@ fn leave_image<W: Wire>(link: &mut Link<W>) -> Result<()> {
     })?;
     match refused.as_deref() {
         Some("loader" | "command") => bail!(
-            "the scanner has no boot loader, or a firmware without updates: `cargo flash` writes both over a debug probe"
+            "the scanner has no boot loader, or a firmware without updates: `cargo board` writes both over a debug probe"
         ),
         Some(field) => bail!("the scanner refuses: {field}"),
         None => Ok(()),

@@ -1,7 +1,7 @@
 //! Checks of the sources of the firmware and of the host's programs: no import cycles among files, no folder
 //! above its share of the code. For the firmware also: no import against the data flow, no cycles among folders,
-//! no tuned number outside its table, no two types of one name, no status that is assigned outside `verdict`. For
-//! the documents: no broken links, the correct count of tuned numbers, a diagram that matches the imports, and, as in
+//! no tuned number outside its table, no two types of one name, no status that is assigned outside `verdict`,
+//! no register that is written from a reset value other than 0. For the documents: no broken links, the correct count of tuned numbers, a diagram that matches the imports, and, as in
 //! comments, no word that the glossary replaces.
 
 mod diagram;
@@ -9,6 +9,7 @@ mod documents;
 mod graph;
 mod literals;
 mod names;
+mod registers;
 mod sources;
 mod statuses;
 mod terms;
@@ -157,6 +158,74 @@ fn one_folder_writes_a_status() {
     let files = sources.files.iter();
     let others = files.filter(|f| !may.iter().any(|folder| f.is_in(folder)));
     none(&others.flat_map(statuses::written).collect::<Vec<_>>());
+}
+
+/// Folders with code that writes registers.
+const CHIP: &[&str] = &["src/board", "boot/src/chip"];
+
+#[test]
+fn no_register_is_written_from_a_reset_value_that_nobody_sees() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let walk = CHIP.iter().flat_map(|folder| {
+        let files: Vec<_> = walkdir::WalkDir::new(root.join(folder))
+            .into_iter()
+            .collect();
+        assert!(files.len() > 3, "where is {folder}?");
+        files
+    });
+    let paths = walk.map(|entry| entry.unwrap().into_path());
+    let paths = paths.filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    let found = paths.chain([root.join("src/main.rs")]).flat_map(|path| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let name = path.strip_prefix(&root).unwrap().to_string_lossy();
+        registers::writes(&name, &text)
+    });
+    none(&found.collect::<Vec<_>>());
+}
+
+/// Compares the list of registers with the crate that describes them, where it is wider than that crate.
+#[test]
+fn every_register_with_a_reset_value_is_in_the_list() {
+    let crates = register_crate();
+    let mut missing = Vec::new();
+    for peripheral in registers::PERIPHERALS {
+        let name = peripheral.trim_end_matches(|c: char| c.is_ascii_digit());
+        let name = if name.starts_with("gpio") {
+            "gpio"
+        } else {
+            name
+        };
+        let known = |register: &str| {
+            let mut all = registers::REGISTERS.iter();
+            all.any(|(of, known, _)| (*of, *known) == (name, register))
+        };
+        for entry in walkdir::WalkDir::new(crates.join(peripheral)) {
+            let path = entry.unwrap().into_path();
+            let file = path.file_stem().unwrap().to_string_lossy().into_owned();
+            if path.is_file() {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let register = registers::of_crate(&file, &text).filter(|r| !known(r));
+                missing.extend(register.map(|r| format!("{name}.{r} is not in the list")));
+            }
+        }
+    }
+    none(&missing);
+}
+
+/// Returns the folder of the chip's registers in the crate `stm32f4`.
+fn register_crate() -> PathBuf {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let output = std::process::Command::new(cargo)
+        .args(["metadata", "--format-version", "1", "--locked", "--quiet"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let package = packages.iter().find(|package| package["name"] == "stm32f4");
+    let manifest = package.unwrap()["manifest_path"].as_str().unwrap();
+    Path::new(manifest).with_file_name("src").join("stm32f405")
 }
 
 /// Compares the counts in the document with the table.

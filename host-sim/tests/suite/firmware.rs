@@ -256,6 +256,8 @@ fn two_scans_stand_on_the_schedule_and_answer_commands() {
         boot.contains(revision) && boot.contains(",hsi-16,1,"),
         "{boot}"
     );
+    // The emulator's SRAM goes on where a larger chip has SRAM3, and it has no CCM.
+    assert!(boot.contains(",sram3-64,"), "{boot}");
 
     await_first_trigger(&mut session);
     ask_everything(&mut session);

@@ -10,6 +10,7 @@ mod capability;
 mod committed_recordings;
 mod common;
 mod convergence;
+mod demo;
 mod doctor;
 mod documents;
 mod faults;

@@ -3,8 +3,7 @@
 //!
 //! Limits: the emulator's clocks run at other rates than the chip's and than each other, so that waits for TIM5
 //! (settling, the chirp's duration, timeouts) are not timed here, and bytes arrive when the host sends them. The
-//! duration of moves is given in clocks of the core, as the image programs them; on the chip the interrupt
-//! latency adds to it. The rest of a scan's duration is tested in `src/scanner/sweep/tests`, which run the same
+//! duration of moves is given in clocks of the core, as the image's timer counts them from expiry to expiry. The rest of a scan's duration is tested in `src/scanner/sweep/tests`, which run the same
 //! state machine over simulated time. Without the chip's target or QEMU the tests report it and pass, except in
 //! CI.
 
@@ -18,6 +17,7 @@ use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::step_timer::RESTART;
 use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::wire::Wire;
 
@@ -34,6 +34,11 @@ const WIRE: Wire = Wire {
     ahead: true,
     pin: false,
 };
+
+/// Returns the clocks that the log does not show of the interval before step `k` of a move.
+fn restart(k: usize) -> u64 {
+    if k == 0 { 0 } else { u64::from(RESTART) }
+}
 
 /// Returns a recording of 41 rows of short chirps.
 fn recording() -> Recording {
@@ -103,24 +108,25 @@ fn in_stop_mode_the_mirror_overtakes_the_chirp() {
         .skip(1)
         .take((place(rows - 1) - place(0)) as usize)
         .collect();
-    // The interval to the next pulse already runs while a pulse is held.
-    let held = settings.motor.driver.held_clocks(CORE_HZ);
-    let mut at = 0;
+    let (mut at, mut total) = (0, 0);
     for row in 1..rows {
         let way = (place(row) - place(row - 1)) as usize;
         for k in 0..way {
             let (position, clocks) = within[at + k];
             assert_eq!(position, place(row - 1) + k as i64 + 1);
             let planned = ramp.interval(k as u32, way as u32, CORE_HZ);
-            let programmed = planned - if k == 0 { 0 } else { held };
-            assert_eq!(clocks, u64::from(programmed), "step {k} to row {row}");
+            assert_eq!(
+                clocks + restart(k),
+                u64::from(planned),
+                "step {k} to row {row}"
+            );
+            total += clocks + restart(k);
         }
         at += way;
     }
-    let clocks: u64 = within.iter().map(|(_, clocks)| clocks).sum();
     let time = ScanTime::stop(&settings, &schedule, WIRE);
     let (name, moves) = time.parts[0];
-    let us = clocks as f64 / f64::from(CORE_HZ) * 1e6;
+    let us = total as f64 / f64::from(CORE_HZ) * 1e6;
     assert!(
         (us / moves as f64 - 1.0).abs() < 0.01,
         "{name}: {us} us, not {moves}"
@@ -168,9 +174,9 @@ fn a_continuous_sweep_turns_at_constant_speed() {
     let wait = u64::from(CORE_HZ / SLOW);
     let once = (high - low + 2 * lead) as usize + 1;
     assert!(sector.len() >= 2 * once - 1, "{} of {once}", sector.len());
-    let programmed = wait - u64::from(settings.motor.driver.held_clocks(CORE_HZ));
-    let other = sector.iter().find(|&&clocks| clocks != programmed);
-    assert_eq!(other, None, "of {programmed} clocks each");
+    let counted = wait - u64::from(RESTART);
+    let other = sector.iter().find(|&&clocks| clocks != counted);
+    assert_eq!(other, None, "of {counted} clocks each");
     // Time from row to row: steps times waits, with the chip's clock.
     let row_us =
         f64::from(high - low) / f64::from(rows - 1) * wait as f64 * 1e6 / f64::from(CORE_HZ);

@@ -16,13 +16,13 @@ use anyhow::Result;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use host_sim::emulate::image::workspace;
 use host_sim::emulate::qemu::Qemu;
-use host_sim::emulate::tools::TARGET;
+use host_sim::emulate::tools::{TARGET, Tool};
 use host_sim::update::client::{Client, LoaderLine};
 use host_sim::update::keys;
 use host_sim::update::package::Package;
 use host_sim::update::wire::Wire;
 use serialport::{SerialPort, TTYPort};
-use stairscan::report::{LiveLine, Sentence};
+use stairscan::report::{BootLine, LiveLine, Sentence};
 use stairscan::scanner::command::{Command as Line, framed, parse};
 use stairscan_boot::floor::Floor;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
@@ -34,7 +34,7 @@ use stairscan_boot::slot::{Slot, Slots};
 use stairscan_boot::start::{Asked, Loader};
 use stairscan_boot::tell;
 
-use crate::common::{Scratch, elf, sim};
+use crate::common::{Scratch, elf, sim, tools};
 
 fn reported(output: &Output) -> String {
     String::from_utf8([&output.stdout[..], &output.stderr].concat()).unwrap()
@@ -191,7 +191,7 @@ impl Inside {
         self.in_loader = start.is_none();
         self.on_trial = start.is_some_and(|start| start.trial.is_some());
         if !self.in_loader {
-            let boot = Sentence::Boot {
+            let boot = Sentence::Boot(BootLine {
                 version: "0.1.0",
                 revision: "test",
                 reset: "software",
@@ -199,7 +199,8 @@ impl Inside {
                 boots: 1,
                 settings: 0,
                 serial: [0; 3],
-            };
+                ..BootLine::default()
+            });
             self.say(boot.write().as_bytes());
         }
     }
@@ -600,4 +601,67 @@ fn the_crates_of_the_loader_are_those_of_the_list() {
         .cloned()
         .collect();
     assert_eq!(loader, named);
+}
+
+/// The files for other programs hold what a debug probe writes: the loader, and an image that it executes. None replaces
+/// another one unasked, and none is signed with a key that the loader does not trust.
+#[test]
+fn files_for_other_programs_hold_loader_and_image() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
+        return;
+    }
+    let dir = Scratch::new("update-image");
+    let folder = dir.path().join("flash");
+    let command = ["image", "-o", text(&folder)];
+    let made = sim(&command);
+    assert_eq!(made.status.code(), Some(0), "{}", reported(&made));
+    let read = |name: &str| fs::read(folder.join(name)).unwrap();
+    let whole = read("stairscan.bin");
+    let parts = [0x0800_0000_u32, 0x0801_0000, layout::SLOTS].map(|at| {
+        let name = format!("stairscan-{at:08x}.bin");
+        let line = format!(
+            "{name}: {} bytes, for address 0x{at:08x}\n",
+            read(&name).len()
+        );
+        assert!(reported(&made).contains(&line), "{}", reported(&made));
+        (at, read(&name))
+    });
+    assert_eq!(fs::read_dir(&folder).unwrap().count(), parts.len() + 2);
+    let (mut erased, mut bytes, mut upper) = (vec![0xff; whole.len()], 0, 0);
+    for record in ihex::Reader::new(&String::from_utf8(read("stairscan.hex")).unwrap()) {
+        match record.unwrap() {
+            ihex::Record::ExtendedLinearAddress(half) => upper = usize::from(half) << 16,
+            ihex::Record::Data { offset, value } => {
+                let at = upper + usize::from(offset) - 0x0800_0000;
+                erased[at..at + value.len()].copy_from_slice(&value);
+                bytes += value.len();
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(erased, whole);
+    assert_eq!(
+        bytes,
+        parts.iter().map(|(_, part)| part.len()).sum::<usize>()
+    );
+    for (at, part) in &parts {
+        assert_eq!(whole[(at - 0x0800_0000) as usize..][..part.len()], part[..]);
+    }
+    let [.., (_, image)] = parts;
+    let emulator = Qemu::start_with(&[(Slot::A, image)]).unwrap();
+    Socket::of(&emulator).wait(boots);
+
+    let again = sim(&command);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(reported(&again).contains("--force"), "{}", reported(&again));
+    let key = dir.path().join("maker.key");
+    keys::create(&key, false).unwrap();
+    let foreign = sim(&[&command[..], &["--force", "--key", text(&key)]].concat());
+    assert_eq!(foreign.status.code(), Some(1));
+    assert!(
+        reported(&foreign).contains("would not execute"),
+        "{}",
+        reported(&foreign)
+    );
+    assert_eq!(read("stairscan.bin"), whole);
 }

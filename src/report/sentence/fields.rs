@@ -77,6 +77,14 @@ impl<'a> Fields<'a> {
         Ok(word)
     }
 
+    /// Parses the next field as one word of eight hex digits, or an empty field as `None`; errors name `field`.
+    pub fn optional_hash(&mut self, field: &'static str) -> Result<Option<u32>, ParseError> {
+        match self.0.clone().next() {
+            Some("") => self.text(field).map(|_| None),
+            _ => self.hash(field).map(Some),
+        }
+    }
+
     pub fn word<T: Copy>(
         &mut self,
         field: &'static str,

@@ -4,6 +4,19 @@ use crate::motion::Agreement;
 use crate::verdict::{Assessment, Evidence, GuardResult, HazardKind, Validity};
 use proptest::prelude::*;
 
+fn boot() -> BootLine<'static> {
+    BootLine {
+        version: "0.1.0",
+        revision: "abc",
+        reset: "power",
+        clock: "hse-168",
+        boots: 12,
+        settings: u32::MAX,
+        serial: [1, 0x8000_0000, 0xfedc_ba98],
+        ..BootLine::default()
+    }
+}
+
 fn step() -> StepLine {
     StepLine {
         scan: 7,
@@ -50,6 +63,32 @@ fn a_guard_sweep_reads_as_documented() {
         line.starts_with("$PSTR,GUARD,8,fault,,unknown,0.0,motor-stall*"),
         "{line}"
     );
+}
+
+#[test]
+fn a_boot_reads_as_documented_and_that_of_an_older_firmware_too() {
+    let older = "PSTR,BOOT,0.1.0,abc,power,hse-168,12,FFFFFFFF,0000000180000000FEDCBA98";
+    let closed = |body: &str| format!("${body}*{:08X}", crc32(body));
+    let plain = Sentence::Boot(boot());
+    assert_eq!(Sentence::parse(&closed(older)), Ok(plain));
+    assert_eq!(plain.write().trim_end(), closed(&format!("{older},,,,,,,")));
+    let crashed = BootLine {
+        reset: "panic",
+        second_memory: "none",
+        option_bytes: Some(0x0fff_aaed),
+        crash: CrashSite {
+            pc: Some(0x0802_1234),
+            lr: Some(0x0802_0801),
+            cfsr: Some(0x8200),
+            address: None,
+            place: Some(0x1234_abcd),
+        },
+        ..boot()
+    };
+    let tail = "none,0FFFAAED,08021234,08020801,00008200,,1234ABCD";
+    let body = format!("{older},{tail}").replace(",power,", ",panic,");
+    assert_eq!(Sentence::Boot(crashed).write().trim_end(), closed(&body));
+    assert_eq!(Sentence::parse(&closed(&body)), Ok(Sentence::Boot(crashed)));
 }
 
 #[test]
@@ -107,15 +146,17 @@ fn every_sentence_survives_the_way_out_and_back() {
             reasons,
         }),
         Sentence::Guard(GuardLine::new(7, &GuardResult::broken(Reason::MotorStall))),
-        Sentence::Boot {
-            version: "0.1.0",
-            revision: "abc",
-            reset: "power",
-            clock: "hse-168",
-            boots: 12,
-            settings: u32::MAX,
-            serial: [1, 0x8000_0000, 0xfedc_ba98],
-        },
+        Sentence::Boot(boot()),
+        Sentence::Boot(BootLine {
+            second_memory: "ccm-64",
+            option_bytes: Some(0x0fff_aaed),
+            crash: CrashSite {
+                pc: Some(0x0802_1234),
+                address: Some(0),
+                ..CrashSite::NONE
+            },
+            ..boot()
+        }),
         Sentence::State {
             state: "idle",
             clock: "hsi-16",
@@ -224,6 +265,9 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
     assert_eq!(all, written);
 }
 
+/// Body of a boot sentence of an older firmware.
+const BOOT: &str = "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000";
+
 #[test]
 fn garbled_lines_are_refused() {
     let line = Sentence::Step(step()).write();
@@ -285,6 +329,12 @@ fn garbled_lines_are_refused() {
         ("PSTR,GUARD,1,ok,900.0,none,99.9,tired", "reasons"),
         ("PSTR,GUARD,1,ok,900.0,none,99.9", "reasons"),
         ("PSTR,GUARD,1,ok,900.0,none,99.9,,", "end"),
+        ("PSTR,BOOT,1,2,3,4,5,00000000,00000000", "serial"),
+        (&format!("{BOOT},"), "option-bytes"),
+        (&format!("{BOOT},none,,,,,"), "place"),
+        (&format!("{BOOT},none,1,,,,,"), "option-bytes"),
+        (&format!("{BOOT},none,,,,0000000G,,"), "cfsr"),
+        (&format!("{BOOT},none,,,,,,,"), "end"),
         ("PSTR,FAIL,set,crc", "expected"),
         // A framing character is invalid in a field, even if the CRC fits.
         ("PSTR,CONF,plane,dep*th", "value"),

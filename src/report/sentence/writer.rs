@@ -1,6 +1,7 @@
 //! Builder of a sentence's line.
 
 use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
+use crate::setting::hex;
 use crate::verdict::Reasons;
 
 /// Builds one line field by field. A line that would be too long is truncated; the CRC still covers what is
@@ -125,6 +126,14 @@ impl Writer {
         self
     }
 
+    /// Appends a field of one word, eight hex digits, or an empty field for `None`.
+    pub fn word(self, word: Option<u32>) -> Self {
+        match word {
+            Some(word) => self.hex(&[word]),
+            None => self.text(""),
+        }
+    }
+
     /// Appends the last field of a sentence, which may be a line of its own with commas.
     pub fn rest(mut self, text: &str) -> Self {
         self.push(',');
@@ -145,9 +154,5 @@ impl Writer {
 
 /// Appends `word` as eight upper-case hex digits, the highest first.
 fn push_hex(line: &mut Line, word: u32) {
-    for shift in (0..8).rev() {
-        let digit = (word >> (4 * shift)) as u8 & 15;
-        let first = if digit < 10 { b'0' } else { b'A' - 10 };
-        let _ = line.push(char::from(first + digit));
-    }
+    let _ = line.push_str(&hex(word));
 }

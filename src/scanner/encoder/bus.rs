@@ -4,7 +4,9 @@
 //! would block the scanner until the watchdog resets it. Here a line that stays low is an error after 0.1 ms,
 //! and a device that was interrupted within a byte is clocked out of it first.
 //!
-//! Half a bit is 2 µs: at most 250 kbit/s, which is within fast mode (UM10204, table 10).
+//! A bit has three waits of 1.3 µs: until the data line is stable, while the clock is high, and while it is low. That is
+//! 256 kbit/s at most, and each time is within fast mode (UM10204, table 10): low 2.6 µs (minimum 1.3), high 1.3 µs
+//! (0.6, of which the pull-ups may take 0.3 to rise), bus free between stop and start 2.6 µs (1.3).
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
@@ -31,10 +33,10 @@ impl i2c::Error for BusError {
     }
 }
 
-/// Duration of half an I²C bit, µs.
-const HALF_BIT_US: u32 = 2;
-/// Maximum time for which a device may hold the clock low, in half bits of 2 µs: 0.1 ms.
-const STRETCH: u8 = 50;
+/// Duration of each of the three waits of a bit, ns.
+const WAIT_NS: u32 = 1_300;
+/// Maximum time for which a device may hold the clock low, in waits of 1.3 µs: 0.1 ms.
+const STRETCH: u8 = 77;
 /// Number of clock pulses after which an interrupted device has released the data line: a byte and its
 /// acknowledgement.
 const RELEASE: u8 = 9;
@@ -68,7 +70,7 @@ where
     }
 
     fn wait(&mut self) {
-        self.delay.delay_us(HALF_BIT_US);
+        self.delay.delay_ns(WAIT_NS);
     }
 
     /// Stores `error` if it is the first of the transaction.

@@ -43,13 +43,48 @@ fn in_stop_mode_chirps_travel_while_the_mirror_moves() {
         assert_whole(&outcome, 281);
         assert_still(&outcome);
         // `timing` compares its result with the same figure.
-        assert!((outcome.ms - 3_726.9).abs() < 5.0, "{} ms", outcome.ms);
+        assert!((outcome.ms - 3_716.4).abs() < 5.0, "{} ms", outcome.ms);
         // Move, settle, trigger, chirp: the transmission of the samples adds nothing.
         assert!(
             outcome.ms > 281.0 * (6.8 + 5.0 + 0.16 + 1.0),
             "{}",
             outcome.ms
         );
+    }
+}
+
+/// A scanner that sleeps between interrupts polls far less, triggers every row at the same time and takes as long.
+#[test]
+fn sleep_costs_no_time() {
+    for (mode, baud, share) in [
+        (SweepMode::Stop, 1_000_000, 0.7),
+        (SweepMode::Stop, 3_000_000, 0.7),
+        (SweepMode::Continuous, 1_000_000, 1.0),
+        (SweepMode::Continuous, 3_000_000, 1.0),
+    ] {
+        let scan = |sleeps: bool| {
+            let mut bench = Bench::new(baud);
+            bench.sleeps = sleeps;
+            bench.scan(&settings(mode), false)
+        };
+        let (awake, asleep) = (scan(false), scan(true));
+        assert_eq!((asleep.fault, asleep.lost.len()), (None, 0));
+        assert_whole(&asleep, 281);
+        assert!(
+            (asleep.ms / awake.ms - 1.0).abs() < 0.001,
+            "{} ms, {} ms",
+            asleep.ms,
+            awake.ms
+        );
+        let polls = asleep.polls as f64 / awake.polls as f64;
+        assert!(polls < share, "{mode:?}, {baud}: {polls} of the polls");
+        // The mean time between two triggers, which each row's deadline limits in passing.
+        let apart = |outcome: &Outcome| {
+            let times: Vec<u32> = outcome.fired.iter().map(|&(_, at)| at).collect();
+            f64::from(times[280] - times[0]) / 280.0
+        };
+        let later = apart(&asleep) - apart(&awake);
+        assert!(later.abs() < f64::from(SPARE), "{later} µs");
     }
 }
 

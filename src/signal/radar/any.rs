@@ -125,6 +125,13 @@ impl<P: BytePort, S: SpiDevice<u8>> RadarModule for AnyModule<P, S> {
         }
     }
 
+    fn waits(&self) -> bool {
+        match &self.protocol {
+            Protocol::Pstr(frames) => frames.waits(),
+            Protocol::SiRad(_) | Protocol::Bgt60(_) => false,
+        }
+    }
+
     fn row_times(&self, samples: u16) -> Option<RowTimes> {
         match &self.protocol {
             Protocol::Pstr(frames) => Some(frames.wire().row_times(samples)),

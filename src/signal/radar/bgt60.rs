@@ -6,7 +6,8 @@
 //! `bgt60trxx` has the same registers, but it waits for the interrupt pin in async functions, drives the reset
 //! pin, needs precomputed register values, and needs a heap for frames.
 //!
-//! No function blocks: each makes a few transfers of up to 16 words, some 30 µs at 21 MHz.
+//! No function blocks: each makes a few transfers of up to 16 words, some 30 µs at 21 MHz. Only the trigger behind a
+//! transfer that failed takes 0.1 ms: the chip keeps the error until a reset, which also resets its registers.
 
 mod chip;
 
@@ -83,8 +84,6 @@ pub struct Bgt60 {
     next_poll: Micros,
     /// Deadline of the present request.
     until: Micros,
-    /// FIFO status (register FSTAT) before the chirp: its error bits are ignored afterwards.
-    stale: u32,
 }
 
 impl Default for Bgt60 {
@@ -101,7 +100,6 @@ impl Bgt60 {
             shape: ChirpShape::DEFAULT,
             next_poll: Micros(0),
             until: Micros(0),
-            stale: 0,
         }
     }
 
@@ -164,11 +162,8 @@ impl Bgt60 {
     ) {
         self.until = now.plus(timeout_us);
         self.next_poll = now.plus(self.shape.time_us());
-        self.stage = match start(spi) {
-            Ok(stale) => {
-                self.stale = stale;
-                ChipStage::Sampling
-            }
+        self.stage = match start(spi, &self.shape) {
+            Ok(()) => ChipStage::Sampling,
             Err(error) => ChipStage::Failed(error),
         };
     }
@@ -234,7 +229,7 @@ impl Bgt60 {
         spi: &mut impl SpiDevice<u8>,
         now: Micros,
     ) -> Result<bool, LinkError> {
-        let state = self.state(spi)?;
+        let state = state(spi)?;
         if state & (OVERFLOW | UNDERFLOW) != 0 {
             return Err(LinkError::Module(FIFO_FAILED));
         }
@@ -244,17 +239,6 @@ impl Bgt60 {
             self.next_poll = now.plus(POLL_US);
         }
         Ok(false)
-    }
-
-    /// Returns the FIFO status (register FSTAT); an error if a transfer failed since the frame began. Earlier
-    /// error bits are ignored: the data sheet contradicts itself on whether a FIFO reset clears them (sections
-    /// 5.8 and 5.10).
-    fn state(&self, spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
-        let state = read(spi, FSTAT)?;
-        match state & !self.stale & (CLOCK_ERROR | BURST_ERROR) {
-            0 => Ok(state),
-            _ => Err(LinkError::Module(SPI_FAILED)),
-        }
     }
 
     /// Reads the next words of the chirp into `samples`, of which `done` are complete. Returns whether it was
@@ -275,7 +259,7 @@ impl Bgt60 {
         let word = burst(spi, piece)?;
         self.stage = ChipStage::Reading(done + piece.len() as u16);
         // A word beyond the end of the FIFO reads as ones (section 5.1).
-        if last && self.state(spi)? & UNDERFLOW != 0 && word == 0xff_ffff {
+        if last && state(spi)? & UNDERFLOW != 0 && word == 0xff_ffff {
             return Err(LinkError::Module(FIFO_FAILED));
         }
         Ok(last)
@@ -315,15 +299,36 @@ fn identify_and_reset(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Resul
     write(spi, MAIN, MAIN_AT_REST | SW_RESET)
 }
 
-/// Starts a frame with an empty FIFO. Returns the FIFO status (register FSTAT) before it.
-fn start(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
+/// Returns the FIFO status (register FSTAT); an error if a transfer failed since the frame began.
+fn state(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
+    let state = read(spi, FSTAT)?;
+    match state & (CLOCK_ERROR | BURST_ERROR) {
+        0 => Ok(state),
+        _ => Err(LinkError::Module(SPI_FAILED)),
+    }
+}
+
+/// Resets the chip and writes its registers at once. The data sheet requires 100 ns after a reset (section 5.10), which
+/// the next command takes; that the registers read back as written shows whether that was enough.
+// Out of line: it is rare, and its stack would lie beneath the estimator.
+#[inline(never)]
+fn reset(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
+    write(spi, MAIN, MAIN_AT_REST | SW_RESET)?;
+    let mut registers = (0..).map_while(|k| shape.register(k));
+    registers.try_for_each(|register| set(spi, register))
+}
+
+/// Starts a frame with an empty FIFO and without errors: those that a FIFO reset leaves, all but those of the FIFO or of
+/// none (sections 5.8 and 5.10 differ), would fail every later chirp, and a software reset clears them.
+fn start(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
     // This also resets the state machine, without which no second frame would start (section 3.1).
     write(spi, MAIN, MAIN_AT_REST | FIFO_RESET)?;
-    let state = read(spi, FSTAT)?;
+    if read(spi, FSTAT)? & (CLOCK_ERROR | BURST_ERROR | UNDERFLOW | OVERFLOW) != 0 {
+        reset(spi, shape)?;
+    }
     // The state machine has switched the clock off (section 3.3.1).
     write(spi, PACR1, PLL_ON)?;
-    write(spi, MAIN, MAIN_AT_REST | FRAME_START)?;
-    Ok(state)
+    write(spi, MAIN, MAIN_AT_REST | FRAME_START)
 }
 
 /// Reads one FIFO word for each pair of real samples in `piece`, at most [`BURST_WORDS`]. Returns the last

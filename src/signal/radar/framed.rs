@@ -55,6 +55,10 @@ impl<P: BytePort> RadarModule for FrameLink<P> {
         self.frames.sent()
     }
 
+    fn waits(&self) -> bool {
+        self.frames.waits()
+    }
+
     fn row_times(&self, samples: u16) -> Option<RowTimes> {
         Some(self.frames.wire().row_times(samples))
     }

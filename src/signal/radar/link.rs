@@ -450,6 +450,12 @@ impl Frames {
         self.by_pin() || self.handed_over()
     }
 
+    /// Implements [`super::RadarModule::waits`].
+    pub fn waits(&self) -> bool {
+        let to_send = self.breaks > 0 || self.quiet.is_some() || !self.handed_over();
+        self.request.is_some() && !to_send && !self.held
+    }
+
     /// Returns bit rate and abilities of the serial wire with the present module and settings.
     pub fn wire(&self) -> Wire {
         Wire {

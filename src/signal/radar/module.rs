@@ -112,6 +112,11 @@ pub trait RadarModule {
     fn sent(&self) -> bool {
         true
     }
+    /// Whether nothing is left to do before the next byte arrives at the module's port, whose interrupt wakes the
+    /// scanner, or a timeout ends; `false` for a module that is polled.
+    fn waits(&self) -> bool {
+        false
+    }
     /// Returns the times of trigger, chirp and answer of a row of `_samples` samples whose chirp is triggered
     /// while the mirror turns; `None` if the mirror must stop for each chirp.
     fn row_times(&self, _samples: u16) -> Option<RowTimes> {
@@ -148,6 +153,10 @@ impl<R: RadarModule + ?Sized> RadarModule for &mut R {
 
     fn sent(&self) -> bool {
         (**self).sent()
+    }
+
+    fn waits(&self) -> bool {
+        (**self).waits()
     }
 
     fn row_times(&self, samples: u16) -> Option<RowTimes> {

@@ -1,4 +1,4 @@
-use stairscan::report::Sentence;
+use stairscan::report::{BootLine, Sentence};
 use stairscan::verdict::{Reason, Status};
 
 use super::*;
@@ -56,7 +56,7 @@ fn an_answer_goes_stale_in_each_way_that_there_is() {
     );
     receive(&mut state, 30_000, &[&live(31_900, Some(27_000))]);
     assert_eq!(state.standing(30_100), Validity::Old);
-    let boot = line(&Sentence::Boot {
+    let boot = line(&Sentence::Boot(BootLine {
         version: "0.1.0",
         revision: "abc",
         reset: "power",
@@ -64,7 +64,8 @@ fn an_answer_goes_stale_in_each_way_that_there_is() {
         boots: 1,
         settings: 7,
         serial: [1, 2, 3],
-    });
+        ..BootLine::default()
+    }));
     receive(&mut state, 30_200, &[&boot]);
     assert_eq!(state.standing(30_200), Validity::Restarted);
     receive(&mut state, 33_000, &STAIR_A);

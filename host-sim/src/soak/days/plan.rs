@@ -110,7 +110,7 @@ impl Life<'_> {
         let instant = self.run.instant();
         let boot = self.run.watch.replies.first().cloned().unwrap_or_default();
         match Sentence::parse(&boot) {
-            Ok(Sentence::Boot { settings, .. }) if settings == expected.hash() => {}
+            Ok(Sentence::Boot(boot)) if boot.settings == expected.hash() => {}
             _ => (self.run.watch).fail(
                 instant,
                 "not the boot sentence of the saved settings",

@@ -41,7 +41,13 @@ struct Wires {
     /// Whether the register address has been received: the next byte written goes there.
     pointed: bool,
     absent: bool,
-    waited_us: u32,
+    waited_ns: u32,
+    /// Time of the clock line's last edge, and the shortest times for which the line was low and high so far, ns.
+    edge_ns: u32,
+    shortest_ns: Option<(u32, u32)>,
+    /// Shortest time between two rising edges of the clock line so far, and time of the last one, ns.
+    bit_ns: Option<u32>,
+    rise_ns: u32,
     starts: u32,
     stops: u32,
 }
@@ -60,6 +66,9 @@ impl Wires {
 
     /// Updates the device when the levels of clock and data line have changed from `before`.
     fn change(&mut self, before: (bool, bool)) {
+        if before.0 != self.levels().0 {
+            self.time_clock_edge(before.0);
+        }
         match (before, self.levels()) {
             ((true, true), (true, false)) => {
                 self.starts += 1;
@@ -76,6 +85,23 @@ impl Wires {
             ((false, _), (true, bit)) => self.rise(bit),
             ((true, _), (false, _)) => self.fall(),
             _ => {}
+        }
+    }
+
+    /// Measures the time for which the clock line had the level `high` until now.
+    fn time_clock_edge(&mut self, high: bool) {
+        let now = self.waited_ns;
+        let since = now - self.edge_ns;
+        self.edge_ns = now;
+        let (low, long) = self.shortest_ns.unwrap_or((u32::MAX, u32::MAX));
+        self.shortest_ns = Some(match high {
+            true => (low, long.min(since)),
+            false => (low.min(since), long),
+        });
+        if !high {
+            let bit = now - self.rise_ns;
+            self.bit_ns = Some(self.bit_ns.map_or(bit, |least| least.min(bit)));
+            self.rise_ns = now;
         }
     }
 
@@ -200,7 +226,7 @@ struct Wait<'a>(&'a RefCell<Wires>);
 
 impl DelayNs for Wait<'_> {
     fn delay_ns(&mut self, ns: u32) {
-        self.0.borrow_mut().waited_us += ns / 1000;
+        self.0.borrow_mut().waited_ns += ns;
     }
 }
 
@@ -236,7 +262,12 @@ fn an_as5600_is_read_over_two_wires() {
     assert_eq!((wires.starts, wires.stops), (12, 6));
     assert_eq!(wires.levels(), (true, true), "the bus is left free");
     // Duration of a reading according to docs/hardware.md.
-    assert!(wires.waited_us / 3 < 600, "{} µs", wires.waited_us / 3);
+    assert!(wires.waited_ns / 3 < 600_000, "{} ns", wires.waited_ns / 3);
+    // UM10204, table 10, fast mode; and not slower than 200 kbit/s.
+    let (low, high) = wires.shortest_ns.unwrap();
+    assert!(low >= 1_300 && high >= 600, "low {low} ns, high {high} ns");
+    let bit = wires.bit_ns.unwrap();
+    assert!((2_500..=5_000).contains(&bit), "{bit} ns a bit");
 }
 
 #[test]
@@ -247,7 +278,7 @@ fn a_chip_that_stretches_the_clock_is_waited_for_and_one_that_holds_it_is_not() 
     let wires = chip();
     wires.borrow_mut().stretch = u32::from(STRETCH) + 1;
     assert_eq!(As5600::new(bus(&wires)).angle(), Err(EncoderError::Silent));
-    assert!(wires.borrow().waited_us < 2_000);
+    assert!(wires.borrow().waited_ns < 2_000_000);
 }
 
 #[test]
@@ -291,7 +322,10 @@ fn nobody_there_no_magnet_and_wires_held_low_are_reported() {
     let mut grounded = PinBus::new(Ground, Ground, Wait(&wires));
     let read = grounded.write_read(ADDRESS, &[0x0b], &mut byte);
     assert_eq!(read, Err(BusError::Held));
-    assert!(wires.borrow().waited_us < 5_000, "every wait has an end");
+    assert!(
+        wires.borrow().waited_ns < 5_000_000,
+        "every wait has an end"
+    );
 }
 
 /// After a reset within a reading the device holds the data line: it is clocked out of that.
@@ -339,6 +373,6 @@ proptest! {
         let wires = chip();
         let pins = PinBus::new(Noise(&noise), Noise(&noise), Wait(&wires));
         let _ = As5600::new(pins).angle();
-        prop_assert!(wires.borrow().waited_us < 20_000);
+        prop_assert!(wires.borrow().waited_ns < 20_000_000);
     }
 }

@@ -28,8 +28,6 @@ pub const MHZ: u64 = 168;
 pub const SPARE: u32 = 5;
 /// Time for which the simulated data path processes a row, µs.
 const WORK: u64 = 150;
-/// Delay of a motor step behind its timer, core clocks.
-const LATENCY: u64 = 150;
 /// Index of the scanner's end in pairs of both ends of the wire; below, that of the module's end.
 const SCANNER: usize = 0;
 const MODULE: usize = 1;
@@ -67,6 +65,8 @@ pub struct Outcome {
     pub mixed_up: u32,
     pub fired: Vec<(u16, u32)>,
     pub without_edge: u32,
+    /// Number of polls.
+    pub polls: usize,
 }
 
 /// An unconnected pin.
@@ -141,7 +141,7 @@ impl World {
         while let Some(at) = self.next_step.filter(|&at| at <= self.now) {
             let ticks = self.pulser.tick();
             self.way.push((at, self.pulser.position()));
-            self.next_step = ticks.map(|ticks| at + u64::from(ticks) + LATENCY);
+            self.next_step = ticks.map(|ticks| at + u64::from(ticks));
         }
         while let Some((at, byte, rate)) = self.to_module.pop_front_if(|b| b.0 <= self.now) {
             if byte == 0 && rate < self.rates[MODULE] {
@@ -154,6 +154,13 @@ impl World {
                 self.request(at);
             }
         }
+    }
+
+    /// Returns the time of the next interrupt, by a motor step or a received byte, core clocks.
+    fn next_interrupt(&self) -> Option<u64> {
+        let bytes = self.to_scanner.iter().map(|&(at, ..)| at);
+        let later = bytes.chain(self.next_step).filter(|&at| at > self.now);
+        later.min()
     }
 
     /// Handles a complete request that the module has received at `at`, core clocks.
@@ -389,6 +396,8 @@ pub struct Bench {
     pub fates: BTreeMap<u32, Fate>,
     /// Durations of other work of the scanner, one every 401 polls, µs.
     pub busy_us: Vec<u32>,
+    /// Whether the scanner sleeps between two polls, as long as [`Sweep::may_rest`] allows.
+    pub sleeps: bool,
 }
 
 impl Bench {
@@ -424,6 +433,7 @@ impl Bench {
             reset_at: None,
             fates: BTreeMap::new(),
             busy_us: Vec::new(),
+            sleeps: false,
         }
     }
 
@@ -489,6 +499,7 @@ impl Bench {
         let began = Sweep::start(start, settings, task, backward, &mut mirror, &mut link);
         let mut sweep = began.unwrap();
         let (mut fired, mut polls) = (Vec::new(), 0_usize);
+        let mut before = Rest::None;
         let fault = loop {
             let polled = sweep.poll(time(), &mut mirror, &mut link, &mut data);
             fired.extend(sweep.triggered().map(|(row, at)| (row, at.since(start))));
@@ -503,8 +514,18 @@ impl Bench {
             polls += 1;
             let busy = (polls % 401 == 400).then(|| self.busy_us.get(polls / 401 % 64));
             let extra = busy.flatten().copied().unwrap_or(0);
-            let us = u64::from(SPARE + extra);
-            self.world.0.borrow_mut().advance(us * MHZ);
+            let mut clocks = u64::from(SPARE + extra) * MHZ;
+            let rest = sweep.may_rest(time(), &link);
+            let mut w = self.world.0.borrow_mut();
+            if self.sleeps
+                && let Some(us) = rest.min(before).limit_us()
+            {
+                let limit = w.now + u64::from(us) * MHZ;
+                let wakes = w.next_interrupt().map_or(limit, |at| at.min(limit));
+                clocks = clocks.max(wakes - w.now);
+            }
+            before = rest;
+            w.advance(clocks);
         };
         let w = self.world.0.borrow();
         let captured = w.captures.iter().map(|&(angle, begin, end)| Capture {
@@ -522,6 +543,7 @@ impl Bench {
             mixed_up: data.mixed_up,
             fired,
             without_edge: w.without_edge,
+            polls,
         }
     }
 }
