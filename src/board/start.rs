@@ -3,9 +3,11 @@
 use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
+use stairscan::report::CrashLine;
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::handover::Handover;
+use stairscan::scanner::resets::SURVIVED_US;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
@@ -30,7 +32,7 @@ use super::handover;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
-use super::retained::{self, BootRecord, Crash};
+use super::retained::{self, BootRecord, Crash, CrashRecord};
 use super::seal;
 use super::spi::ModuleSpi;
 use super::supply;
@@ -99,6 +101,8 @@ impl Queues {
 pub struct Watchdog {
     iwdg: IndependentWatchdog,
     fed: Micros,
+    /// Time of the boot; `None` once the boot loader's count of resets is cleared.
+    booted: Option<Micros>,
 }
 
 impl Watchdog {
@@ -107,8 +111,14 @@ impl Watchdog {
     /// Minimum time between two resets of the watchdog's counter, µs.
     const PAUSE_US: u32 = 50_000;
 
-    /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline.
+    /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline; clears the boot
+    /// loader's count of resets a minute after the boot.
     pub fn attend(&mut self, now: Micros, healthy: bool) {
+        let survived = |at| now.since(at) >= SURVIVED_US;
+        if healthy && self.booted.is_some_and(survived) {
+            self.booted = None;
+            handover::clear_resets();
+        }
         if healthy && now.since(self.fed) >= Self::PAUSE_US {
             self.iwdg.feed();
             self.fed = now;
@@ -170,6 +180,14 @@ impl Board for ChipBoard {
         self.retain(|record| record.crashes = 0);
     }
 
+    fn last_crash(&self) -> CrashLine<'static> {
+        retained::load_crash().map_or(CrashLine::NONE, CrashRecord::line)
+    }
+
+    fn forget_crash(&mut self) {
+        retained::forget_crash();
+    }
+
     fn enter_loader(&mut self) {
         handover::reset_with(Handover::Update);
     }
@@ -224,15 +242,10 @@ fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
 fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
-    let crashed = Some(Reason::Crash);
     match crash {
-        Crash::Panic => return ("panic", crashed),
-        Crash::HardFault => return ("hard-fault", crashed),
-        Crash::UnhandledInterrupt => return ("stray-interrupt", crashed),
-        Crash::Memory => return ("memory-fault", crashed),
-        Crash::Supply => return ("supply", Some(Reason::Supply)),
-        Crash::Clock => return ("clock", crashed),
         Crash::None => {}
+        Crash::Supply => return (crash.as_str(), Some(Reason::Supply)),
+        _ => return (crash.as_str(), Some(Reason::Crash)),
     }
     if flags.wdgrstf().bit_is_set() {
         ("watchdog", Some(Reason::Watchdog))
@@ -417,6 +430,7 @@ pub fn start(
         watchdog: Watchdog {
             iwdg,
             fed: time.now(),
+            booted: Some(time.now()),
         },
         time,
     };

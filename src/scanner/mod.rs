@@ -56,6 +56,7 @@
 //! | [`pace`] | maximum speed of a mirror that does not stop |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
 //! | [`outbox`] | queue of outgoing sentences |
+//! | [`resets`] | number of resets in a row, which boot loader and image exchange |
 
 pub mod board;
 mod calibrating;
@@ -78,6 +79,7 @@ pub mod pulser;
 pub mod ramp;
 pub mod record;
 mod reports;
+pub mod resets;
 pub mod seal;
 pub mod settings;
 mod states;
