@@ -450,6 +450,14 @@ static const struct field FAIL[] = {
     F("command", TEXT, fail.command),
     F("field", TEXT, fail.field),
     F("expected", REST, fail.expected)};
+static const struct field CRASH[] = {
+    F("cause", TEXT, crash.cause),
+    F("boot", U32, crash.boot),
+    F("pc", MAY_HASH, crash.site.pc),
+    F("lr", MAY_HASH, crash.site.lr),
+    F("cfsr", MAY_HASH, crash.site.cfsr),
+    F("address", MAY_HASH, crash.site.address),
+    F("place", MAY_HASH, crash.site.place)};
 static const struct field HALT[] = {F("reason", REASON, halt.reason)};
 
 /* In the order of enum stairscan_kind. */
@@ -465,7 +473,8 @@ static const struct form FORMS[] = {
     {"CONF", STAIRSCAN_CONF, CONF, COUNT(CONF)},
     {"DONE", STAIRSCAN_DONE, DONE, COUNT(DONE)},
     {"FAIL", STAIRSCAN_FAIL, FAIL, COUNT(FAIL)},
-    {"HALT", STAIRSCAN_HALT, HALT, COUNT(HALT)}};
+    {"HALT", STAIRSCAN_HALT, HALT, COUNT(HALT)},
+    {"CRASH", STAIRSCAN_CRASH, CRASH, COUNT(CRASH)}};
 
 #define M(name, type, place) {name, type, offsetof(stairscan_motion_t, place)}
 
@@ -728,7 +737,7 @@ stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_se
     }
     /*@ loop invariant 0 <= form <= COUNT(FORMS);
         loop assigns form;
-        loop unroll 12;
+        loop unroll 13;
         loop variant COUNT(FORMS) - form; */
     while (form < COUNT(FORMS) && !is_word(text, FORMS[form].name)) {
         form++;

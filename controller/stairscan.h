@@ -333,6 +333,13 @@ typedef struct {
     stairscan_crash_site_t crash; /* before the reset */
 } stairscan_boot_t;
 
+/* CRASH: reply to `crash?`. */
+typedef struct {
+    stairscan_text_t cause; /* as `reset` of BOOT; none without a crash */
+    uint32_t boot;          /* number since power-up of the boot that crashed; 0 without a crash */
+    stairscan_crash_site_t site;
+} stairscan_crash_t;
+
 /* STAT: reply to `status`. */
 typedef struct {
     stairscan_text_t state; /* boot, self-test, idle, scanning, reporting, guarding, fault */
@@ -393,7 +400,8 @@ enum stairscan_kind {
     STAIRSCAN_CONF,
     STAIRSCAN_DONE,
     STAIRSCAN_FAIL,
-    STAIRSCAN_HALT
+    STAIRSCAN_HALT,
+    STAIRSCAN_CRASH
 };
 
 typedef struct {
@@ -411,6 +419,7 @@ typedef struct {
         stairscan_done_t done;
         stairscan_fail_t fail;
         stairscan_halt_t halt;
+        stairscan_crash_t crash;
     } as;
 } stairscan_sentence_t;
 
@@ -432,7 +441,7 @@ typedef struct {
     requires \valid(sentence);
     assigns *sentence;
     ensures \result.error <= STAIRSCAN_BAD_FIELD;
-    ensures \result.error == STAIRSCAN_FINE ==> sentence->kind <= STAIRSCAN_HALT; */
+    ensures \result.error == STAIRSCAN_FINE ==> sentence->kind <= STAIRSCAN_CRASH; */
 stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_sentence_t *sentence);
 
 /* A line to send, including CR LF, zero-terminated. */

@@ -12,6 +12,12 @@ pub fn of_parts(parts: &[&[u8]]) -> u32 {
     digest.finalize()
 }
 
+/// Returns the hash of a place in the source, such as that of a panic: the CRC-32 of the file's name, then line and
+/// column as little-endian words.
+pub fn of_place(file: &str, line: u32, column: u32) -> u32 {
+    of_parts(&[file.as_bytes(), &line.to_le_bytes(), &column.to_le_bytes()])
+}
+
 /// Returns the CRC-32 of words, each little-endian.
 pub fn of_words(words: &[u32]) -> u32 {
     let mut digest = CRC32.digest();

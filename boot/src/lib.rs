@@ -12,6 +12,7 @@
 //! | [`slot`] | the two slots: header, payload, marks |
 //! | [`floor`] | the anti-rollback counter |
 //! | [`start`] | which slot is executed |
+//! | [`force`] | whether the loader waits for a host all the same |
 //! | [`tell`] | the sentence that says so |
 //! | [`frame`] | frames between host and loader |
 //! | [`receive`] | a new image in, answers out |
@@ -22,6 +23,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod floor;
+pub mod force;
 pub mod frame;
 pub mod header;
 pub mod key;

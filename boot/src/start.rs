@@ -67,12 +67,25 @@ impl<F: Flash, G: NorFlash, K: Signatures> Loader<F, G, K> {
         }
     }
 
+    /// Whether an image on trial would be executed next.
+    pub fn has_trial(&mut self) -> bool {
+        let mut slots = Slot::BOTH.into_iter();
+        slots.any(|slot| self.on_trial(slot).is_some())
+    }
+
+    /// Number of executions of the image on trial in a slot, and address of its vector table; `None` where there is none
+    /// that may be executed once more.
+    fn on_trial(&mut self, slot: Slot) -> Option<(u32, u32)> {
+        let Mark::Trial(tried @ 0..TRIES) = self.slots.mark(slot) else {
+            return None;
+        };
+        let (vectors, _) = self.vectors(slot).ok()?;
+        Some((tried, vectors))
+    }
+
     fn trial(&mut self) -> Option<Start> {
         Slot::BOTH.into_iter().find_map(|slot| {
-            let Mark::Trial(tried @ 0..TRIES) = self.slots.mark(slot) else {
-                return None;
-            };
-            let (vectors, _) = self.vectors(slot).ok()?;
+            let (tried, vectors) = self.on_trial(slot)?;
             self.slots.try_once(slot).ok()?;
             Some(Start {
                 slot,

@@ -1,17 +1,19 @@
 //! The loader's sentence: what it executes, and how the slots stand, where that is not as it was.
 //!
-//! `$PSTR,LOADER,<slot, empty for none>,<execution on trial, 0: confirmed>,<state of slot A>,<state of slot B>*<CRC-32>`
+//! `$PSTR,LOADER,<slot, empty for none>,<execution on trial, 0: confirmed>,<state of slot A>,<state of slot B>*<CRC-32>`;
+//! where it waits although there is an image, with a last field that says why.
 
 use embedded_storage::nor_flash::NorFlash;
 use stairscan::crc;
 use stairscan::scanner::handover::Handover;
 
+use crate::force::Forced;
 use crate::key::Signatures;
 use crate::refusal::Flash;
 use crate::slot::{Mark, Slot};
 use crate::start::{Loader, Start};
 
-/// Longest sentence: two words of 16 bytes and less, a letter, a digit, frame and line end.
+/// Longest sentence: two words of 16 bytes and less, one of 6, a letter, a digit, frame and line end.
 const LONGEST: usize = 80;
 
 /// A sentence with its frame and line end.
@@ -40,6 +42,7 @@ pub fn sentence<F: Flash, G: NorFlash, K: Signatures>(
     loader: &mut Loader<F, G, K>,
     start: Option<Start>,
     handed: Option<Handover>,
+    forced: Option<Forced>,
 ) -> Option<Line> {
     if let Some(Start {
         slot, trial: None, ..
@@ -52,7 +55,7 @@ pub fn sentence<F: Flash, G: NorFlash, K: Signatures>(
         let other = loader.slots.mark(slot.other());
         let newer = order(other) > order(loader.slots.mark(slot));
         let known = newer || matches!(other, Mark::Trial(_) | Mark::GivenUp);
-        if handed.is_none() && !known {
+        if matches!(handed, None | Some(Handover::Execute)) && !known {
             return None;
         }
     }
@@ -68,7 +71,20 @@ pub fn sentence<F: Flash, G: NorFlash, K: Signatures>(
         bytes: [0; LONGEST],
         count: 0,
     };
-    for part in ["$PSTR,LOADER,", slot, ",", trial, ",", a, ",", b] {
+    let why = forced.map_or("", Forced::as_str);
+    let parted = if why.is_empty() { "" } else { "," };
+    for part in [
+        "$PSTR,LOADER,",
+        slot,
+        ",",
+        trial,
+        ",",
+        a,
+        ",",
+        b,
+        parted,
+        why,
+    ] {
         line.push(part.as_bytes());
     }
     let crc = crc::of_parts(&[line.bytes().get(1..).unwrap_or_default()]);

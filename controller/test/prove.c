@@ -149,7 +149,7 @@ static void write_numbers(void) {
     sentence.as.halt.reason = any_u32;
     stairscan_write(&sentence, &line);
     sentence.kind = any_u32;
-    if (sentence.kind > STAIRSCAN_HALT) {
+    if (sentence.kind > STAIRSCAN_CRASH) {
         stairscan_write(&sentence, &line); /* no kind: an empty line */
     }
 }
@@ -172,6 +172,11 @@ static void write_texts(void) {
     sentence.as.boot.second_memory = text();
     sentence.as.boot.option_bytes = word();
     sentence.as.boot.crash = crash();
+    stairscan_write(&sentence, &line);
+    sentence.kind = STAIRSCAN_CRASH;
+    sentence.as.crash.cause = text();
+    sentence.as.crash.boot = any_u32;
+    sentence.as.crash.site = crash();
     stairscan_write(&sentence, &line);
     sentence.kind = STAIRSCAN_STAT;
     sentence.as.stat.state = text();

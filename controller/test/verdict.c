@@ -217,6 +217,11 @@ static void say_sentence(struct out *out, const stairscan_sentence_t *sentence) 
         text(out, " field=", sentence->as.fail.field);
         text(out, " expected=", sentence->as.fail.expected);
         return;
+    case STAIRSCAN_CRASH:
+        text(out, "CRASH cause=", sentence->as.crash.cause);
+        whole(out, " boot=", sentence->as.crash.boot);
+        say_crash(out, &sentence->as.crash.site);
+        return;
     case STAIRSCAN_HALT:
         say(out, "HALT reason=<");
         say(out, stairscan_reason_word(sentence->as.halt.reason));

@@ -14,6 +14,8 @@ pub mod captures;
 pub mod commands;
 pub mod convert;
 #[cfg(feature = "program")]
+pub mod crash;
+#[cfg(feature = "program")]
 pub mod doctor;
 #[cfg(feature = "program")]
 pub mod drives;

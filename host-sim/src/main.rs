@@ -34,6 +34,8 @@ enum Command {
     Keys(commands::keys::Args),
     /// Send a signed image to a scanner, and see it confirmed
     Update(commands::update::Args),
+    /// Find file and line of a crash that a scanner has reported
+    Crash(commands::crash::Args),
     /// Show the duration of a scan by parts
     Timing(commands::timing::Args),
     /// Compare the sweep modes: stop at every angle, continuous
@@ -127,6 +129,7 @@ fn main() -> ExitCode {
         Command::Image(args) => commands::image::run(&args),
         Command::Keys(args) => commands::keys::run(&args),
         Command::Update(args) => commands::update::run(&args),
+        Command::Crash(args) => commands::crash::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
         Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),

@@ -4,10 +4,13 @@ use core::ptr;
 
 use cortex_m::peripheral::SCB;
 use stairscan::scanner::handover::{Handover, WORDS};
+use stairscan::scanner::resets::{self, Resets};
 
 unsafe extern "C" {
     /// Words of the message at the top of SRAM, behind everything that the linker places (`memory.x`).
     static mut _handover: [u32; WORDS];
+    /// Words of the boot loader's count of resets, behind the message.
+    static mut _resets: [u32; resets::WORDS];
 }
 
 /// Returns the message that the boot loader has left, and deletes it; `None` if there is none.
@@ -25,4 +28,10 @@ pub fn reset_with(message: Handover) -> ! {
     // SAFETY: as in `take`.
     unsafe { ptr::write_volatile(&raw mut _handover, message.words()) };
     SCB::sys_reset()
+}
+
+/// Sets the boot loader's count of resets to 0: the image has run long enough since the last one.
+pub fn clear_resets() {
+    // SAFETY: as in `take`.
+    unsafe { ptr::write_volatile(&raw mut _resets, Resets(0).words()) };
 }

@@ -2,6 +2,7 @@
 //!
 //! Pins, levels and connectors are in `docs/hardware.md`.
 
+pub mod cfsr;
 pub mod clock;
 pub mod delay;
 pub mod flash;

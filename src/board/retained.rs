@@ -1,6 +1,7 @@
 //! State that survives a reset as long as the power stays on: a record in uninitialised RAM with a checksum.
 
 use stairscan::crc;
+use stairscan::report::{CrashLine, CrashSite};
 
 /// Cause of a reset by the firmware itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +33,20 @@ impl Crash {
         Self::Supply,
         Self::Clock,
     ];
+
+    /// Returns the crash as the cause of a reset.
+    #[cfg_attr(not(target_os = "none"), allow(dead_code))]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Crash::None => "none",
+            Crash::Panic => "panic",
+            Crash::HardFault => "hard-fault",
+            Crash::UnhandledInterrupt => "stray-interrupt",
+            Crash::Memory => "memory-fault",
+            Crash::Supply => "supply",
+            Crash::Clock => "clock",
+        }
+    }
 
     /// Returns the crash of this number; [`Crash::UnhandledInterrupt`] for any number without a crash.
     #[cfg_attr(not(target_os = "none"), allow(dead_code))]
@@ -103,9 +118,70 @@ impl BootRecord {
     }
 }
 
+/// The last crash. It is written at a crash alone, and kept over later resets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CrashRecord {
+    /// Cause of the reset.
+    pub crash: Crash,
+    /// Number of the boot since power-up that crashed.
+    pub boot: u32,
+    /// Place of the crash.
+    pub site: CrashSite,
+}
+
+/// The record of the last crash as words: flags, boot, the five words of the place, and checksum.
+type CrashWords = [u32; 8];
+
+impl CrashRecord {
+    /// Value XORed into the checksum, so that neither all zeros nor all ones are a valid record.
+    const CHECKSUM_XOR: u32 = 0x2b90_c41d;
+
+    /// Returns the content of the sentence `CRASH`.
+    #[cfg_attr(not(target_os = "none"), allow(dead_code))]
+    pub fn line(self) -> CrashLine<'static> {
+        CrashLine {
+            cause: self.crash.as_str(),
+            boot: self.boot,
+            site: self.site,
+        }
+    }
+
+    fn words(self) -> CrashWords {
+        let site = self.site;
+        let fields = [site.pc, site.lr, site.cfsr, site.address, site.place];
+        let mut flags = self.crash as u32;
+        for (bit, field) in (8..).zip(&fields) {
+            flags |= u32::from(field.is_some()) << bit;
+        }
+        let [pc, lr, cfsr, address, place] = fields.map(Option::unwrap_or_default);
+        let words = [flags, self.boot, pc, lr, cfsr, address, place];
+        let check = crc::of_words(&words) ^ Self::CHECKSUM_XOR;
+        [flags, self.boot, pc, lr, cfsr, address, place, check]
+    }
+
+    /// Returns the record of these words; `None` if their checksum is wrong.
+    fn from_words(words: CrashWords) -> Option<Self> {
+        let [flags, boot, pc, lr, cfsr, address, place, check] = words;
+        let right = crc::of_words(&[flags, boot, pc, lr, cfsr, address, place]);
+        (check == right ^ Self::CHECKSUM_XOR).then_some(())?;
+        let field = |bit: u32, word: u32| (flags >> bit & 1 == 1).then_some(word);
+        Some(Self {
+            crash: Crash::from_number(flags & 0xff),
+            boot,
+            site: CrashSite {
+                pc: field(8, pc),
+                lr: field(9, lr),
+                cfsr: field(10, cfsr),
+                address: field(11, address),
+                place: field(12, place),
+            },
+        })
+    }
+}
+
 #[cfg(target_os = "none")]
 mod memory {
-    use super::{BootRecord, Words};
+    use super::{BootRecord, CrashRecord, CrashWords, Words};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
     const LENGTH: usize = size_of::<Words>() / size_of::<u32>();
@@ -114,6 +190,29 @@ mod memory {
     // record fails its checksum.
     #[unsafe(link_section = ".uninit.RETAINED")]
     static RETAINED: [AtomicU32; LENGTH] = [const { AtomicU32::new(0) }; LENGTH];
+
+    // SAFETY: as above.
+    #[unsafe(link_section = ".uninit.CRASH")]
+    static CRASH: [AtomicU32; size_of::<CrashWords>() / size_of::<u32>()] =
+        [const { AtomicU32::new(0) }; size_of::<CrashWords>() / size_of::<u32>()];
+
+    /// Returns the record of the last crash; `None` if there is none.
+    pub fn load_crash() -> Option<CrashRecord> {
+        CrashRecord::from_words(CRASH.each_ref().map(|place| place.load(Relaxed)))
+    }
+
+    /// Writes the record of the last crash.
+    pub fn store_crash(record: CrashRecord) {
+        for (place, word) in CRASH.iter().zip(record.words()) {
+            place.store(word, Relaxed);
+        }
+    }
+
+    /// Deletes the record of the last crash.
+    pub fn forget_crash() {
+        // Zeros fail the checksum.
+        CRASH.iter().for_each(|place| place.store(0, Relaxed));
+    }
 
     /// Returns the record in retained memory, or that of a fresh power-up.
     pub fn load() -> BootRecord {
@@ -129,7 +228,7 @@ mod memory {
 }
 
 #[cfg(target_os = "none")]
-pub use memory::{load, store};
+pub use memory::{forget_crash, load, load_crash, store, store_crash};
 
 #[cfg(test)]
 mod tests {
@@ -157,6 +256,39 @@ mod tests {
                     assert_eq!(BootRecord::from_words(record.words()), record);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_crash_survives_as_written_and_nothing_else_is_one() {
+        let site = |bits: u32| {
+            let field = |bit: u32| (bits >> bit & 1 == 1).then_some(bit * 0x0101_0101);
+            CrashSite {
+                pc: field(0),
+                lr: field(1),
+                cfsr: field(2),
+                address: field(3),
+                place: field(4),
+            }
+        };
+        for crash in Crash::ALL {
+            for bits in 0..32 {
+                let record = CrashRecord {
+                    crash,
+                    boot: u32::MAX - bits,
+                    site: site(bits),
+                };
+                let words = record.words();
+                assert_eq!(CrashRecord::from_words(words), Some(record));
+                for bit in 0..256 {
+                    let mut bad = words;
+                    bad[bit / 32] ^= 1 << (bit % 32);
+                    assert_eq!(CrashRecord::from_words(bad), None, "bit {bit}");
+                }
+            }
+        }
+        for pattern in [0, u32::MAX, 0x5555_5555] {
+            assert_eq!(CrashRecord::from_words([pattern; 8]), None);
         }
     }
 

@@ -3,6 +3,7 @@
 use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
+use stairscan::report::CrashLine;
 use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::handover::Handover;
@@ -31,7 +32,7 @@ use super::handover;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
-use super::retained::{self, BootRecord, Crash};
+use super::retained::{self, BootRecord, Crash, CrashRecord};
 use super::seal;
 use super::settings_flash::{self, SettingsFlash};
 use super::sleep::Sleep;
@@ -162,6 +163,14 @@ impl Board for ChipBoard {
         self.retain(|record| record.crashes = 0);
     }
 
+    fn last_crash(&self) -> CrashLine<'static> {
+        retained::load_crash().map_or(CrashLine::NONE, CrashRecord::line)
+    }
+
+    fn forget_crash(&mut self) {
+        retained::forget_crash();
+    }
+
     fn enter_loader(&mut self) {
         handover::reset_with(Handover::Update);
     }
@@ -223,15 +232,10 @@ fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
 fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
-    let crashed = Some(Reason::Crash);
     match crash {
-        Crash::Panic => return ("panic", crashed),
-        Crash::HardFault => return ("hard-fault", crashed),
-        Crash::UnhandledInterrupt => return ("stray-interrupt", crashed),
-        Crash::Memory => return ("memory-fault", crashed),
-        Crash::Supply => return ("supply", Some(Reason::Supply)),
-        Crash::Clock => return ("clock", crashed),
         Crash::None => {}
+        Crash::Supply => return (crash.as_str(), Some(Reason::Supply)),
+        _ => return (crash.as_str(), Some(Reason::Crash)),
     }
     if flags.wdgrstf().bit_is_set() {
         ("watchdog", Some(Reason::Watchdog))

@@ -57,10 +57,12 @@ pub fn feed(registers: &mut impl Registers) {
 #[cfg(target_os = "none")]
 mod chip {
     use stairscan::scanner::Micros;
+    use stairscan::scanner::resets::SURVIVED_US;
     use stm32f4xx_hal::pac;
 
     use super::{Registers, feed, start};
     use crate::board::delay::delay_clocks;
+    use crate::board::handover;
 
     /// The watchdog's registers, and the number of core clocks in 10 µs.
     struct ChipRegisters {
@@ -93,6 +95,8 @@ mod chip {
     pub struct Watchdog {
         registers: ChipRegisters,
         fed: Micros,
+        /// Time of the boot; `None` once the boot loader's count of resets is cleared.
+        booted: Option<Micros>,
     }
 
     impl Watchdog {
@@ -110,11 +114,18 @@ mod chip {
             Self {
                 registers,
                 fed: now,
+                booted: Some(now),
             }
         }
 
-        /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline.
+        /// Resets the watchdog's counter if `healthy`, that is if the scanner's state is within its deadline; clears the
+        /// boot loader's count of resets a minute after the boot.
         pub fn attend(&mut self, now: Micros, healthy: bool) {
+            let survived = |at| now.since(at) >= SURVIVED_US;
+            if healthy && self.booted.is_some_and(survived) {
+                self.booted = None;
+                handover::clear_resets();
+            }
             if healthy && now.since(self.fed) >= Self::PAUSE_US {
                 feed(&mut self.registers);
                 self.fed = now;

@@ -5,6 +5,6 @@ pub mod motion;
 pub mod sentence;
 
 pub use sentence::{
-    BootLine, CrashSite, DropLine, GuardLine, Line, LiveLine, MaybeLine, ParseError, ScanLine,
-    Sentence, StepLine, Tenths,
+    BootLine, CrashLine, CrashSite, DropLine, GuardLine, Line, LiveLine, MaybeLine, ParseError,
+    ScanLine, Sentence, StepLine, Tenths,
 };

@@ -13,6 +13,7 @@
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; hazard that ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
 //! | `BOOT` | version; git revision; reset cause; clock source; boots since power-on; settings; serial number of the chip; second memory (`none`, `ccm-64`, `sram3-64`, `damaged`); option bytes; of the crash before the reset: PC, LR, CFSR, fault address, hash of the panic's place |
+//! | `CRASH` | last crash since power-on: reset cause, or `none`; number of the boot that crashed; PC, LR, CFSR, fault address, hash of the panic's place |
 //! | `STAT` | state; clock source; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of the motion input since boot; settings |
 //! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of the motion input; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer correctly |
 //! | `CONF` | key; value |
@@ -49,6 +50,7 @@
 //! and would link unreachable panics.
 
 mod boot;
+mod crash;
 mod fields;
 mod frame;
 mod guard;
@@ -58,7 +60,8 @@ mod writer;
 
 use crate::answer::Direction;
 use crate::verdict::{Outcome, Reason, Reasons, Status};
-pub use boot::{BootLine, CrashSite};
+pub use boot::BootLine;
+pub use crash::{CrashLine, CrashSite};
 pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
@@ -82,6 +85,8 @@ pub enum Sentence<'a> {
     Guard(GuardLine),
     /// First sentence after boot.
     Boot(BootLine<'a>),
+    /// Answer to `crash?`.
+    Crash(CrashLine<'a>),
     /// Answer to `status`.
     State {
         /// Name of the scanner's state, such as `idle` or `scanning`.
@@ -164,6 +169,7 @@ impl Sentence<'_> {
             Sentence::Maybe(m) => m.write(),
             Sentence::Guard(g) => g.write(),
             Sentence::Boot(ref b) => b.write(),
+            Sentence::Crash(ref c) => c.write(),
             Sentence::State {
                 state,
                 clock,
@@ -242,6 +248,7 @@ impl Sentence<'_> {
             "MAYBE" => Sentence::Maybe(MaybeLine::parse(&mut fields)?),
             "GUARD" => Sentence::Guard(GuardLine::parse(&mut fields)?),
             "BOOT" => Sentence::Boot(BootLine::parse(&mut fields)?),
+            "CRASH" => Sentence::Crash(CrashLine::parse(&mut fields)?),
             "STAT" => Sentence::State {
                 state: fields.text("state")?,
                 clock: fields.text("clock")?,

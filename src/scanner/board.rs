@@ -3,6 +3,7 @@
 use super::fitness::BoardHealth;
 use super::settings::Settings;
 use super::store::StoreError;
+use crate::report::CrashLine;
 use crate::scanner::command::Measure;
 use crate::verdict::{Reason, Reasons};
 
@@ -22,6 +23,12 @@ pub trait Board {
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
     /// Sets the number of consecutive crashes to 0: the firmware has run long enough since the last one.
     fn clear_crashes(&mut self);
+    /// Returns the last crash since power-on, or since [`Board::forget_crash`].
+    fn last_crash(&self) -> CrashLine<'static> {
+        CrashLine::NONE
+    }
+    /// Deletes the record of the last crash.
+    fn forget_crash(&mut self) {}
     /// Resets the chip into its boot loader, which takes a new image; returns if the chip has no boot loader.
     fn enter_loader(&mut self) {}
     /// Called when the self-test has passed: an image on trial resets the chip here, and the boot loader confirms it.
@@ -53,6 +60,14 @@ impl<B: Board + ?Sized> Board for &mut B {
 
     fn clear_crashes(&mut self) {
         (**self).clear_crashes();
+    }
+
+    fn last_crash(&self) -> CrashLine<'static> {
+        (**self).last_crash()
+    }
+
+    fn forget_crash(&mut self) {
+        (**self).forget_crash();
     }
 
     fn enter_loader(&mut self) {

@@ -15,6 +15,8 @@
 //! | `watch,on\|off` | as `guard`, and a full scan when a rise or a drop comes near and the chair stands or slows | `DONE`, later `GUARD`s |
 //! | `status` | | `STAT` |
 //! | `version` | | `CONF` with version and revision |
+//! | `crash?` | | `CRASH` with the last crash since power-on |
+//! | `crash-clear` | deletes the record of the last crash | `DONE` |
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | a setting, or one of [`Measure`] | `CONF` |
@@ -57,6 +59,10 @@ pub enum Command<'a> {
     Status,
     /// Reports version and revision.
     Version,
+    /// Reports the last crash.
+    Crash,
+    /// Deletes the record of the last crash.
+    ForgetCrash,
     /// Runs the self-test.
     SelfTest,
     /// Discards the evidence of earlier scans; the chip is not reset.
@@ -137,6 +143,8 @@ impl Command<'_> {
             Command::Watch(_) => "watch",
             Command::Status => "status",
             Command::Version => "version",
+            Command::Crash => "crash?",
+            Command::ForgetCrash => "crash-clear",
             Command::SelfTest => "selftest",
             Command::Reset => "reset",
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
@@ -199,6 +207,8 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("watch") => Command::Watch(switch("watch", &mut words)?),
         Some("status") => Command::Status,
         Some("version") => Command::Version,
+        Some("crash?") => Command::Crash,
+        Some("crash-clear") => Command::ForgetCrash,
         Some("selftest") => Command::SelfTest,
         Some("save") => Command::Save,
         Some("update") => Command::Update,
@@ -218,7 +228,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected = "start stop scan guard watch status version selftest reset get set save update or calibrate";
+            let expected = "start stop scan guard watch status version crash? crash-clear selftest reset get set save update or calibrate";
             return Err(bad("-", "command", expected));
         }
     };

@@ -197,6 +197,14 @@ impl Console {
                 machine.discard_evidence();
                 machine.reports.done("reset");
             }
+            Command::Crash => {
+                let last = machine.hardware.board.last_crash();
+                machine.reports.crash(last);
+            }
+            Command::ForgetCrash => {
+                machine.hardware.board.forget_crash();
+                machine.reports.done("crash-clear");
+            }
             Command::Version => machine.reports.version(&machine.identity),
             Command::GetAll => self.listing = Some(0),
             Command::Get(key) => tell_setting(machine, key),

@@ -20,6 +20,8 @@ pub enum Handover {
     Confirm = 2,
     /// Boot loader to image: the image is on trial until it is confirmed.
     Trial = 3,
+    /// Boot loader to itself: execute an image, whatever forces the loader to wait.
+    Execute = 4,
 }
 
 impl Handover {
@@ -31,7 +33,7 @@ impl Handover {
 
     /// Returns the message that `words` contain; `None` if they are no message.
     pub fn from_words(words: [u32; WORDS]) -> Option<Self> {
-        [Self::Update, Self::Confirm, Self::Trial]
+        [Self::Update, Self::Confirm, Self::Trial, Self::Execute]
             .into_iter()
             .find(|message| message.words() == words)
     }
@@ -43,7 +45,12 @@ mod tests {
 
     #[test]
     fn a_message_comes_back_and_one_bit_makes_it_none() {
-        for message in [Handover::Update, Handover::Confirm, Handover::Trial] {
+        for message in [
+            Handover::Update,
+            Handover::Confirm,
+            Handover::Trial,
+            Handover::Execute,
+        ] {
             let words = message.words();
             assert_eq!(Handover::from_words(words), Some(message));
             for bit in 0..32 * WORDS {

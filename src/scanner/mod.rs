@@ -60,6 +60,7 @@
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
 //! | [`outbox`] | queue of outgoing sentences |
 //! | [`rest`] | whether the loop may sleep until an interrupt |
+//! | [`resets`] | number of resets in a row, which boot loader and image exchange |
 
 pub mod board;
 mod calibrating;
@@ -83,6 +84,7 @@ pub mod pulser;
 pub mod ramp;
 pub mod record;
 mod reports;
+pub mod resets;
 pub mod rest;
 pub mod seal;
 pub mod settings;

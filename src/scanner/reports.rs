@@ -3,7 +3,7 @@
 use crate::config::Plane;
 use crate::port::BytePort;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
-use crate::report::{BootLine, CrashSite, GuardLine, LiveLine, ScanLine, Sentence};
+use crate::report::{BootLine, CrashLine, CrashSite, GuardLine, LiveLine, ScanLine, Sentence};
 use crate::scanner::board::BootInfo;
 use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
@@ -112,8 +112,10 @@ impl Reports {
         self.outbox.is_empty() && self.outbox.push(&Sentence::Live(live))
     }
 
-    /// Queues the sentence `BOOT`; `settings` is the hash of the settings in force.
-    pub(super) fn boot(&mut self, identity: &BootInfo, settings: u32) {
+    /// Queues the sentence `BOOT`; `settings` is the hash of the settings in force, `last` the last crash. Its place
+    /// is reported if it ended the boot before this one.
+    pub(super) fn boot(&mut self, identity: &BootInfo, settings: u32, last: CrashLine<'static>) {
+        let just_now = last.boot != 0 && last.boot.saturating_add(1) == identity.boots;
         self.outbox.push(&Sentence::Boot(BootLine {
             version: identity.version,
             revision: identity.revision,
@@ -124,8 +126,14 @@ impl Reports {
             serial: identity.serial,
             second_memory: identity.second_memory.as_str(),
             option_bytes: identity.option_bytes,
-            crash: CrashSite::NONE,
+            crash: if just_now { last.site } else { CrashSite::NONE },
         }));
+    }
+
+    /// Queues `CRASH` with the last crash, the answer to `crash?`.
+    #[inline(never)]
+    pub(super) fn crash(&mut self, last: CrashLine<'static>) {
+        self.outbox.push(&Sentence::Crash(last));
     }
 
     /// Queues the reasons of a failed self-test as the sentence `SCAN` of scan 0; returns `false` if there is no

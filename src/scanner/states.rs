@@ -16,6 +16,7 @@ use crate::scanner::board::{Board, BootInfo, Hardware};
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::{Mirror, Motion};
+use crate::scanner::resets::SURVIVED_US;
 use crate::scanner::rest::Rest;
 use crate::scanner::settings::{Settings, Sweeping, Switch};
 use crate::scanner::sweep::{Rows, Sweep, Task, link_reason, mirror_reason};
@@ -110,9 +111,6 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub(super) calibration: Option<CalibrationRequest>,
 }
 
-/// Time since boot, µs, after which a scan or guard sweep without a fault clears the count of earlier crashes: 60
-/// s.
-const SURVIVED_US: u32 = 60_000_000;
 /// Time within which the state machine must run again when idle, or in any step without a limit of its own, µs.
 const POLL_US: u32 = 500_000;
 
@@ -355,7 +353,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
 
     #[inline(never)]
     fn boot(&mut self, now: Micros) {
-        self.reports.boot(&self.identity, self.settings.hash());
+        let last = self.hardware.board.last_crash();
+        self.reports
+            .boot(&self.identity, self.settings.hash(), last);
         if self.identity.crash_loop && !self.hardware.board.stopped() {
             self.hardware.mirror.disable();
             let (until, reported) = (Until::Command, false);
@@ -700,7 +700,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     /// Clears the count of crashes at the first scan or guard sweep without a fault that ends a minute or more
-    /// after boot.
+    /// ([`SURVIVED_US`]) after boot.
     fn forget_crashes(&mut self, now: Micros, fault: bool) {
         if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
             self.booted = None;

@@ -6,6 +6,7 @@
 
 mod board;
 mod clock;
+mod pin;
 mod port;
 
 use core::panic::PanicInfo;
@@ -15,7 +16,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use stairscan::scanner::handover::{Handover, WORDS};
 use stairscan::scanner::option_bytes::OptionBytes;
+use stairscan::scanner::resets::{self, Resets};
 use stairscan_boot::floor::Floor;
+use stairscan_boot::force::{AtReset, Waiting};
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
 use stairscan_boot::key::PublicKey;
 use stairscan_boot::layout::{
@@ -70,14 +73,14 @@ impl From<FlashError> for Refusal {
 
 /// Rate of the SysTick polls, Hz.
 const TICKS: u32 = 1_000;
-/// Ticks without a request until the loader gives up waiting and boots: a minute.
-const SILENCE: u32 = 60 * TICKS;
-/// Ticks without a request at another rate until the first one holds again: 2 s.
-const RATE_SILENCE: u32 = 2 * TICKS;
+/// Time without a request at another rate until the first one holds again, ms.
+const RATE_SILENCE_MS: u32 = 2_000;
 
 unsafe extern "C" {
     /// Top of SRAM, where no image places anything (`memory.x`).
     static mut _handover: [u32; WORDS];
+    /// Behind it.
+    static mut _resets: [u32; resets::WORDS];
 }
 
 /// A panic, which no request leads to: what is in flash decides anew.
@@ -91,7 +94,8 @@ fn main() -> ! {
     // SAFETY: the only place that takes them, once, with interrupts that nothing has unmasked.
     let (mut core, chip) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
     start_watchdog(&chip.IWDG);
-    let handed = take();
+    pin::start(&chip);
+    let (handed, resets) = (take(), count());
     let clocks = clock::start(&chip.RCC, &chip.FLASH, &chip.TIM11);
     start_detector(&chip);
     let mut loader = ChipLoader {
@@ -103,23 +107,42 @@ fn main() -> ! {
         keys: PublicKey(TRUSTED),
     };
     let mut port = Port::start(&chip, clocks.apb1_hz);
+    let found = AtReset {
+        handed,
+        resets,
+        held: pin::is_held(&chip),
+    };
+    let (forced, resets) = found.decide(|| loader.has_trial());
+    leave_count(resets);
     let start = match handed {
         // No try is spent on an image that somebody is about to replace.
         Some(Handover::Update) => None,
+        _ if forced.is_some() => None,
         Some(Handover::Confirm) => loader.start(Asked::Confirm),
         _ => loader.start(Asked::Nothing),
     };
-    if let Some(line) = tell::sentence(&mut loader, start, handed) {
+    if let Some(line) = tell::sentence(&mut loader, start, handed, forced) {
         port.write(line.bytes());
     }
     match start {
         Some(start) => {
             port.stop(&chip);
             stop_detector(&chip);
+            pin::stop(&chip);
             clock::stop(&chip.RCC, &chip.FLASH);
             execute(start, &mut core.SCB)
         }
-        None => serve(&mut loader, &mut port, &mut core.SYST, &clocks, &chip.IWDG),
+        None => {
+            let waiting = Waiting::new(forced);
+            serve(
+                &mut loader,
+                &mut port,
+                &mut core.SYST,
+                &clocks,
+                &chip,
+                waiting,
+            )
+        }
     }
 }
 
@@ -153,10 +176,25 @@ fn leave(words: [u32; WORDS]) {
     unsafe { ptr::write_volatile(&raw mut _handover, words) };
 }
 
+/// The number of resets before this one; `None` after a loss of power.
+fn count() -> Option<Resets> {
+    // SAFETY: as in `take`.
+    Resets::from_words(unsafe { ptr::read_volatile(&raw mut _resets) })
+}
+
+/// Leaves the number of resets for the image and the next reset.
+fn leave_count(resets: Option<Resets>) {
+    let words = resets.map_or([0; resets::WORDS], Resets::words);
+    // SAFETY: as in `take`.
+    unsafe { ptr::write_volatile(&raw mut _resets, words) };
+}
+
 /// Hands the core over to an image whose signature and hash have just been checked.
 fn execute(start: Start, scb: &mut SCB) -> ! {
     if start.trial.is_some() {
         leave(Handover::Trial.words());
+        // Three executions without a confirmation end the trial.
+        leave_count(None);
     }
     // SAFETY: the address of a vector table on a multiple of 512, within flash.
     unsafe { scb.vtor.write(start.vectors) };
@@ -186,7 +224,8 @@ fn serve(
     port: &mut Port,
     systick: &mut SYST,
     clocks: &Clocks,
-    iwdg: &pac::IWDG,
+    chip: &pac::Peripherals,
+    mut waiting: Waiting,
 ) -> ! {
     let fastest = clock::fastest(clocks);
     let mut receiver = Receiver::new(fastest, DEVELOPMENT);
@@ -196,17 +235,16 @@ fn serve(
     systick.set_reload(clocks.core_hz / TICKS - 1);
     systick.clear_current();
     systick.enable_counter();
-    let mut silent = 0;
     loop {
         if systick.has_wrapped() {
-            feed(iwdg);
-            silent += 1;
+            feed(&chip.IWDG);
+            waiting.tick(pin::is_held(chip));
         }
-        if silent > RATE_SILENCE && port.rate() != FIRST_BAUD {
+        if waiting.silent_ms > RATE_SILENCE_MS && port.rate() != FIRST_BAUD {
             port.set_rate(FIRST_BAUD);
             decoder.reset();
         }
-        if silent > SILENCE {
+        if waiting.is_over() {
             SCB::sys_reset()
         }
         let Some(byte) = port.read() else { continue };
@@ -217,7 +255,7 @@ fn serve(
         let Some((answer, effect)) = receiver.handle(frame, loader) else {
             continue;
         };
-        silent = 0;
+        waiting.heard();
         let mut out = [0; MAX_FRAME];
         let answer = Frame {
             kind: kind | ANSWER,
@@ -229,7 +267,10 @@ fn serve(
         match effect {
             Effect::None => {}
             Effect::Rate(baud) => port.set_rate(baud),
-            Effect::Reset => SCB::sys_reset(),
+            Effect::Reset => {
+                leave(Handover::Execute.words());
+                SCB::sys_reset()
+            }
         }
     }
 }

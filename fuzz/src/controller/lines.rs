@@ -100,6 +100,7 @@ const KINDS: &[&str] = &[
     "MAYBE",
     "GUARD",
     "BOOT",
+    "CRASH",
     "STAT",
     "LIVE",
     "CONF",

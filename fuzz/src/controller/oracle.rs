@@ -41,6 +41,12 @@ fn fields(sentence: &Sentence<'_>) -> String {
         Sentence::Maybe(maybe) => of_maybe(&maybe),
         Sentence::Guard(guard) => of_guard(&guard),
         Sentence::Boot(boot) => of_boot(&boot),
+        Sentence::Crash(crash) => format!(
+            "CRASH cause=[{}] boot={}{}",
+            crash.cause,
+            crash.boot,
+            of_crash(&crash.site)
+        ),
         Sentence::State {
             state,
             clock,

@@ -7,8 +7,8 @@ use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{
-    BootLine, CrashSite, DropLine, GuardLine, LiveLine, MaybeLine, ScanLine, Sentence, StepLine,
-    Tenths, motion,
+    BootLine, CrashLine, CrashSite, DropLine, GuardLine, LiveLine, MaybeLine, ScanLine, Sentence,
+    StepLine, Tenths, motion,
 };
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
@@ -308,6 +308,16 @@ fn texts() -> Vec<Sentence<'static>> {
             },
             ..boot
         }),
+        Sentence::Crash(CrashLine::NONE),
+        Sentence::Crash(CrashLine {
+            cause: "memory-fault",
+            boot: u32::MAX,
+            site: CrashSite {
+                cfsr: Some(0x92),
+                address: Some(0x2000_001C),
+                ..CrashSite::NONE
+            },
+        }),
         state("idle", Reasons::NONE, "absent"),
         state("fault", reasons, "disordered"),
         Sentence::Config {
@@ -397,6 +407,10 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,none,0000000g,,,,,",
     "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,none,,,,abcdefAB,,",
     "PSTR,BOOT,1,2,3,4,5,00000000,000000000000000000000000,none,,,,,,,",
+    "PSTR,CRASH",
+    "PSTR,CRASH,panic,-1,,,,,",
+    "PSTR,CRASH,panic,1,,,,",
+    "PSTR,CRASH,panic,1,,,,,,",
     "PSTR,STAT,idle,hse-168,1,paper,,good,1",
     "PSTR,LIVE,idle,1,2,+3,good,0,0,0,0",
     "PSTR,LIVE,idle,1,2,4294967296,good,0,0,0,0",

@@ -23,7 +23,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
     (
         "Watch a scanner",
-        &["live", "doctor", "settings", "record", "update"],
+        &["live", "doctor", "settings", "record", "update", "crash"],
     ),
     (
         "Inspect scans",
@@ -132,6 +132,13 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "update /dev/ttyUSB0 new.signed",
             "update /dev/ttyUSB0 --show",
             "update /dev/ttyUSB0 --back",
+        ],
+    ),
+    (
+        "crash",
+        &[
+            "crash target/thumbv7em-none-eabihf/firmware/stairscan /dev/ttyUSB0",
+            "crash target/thumbv7em-none-eabihf/firmware/stairscan session.log",
         ],
     ),
     (

@@ -9,6 +9,7 @@ pub mod capability;
 pub mod compare;
 pub mod convergence;
 pub mod convert;
+pub mod crash;
 pub mod doctor;
 pub mod drives;
 pub mod emulate;

@@ -37,6 +37,9 @@ pub struct Args {
     /// Fastest rate to agree on, baud: 1, 2 or 3 Mbaud, or 115200 for none
     #[arg(long, default_value_t = 3_000_000, value_parser = clap::value_parser!(u32).range(115_200..=3_000_000))]
     fastest: u32,
+    /// Seconds to wait for the boot loader where no image sends the scanner there
+    #[arg(long, default_value_t = 60)]
+    catch: u64,
     /// Seconds to wait for the confirmation: the self-test homes the mirror and asks the radar module
     #[arg(long, default_value_t = 60)]
     wait: u64,
@@ -50,7 +53,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let (what, help) = ports::trouble(&args.port, &error).explain(&args.port);
         anyhow::anyhow!("{}", [&[what][..], &help].concat().join("\n  "))
     })?;
-    let mut client = Client::enter(opened)?;
+    let mut client = Client::enter_within(opened, Duration::from_secs(args.catch), |remedy| {
+        eprintln!("no answer yet; for {} s more: {remedy}", args.catch);
+    })?;
     for slot in Slot::BOTH {
         emit(&format!("{}\n", slot_line(&client.info, slot)));
     }

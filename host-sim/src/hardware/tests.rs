@@ -8,6 +8,7 @@ use super::{optics, tables, wiring};
 
 const HARDWARE: &str = include_str!("../../../docs/hardware.md");
 const START: &str = include_str!("../../../src/board/start.rs");
+const LOADER: &str = include_str!("../../../boot/src/chip/pin.rs");
 const DOCUMENT: &str = include_str!("../../../docs/build.md");
 
 /// Returns the microcontroller's pin for each signal in the table.
@@ -35,8 +36,8 @@ fn pin(text: &str) -> Option<String> {
 
 #[test]
 fn every_pin_of_the_firmware_is_wired_and_no_other() {
-    let words = START.split(|c: char| !c.is_ascii_alphanumeric());
-    let firmware: BTreeSet<String> = words.filter_map(pin).collect();
+    let words = [START, LOADER].map(|text| text.split(|c: char| !c.is_ascii_alphanumeric()));
+    let firmware: BTreeSet<String> = words.into_iter().flatten().filter_map(pin).collect();
     assert!(firmware.len() > 15, "{firmware:?}");
     // The pins of the debug probe belong to the chip.
     let probe = ["PA13", "PA14", "NRST"];
@@ -47,7 +48,7 @@ fn every_pin_of_the_firmware_is_wired_and_no_other() {
         .collect();
     assert_eq!(
         wired, firmware,
-        "src/board/start.rs and host-sim/src/hardware/table.toml"
+        "src/board/start.rs, boot/src/chip/pin.rs and host-sim/src/hardware/table.toml"
     );
 }
 

@@ -343,6 +343,13 @@ impl State {
                 self.pulse = None;
                 self.guard = None;
             }
+            Sentence::Crash(crash) if crash.boot == 0 => {
+                self.reply(now, "crash?", "no crash since power-on", true);
+            }
+            Sentence::Crash(crash) => {
+                let text = format!("{} in boot {}", crash.cause, crash.boot);
+                self.reply(now, "crash?", &text, true);
+            }
             Sentence::Config { key, value } => {
                 self.reply(now, "", &format!("{key} is {value}"), true)
             }

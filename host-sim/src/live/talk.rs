@@ -234,6 +234,28 @@ impl Talk {
         })
     }
 
+    /// Returns the scanner's reply to `version`: the line of its `CONF` sentence.
+    ///
+    /// # Errors
+    /// The port has disappeared, or there was no reply.
+    pub fn version_line(&mut self) -> Result<String, PortFault> {
+        self.ask("version", |sentence| {
+            let version = matches!(sentence, Sentence::Config { key: "version", .. });
+            version.then(|| sentence.write().trim_end().to_owned())
+        })
+    }
+
+    /// Returns the scanner's reply to `crash?`: the line of its `CRASH` sentence.
+    ///
+    /// # Errors
+    /// The port has disappeared, or there was no reply, as of a firmware without this command.
+    pub fn crash(&mut self) -> Result<String, PortFault> {
+        self.ask("crash?", |sentence| match sentence {
+            Sentence::Crash(_) => Some(sentence.write().trim_end().to_owned()),
+            _ => None,
+        })
+    }
+
     /// Returns the scanner's reply to `status`: the line of its `STAT` sentence.
     ///
     /// # Errors

@@ -30,6 +30,11 @@ const ALREADY: (Duration, u32) = (Duration::from_millis(2_500), 1);
 const LISTEN: Duration = Duration::from_millis(700);
 /// Maximum time in which a running image reports that it refuses to enter its loader.
 const REFUSED: Duration = Duration::from_millis(300);
+/// Timeout and number of tries of a greeting of which one may meet the loader: it waits for 10 s.
+const CAUGHT: (Duration, u32) = (Duration::from_millis(1_000), 1);
+/// What makes a loader wait for a host.
+pub const FORCE: &str = "reset the scanner three times, each within a minute after the one before, or reset it with LOADER \
+                         (PB12) held at 3.3 V: then its boot loader waits for this command";
 /// Timeout and number of tries of the request for another baud rate.
 const RATE: (Duration, u32) = (Duration::from_millis(700), 2);
 /// Time after which a loader that received nothing at another baud rate is back at the first one.
@@ -136,21 +141,35 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// The scanner does not answer, or has no loader.
     pub fn enter(wire: W) -> Result<Self> {
+        Self::enter_within(wire, Duration::ZERO, |_| ())
+    }
+
+    /// Same as [`Self::enter`], but waits for the loader for `patience` if no image sends it there, and calls `told`
+    /// with the remedy. The loader waits for a host if it is forced to, by its pin or by three resets.
+    ///
+    /// # Errors
+    /// The scanner does not answer, or has no loader.
+    pub fn enter_within(wire: W, patience: Duration, told: impl FnOnce(&str)) -> Result<Self> {
         let mut link = Link::new(wire);
         let at_work = is_at_work(&mut link)?;
         if at_work.is_some() {
             leave_image(&mut link)?;
         }
-        let patience = if at_work.is_some() { HELLO } else { ALREADY };
-        let mut reply = link.ask(Kind::Hello, &[PROTOCOL], patience)?;
+        let greeting = if at_work.is_some() { HELLO } else { ALREADY };
+        let mut reply = link.ask(Kind::Hello, &[PROTOCOL], greeting)?;
         if reply.is_none() && at_work.is_none() {
             // A scanner that says nothing by itself may still hear.
             leave_image(&mut link)?;
             reply = link.ask(Kind::Hello, &[PROTOCOL], HELLO)?;
         }
+        if reply.is_none() && !patience.is_zero() {
+            told(FORCE);
+            reply = catch(&mut link, patience)?;
+        }
         let Some(Reply::Good(payload)) = reply else {
             bail!(
-                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo board` writes it)"
+                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo board` writes it). If its \
+                 image crashes: {FORCE}"
             );
         };
         let Some(info) = Info::parse(&payload) else {
@@ -357,6 +376,19 @@ impl<'a> LoaderLine<'a> {
             states,
         })
     }
+}
+
+/// Greets the loader again and again until it answers, for `patience`; `None` if it does not.
+fn catch<W: Wire>(link: &mut Link<W>, patience: Duration) -> Result<Option<Reply>> {
+    let until = Instant::now() + patience;
+    while Instant::now() < until {
+        if let Some(reply) = link.ask(Kind::Hello, &[], CAUGHT)? {
+            return Ok(Some(reply));
+        }
+        // Of an image that boots again and again.
+        link.sentences.clear();
+    }
+    Ok(None)
 }
 
 /// Returns whether the running image is scanning, from its next `LIVE` sentence, sent five times a

@@ -17,13 +17,14 @@ use host_sim::replay;
 use host_sim::scene::Scene;
 use host_sim::scene::driving::Drive;
 use stairscan::config::Config;
-use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
+use stairscan::report::{BootLine, CrashSite, LiveLine, ScanLine, Sentence, Tenths};
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
 use stairscan::schedule::{Schedule, shaft_angle};
 use stairscan::verdict::{Reason, Status};
+use stairscan_boot::frame::{Frame, Kind, MAX_FRAME, encode};
 
-use crate::common::{elf, replayed, tools};
+use crate::common::{elf, replayed, sim, tools};
 
 fn recordings() -> PathBuf {
     image::workspace().join("recordings")
@@ -616,6 +617,91 @@ fn the_image_keeps_its_budgets() {
     assert!(!provoked.may_panic.is_empty());
 }
 
+/// Returns what `cargo sim crash` makes of a sentence.
+fn named(elf: &Path, sentence: &str) -> String {
+    let output = sim(&["crash", elf.to_str().unwrap(), "--sentence", sentence]);
+    let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{sentence}: {text}");
+    text
+}
+
+fn site(boot: &str) -> CrashSite {
+    match Sentence::parse(boot) {
+        Ok(Sentence::Boot(boot)) => boot.crash,
+        other => panic!("{other:?} is no BOOT"),
+    }
+}
+
+/// No exception frame fits on a stack that has overflowed: the frame pointer leads to the function.
+fn overflow_is_named(elf: &Path, boot: &str) {
+    let site = site(boot);
+    assert_eq!((site.pc, site.place), (None, None), "{boot}");
+    let text = named(elf, boot);
+    for part in [
+        "DACCVIOL",
+        "MSTKERR",
+        "the stack overflowed",
+        "provoke::descend",
+        "src/board/provoke.rs:",
+        "PC: not known",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+fn panic_is_named(elf: &Path, boot: &str) {
+    let source = std::fs::read_to_string(image::workspace().join("src/board/provoke.rs")).unwrap();
+    let line = source.lines().position(|line| line.contains("panic!()"));
+    let line = line.unwrap() + 1;
+    assert_eq!(site(boot).address, None, "{boot}");
+    let text = named(elf, boot);
+    let place = format!(": src/board/provoke.rs:{line}:");
+    assert!(text.contains(&place), "{place}: {text}");
+    // An image of another revision is refused, and its lines are not shown.
+    let Ok(Sentence::Boot(known)) = Sentence::parse(boot) else {
+        panic!("{boot}");
+    };
+    let other = Sentence::Boot(BootLine {
+        revision: "0123456789ab",
+        ..known
+    });
+    let output = sim(&[
+        "crash",
+        elf.to_str().unwrap(),
+        "--sentence",
+        other.write().trim_end(),
+    ]);
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(text.contains("revision 0123456789ab"), "{text}");
+    assert!(output.stdout.is_empty());
+}
+
+/// The frame's PC is on the stack, where code was executed; LR is behind the call.
+fn execution_is_named(elf: &Path, sentence: &str) {
+    let text = named(elf, sentence);
+    for part in ["IACCVIOL", ": RAM", "src/board/provoke.rs:"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+/// Waits for the loader that three resets have forced to wait, and has it execute the image.
+fn skip_window(session: &mut Session<'_>) {
+    while !session
+        .next_line("the loader's window")
+        .unwrap()
+        .contains(",resets*")
+    {}
+    let mut out = [0; MAX_FRAME];
+    let boot = Frame {
+        kind: Kind::Boot as u8,
+        sequence: 1,
+        payload: &[],
+    };
+    let count = encode(boot, &mut out);
+    session.type_bytes(&out[..count]).unwrap();
+}
+
 /// Test builds with injected crashes: overflow, panic and hang end in the fault path or with a watchdog reset, and
 /// `stop` persists over them.
 #[test]
@@ -638,6 +724,10 @@ fn crashes_end_in_the_fault_path() {
             boot.contains(&format!(",{reset},hsi-16,{boots},")),
             "{boot}"
         );
+        match byte {
+            0x01 => overflow_is_named(&elf, &boot),
+            _ => panic_is_named(&elf, &boot),
+        }
         let status = session.command("status").unwrap();
         // The reasons, then the state of the motion input and its age.
         assert!(
@@ -648,9 +738,21 @@ fn crashes_end_in_the_fault_path() {
     assert_eq!(body(&session.command("stop").unwrap()), "DONE,stop");
     session.type_bytes(&[0x04]).unwrap();
     session.next_halt().unwrap();
+    skip_window(&mut session);
     let boot = session.wait_for("another boot", |s| matches!(s, Sentence::Boot { .. }));
     let boot = boot.unwrap();
     assert!(boot.contains(",memory-fault,"), "code in RAM: {boot}");
+    execution_is_named(&elf, &boot);
+    // The record stays until it is cleared.
+    let crash = session.command("crash?").unwrap();
+    assert!(body(&crash).starts_with("CRASH,memory-fault,3,"), "{crash}");
+    execution_is_named(&elf, &crash);
+    assert_eq!(
+        body(&session.command("crash-clear").unwrap()),
+        "DONE,crash-clear"
+    );
+    let crash = session.command("crash?").unwrap();
+    assert_eq!(body(&crash), "CRASH,none,0,,,,,");
     let status = session.command("status").unwrap();
     assert!(body(&status).starts_with("STAT,idle,"), "{status}");
     assert!(body(&status).contains(",crash+crash-loop,"), "{status}");

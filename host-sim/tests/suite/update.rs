@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use host_sim::emulate::image::workspace;
+use host_sim::emulate::image::{self, workspace};
 use host_sim::emulate::qemu::Qemu;
 use host_sim::emulate::tools::{TARGET, Tool};
 use host_sim::update::client::{Client, LoaderLine};
@@ -24,7 +24,10 @@ use host_sim::update::wire::Wire;
 use serialport::{SerialPort, TTYPort};
 use stairscan::report::{BootLine, LiveLine, Sentence};
 use stairscan::scanner::command::{Command as Line, framed, parse};
+use stairscan::scanner::handover::Handover;
+use stairscan::scanner::resets::Resets;
 use stairscan_boot::floor::Floor;
+use stairscan_boot::force::AtReset;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, MAX_FRAME, encode};
 use stairscan_boot::header::Header;
 use stairscan_boot::key::PublicKey;
@@ -167,6 +170,11 @@ struct Inside {
     loader: Loader<Nor<{ layout::SLOT_SECTOR }>, Nor<{ layout::FLOOR_SECTOR }>, PublicKey>,
     in_loader: bool,
     on_trial: bool,
+    /// Number of resets as the loader counts them.
+    resets: Option<Resets>,
+    /// Whether the image that stands in slot A first resets the chip again and again, and hears nothing.
+    loops: bool,
+    running: Option<Slot>,
     /// Whether self-tests pass.
     good: bool,
     line: Vec<u8>,
@@ -179,17 +187,33 @@ impl Inside {
         let _ = self.port.write_all(bytes);
     }
 
-    fn reset(&mut self, asked: Asked) {
+    fn reset(&mut self, handed: Option<Handover>) {
         self.decoder.reset();
         self.receiver = Receiver::new(30, true);
-        let start = self.loader.start(asked);
-        let handed =
-            (asked == Asked::Confirm).then_some(stairscan::scanner::handover::Handover::Confirm);
-        if let Some(line) = tell::sentence(&mut self.loader, start, handed) {
+        let found = AtReset {
+            handed,
+            resets: self.resets,
+            held: false,
+        };
+        let (forced, left) = found.decide(|| self.loader.has_trial());
+        self.resets = left;
+        let asked = match handed {
+            Some(Handover::Confirm) => Asked::Confirm,
+            _ => Asked::Nothing,
+        };
+        let start = match forced {
+            None => self.loader.start(asked),
+            Some(_) => None,
+        };
+        if let Some(line) = tell::sentence(&mut self.loader, start, handed, forced) {
             self.say(line.bytes());
         }
+        self.running = start.map(|start| start.slot);
         self.in_loader = start.is_none();
         self.on_trial = start.is_some_and(|start| start.trial.is_some());
+        if self.on_trial {
+            self.resets = None;
+        }
         if !self.in_loader {
             let boot = Sentence::Boot(BootLine {
                 version: "0.1.0",
@@ -217,7 +241,9 @@ impl Inside {
                 self.receiver = Receiver::new(30, true);
                 self.in_loader = true;
             }
-            Ok(Line::SelfTest) if self.on_trial && self.good => self.reset(Asked::Confirm),
+            Ok(Line::SelfTest) if self.on_trial && self.good => {
+                self.reset(Some(Handover::Confirm));
+            }
             Ok(Line::SelfTest) => {
                 let fail = Sentence::Fail {
                     command: "selftest",
@@ -244,7 +270,8 @@ impl Inside {
         };
         if supply.fetch_sub(1, Ordering::Relaxed) == 1 {
             supply.store(u32::MAX, Ordering::Relaxed);
-            return self.reset(Asked::Nothing);
+            self.resets = None;
+            return self.reset(None);
         }
         let (kind, sequence) = (frame.kind, frame.sequence);
         let Some((answer, effect)) = self.receiver.handle(frame, &mut self.loader) else {
@@ -259,7 +286,7 @@ impl Inside {
         let count = encode(frame, &mut out);
         self.say(&out[..count]);
         if effect == Effect::Reset {
-            self.reset(Asked::Nothing);
+            self.reset(Some(Handover::Execute));
         }
     }
 }
@@ -267,6 +294,11 @@ impl Inside {
 impl Device {
     /// With `first` in slot A as a debug probe leaves it.
     fn plug_in(first: &Package, good: bool) -> Self {
+        Self::with(first, good, false)
+    }
+
+    /// Likewise; `loops`: that image crashes half a second after each boot.
+    fn with(first: &Package, good: bool, loops: bool) -> Self {
         let mut flash = vec![0xff; 2 * layout::SLOT as usize];
         let slot = first.image(Slot::A).slot(1);
         flash[..slot.len()].copy_from_slice(&slot);
@@ -288,12 +320,16 @@ impl Device {
                 },
                 in_loader: false,
                 on_trial: false,
+                resets: None,
+                loops,
+                running: None,
                 good,
                 line: Vec::new(),
                 decoder: Decoder::new(),
                 receiver: Receiver::new(30, true),
             };
-            inside.reset(Asked::Nothing);
+            inside.reset(None);
+            let mut crash = Instant::now();
             let mut buffer = [0; 512];
             let mut last = Instant::now();
             while !ended.load(Ordering::Relaxed) {
@@ -301,7 +337,14 @@ impl Device {
                     last = Instant::now();
                     inside.say(Sentence::Live(LIVE).write().as_bytes());
                 }
-                let count = inside.port.read(&mut buffer).unwrap_or(0);
+                let mut count = inside.port.read(&mut buffer).unwrap_or(0);
+                if inside.loops && inside.running == Some(Slot::A) {
+                    count = 0;
+                    if crash.elapsed() > Duration::from_millis(500) {
+                        crash = Instant::now();
+                        inside.reset(None);
+                    }
+                }
                 for &byte in &buffer[..count] {
                     inside.take(byte, &left);
                 }
@@ -398,6 +441,21 @@ fn an_update_goes_through_a_loss_of_power_to_its_confirmation_and_back() {
         reported(&refused).contains("no-way-back"),
         "{}",
         reported(&refused)
+    );
+    device.unplug();
+}
+
+#[test]
+fn a_confirmed_image_that_crashes_again_and_again_is_replaced() {
+    let dir = Scratch::new("update-loop");
+    let device = Device::with(&package(1, 0, |_| ()), true, true);
+    let file = write(&dir, "new", &package(2, 0, |_| ()).bytes());
+    let update = sim(&["update", &device.path, &file]);
+    assert_eq!(update.status.code(), Some(0), "{}", reported(&update));
+    let said = reported(&update);
+    assert!(
+        said.contains("confirmed: the self-test has passed"),
+        "{said}"
     );
     device.unplug();
 }
@@ -561,6 +619,40 @@ fn the_emulated_image_boots_through_the_loader_and_a_flipped_byte_is_refused() {
     let mut client = Client::enter(port).unwrap();
     assert_eq!(client.spare(), Slot::B);
     let refused = client.send(&package, 115_200, |_, _| ()).unwrap_err();
+    assert!(
+        format!("{refused:#}").contains("refused: flash"),
+        "{refused:#}"
+    );
+    client.boot().unwrap();
+    let mut port = Socket::of(&emulator);
+    port.wait(boots);
+}
+
+/// A confirmed image that crashes at once three times: the loader opens its window, says why, and takes requests; after
+/// them the image runs again.
+#[test]
+fn a_confirmed_image_that_loops_ends_in_the_loader_s_window() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
+        return;
+    }
+    /// Control byte of the test build that panics.
+    const PANIC: u8 = 0x02;
+    let elf = image::build(&["provoke"]).unwrap();
+    let package = Package::sign(&elf, 0, &keys::development().unwrap()).unwrap();
+    let emulator = Qemu::start_with(&[(Slot::A, package.image(Slot::A).slot(1))]).unwrap();
+    let mut port = Socket::of(&emulator);
+    for _ in 0..3 {
+        port.wait(boots);
+        port.send(&[PANIC]).unwrap();
+    }
+    let line = port.wait(|line| LoaderLine::parse(line).map(|_| line.to_owned()));
+    assert!(
+        line.starts_with("$PSTR,LOADER,,0,confirmed,empty,resets*"),
+        "{line}"
+    );
+    let mut client = Client::enter(port).unwrap();
+    let refused = client.send(&package, 115_200, |_, _| ()).unwrap_err();
+    // The emulator's flash takes nothing.
     assert!(
         format!("{refused:#}").contains("refused: flash"),
         "{refused:#}"

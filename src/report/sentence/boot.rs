@@ -1,5 +1,6 @@
 //! Sentence `BOOT`: identity of firmware and chip, and where the firmware before the reset crashed.
 
+use super::crash::CrashSite;
 use super::fields::{Fields, ParseError};
 use super::frame::Line;
 use super::writer::Writer;
@@ -27,52 +28,6 @@ pub struct BootLine<'a> {
     pub option_bytes: Option<u32>,
     /// Place of the crash that caused the reset; empty without one.
     pub crash: CrashSite,
-}
-
-/// Place of a crash in the image: registers of the processor, and the hash of a panic's source line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CrashSite {
-    /// Program counter at the crash; `None` if it is unknown, as where the stack has overflowed.
-    pub pc: Option<u32>,
-    /// Link register at the crash; `None` if it is unknown.
-    pub lr: Option<u32>,
-    /// Register SCB_CFSR, which has the kind of a fault (PM0214 4.4.13); `None` only where nothing has crashed.
-    pub cfsr: Option<u32>,
-    /// Address whose access failed; `None` if the processor has recorded no valid one.
-    pub address: Option<u32>,
-    /// CRC-32 of a panic's `file:line:column`; `None` for anything but a panic.
-    pub place: Option<u32>,
-}
-
-impl CrashSite {
-    /// Nothing has crashed.
-    pub const NONE: Self = Self {
-        pc: None,
-        lr: None,
-        cfsr: None,
-        address: None,
-        place: None,
-    };
-
-    /// Appends the five fields.
-    pub(super) fn write(&self, line: Writer) -> Writer {
-        line.word(self.pc)
-            .word(self.lr)
-            .word(self.cfsr)
-            .word(self.address)
-            .word(self.place)
-    }
-
-    /// Parses the five fields.
-    pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
-        Ok(Self {
-            pc: fields.optional_hash("pc")?,
-            lr: fields.optional_hash("lr")?,
-            cfsr: fields.optional_hash("cfsr")?,
-            address: fields.optional_hash("address")?,
-            place: fields.optional_hash("place")?,
-        })
-    }
 }
 
 impl<'a> BootLine<'a> {

@@ -92,6 +92,24 @@ fn a_boot_reads_as_documented_and_that_of_an_older_firmware_too() {
 }
 
 #[test]
+fn a_crash_reads_as_documented() {
+    let line = Sentence::Crash(CrashLine::NONE).write();
+    assert!(line.starts_with("$PSTR,CRASH,none,0,,,,,*"), "{line}");
+    let line = Sentence::Crash(CrashLine {
+        cause: "memory-fault",
+        boot: 7,
+        site: CrashSite {
+            cfsr: Some(0x92),
+            address: Some(0x2000_001c),
+            ..CrashSite::NONE
+        },
+    })
+    .write();
+    let expected = "$PSTR,CRASH,memory-fault,7,,,00000092,2000001C,*";
+    assert!(line.starts_with(expected), "{line}");
+}
+
+#[test]
 fn the_crc_is_the_one_that_everybody_has() {
     assert_eq!(crc32("123456789"), 0xCBF4_3926);
 }
@@ -147,6 +165,16 @@ fn every_sentence_survives_the_way_out_and_back() {
         }),
         Sentence::Guard(GuardLine::new(7, &GuardResult::broken(Reason::MotorStall))),
         Sentence::Boot(boot()),
+        Sentence::Crash(CrashLine::NONE),
+        Sentence::Crash(CrashLine {
+            cause: "panic",
+            boot: u32::MAX,
+            site: CrashSite {
+                lr: Some(u32::MAX),
+                place: Some(7),
+                ..CrashSite::NONE
+            },
+        }),
         Sentence::Boot(BootLine {
             second_memory: "ccm-64",
             option_bytes: Some(0x0fff_aaed),
@@ -335,6 +363,8 @@ fn garbled_lines_are_refused() {
         (&format!("{BOOT},none,1,,,,,"), "option-bytes"),
         (&format!("{BOOT},none,,,,0000000G,,"), "cfsr"),
         (&format!("{BOOT},none,,,,,,,"), "end"),
+        ("PSTR,CRASH,panic,-1,,,,,", "boot"),
+        ("PSTR,CRASH,panic,1,,,,", "place"),
         ("PSTR,FAIL,set,crc", "expected"),
         // A framing character is invalid in a field, even if the CRC fits.
         ("PSTR,CONF,plane,dep*th", "value"),

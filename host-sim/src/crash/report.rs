@@ -1,0 +1,126 @@
+//! The last crash in a scanner's sentences.
+
+use anyhow::{Result, bail};
+use stairscan::report::sentence::PREFIX;
+use stairscan::report::{CrashSite, Sentence};
+
+/// A crash, as `BOOT` or `CRASH` reports it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// Cause of the reset, such as `panic`.
+    pub cause: String,
+    /// Number of the boot since power-on that crashed.
+    pub boot: u32,
+    /// Git revision of the image; `None` if no sentence tells it.
+    pub revision: Option<String>,
+    /// Place of the crash.
+    pub site: CrashSite,
+}
+
+/// Returns the last crash in lines of a log: sentences, with or without a time before each.
+///
+/// # Errors
+/// The lines contain no crash; the message says what was found instead.
+pub fn last<'a>(lines: impl Iterator<Item = &'a str>) -> Result<Report> {
+    let mut revision: Option<String> = None;
+    let (mut found, mut sentences, mut none) = (None, 0, false);
+    for line in lines {
+        let Some(at) = line.find(PREFIX) else {
+            continue;
+        };
+        let Ok(sentence) = Sentence::parse(line[at..].trim_end()) else {
+            continue;
+        };
+        sentences += 1;
+        match sentence {
+            Sentence::Boot(boot) => {
+                revision = Some(boot.revision.to_owned());
+                if boot.crash.cfsr.is_some() {
+                    found = Some(Report {
+                        cause: boot.reset.to_owned(),
+                        boot: boot.boots.saturating_sub(1),
+                        revision: revision.clone(),
+                        site: boot.crash,
+                    });
+                }
+            }
+            Sentence::Config {
+                key: "version",
+                value,
+            } => revision = value.rsplit_once(' ').map(|(_, last)| last.to_owned()),
+            Sentence::Crash(crash) if crash.boot == 0 => none = true,
+            Sentence::Crash(crash) => {
+                found = Some(Report {
+                    cause: crash.cause.to_owned(),
+                    boot: crash.boot,
+                    revision: revision.clone(),
+                    site: crash.site,
+                });
+            }
+            _ => {}
+        }
+    }
+    match found {
+        Some(report) => Ok(report),
+        None if none => bail!("no crash since power-on: the scanner answers `crash?` with none"),
+        None if sentences == 0 => bail!("no sentence of a scanner with a right CRC-32"),
+        None => bail!(
+            "no crash in {sentences} sentences: expected BOOT after a crash, or CRASH, the answer to `crash?`"
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stairscan::report::{BootLine, CrashLine};
+
+    const SITE: CrashSite = CrashSite {
+        pc: Some(0x0802_1234),
+        cfsr: Some(0),
+        ..CrashSite::NONE
+    };
+
+    fn boot(crash: CrashSite) -> String {
+        let line = Sentence::Boot(BootLine {
+            revision: "abc",
+            reset: "panic",
+            boots: 4,
+            crash,
+            ..BootLine::default()
+        });
+        format!("12:00:01.5 {}", line.write().trim_end())
+    }
+
+    #[test]
+    fn the_last_crash_counts_with_the_revision_before_it() {
+        let crash = Sentence::Crash(CrashLine {
+            cause: "memory-fault",
+            boot: 7,
+            site: SITE,
+        });
+        let crash = crash.write();
+        let lines = ["noise", &boot(SITE), &boot(CrashSite::NONE)];
+        let report = last(lines.into_iter()).unwrap();
+        assert_eq!((report.cause.as_str(), report.boot), ("panic", 3));
+        assert_eq!(report.revision.as_deref(), Some("abc"));
+        let report = last([&*boot(CrashSite::NONE), &crash].into_iter()).unwrap();
+        assert_eq!((report.cause.as_str(), report.boot), ("memory-fault", 7));
+        assert_eq!(report.revision.as_deref(), Some("abc"));
+        assert_eq!(last([&*crash].into_iter()).unwrap().revision, None);
+    }
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let none = Sentence::Crash(CrashLine::NONE).write();
+        for (lines, part) in [
+            (vec![], "no sentence"),
+            (vec!["$PSTR,BOOT,1*00000000".to_owned()], "no sentence"),
+            (vec![boot(CrashSite::NONE)], "no crash in 1 sentences"),
+            (vec![none.to_string()], "with none"),
+        ] {
+            let error = last(lines.iter().map(String::as_str)).unwrap_err();
+            assert!(error.to_string().contains(part), "{error}");
+        }
+    }
+}
