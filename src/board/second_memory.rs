@@ -53,13 +53,14 @@ mod chip {
     use super::super::{probe, protection};
     use super::{Candidates, WORDS, search};
 
-    struct Chip {
+    /// The candidates behind the memory protection unit.
+    struct ClosedMemory {
         mpu: MPU,
         /// Number of backgrounds of the march test.
         backgrounds: usize,
     }
 
-    impl Candidates for Chip {
+    impl Candidates for ClosedMemory {
         fn open(&mut self, address: u32, open: bool) {
             protection::open(&self.mpu, address, open);
         }
@@ -88,7 +89,7 @@ mod chip {
             true => ONE_BACKGROUND,
             false => march::BACKGROUNDS.len(),
         };
-        let (state, address) = search(&mut Chip { mpu, backgrounds });
+        let (state, address) = search(&mut ClosedMemory { mpu, backgrounds });
         let words = address.map(|address| {
             // SAFETY: sound memory of this size, every word of which the test has written, aligned, and used by nothing
             // else. The peripheral that this function consumes exists once, and so does the reference.
