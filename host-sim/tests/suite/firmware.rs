@@ -639,7 +639,7 @@ fn overflow_is_named(elf: &Path, boot: &str) {
     let text = named(elf, boot);
     for part in [
         "DACCVIOL",
-        "MSTKERR",
+        "STKERR, a bus fault",
         "the stack overflowed",
         "provoke::descend",
         "src/board/provoke.rs:",
