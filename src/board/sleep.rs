@@ -4,8 +4,8 @@
 //! once (ARMv7-M Architecture Reference Manual, B1.5.18). So none is missed, and nothing needs to be masked. TIM2 ends a
 //! sleep in which no other interrupt comes.
 //!
-//! Without the crystal the core does not sleep: at 16 MHz a step takes as long as most rests. The emulator, which has no
-//! crystal, leaves its loop at each WFE, and its clock would run ten times more slowly than the host's.
+//! Without the crystal the core does not sleep: at 16 MHz a step takes as long as most rests. So it never sleeps in the
+//! emulator, which has no crystal; the model of the chip (`chip/`) tests the sleep.
 
 use stairscan::scanner::rest::Rest;
 use stm32f4xx_hal::pac;
