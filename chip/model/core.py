@@ -332,6 +332,8 @@ class Core:
 
     def observe(self, start, data):
         """Observes delay loops, and instructions that mask interrupts, in the code at `start`."""
+        # What has been translated already does not know the new hooks.
+        self.uc.ctl_flush_tb()
         def hook(at, call):
             self.observed += 1
             self.uc.hook_add(UC_HOOK_CODE, call, begin=at, end=at)
@@ -452,7 +454,10 @@ class Core:
 
     def waited(self):
         """Whether the run has ended behind WFI or WFE, which puts the core to sleep (ARMv7-M B1.5.18, B1.5.19)."""
-        before = self.chip.memory((self.pc & ~1) - 2, 2)
+        behind = self.pc & ~1
+        if not 0x0800_0000 < behind < 0x0810_0000:
+            return False
+        before = self.chip.memory(behind - 2, 2)
         if before == b"\x30\xbf":
             self.asleep = True
         elif before == b"\x20\xbf":

@@ -50,6 +50,6 @@ impl Sleep {
 
 /// Handles TIM2's interrupt, whose only purpose is to end a sleep.
 pub fn end() {
-    // SAFETY: only this handler writes the register; zeros clear its flags.
+    // SAFETY: only this handler writes the register; zeros clear its flags, and its reset value is 0.
     unsafe { (*pac::TIM2::ptr()).sr().write(|w| w.bits(0)) };
 }

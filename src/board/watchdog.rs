@@ -78,6 +78,7 @@ mod chip {
 
         fn set_period(&mut self, prescaler: u8, reload: u16) {
             self.iwdg.pr().write(|w| w.pr().set(prescaler));
+            // The only field of the register is set: nothing of its reset value remains.
             self.iwdg.rlr().write(|w| w.rl().set(reload));
         }
 
