@@ -23,7 +23,7 @@ fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {
     let lines = bench.until(|s| matches!(s, Sentence::Scan(_)));
     let hash = Settings::default().hash();
     let boot = "$PSTR,BOOT,1.2.3,abcdef,power-on,hsi-16,3";
-    let boot = format!("{boot},{hash:08X},00123456789ABCDEF0123456*");
+    let boot = format!("{boot},{hash:08X},00123456789ABCDEF0123456,,,,,,,*");
     assert!(lines[0].starts_with(&boot), "{lines:?}");
     bench.scan();
     let world = bench.world.0.borrow();

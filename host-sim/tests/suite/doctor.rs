@@ -118,6 +118,10 @@ fn telling(
                     .chain([line(&Sentence::Done { command: "get" })])
                     .collect()
             }
+            ("get option-bytes", _) => vec![line(&Sentence::Config {
+                key: "option-bytes",
+                value: "unknown",
+            })],
             (_, Ok("selftest")) if number == 0 => {
                 let field = reasons[0].as_str();
                 vec![line(&Sentence::Fail {
@@ -169,7 +173,7 @@ fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
         .lines()
         .map(|line| serde_json::from_str(line).unwrap())
         .collect();
-    assert_eq!(lines.len(), 12);
+    assert_eq!(lines.len(), 13);
     assert_eq!(lines[0]["result"], "ok");
     scanner.unplug();
 }
