@@ -33,6 +33,9 @@ class Terminal:
     def on_byte(self, byte, rate):
         if abs(rate / self.wire.rate - 1) > 0.025:
             self.chip.complain(f"report port sends at {rate:.0f} baud, not {self.wire.rate}")
+        # A reader begins anew at `$`: a reset may have cut off the sentence before (docs/report.md).
+        if byte == ord("$"):
+            self.partial.clear()
         self.partial.append(byte)
         if byte == 10:
             line = bytes(self.partial).decode("latin1").strip()

@@ -32,6 +32,19 @@ def test_what_is_saved_stands_after_a_reset_and_a_power_cut(bench):
     assert one.chip.flash.locked and not one.chip.flash.stale
 
 
+def test_erased_sectors_are_a_return_to_the_factory_settings(bench):
+    one = prepared(bench())
+    one.terminal.set("mount-height", "41000")
+    assert one.terminal.command("save").startswith("$PSTR,DONE,save")
+    one.chip.power_cut()
+    # As a probe erases sectors 1 and 2.
+    one.chip.memory_write(0x0800_4000, b"\xff" * 0x8000)
+    one.chip.power_on()
+    one.terminal.wait("BOOT")
+    assert get(one, "mount-height") == ["mount-height", "40000"]
+    one.terminal.command("stop", "DONE")
+
+
 def test_a_save_at_a_low_supply_is_refused(bench):
     one = prepared(bench())
     one.chip.volts = 2.6  # Below the detector's threshold, without its interrupt.
