@@ -32,7 +32,7 @@ impl Forced {
     }
 }
 
-/// What is known at a reset.
+/// Inputs of the decision at a reset: message, count of resets, pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AtReset {
     /// Message of image or loader from before the reset.

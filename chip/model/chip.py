@@ -10,7 +10,7 @@ from unicorn import UC_HOOK_MEM_WRITE, UC_PROT_ALL
 from . import dbgmcu, exti, flash, gpio, iwdg, pwr, rcc, scs, spi, tim, usart
 from .core import Core
 from .events import Events
-from .units import UNITS_PER_S, seconds, units
+from .units import seconds, units
 
 SRAM = (0x2000_0000, 128 * 1024)
 CCM = (0x1000_0000, 64 * 1024)
@@ -109,10 +109,8 @@ class Chip:
         return self.at(self.now() + length, call)
 
     def clock_changed(self, hclk):
-        # Called while the chip is being made, too.
-        if hasattr(self, "core"):
-            self.core.set_clock(hclk)
-            self.core.end_now()
+        self.core.set_clock(hclk)
+        self.core.end_now()
 
     def stop(self):
         """Ends `run` as soon as may be."""
@@ -223,9 +221,6 @@ class Chip:
 
     def memory_write(self, address, data):
         self.core.uc.mem_write(address, data)
-
-    def flash_writable(self, on):
-        """What is written to the flash is observed always."""
 
     def on_flash_write(self, uc, access, address, size, value, _):
         self.flash.programming(address, size, self.memory(address, size), value)

@@ -104,7 +104,6 @@ class Core:
         uc.hook_add(UC_HOOK_INTR, self.on_exception)
         uc.hook_add(UC_HOOK_MEM_UNMAPPED | UC_HOOK_MEM_PROT, self.on_bad_access)
         self.guard_hook = None
-        self.observed = 0
         self.regions = []
         self.running = False
         self.instructions = self.sleeps = 0
@@ -335,7 +334,6 @@ class Core:
         # What has been translated already does not know the new hooks.
         self.uc.ctl_flush_tb()
         def hook(at, call):
-            self.observed += 1
             self.uc.hook_add(UC_HOOK_CODE, call, begin=at, end=at)
 
         for match in DELAY.finditer(data):

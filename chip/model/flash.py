@@ -13,6 +13,8 @@ OPTION_KEYS = (0x0819_2A3B, 0x4C5D_6E7F)
 # Times with 32 bits at a time, typical (DS8626, flash memory programming).
 ERASE_US = {16 * 1024: 250_000, 64 * 1024: 550_000, 128 * 1024: 1_000_000}
 WORD_US = 16
+# The option bytes lie in a sector of 16 KB.
+OPTIONS_US = ERASE_US[16 * 1024]
 # Erasures that a sector is specified for (DS8626, endurance).
 ENDURANCE = 10_000
 # Supply from which 32 bits at a time may be written (RM0090 table 7), volts.
@@ -109,11 +111,7 @@ class Flash(Peripheral):
             self.option_locked = True
         if value & OPTSTRT:
             self.options = value & ~(OPTSTRT | OPTLOCK)
-            self.begin(self.options_us())
-
-    @staticmethod
-    def options_us():
-        return 250_000
+            self.begin(OPTIONS_US)
 
     # Control and status.
 
@@ -133,7 +131,6 @@ class Flash(Peripheral):
                 self.complain(f"CR written with 0x{value:08x}: LOCK is set beside other bits, which are lost")
             return
         self.r["CR"] = value & ~STRT
-        self.chip.flash_writable(bool(value & PG))
         if value & STRT:
             if value & SER:
                 self.erase(value >> 3 & 15)
@@ -234,7 +231,4 @@ class Flash(Peripheral):
         for address, (size, old, value) in self.pending.items():
             new = (value & ((1 << 8 * size) - 1)).to_bytes(size, "little")
             self.chip.memory_write(address, bytes(a & b for a, b in zip(old, new)))
-        if self.pending:
-            self.pending = {}
-            # So that the next write is seen, too.
-            self.chip.flash_writable(False)
+        self.pending = {}

@@ -70,9 +70,9 @@ def test_triggers_pulse_is_1_us(bench):
 
 def longest_run(steps):
     """The longest sequence of steps in one direction without a pause: times, units."""
-    runs, times = [], [steps[0][0]]
+    runs, times, forward = [], [steps[0][0]], None
     for (before, at), (time, place) in zip(steps, steps[1:]):
-        if time - before > us(2000) or len(times) > 1 and (place > at) != forward:
+        if time - before > us(2000) or forward not in (None, place > at):
             runs.append(times)
             times = []
         forward = place > at

@@ -32,7 +32,7 @@ const LISTEN: Duration = Duration::from_millis(700);
 const REFUSED: Duration = Duration::from_millis(300);
 /// Timeout and number of tries of a greeting of which one may meet the loader: it waits for 10 s.
 const CAUGHT: (Duration, u32) = (Duration::from_millis(1_000), 1);
-/// What makes a loader wait for a host.
+/// Instructions for bringing a loader to wait for a host although its image crashes.
 pub const FORCE: &str = "reset the scanner three times, each within a minute after the one before, or reset it with LOADER \
                          (PB12) held at 3.3 V: then its boot loader waits for this command";
 /// Timeout and number of tries of the request for another baud rate.
