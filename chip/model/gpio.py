@@ -68,27 +68,24 @@ class Port(Peripheral):
 
     def settle(self):
         """Tells those who watch what has changed, and EXTI."""
-        for n in range(16):
-            level = self.level(n)
-            if level != self.levels[n]:
-                self.levels[n] = level
-                for watcher in self.watchers[n]:
-                    watcher(level)
-                self.chip.exti_pin(self.letter, n, level)
+        self.changed(0xFFFF)
 
     def changed(self, pins):
         """As `settle`, for these pins: an output that is written changes few."""
         n = 0
         while pins:
             if pins & 1:
-                level = self.level(n)
-                if level != self.levels[n]:
-                    self.levels[n] = level
-                    for watcher in self.watchers[n]:
-                        watcher(level)
-                    self.chip.exti_pin(self.letter, n, level)
+                self.compare(n)
             pins >>= 1
             n += 1
+
+    def compare(self, n):
+        level = self.level(n)
+        if level != self.levels[n]:
+            self.levels[n] = level
+            for watcher in self.watchers[n]:
+                watcher(level)
+            self.chip.exti_pin(self.letter, n, level)
 
     def read_IDR(self):
         value = 0

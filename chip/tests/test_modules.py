@@ -120,21 +120,23 @@ def echo(frame):
     return [2048 + (37 * k + 11 * frame) % 400 for k in range(256)]
 
 
-def test_chirps_come_over_spi(bench):
+def with_radar(bench, frames):
+    """A scanner with the radar chip that has made more than so many frames."""
     one = bench()
     radar = Bgt60(one.chip, echo)
     set_up(one, ("module", "bgt60"), ("motion", "standing"))
     start(one)
-    assert one.chip.run(5, until=lambda: radar.frames_done > 40), one.terminal.lines[-2:]
+    assert one.chip.run(5, until=lambda: radar.frames_done > frames), one.terminal.lines[-2:]
+    return one, radar
+
+
+def test_chirps_come_over_spi(bench):
+    _, radar = with_radar(bench, frames=40)
     assert not radar.errors_seen
 
 
 def test_one_glitch_fails_one_chirp(bench):
-    one = bench()
-    radar = Bgt60(one.chip, echo)
-    set_up(one, ("module", "bgt60"), ("motion", "standing"))
-    start(one)
-    assert one.chip.run(5, until=lambda: radar.frames_done > 10), one.terminal.lines[-2:]
+    one, radar = with_radar(bench, frames=10)
     radar.glitch = True
     assert one.chip.run(1, until=lambda: radar.errors_seen)
     frames = radar.frames_done
