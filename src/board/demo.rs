@@ -12,6 +12,7 @@ use stairscan::config::{Config, RadarConfig};
 use stairscan::motion::Mode;
 use stairscan::scanner::settings::{SweepMode, Switch};
 use stairscan::scanner::{Micros, Settings};
+use stairscan::signal::radar::frame;
 use stairscan::signal::radar::module::{LinkError, RadarModule, RequestedSettings};
 
 /// Seed of the particles with which `cargo sim replay` scans.
@@ -78,16 +79,15 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Returns the samples of the chirp nearest to the shaft's angle, four bytes each; `None` if there is none of
-    /// `count` samples.
-    fn chirp(&self, count: usize) -> Option<&'static [[u8; 4]]> {
+    /// Returns the samples of the chirp nearest to the shaft's angle, as a frame of the link holds them; `None` if there
+    /// is none.
+    fn chirp(&self) -> Option<&'static [u8]> {
         let Config { sweep, radar, .. } = Config::default();
         let from_first = self.shaft_angle - sweep.first_angle + sweep.angle_step / 2;
         let row = from_first.checked_div_euclid(sweep.angle_step)?;
-        let (samples, _) = RECORDING.as_chunks();
-        let from = usize::try_from(row).ok()? * usize::from(radar.samples);
-        let chirp = samples.get(from..from + usize::from(radar.samples))?;
-        (chirp.len() == count).then_some(chirp)
+        let length = usize::from(radar.samples) * size_of::<Iq>();
+        let from = usize::try_from(row).ok()? * length;
+        RECORDING.get(from..from + length)
     }
 }
 
@@ -103,13 +103,8 @@ impl RadarModule for Recorded {
     }
 
     fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        let Some(chirp) = self.chirp(samples.len()) else {
-            return Poll::Ready(Err(LinkError::Timeout));
-        };
-        for (sample, &[i, more_i, q, more_q]) in samples.iter_mut().zip(chirp) {
-            let part = |bytes| i16::from_le_bytes(bytes);
-            *sample = Iq::new(part([i, more_i]), part([q, more_q]));
-        }
-        Poll::Ready(Ok(()))
+        let chirp = self.chirp();
+        let complete = chirp.is_some_and(|bytes| frame::parse_chirp(bytes, samples));
+        Poll::Ready(complete.then_some(()).ok_or(LinkError::Timeout))
     }
 }

@@ -616,15 +616,20 @@ fn the_emulated_image_boots_through_the_loader_and_a_flipped_byte_is_refused() {
     let emulator = Qemu::start_with(&[(Slot::A, slot(Slot::A, 1))]).unwrap();
     let mut port = Socket::of(&emulator);
     port.wait(boots);
-    let mut client = Client::enter(port).unwrap();
+    let client = Client::enter(port).unwrap();
     assert_eq!(client.spare(), Slot::B);
-    let refused = client.send(&package, 115_200, |_, _| ()).unwrap_err();
+    is_refused_and_boots(client, &package, &emulator);
+}
+
+/// Sends an image to the loader, whose flash takes nothing in the emulator, and leaves it: the image before runs.
+fn is_refused_and_boots(mut client: Client<Socket>, package: &Package, emulator: &Qemu) {
+    let refused = client.send(package, 115_200, |_, _| ()).unwrap_err();
     assert!(
         format!("{refused:#}").contains("refused: flash"),
         "{refused:#}"
     );
     client.boot().unwrap();
-    let mut port = Socket::of(&emulator);
+    let mut port = Socket::of(emulator);
     port.wait(boots);
 }
 
@@ -650,16 +655,8 @@ fn a_confirmed_image_that_loops_ends_in_the_loader_s_window() {
         line.starts_with("$PSTR,LOADER,,0,confirmed,empty,resets*"),
         "{line}"
     );
-    let mut client = Client::enter(port).unwrap();
-    let refused = client.send(&package, 115_200, |_, _| ()).unwrap_err();
-    // The emulator's flash takes nothing.
-    assert!(
-        format!("{refused:#}").contains("refused: flash"),
-        "{refused:#}"
-    );
-    client.boot().unwrap();
-    let mut port = Socket::of(&emulator);
-    port.wait(boots);
+    let client = Client::enter(port).unwrap();
+    is_refused_and_boots(client, &package, &emulator);
 }
 
 /// The loader holds no crate that its list does not name, nor the other way round.
