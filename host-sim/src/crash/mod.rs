@@ -104,7 +104,7 @@ fn area(image: &Image<'_>, address: u32) -> String {
         SETTINGS..FLOOR => "flash of the settings",
         LOADER_VECTORS..SLOTS => "flash of the boot loader",
         SLOTS..FLASH_END => "flash of an image",
-        0x1000_0000..0x1001_0000 => "core-coupled memory, which is closed",
+        0x1000_0000..0x1001_0000 => "core-coupled memory",
         _ if image.guard().contains(&address) => "the guard below the stack: the stack overflowed",
         0x2000_0000..0x2002_0000 => "RAM",
         0x4000_0000..0x6000_0000 => "registers of a peripheral",
