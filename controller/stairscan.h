@@ -2,7 +2,7 @@
  *
  * C99, two files (this and stairscan.c), no heap, no stdio, no floating point, no global state, and no library
  * function of their own. Time and travel are arguments. No input, however damaged, causes undefined behaviour.
- * Full description: docs/controller.md. Meaning of each field: docs/report.md.
+ * Full description: docs/user/controller.md. Meaning of each field: docs/user/report.md.
  *
  * Use: pass every byte of the scanner's UART to stairscan_take, call stairscan_may in every control cycle, and
  * act on its result:

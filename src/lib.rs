@@ -43,7 +43,7 @@
 //!
 //! Entry points: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
 //! [`signal::range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] parses the
-//! scanner's sentences. `examples/` has a program for each, and `docs/estimator.md` the terms and equations of
+//! scanner's sentences. `examples/` has a program for each, and `docs/design/estimator.md` the terms and equations of
 //! the default estimator.
 #![cfg_attr(not(test), no_std)]
 

@@ -53,7 +53,7 @@ pub(crate) enum Effect {
 pub(crate) struct SettingRow {
     /// Name of the setting in commands.
     pub key: &'static str,
-    /// Unit of the setting; empty for words and dimensionless numbers. Only the table in `docs/hardware.md` needs it.
+    /// Unit of the setting; empty for words and dimensionless numbers. Only the table in `docs/user/hardware.md` needs it.
     #[cfg(test)]
     pub unit: &'static str,
     /// Minimum and maximum of the setting's value as a whole number of its unit.

@@ -33,7 +33,7 @@ class Terminal:
     def on_byte(self, byte, rate):
         if abs(rate / self.wire.rate - 1) > 0.025:
             self.chip.complain(f"report port sends at {rate:.0f} baud, not {self.wire.rate}")
-        # A reader begins anew at `$`: a reset may have cut off the sentence before (docs/report.md).
+        # A reader begins anew at `$`: a reset may have cut off the sentence before (docs/user/report.md).
         if byte == ord("$"):
             self.partial.clear()
         self.partial.append(byte)

@@ -8,7 +8,7 @@ from model.units import UNITS_PER_S, seconds
 
 RECORDING = ROOT / "recordings/stair_a"
 USART1_BRR = 0x4001_1008
-# Microsteps of a turn, and of a row of 0.25 degrees (docs/hardware.md).
+# Microsteps of a turn, and of a row of 0.25 degrees (docs/user/hardware.md).
 TURN, ROWS = 51_200, 281
 
 

@@ -25,7 +25,7 @@ struct Args {
     /// Compile without the address and undefined-behaviour sanitizers, where the compiler has none
     #[arg(long)]
     plain: bool,
-    /// Write the tables of the C header, the golden vectors and the printed parts of docs/controller.md anew, and
+    /// Write the tables of the C header, the golden vectors and the printed parts of docs/user/controller.md anew, and
     /// compare nothing
     #[arg(long)]
     write: bool,

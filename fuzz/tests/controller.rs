@@ -225,9 +225,9 @@ fn the_joystick_is_only_held_back_and_the_page_shows_what_is_printed() {
     let held = fs::read_to_string(page::path()).unwrap();
     let made = page::renewed(&held, |arguments| program::printed(&example, arguments)).unwrap();
     for (held, made) in held.lines().zip(made.lines()) {
-        assert_eq!(held, made, "docs/controller.md: {ANEW}");
+        assert_eq!(held, made, "docs/user/controller.md: {ANEW}");
     }
-    assert!(held == made, "docs/controller.md: {ANEW}");
+    assert!(held == made, "docs/user/controller.md: {ANEW}");
 
     let drive = program::printed(&example, &[]).unwrap();
     let rows: Vec<Vec<i64>> = drive

@@ -126,7 +126,7 @@ mod tests {
     }
 
     /// The watchdog's registers hold its timeout, and the oscillator that counts it is as the data sheet has it. That it
-    /// resets is seen by hand (docs/hardware.md): a harness does not survive it.
+    /// resets is seen by hand (docs/user/hardware.md): a harness does not survive it.
     #[test]
     fn the_watchdog_is_set_to_two_seconds(board: Board) {
         let mut watchdog = IndependentWatchdog::new(board.iwdg);

@@ -64,13 +64,13 @@ enum Command {
     Ablate(commands::ablate::Args),
     /// Compare two files of `accuracy --each`, scene by scene
     Compare(commands::compare::Args),
-    /// Measure the estimators on random scenes of the simulator: the tables of docs/accuracy.md
+    /// Measure the estimators on random scenes of the simulator: the tables of docs/generated/accuracy.md
     Accuracy(commands::accuracy::Args),
     /// Measure the free distance on guard sweeps of random scenes
     Guard(commands::guard::Args),
     /// Drive a simulated chair through random scenes by the free distance
     Drives(commands::drives::Args),
-    /// Measure the detection of each hazard, with bounds and response times: the data sheet docs/capability.md
+    /// Measure the detection of each hazard, with bounds and response times: the data sheet docs/generated/capability.md
     Capability(commands::capability::Args),
     /// Measure the answers to all recordings of a directory against their ground truth
     Score(commands::score::Args),
@@ -103,7 +103,7 @@ enum Command {
     Table1(commands::table1::Args),
     /// Print the hardware of a scanner: bill of materials, power budget, wiring, lens and mirror
     Hardware(commands::hardware::Args),
-    /// Print the crates of the image as CycloneDX, or the tables of docs/supply-chain.md
+    /// Print the crates of the image as CycloneDX, or the tables of docs/generated/supply-chain.md
     Sbom(commands::sbom::Args),
     /// Print the table of reasons: effect and condition of each
     Reasons,

@@ -26,7 +26,7 @@ FLOAT32 = 7
 TOPICS = [f"/stairscan/{name}" for name in ("answer", "echoes", "stairs", "status", "staircase", "free")]
 # Definitions of this project's own messages.
 PACKAGE = Path(__file__).resolve().parent / "../../ros2/stairscan_msgs/msg"
-# Level of full scale in the map, and decibels of a level (docs/live.md).
+# Level of full scale in the map, and decibels of a level (docs/user/live.md).
 FULL_SCALE, DB_PER_UNIT = 247, 0.3762875
 LEVELS = {"ok": 0, "degraded": 1, "fault": 2}
 

@@ -1,5 +1,5 @@
 """Statistics of recordings of Acconeer's A121, a pulsed coherent radar at 60 GHz, as `cargo sim profile --statistics`
-prints them of chirps: noise, phase, and the fluctuation of echoes (docs/real-signals.md).
+prints them of chirps: noise, phase, and the fluctuation of echoes (docs/design/real-signals.md).
 
     pip install numpy h5py
     python3 python/examples/a121.py RECORDING.h5...

@@ -1,6 +1,6 @@
 //! Everything specific to the STM32F405: clocks, pins, serial ports, timers, watchdog.
 //!
-//! Pins, levels and connectors are in `docs/hardware.md`.
+//! Pins, levels and connectors are in `docs/user/hardware.md`.
 
 pub mod cfsr;
 pub mod clock;

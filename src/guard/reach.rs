@@ -13,7 +13,7 @@ use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::verdict::{FreeGround, HazardKind};
 
 /// Density of rises, and of drops, ahead of a chair, per metre. No survey counts them; a factor of four either way
-/// changes the free distance of 3 % of the tuning sweeps (docs/guard.md).
+/// changes the free distance of 3 % of the tuning sweeps (docs/design/guard.md).
 const ACROSS_PER_M: f32 = 0.3;
 /// Density of objects (rather than steps of the ground itself) beside which the ground is still visible, per metre.
 const BESIDE_PER_M: f32 = 0.0003;

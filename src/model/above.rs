@@ -13,7 +13,7 @@ pub const DEPTHS: usize = 1;
 /// Maximum range of the lines, metres: a chair does not reach anything farther than 1.65 m within three seconds.
 const FARTHEST_M: f32 = 1.7;
 /// Power of a range cell's strongest row that shows in rows far from it, as a ratio: side lobes of an unknown antenna,
-/// and of a mirror that turns meanwhile. From tuning sweeps (docs/guard.md): with 0.02 objects are detected where none
+/// and of a mirror that turns meanwhile. From tuning sweeps (docs/design/guard.md): with 0.02 objects are detected where none
 /// are.
 const SIDE_LOBES: f32 = 0.05;
 /// Lowest power that an object is assumed to have, dB over the noise.

@@ -9,7 +9,7 @@ use super::lines::{CELLS, Lines, Power};
 use crate::math;
 
 /// Factor on the weight of earlier sweeps at each new sweep, if the chair's travel in between is known. From tuning
-/// sweeps (docs/guard.md): with 0.5 and 0.8 more answers are wrong.
+/// sweeps (docs/design/guard.md): with 0.5 and 0.8 more answers are wrong.
 const KEPT: f32 = 0.7;
 /// Factor on the weight of earlier sweeps at each new sweep, if the travel is unknown: objects that have moved blur.
 const KEPT_UNPLACED: f32 = 0.3;

@@ -2,7 +2,7 @@
 //!
 //! A rule that a number expresses is disabled by the value at which it has no effect; every other rule has a switch.
 //! `cargo sim ablate` disables them one at a time and counts the changes
-//! ([docs/ablation.md](../../docs/ablation.md)).
+//! ([docs/generated/ablation.md](../../docs/generated/ablation.md)).
 
 use super::switches::Rules;
 use super::table::Params;

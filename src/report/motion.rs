@@ -2,7 +2,7 @@
 //!
 //! `$PSTC,MOTION,SEQUENCE,TRAVEL,PITCH*CRC`: sequence number from 0 to 65535, increased by one each time;
 //! forward travel in mm with one decimal, cumulative; pitch in 0.001°, nose up positive, or empty. Up to a
-//! hundred a second. For more see `docs/motion.md`.
+//! hundred a second. For more see `docs/design/motion.md`.
 
 use super::sentence::{Fields, Line, ParseError, Tenths, Writer};
 use crate::motion::Reading;

@@ -31,7 +31,7 @@ const fn layout() -> u32 {
 }
 
 impl Settings {
-    /// CRC-32 (ISO-HDLC) of the settings that affect an answer, those that `docs/hardware.md` marks, in the
+    /// CRC-32 (ISO-HDLC) of the settings that affect an answer, those that `docs/user/hardware.md` marks, in the
     /// order of its table, as 32-bit little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE
     /// float, enumerated values as their index in the list of values, from 0.
     ///

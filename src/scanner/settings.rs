@@ -1,7 +1,7 @@
 //! All settings that commands read or set, by key.
 //!
 //! Each setting is one row where its structure is declared with `settings!` ([`crate::setting`]): here, in
-//! [`crate::config`], [`crate::signal::radar::module`], `motor` and `guard`. `docs/hardware.md` has all rows as
+//! [`crate::config`], [`crate::signal::radar::module`], `motor` and `guard`. `docs/user/hardware.md` has all rows as
 //! one table. [`super::record`] turns them into a hash and a record; [`super::store`] saves a record in flash.
 
 mod found;
@@ -117,9 +117,9 @@ settings! {
         sweeping: Sweeping = Sweeping::Both, "sweep" "" [] Answer;
         /// Whether the mirror stops at every angle or turns continuously.
         sweep_mode: SweepMode = SweepMode::Continuous, "sweep-mode" "" [] Operation;
-        /// Mode of the motion input (docs/motion.md).
+        /// Mode of the motion input (docs/design/motion.md).
         motion: motion::Mode = motion::Mode::Auto, "motion" "" [] Answer;
-        /// Whether the evidence of earlier scans of the scene is used (docs/motion.md).
+        /// Whether the evidence of earlier scans of the scene is used (docs/design/motion.md).
         fusion: Switch = Switch::On, "fusion" "" [] Answer;
     }
     also {}

@@ -1,4 +1,4 @@
-//! Updates the parts of `docs/controller.md` that a C example prints.
+//! Updates the parts of `docs/user/controller.md` that a C example prints.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ const END: &str = "<!-- end -->\n";
 
 /// Returns the path of the page.
 pub fn path() -> PathBuf {
-    super::directory().join("../docs/controller.md")
+    super::directory().join("../docs/user/controller.md")
 }
 
 /// Replaces the parts of `page` between its marks by the output of `controller/speed_limit.c`. `printed` runs it with

@@ -33,7 +33,7 @@ pub struct Args {
     /// Write a .npy of complex64, full scale 1.0, instead of 16-bit I and Q
     #[arg(long)]
     complex: bool,
-    /// Radar settings of a DCA1000 capture (docs/formats.md); without it NAME.toml of NAME.bin
+    /// Radar settings of a DCA1000 capture (docs/user/formats.md); without it NAME.toml of NAME.bin
     #[arg(long, value_name = "FILE")]
     setup: Option<PathBuf>,
     /// Angles of the beam, degrees: one a line, one line a chirp

@@ -1,4 +1,4 @@
-//! `hardware WHAT`: prints the parts of docs/build.md.
+//! `hardware WHAT`: prints the parts of docs/user/build.md.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -17,7 +17,7 @@ use crate::update::package::Package;
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "A boot loader trusts one key, that which `STAIRSCAN_UPDATE_KEY=maker.pub` named when it was built; without \
-it the development key of boot/keys/, whose secret half everybody has. docs/update.md says how a maker keeps keys."
+it the development key of boot/keys/, whose secret half everybody has. docs/user/update.md says how a maker keeps keys."
 )]
 pub struct Args {
     #[command(subcommand)]

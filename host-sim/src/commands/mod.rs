@@ -144,7 +144,7 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
         let path = path.display();
         bail!(
             "{path}: samples without metadata, expected a recording: `cargo sim convert {path} … -o \
-             NAME` makes one (docs/formats.md)"
+             NAME` makes one (docs/user/formats.md)"
         );
     }
     let mut found: Vec<PathBuf> = Vec::new();

@@ -38,7 +38,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Statistics over all chirps of a radar that stands still: leakage, echoes, noise, phase
-    /// (docs/real-signals.md)
+    /// (docs/design/real-signals.md)
     #[arg(long, conflicts_with_all = ["chirp", "plot"])]
     statistics: bool,
     /// Successive chirps in a frame, during which the scene is taken to be still; without it all are one frame

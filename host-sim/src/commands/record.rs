@@ -48,7 +48,7 @@ const WORD_MS: Ms = 100;
 #[command(
     after_help = "Ctrl-C ends the recording; complete scans are written. Until then each complete scan is kept in
 hall.unfinished, which remains if the program is killed. If it begins before the scanner's first scan (or a `reset`),
-`replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md."
+`replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/user/live.md."
 )]
 pub struct Args {
     /// Ports that receive the radar link: one for each direction, or one for both

@@ -1,5 +1,5 @@
 //! `sbom`: lists the crates that are linked into the image, for programs and for
-//! docs/supply-chain.md.
+//! docs/generated/supply-chain.md.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -25,7 +25,7 @@ pub struct Args {
 /// Part of the supply chain to print.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum What {
-    /// The linked crates as a CycloneDX 1.6 document, kept in docs/image.cdx.json
+    /// The linked crates as a CycloneDX 1.6 document, kept in docs/generated/image.cdx.json
     #[default]
     Document,
     /// The linked crates as a table: purpose, maintainer, size of the source
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the text of docs/image.cdx.json, the list of crates as a CycloneDX document.
+/// Returns the text of docs/generated/image.cdx.json, the list of crates as a CycloneDX document.
 fn document(root: &Path) -> Result<String> {
     let document = cyclonedx::document(&graph::linked(root)?, &toolchain(root)?);
     Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn the_document_in_the_repository_is_that_of_the_lock_file() {
-        let kept = include_str!("../../../docs/image.cdx.json");
+        let kept = include_str!("../../../docs/generated/image.cdx.json");
         let made = document(&image::workspace()).unwrap();
         assert!(kept == made, "sh docs/make supply-chain");
     }
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn the_tables_of_the_document_are_those_of_the_sources() {
         let root = image::workspace();
-        let kept = include_str!("../../../docs/supply-chain.md");
+        let kept = include_str!("../../../docs/generated/supply-chain.md");
         for (what, table) in [
             ("crates", tables::crates(&root).unwrap()),
             ("build", tables::build_time(&root).unwrap()),

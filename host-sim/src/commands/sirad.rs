@@ -26,7 +26,7 @@ const TIMEOUT_US: u32 = 500_000;
 /// Arguments of `sirad`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// .mat or .json file as described in docs/modules.md, or the bytes received from a SiRad's port
+    /// .mat or .json file as described in docs/design/modules.md, or the bytes received from a SiRad's port
     #[arg(required = true)]
     captures: Vec<PathBuf>,
     /// Swept bandwidth of a capture that does not contain it, MHz

@@ -20,7 +20,7 @@ use crate::update::package::Package;
 #[command(
     after_help = "The scanner stops, its boot loader takes the image into the slot that does not run, checks it and starts it on \
 trial. Once the self-test has passed, with mirror and radar module, the image is confirmed; three starts without that, and the \
-one before runs again. Whatever breaks off, a cable or the supply: the same command goes on. docs/update.md tells it all."
+one before runs again. Whatever breaks off, a cable or the supply: the same command goes on. docs/user/update.md tells it all."
 )]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0

@@ -16,7 +16,7 @@
 //! | `scans.rs` | the scanner's results of a recording, for the outputs |
 //!
 //! The outputs contain the same values as `replay --format json` and `inspect --format json`, taken
-//! from the same objects. docs/formats.md is for users.
+//! from the same objects. docs/user/formats.md is for users.
 
 pub mod angles;
 mod chirps;

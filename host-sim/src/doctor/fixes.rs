@@ -86,10 +86,10 @@ pub fn fix(reason: Reason) -> &'static str {
             "3.3 V at the AS5600; SCL PB8 and SDA PB9 with 4.7 kΩ to 3.3 V; the magnet 0.5 to 3 mm before it."
         }
         R::LinkSilent => {
-            "Module's supply; TX and RX exchanged; `module` set to the one that is there (docs/modules.md); SPI level shifters."
+            "Module's supply; TX and RX exchanged; `module` set to the one that is there (docs/design/modules.md); SPI level shifters."
         }
         R::ModuleError => {
-            "What it reports is in docs/modules.md; `module` set to the one that is there?"
+            "What it reports is in docs/design/modules.md; `module` set to the one that is there?"
         }
         R::ModuleConfig => {
             "Its bandwidth or samples make no map: module-bandwidth, module-samples."
@@ -135,18 +135,18 @@ pub fn fix(reason: Reason) -> &'static str {
             "`set` plane, mirror-offset, mount-height and home-angle, then `save`: `cargo sim settings PORT --set FILE --save`."
         }
         R::Mount => {
-            "Measure mount-height; calibrate on the chair, on its tyres, with its load (docs/hardware.md)."
+            "Measure mount-height; calibrate on the chair, on its tyres, with its load (docs/user/hardware.md)."
         }
         R::NoEcho => {
             "Is there a floor within 3 m? Lens, mirror, beam's direction (DIR: high turns it downwards), first-angle."
         }
         R::BlockedView => "An object is right before the mirror: cover, cable, foot rest.",
         R::Unconfirmed => {
-            "Let it scan twice from one place; on the chair, send motion sentences (docs/motion.md)."
+            "Let it scan twice from one place; on the chair, send motion sentences (docs/design/motion.md)."
         }
-        R::Moving => "Let it stand still, or send motion sentences (docs/motion.md).",
+        R::Moving => "Let it stand still, or send motion sentences (docs/design/motion.md).",
         R::MotionInput => {
-            "Motion sentences are late or damaged: docs/motion.md says what to send, and how often."
+            "Motion sentences are late or damaged: docs/design/motion.md says what to send, and how often."
         }
         R::ShortHorizon => {
             "Nothing to repair: less than the first metre of this scene was detected well enough."

@@ -464,7 +464,7 @@ fn mirror_echo(evidence: &Evidence) -> Finding {
         return warning(
             Check::MirrorEcho,
             text,
-            "Calibrate (docs/hardware.md): until then only an error above some 4 cm, and no change of level, is found.",
+            "Calibrate (docs/user/hardware.md): until then only an error above some 4 cm, and no change of level, is found.",
         );
     }
     good(Check::MirrorEcho, text)
@@ -481,7 +481,7 @@ fn mount(evidence: &Evidence) -> Finding {
         return warning(
             Check::Mount,
             text,
-            "Calibrate on the chair, before a wall at a measured distance (docs/hardware.md).",
+            "Calibrate on the chair, before a wall at a measured distance (docs/user/hardware.md).",
         );
     }
     good(Check::Mount, text)

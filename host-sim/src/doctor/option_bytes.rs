@@ -72,7 +72,7 @@ pub fn fixes(bytes: OptionBytes) -> Vec<String> {
     }
     if !names.is_empty() {
         fixes.push(format!(
-            "`STM32_Programmer_CLI -c port=SWD -ob {}`; with OpenOCD or probe-rs: docs/hardware.md, Option bytes.",
+            "`STM32_Programmer_CLI -c port=SWD -ob {}`; with OpenOCD or probe-rs: docs/user/hardware.md, Option bytes.",
             names.join(" ")
         ));
     }

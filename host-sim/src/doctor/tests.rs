@@ -267,7 +267,7 @@ fn what_is_to_be_seen_to_is_a_warning() {
     }
 }
 
-/// The checklist of `doctor` that docs/live.md shows is that of a scanner with default settings, never calibrated.
+/// The checklist of `doctor` that docs/user/live.md shows is that of a scanner with default settings, never calibrated.
 #[test]
 fn the_document_shows_the_list() {
     let mut evidence = evidence(Some(scan(1, Status::Ok, &[])));
@@ -275,6 +275,6 @@ fn the_document_shows_the_list() {
         evidence.settings.insert(key.to_owned(), "0".to_owned());
     }
     let list = text(&examine(&evidence)).replace(stairscan::REVISION, "4b9a883");
-    let document = include_str!("../../../docs/live.md");
-    assert!(document.contains(&list), "docs/live.md needs:\n{list}");
+    let document = include_str!("../../../docs/user/live.md");
+    assert!(document.contains(&list), "docs/user/live.md needs:\n{list}");
 }

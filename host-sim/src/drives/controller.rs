@@ -15,7 +15,7 @@ use super::limit::{Brakes, FreeAhead, max_speed};
 /// ground 0.51 m before the mirror, so that an edge 10 cm before the footplates is still in the
 /// beam when the chair stands before it.
 pub const FRONT_M: f64 = 0.40;
-/// Properties of the chair that the controller assumes: the first column of docs/controller.md, and
+/// Properties of the chair that the controller assumes: the first column of docs/user/controller.md, and
 /// a maximum age that bridges the loss of two sweeps' sentences.
 const BRAKES: Brakes = Brakes {
     latency_ms: 200,

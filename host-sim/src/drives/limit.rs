@@ -69,7 +69,7 @@ mod tests {
             };
             max_speed(&ground, &CHAIR)
         };
-        // docs/controller.md, first and last column.
+        // docs/user/controller.md, first and last column.
         assert_eq!(
             [50, 300, 1000].map(|free| limit(free, 0, 0)),
             [174, 600, 1228]

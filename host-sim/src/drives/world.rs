@@ -29,7 +29,7 @@ use crate::sweeps::score;
 /// Number of rows of a guard sweep.
 pub const ROWS: usize = 31;
 /// Time from a sweep's last row to the first byte of its sentence, seconds: 590,000 instructions,
-/// docs/guard.md.
+/// docs/design/guard.md.
 const SENTENCE_LATENCY_S: f64 = 0.005;
 /// Duration of one byte on the report UART at 115,200 baud, seconds.
 const BYTE_S: f64 = 10.0 / 115_200.0;

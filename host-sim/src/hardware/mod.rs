@@ -1,4 +1,4 @@
-//! Hardware of a scanner for docs/build.md: parts, power, wiring and the optics' drawing.
+//! Hardware of a scanner for docs/user/build.md: parts, power, wiring and the optics' drawing.
 //!
 //! | module | content |
 //! |---|---|

@@ -4,11 +4,11 @@ use super::sheet::{Anchor, BEAM, BODY, FAINT, INK, Place, Sheet};
 
 /// Speed of light, mm · GHz.
 const LIGHT: f64 = 299.792_458;
-/// Middle of the BGT60TR13C's band, GHz (docs/modules.md).
+/// Middle of the BGT60TR13C's band, GHz (docs/design/modules.md).
 const CARRIER_GHZ: f64 = 60.75;
 /// Beam width in the default setting `beamwidth`, degrees between the 3 dB points.
 const BEAM_DEG: f64 = 5.0;
-/// Product of beam width in degrees and aperture in wavelengths (docs/modules.md).
+/// Product of beam width in degrees and aperture in wavelengths (docs/design/modules.md).
 const SPREAD_DEG: f64 = 70.0;
 /// Optical path in the setting `mirror-offset`, from the chip to the mirror's centre, mm of air.
 const OFFSET_MM: f64 = 220.0;

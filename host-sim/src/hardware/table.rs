@@ -80,7 +80,7 @@ pub struct Load {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wire {
-    /// Name of the signal in docs/hardware.md.
+    /// Name of the signal in docs/user/hardware.md.
     pub signal: String,
     /// Name of the wire's pin at the microcontroller, such as `PA9`.
     pub chip: String,

@@ -6,10 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::table::table;
 use super::{optics, tables, wiring};
 
-const HARDWARE: &str = include_str!("../../../docs/hardware.md");
+const HARDWARE: &str = include_str!("../../../docs/user/hardware.md");
 const START: &str = include_str!("../../../src/board/start.rs");
 const LOADER: &str = include_str!("../../../boot/src/chip/pin.rs");
-const DOCUMENT: &str = include_str!("../../../docs/build.md");
+const DOCUMENT: &str = include_str!("../../../docs/user/build.md");
 
 /// Returns the microcontroller's pin for each signal in the table.
 fn wired() -> BTreeMap<&'static str, &'static str> {
@@ -117,7 +117,7 @@ fn every_way_through_the_lens_is_as_long() {
     assert!((way(0.0) + optics.gap - 220.0).abs() < 1e-9);
     assert!(
         (69.0..=70.0).contains(&optics.clear),
-        "docs/modules.md says some 70 mm: {}",
+        "docs/design/modules.md says some 70 mm: {}",
         optics.clear
     );
     assert!(optics.mirror.0 > optics.clear);
@@ -134,13 +134,13 @@ fn no_words_of_the_drawings_overlap() {
 fn the_committed_files_are_what_the_command_makes() {
     let files = [
         (
-            "docs/wiring.svg",
-            include_str!("../../../docs/wiring.svg"),
+            "docs/generated/wiring.svg",
+            include_str!("../../../docs/generated/wiring.svg"),
             wiring::draw(table()).svg(),
         ),
         (
-            "docs/optics.svg",
-            include_str!("../../../docs/optics.svg"),
+            "docs/generated/optics.svg",
+            include_str!("../../../docs/generated/optics.svg"),
             optics::draw().svg(),
         ),
     ];
@@ -150,7 +150,7 @@ fn the_committed_files_are_what_the_command_makes() {
     for made in [tables::parts(table()), tables::power(table())] {
         assert!(
             DOCUMENT.contains(&made),
-            "docs/build.md: sh docs/make build"
+            "docs/user/build.md: sh docs/make build"
         );
     }
 }

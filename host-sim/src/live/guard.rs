@@ -11,7 +11,7 @@ use crate::answer::metres;
 const FULL_M: f64 = 2.0;
 /// Number of characters of the bar: 5 cm each.
 const CELLS: usize = 40;
-/// Maximum age of a `GUARD` sentence, ms; an older one is stale (docs/controller.md: people step in).
+/// Maximum age of a `GUARD` sentence, ms; an older one is stale (docs/user/controller.md: people step in).
 const OLDEST: Ms = 500;
 /// Weight of the newest interval in the moving average of the intervals between `GUARD` sentences.
 const NEWEST: f64 = 0.2;

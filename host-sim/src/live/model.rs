@@ -11,9 +11,9 @@ use super::trouble::{Trouble, UnexpectedData};
 use crate::answer::Answer;
 
 /// Time without an intact sentence after which the scanner or the line is considered dead, ms
-/// (docs/controller.md).
+/// (docs/user/controller.md).
 pub const SILENCE: Ms = 500;
-/// Maximum age of an answer, ms; an older one is stale (docs/controller.md).
+/// Maximum age of an answer, ms; an older one is stale (docs/user/controller.md).
 pub const OLDEST: Ms = 17_000;
 /// Time without a sentence after which an open port is reported as silent, ms; a scanner boots in 1.6 s.
 const TIMEOUT: Ms = 2_500;

@@ -43,10 +43,10 @@ pub enum Own {
 pub const HELP: [&str; 6] = [
     "scan | start | stop | reset: one scan, continuous, stop, clear history",
     "status | version | selftest: state of the scanner",
-    "get [KEY] | set KEY VALUE | save: settings (docs/hardware.md)",
+    "get [KEY] | set KEY VALUE | save: settings (docs/user/hardware.md)",
     "calibrate WALL_MM YYYYMMDD: estimate the mounting",
     "PageUp, PageDown: older sentences, newer ones",
-    "help, q: this text, the end; all commands: docs/commands.md",
+    "help, q: this text, the end; all commands: docs/user/commands.md",
 ];
 
 /// The command line with its history. Only ASCII can be typed: commands contain nothing else.

@@ -8,7 +8,7 @@
 //! | `notes` | why each crate is there, and who maintains it |
 //! | `sources` | the source folder of a crate → lines, `unsafe`, build script, prebuilt files |
 //! | `code` | the image's line table → bytes of code by crate |
-//! | `tables` | all of these → the tables of docs/supply-chain.md |
+//! | `tables` | all of these → the tables of docs/generated/supply-chain.md |
 
 pub mod code;
 pub mod cyclonedx;

@@ -1,4 +1,4 @@
-//! Formats the tables of docs/supply-chain.md, as Markdown.
+//! Formats the tables of docs/generated/supply-chain.md, as Markdown.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! The table of all settings, read from docs/hardware.md. A test of the library compares it with the rows in `src/`.
+//! The table of all settings, read from docs/user/hardware.md. A test of the library compares it with the rows in `src/`.
 //! In this way the image does not contain units and meanings.
 
 use std::sync::LazyLock;
@@ -8,7 +8,7 @@ use stairscan::scanner::Settings;
 use super::units::Unit;
 
 /// The document that holds the table.
-const DOCUMENT: &str = include_str!("../../../docs/hardware.md");
+const DOCUMENT: &str = include_str!("../../../docs/user/hardware.md");
 /// Header of the table in the document.
 const HEADER: &str = "| key | unit | values | default | hash | meaning |";
 /// Text in the column of values for settings that no command changes.

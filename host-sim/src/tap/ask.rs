@@ -175,7 +175,7 @@ fn explain(error: LinkError) -> String {
         LinkError::Frame(_) => {
             "the received bytes are damaged. The link's speed is 1,000,000 baud".to_owned()
         }
-        LinkError::Module(code) => format!("it reports error {code} (docs/link.md)"),
+        LinkError::Module(code) => format!("it reports error {code} (docs/design/link.md)"),
         _ => "it sends another reply".to_owned(),
     }
 }

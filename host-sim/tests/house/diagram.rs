@@ -1,4 +1,4 @@
-//! The diagram of imports between folders in docs/architecture.md: generated from the imports, compared with them,
+//! The diagram of imports between folders in docs/design/architecture.md: generated from the imports, compared with them,
 //! and searched for cycles.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -35,7 +35,7 @@ const TUNED: &[&str] = &[
 ];
 /// The folder that assigns a status, and the one that writes and parses its text.
 const STATUSES: &[&str] = &["verdict", "report"];
-/// Layers of the diagram in docs/architecture.md. Files directly in `src/` that are in none are left out.
+/// Layers of the diagram in docs/design/architecture.md. Files directly in `src/` that are in none are left out.
 const LAYERS: &[Layer] = &[
     ("the image", &[("board", &["board", "main"])]),
     (
@@ -231,7 +231,7 @@ fn register_crate() -> PathBuf {
 /// Compares the counts in the document with the table.
 #[test]
 fn the_document_on_the_fit_counts_the_tuned_numbers() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/fit.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/design/fit.md");
     let text = std::fs::read_to_string(path).unwrap();
     let mut said = vec![format!("{} numbers, of three origins", Params::TABLE.len())];
     for origin in [Origin::Derived, Origin::Custom, Origin::Hand] {
@@ -239,7 +239,10 @@ fn the_document_on_the_fit_counts_the_tuned_numbers() {
         said.push(format!("**{}** ({}", origin.as_str(), of.count()));
     }
     for said in said {
-        assert!(text.contains(&said), "docs/fit.md does not say {said}");
+        assert!(
+            text.contains(&said),
+            "docs/design/fit.md does not say {said}"
+        );
     }
 }
 
@@ -269,12 +272,16 @@ fn every_link_of_a_document_leads_somewhere() {
 }
 
 /// Documents in which replaced words may stand: the glossary, and what quotes earlier states.
-const QUOTING: &[&str] = &["docs/glossary.md", "docs/history.md", "CHANGELOG.md"];
+const QUOTING: &[&str] = &[
+    "docs/design/glossary.md",
+    "docs/design/history.md",
+    "CHANGELOG.md",
+];
 
 #[test]
 fn no_word_that_the_glossary_replaces_stands_in_comments_and_documents() {
     let (root, documents) = files("", "md");
-    let glossary = std::fs::read_to_string(root.join("docs/glossary.md")).unwrap();
+    let glossary = std::fs::read_to_string(root.join("docs/design/glossary.md")).unwrap();
     let replaced = terms::replaced(&glossary);
     assert!(replaced.len() > 10, "{} words", replaced.len());
     let sources = ["src", "host-sim", "boot", "fuzz"].map(|folder| files(folder, "rs").1);
@@ -300,7 +307,7 @@ fn no_folder_imports_itself_round_a_circle() {
     none(&diagram::circles(LAYERS, &Graph::new(&firmware())));
 }
 
-/// The diagram of docs/architecture.md, from above.
+/// The diagram of docs/design/architecture.md, from above.
 #[test]
 fn the_diagram_of_the_folders_shows_who_imports_whom() {
     let sources = firmware();
@@ -308,7 +315,7 @@ fn the_diagram_of_the_folders_shows_who_imports_whom() {
         all_of(&sources, folders);
     }
     none(&diagram::forgotten(LAYERS, LEFT_OUT, &sources.files));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/architecture.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/design/architecture.md");
     let document = std::fs::read_to_string(path).unwrap();
     none(&diagram::differences(
         LAYERS,

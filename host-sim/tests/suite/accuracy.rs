@@ -10,9 +10,9 @@ use host_sim::seeds::{Draw, REPORTING, TUNING};
 use crate::common::sim;
 
 /// The committed snapshot.
-const SNAPSHOT: &str = include_str!("../../../docs/accuracy-snapshot.md");
+const SNAPSHOT: &str = include_str!("../../../docs/generated/accuracy-snapshot.md");
 /// The published tables.
-const PUBLISHED: &str = include_str!("../../../docs/accuracy.md");
+const PUBLISHED: &str = include_str!("../../../docs/generated/accuracy.md");
 
 #[test]
 fn accuracy_is_as_committed() {
@@ -21,8 +21,8 @@ fn accuracy_is_as_committed() {
     let measured = accuracy::report(&Selection::of(Draw::Snapshot), scenes_own, &rows);
     assert!(
         measured == SNAPSHOT,
-        "accuracy has changed; if that is meant: cargo sim accuracy > docs/accuracy-snapshot.md, and \
-         cargo sim accuracy --draw reporting > docs/accuracy.md\n\ncommitted:\n{SNAPSHOT}\n\
+        "accuracy has changed; if that is meant: cargo sim accuracy > docs/generated/accuracy-snapshot.md, and \
+         cargo sim accuracy --draw reporting > docs/generated/accuracy.md\n\ncommitted:\n{SNAPSHOT}\n\
          measured:\n{measured}"
     );
 }
@@ -34,7 +34,7 @@ fn the_published_tables_are_those_of_the_reporting_seeds() {
     let heading = accuracy::heading(&Selection::of(Draw::Reporting), &Instrument::default());
     assert!(
         PUBLISHED.starts_with(&heading),
-        "docs/accuracy.md was not made by `cargo sim accuracy --draw reporting`, whose output \
+        "docs/generated/accuracy.md was not made by `cargo sim accuracy --draw reporting`, whose output \
          begins with:\n{heading}"
     );
     let first = PUBLISHED.lines().skip_while(|line| !line.starts_with('|'));
@@ -50,7 +50,10 @@ fn the_published_tables_are_those_of_the_reporting_seeds() {
     let promise = format!("of {ok} `ok` answers to reporting seeds {wrong} were wrong");
     for (file, text) in [
         ("README.md", include_str!("../../../README.md")),
-        ("docs/report.md", include_str!("../../../docs/report.md")),
+        (
+            "docs/user/report.md",
+            include_str!("../../../docs/user/report.md"),
+        ),
     ] {
         let words: Vec<&str> = text.split_whitespace().collect();
         assert!(

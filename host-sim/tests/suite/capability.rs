@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::common::sim;
 
 /// The published sheet.
-const PUBLISHED: &str = include_str!("../../../docs/capability.md");
+const PUBLISHED: &str = include_str!("../../../docs/generated/capability.md");
 
 /// Returns the value of an option in the command that the sheet names.
 fn option(name: &str) -> Option<u64> {
@@ -28,7 +28,7 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
     let heading = capability::heading(Draw::Reporting, [scenes, sizes], second).unwrap();
     assert!(
         PUBLISHED.starts_with(&heading),
-        "docs/capability.md was not made by `sh docs/make capability`, whose output begins with:\n{heading}"
+        "docs/generated/capability.md was not made by `sh docs/make capability`, whose output begins with:\n{heading}"
     );
     let section = |title: &str| PUBLISHED.lines().filter(|line| *line == title).count();
     for title in [

@@ -62,7 +62,7 @@ fn the_demo_image_reports_what_replay_reports() {
     let answers = answers(&stair_a(), &options, |_| ()).unwrap();
     let expected: Vec<String> = answers.into_iter().flat_map(|a| a.sentences).collect();
     assert_eq!(sentences[1..=expected.len()], expected);
-    let document = fs::read_to_string(image::workspace().join("docs/build.md")).unwrap();
+    let document = fs::read_to_string(image::workspace().join("docs/user/build.md")).unwrap();
     assert!(document.contains(&expected[..4].join("\n")), "{expected:?}");
 
     let refused = Package::sign(&elf, 0, &keys::development().unwrap());

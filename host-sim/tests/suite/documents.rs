@@ -41,7 +41,9 @@ fn blocks(document: &str) -> Vec<(&str, &str)> {
 
 /// README and the documents of `docs/`: path and text.
 fn documents() -> Vec<(PathBuf, String)> {
-    let documents = WalkDir::new(root().join("docs")).max_depth(1).into_iter();
+    let documents = WalkDir::new(root().join("docs"))
+        .sort_by_file_name()
+        .into_iter();
     let documents = documents.map(|entry| entry.unwrap().into_path());
     let markdown = |path: &PathBuf| path.extension().is_some_and(|suffix| suffix == "md");
     let documents = documents.filter(markdown).chain([root().join("README.md")]);
@@ -174,9 +176,12 @@ fn pictures_are_what_their_commands_draw() {
         "approach.svg",
     ];
     for picture in pictures {
-        let committed = std::fs::read(root().join("docs").join(picture)).unwrap();
+        let committed = std::fs::read(root().join("docs/generated").join(picture)).unwrap();
         let drawn = std::fs::read(directory.path().join(picture)).unwrap();
-        assert!(committed == drawn, "docs/{picture}: sh docs/make pictures");
+        assert!(
+            committed == drawn,
+            "docs/generated/{picture}: sh docs/make pictures"
+        );
     }
 }
 
@@ -186,12 +191,12 @@ fn flowing(path: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The number behind `row` at the beginning of a line of docs/benchmarks.md.
+/// The number behind `row` at the beginning of a line of docs/generated/benchmarks.md.
 fn measured(row: &str) -> f64 {
-    let text = std::fs::read_to_string(root().join("docs/benchmarks.md")).unwrap();
+    let text = std::fs::read_to_string(root().join("docs/generated/benchmarks.md")).unwrap();
     let mut rows = text.lines().filter_map(|line| line.strip_prefix(row));
     let number = rows.find_map(|rest| rest.split_whitespace().next()?.parse().ok());
-    number.unwrap_or_else(|| panic!("docs/benchmarks.md has no row {row}"))
+    number.unwrap_or_else(|| panic!("docs/generated/benchmarks.md has no row {row}"))
 }
 
 #[test]
@@ -239,11 +244,11 @@ fn scan_times_are_those_that_timing_prints() {
             format!("{spi} to {stop} s, {one} s unless set otherwise"),
         ),
         (
-            "docs/guard.md",
+            "docs/design/guard.md",
             format!("A full scan takes {spi} to {stop} s"),
         ),
         (
-            "docs/motion.md",
+            "docs/design/motion.md",
             format!("A scan takes {spi} to {stop} s, {one} s with the default settings"),
         ),
     ] {

@@ -207,7 +207,7 @@ fn before_a_flight_going_down_a_standing_chair_looks_down_it() {
                 continue;
             }
             assert_eq!((head.direction, head.drops), (Direction::Down, 0));
-            // Its distances are unreliable: docs/hardware.md.
+            // Its distances are unreliable: docs/user/hardware.md.
             assert_eq!(head.status, Status::Degraded);
             assert!(head.reasons.has(Reason::Unconfirmed));
             let heights: Vec<i32> = steps.iter().map(|step| step.height.0).collect();

@@ -677,7 +677,7 @@ fn the_crates_of_the_loader_are_those_of_the_list() {
             .map(|(name, version)| format!("`{name}` {version}"))
             .collect()
     };
-    let document = fs::read_to_string(workspace().join("docs/supply-chain.md")).unwrap();
+    let document = fs::read_to_string(workspace().join("docs/generated/supply-chain.md")).unwrap();
     let (_, list) = document.split_once("## Crates of the boot loader").unwrap();
     let (list, _) = list.split_once("\n## ").unwrap();
     let rows = list.lines().filter_map(|line| line.strip_prefix("| `"));

@@ -66,7 +66,7 @@ WAY = np.dtype([("end_m", "<f4"), ("right", "<f4"), ("asked", "<f4")])
 
 @dataclass(frozen=True)
 class Config:
-    """Configuration of a scan. Defaults are the firmware's; limits are those of docs/hardware.md."""
+    """Configuration of a scan. Defaults are the firmware's; limits are those of docs/user/hardware.md."""
 
     bandwidth_hz: float = 10e9
     """Swept bandwidth of the chirp."""

@@ -70,10 +70,10 @@ fn the_height_plane_reaches_to_its_last_beam_or_to_the_end_of_the_range() {
     assert_eq!(reach_m(&both(400_000)), 0.0);
 }
 
-/// Compares the reach of the height plane with the table of `docs/hardware.md`.
+/// Compares the reach of the height plane with the table of `docs/user/hardware.md`.
 #[test]
 fn the_document_says_how_far_the_height_plane_sees() {
-    let text = include_str!("../../../docs/hardware.md");
+    let text = include_str!("../../../docs/user/hardware.md");
     for (first, step, count, row) in [
         (-20_000, 250, 281, "| 110° … 40° | −25° … 115° | "),
         (-20_000, 250, 361, "| 110° … 20° | −25° … 115° | "),

@@ -38,7 +38,7 @@ fn each_key_is_in_the_table_once_with_a_meaning() {
     assert_eq!(meanings, Settings::KEYS.len());
 }
 
-/// Returns the table of all settings in `docs/hardware.md`, made from their rows.
+/// Returns the table of all settings in `docs/user/hardware.md`, made from their rows.
 #[cfg(feature = "paper")]
 fn table() -> String {
     let mut meanings = Vec::new();
@@ -69,11 +69,11 @@ fn table() -> String {
 #[test]
 #[cfg(feature = "paper")]
 fn the_document_has_the_table() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/hardware.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/user/hardware.md");
     let document = std::fs::read_to_string(path).unwrap();
     assert!(
         document.contains(&table()),
-        "docs/hardware.md needs:\n{}",
+        "docs/user/hardware.md needs:\n{}",
         table()
     );
 }

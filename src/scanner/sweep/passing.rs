@@ -13,7 +13,7 @@ use crate::time::Micros;
 use crate::verdict::Reason;
 
 /// Maximum delay of a trigger behind its row's position, microsteps: 0.02°, the jitter of a shaft at rest
-/// (docs/accuracy.md).
+/// (docs/generated/accuracy.md).
 const LATE: i32 = 3;
 
 impl Sweep {

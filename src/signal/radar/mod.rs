@@ -1,7 +1,7 @@
 //! Radar modules and their protocols.
 //!
 //! The sweep uses a module as a [`RadarModule`], independent of its protocol. A setting selects the module;
-//! `docs/modules.md` has wiring and limits of each.
+//! `docs/design/modules.md` has wiring and limits of each.
 //!
 //! | module | contains |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! SiRad Easy and Simple, 120 GHz, as a radar module: raw I/Q over a serial port of 1 Mbaud.
 //!
 //! Sources: Silicon Radar, "SiRad Easy/Simple System & Protocol Description" 2.4 (firmware 1.4), and the
-//! maker's wiki, "Output Modes 1.4". `docs/modules.md` lists the parts of them that were available, and the
+//! maker's wiki, "Output Modes 1.4". `docs/design/modules.md` lists the parts of them that were available, and the
 //! facts taken from captures instead.
 //!
 //! The protocol does not identify the trigger that an answer belongs to, has no checksum, and does not specify
@@ -32,7 +32,7 @@ pub use reader::{Reader, ReaderEvent};
 const ALONE_US: u32 = 160_000;
 /// Centre of the chip's band, kHz, which is taken as the carrier.
 const CARRIER_KHZ: u32 = 122_500_000;
-/// Duration of the ramp beyond the sampled part, in half sample intervals. Measured (`docs/modules.md`).
+/// Duration of the ramp beyond the sampled part, in half sample intervals. Measured (`docs/design/modules.md`).
 const UNSAMPLED_HALVES: u32 = 75;
 /// Factor from 12-bit samples to full scale.
 const SCALE: i16 = 16;

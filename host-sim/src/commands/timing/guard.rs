@@ -24,7 +24,7 @@ struct Stopping {
     read_us: u64,
 }
 
-/// Timing of a SiRad by the limits of docs/modules.md: it measures every 15.8 ms at best, and its answer takes 10.4 ms.
+/// Timing of a SiRad by the limits of docs/design/modules.md: it measures every 15.8 ms at best, and its answer takes 10.4 ms.
 const SIRAD: Stopping = Stopping {
     name: "sirad",
     link: "1.0 Mbaud",

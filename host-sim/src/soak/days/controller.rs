@@ -14,7 +14,7 @@ use crate::scene::maths::Random;
 const PERIOD_US: u64 = 50_000;
 const JITTER_US: f64 = 2_000.0;
 /// Travel at which the counter jumps to its negative, 0.1 mm: within the ±200 km that a sentence may hold
-/// (docs/motion.md).
+/// (docs/design/motion.md).
 const RESTART: i64 = 1_999_000_000;
 /// Value of the travel counter at the beginning of the run, 0.1 mm: 10 km before the first jump, which therefore comes
 /// within days.

@@ -31,7 +31,7 @@ use crate::volatile::identity;
 const WATCHDOG_US: u64 = 2_000_000;
 /// Minimum time between two resets of the watchdog's counter, µs (src/board/start.rs).
 const WATCHDOG_PAUSE_US: u64 = 50_000;
-/// Period of `LIVE`, µs (docs/report.md).
+/// Period of `LIVE`, µs (docs/user/report.md).
 const LIVE_US: u64 = 200_000;
 /// Longest time that the loop skips while the scanner is idle, µs: within the 100 ms of margin of a deadline.
 const SKIP_IDLE_US: u64 = 40_000;

@@ -9,7 +9,7 @@ use stairscan::verdict::{Reason, Reasons, Status};
 use super::gaps::{Gap, Instant};
 
 /// Longest permitted gap between two `LIVE` sentences, µs: without one for half a second a scanner counts as dead
-/// (docs/report.md).
+/// (docs/user/report.md).
 const LIVE_GAP_US: u64 = 500_000;
 /// Longest permitted delay from the uptime or age that a `LIVE` sentence states to its last byte, µs: a report of some
 /// sentences and an answer's time.
@@ -21,7 +21,7 @@ const ROUNDING_US: u64 = 2_000;
 const SWEEP_GAP_US: u64 = 1_200_000 / 7;
 /// Longest permitted time from the end of a fault's cause to the first answer, µs, by default settings: `fault-hold` 2
 /// s, the self-test's time limit for homing 7 s, a query of the module 0.2 s, and a scan that stops at every angle 4 s
-/// (docs/benchmarks.md).
+/// (docs/generated/benchmarks.md).
 const RECOVERY_US: u64 = 13_200_000;
 /// Time after a disturbance within which `LIVE`'s error counters may still grow, µs: timeouts of chirps and motion
 /// sentences, and `LIVE`'s period.
@@ -29,7 +29,7 @@ const ECHO_US: u64 = 3_000_000;
 /// Maximum number of failed checks whose texts are kept; further ones are only counted.
 const KEPT: usize = 100;
 /// Time after a full scan within which guard sweeps may report its hazard (reason `ScanNearer`), µs: 5 s
-/// (docs/guard.md) and a sentence's delay.
+/// (docs/design/guard.md) and a sentence's delay.
 const SCAN_COUNTS_US: u64 = 5_500_000;
 
 /// State of the motion input that a `LIVE` sentence is expected to report.

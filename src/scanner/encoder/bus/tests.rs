@@ -261,7 +261,7 @@ fn an_as5600_is_read_over_two_wires() {
     let wires = wires.borrow();
     assert_eq!((wires.starts, wires.stops), (12, 6));
     assert_eq!(wires.levels(), (true, true), "the bus is left free");
-    // Duration of a reading according to docs/hardware.md.
+    // Duration of a reading according to docs/user/hardware.md.
     assert!(wires.waited_ns / 3 < 600_000, "{} ns", wires.waited_ns / 3);
     // UM10204, table 10, fast mode; and not slower than 200 kbit/s.
     let (low, high) = wires.shortest_ns.unwrap();
