@@ -17,7 +17,7 @@ fn main() {
     fs::copy("src/board/memory.x", out.join("memory.x")).expect("memory.x can be copied");
     // The image's alone: the loader, which rests on the library, has a memory map of its own.
     println!("cargo::rustc-link-arg-bin=stairscan=-L{}", out.display());
-    // The relocations stay in the file (not in flash) for `cargo sim budget`, which reads from them
+    // The relocations stay in the file (not in flash) for `cargo study budget`, which reads from them
     // who may panic.
     for arg in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "--emit-relocs"] {
         println!("cargo::rustc-link-arg-bin=stairscan={arg}");

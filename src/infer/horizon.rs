@@ -3,7 +3,7 @@
 //!
 //! The way ahead is divided into cells. Each cell has a hazard: the probability of the first error of the answer in
 //! this cell, given none before. An error is a step that is missing, false, or off by more than its expanded
-//! uncertainty. The hazard is a logistic function of the cell's [`Features`] with weights that `cargo sim fit` counts
+//! uncertainty. The hazard is a logistic function of the cell's [`Features`] with weights that `cargo study fit` counts
 //! from simulated scans with known truth (a discrete-time survival model, Cox 1972). The product of the survival
 //! probabilities of the cells, mapped to the measured frequency, is the probability of being correct.
 

@@ -1,4 +1,4 @@
-//! Types of the numbers that weigh the evidence of earlier scans. `cargo sim sequences --fit` counts hazards and
+//! Types of the numbers that weigh the evidence of earlier scans. `cargo study sequences --fit` counts hazards and
 //! correlations into `counted.rs`.
 
 use super::hazard::PlattMap;

@@ -1,5 +1,5 @@
 //! Weights of earlier scans' evidence, counted from simulated sequences: written by
-//! `cargo sim sequences --fit`.
+//! `cargo study sequences --fit`.
 
 use super::carried::{Carried, Correlation};
 use super::hazard::PlattMap;

@@ -1,4 +1,4 @@
-//! The horizon's hazard weights, counted from simulated scans: written by `cargo sim fit`.
+//! The horizon's hazard weights, counted from simulated scans: written by `cargo study fit`.
 
 use super::hazard::{PlattMap, Weights};
 

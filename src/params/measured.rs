@@ -1,4 +1,4 @@
-//! The measurement model, counted from simulated scans: written by `cargo sim fit`.
+//! The measurement model, counted from simulated scans: written by `cargo study fit`.
 
 use super::generative::{Extended, Generative, Hidden, Point, TreadEnd, TreadNumbers};
 

@@ -1,6 +1,6 @@
 //! Tuned numbers of the default estimator, in one table of one type.
 //!
-//! The table (`src/params/table.rs`) gives unit, meaning and origin of each number. `cargo sim params` prints it;
+//! The table (`src/params/table.rs`) gives unit, meaning and origin of each number. `cargo study params` prints it;
 //! with `--sensitivity` it also prints how the accuracy on tuning seeds changes with a fifth more or less of each
 //! ([docs/generated/parameters.md](../../docs/generated/parameters.md)). Those of the posterior are constants ([`posterior`]). Numbers
 //! that are in neither are derived, and stand beside their derivation.

@@ -1,7 +1,7 @@
 //! Rules of the estimator, and how each is disabled to measure its effect.
 //!
 //! A rule that a number expresses is disabled by the value at which it has no effect; every other rule has a switch.
-//! `cargo sim ablate` disables them one at a time and counts the changes
+//! `cargo study ablate` disables them one at a time and counts the changes
 //! ([docs/generated/ablation.md](../../docs/generated/ablation.md)).
 
 use super::switches::Rules;

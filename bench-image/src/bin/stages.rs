@@ -317,5 +317,5 @@ mod image {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("an image for the emulator: see `cargo sim bench`");
+    println!("an image for the emulator: see `cargo study bench`");
 }

@@ -39,5 +39,5 @@ mod image {
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("an image for the emulator: see `cargo sim twins`");
+    println!("an image for the emulator: see `cargo study twins`");
 }

@@ -15,7 +15,7 @@ const AT_PLACE_M: f64 = 0.10;
 /// Tolerance by which the free distance may end beyond a body and still count as ending at it, metres: that of the
 /// guard's contract.
 const BEYOND_M: f64 = 0.05;
-/// Number of guard sweeps at the beginning of a recording whose free distance is not counted: as in `cargo sim guard`.
+/// Number of guard sweeps at the beginning of a recording whose free distance is not counted: as in `cargo study guard`.
 const FIRST_SWEEPS: usize = 2;
 
 /// Whether an answer is `ok` and its free distance `free_m` ends more than [`BEYOND_M`] beyond a body, `at_m` metres

@@ -297,7 +297,7 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
         .count();
     let wrong = |scores: &[SceneScore]| scores.iter().filter(|s| s.ok_and_wrong()).count();
     format!(
-        "# Effect of each rule\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}{}`: \
+        "# Effect of each rule\n\nMade by `cargo study ablate --draw {} --scenes {} --faulty {}{}`: \
          each rule off by itself, the whole scanner on {} scenes ({} of each kind), {exact} exact, \
          {ok} `ok`, {} of them wrong, and on {} scans with a fault of the instrument, {} of them \
          `ok` and wrong. Cells: scenes gained and lost by turning the rule off, and in brackets \

@@ -166,7 +166,7 @@ pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
     let kinds: Vec<String> = selection.kinds().map(of).collect();
     let numbers = selection.options() + &instrument.options();
     format!(
-        "# Accuracy, {draw} scenes\n\nMade by `cargo sim accuracy --draw {draw}{numbers}`: random \
+        "# Accuracy, {draw} scenes\n\nMade by `cargo study accuracy --draw {draw}{numbers}`: random \
          scenes of the project's own simulator, {}, each kind with the seeds from {} on \
          (`host-sim/src/seeds.rs` lists the use of the seeds). Materials and signal-to-noise ratios \
          are mixed; \"none\" holds scenes in which the instrument is blind, where a `fault` is \

@@ -80,7 +80,7 @@ impl Args {
 
     /// Returns the command that reproduces the sheet.
     fn command(&self) -> String {
-        let mut words = format!("cargo sim capability --draw {}", self.draw);
+        let mut words = format!("cargo study capability --draw {}", self.draw);
         if self.scenes != SCENES {
             words += &format!(" --scenes {}", self.scenes);
         }

@@ -78,7 +78,7 @@ impl Args {
             .iter()
             .map(|kind| format!(" --kind {}", kind.name()));
         let all: String = scenes.into_iter().chain(drives).chain(kinds).collect();
-        format!("cargo sim drives --draw {}{all}", self.draw)
+        format!("cargo study drives --draw {}{all}", self.draw)
     }
 }
 

@@ -60,7 +60,7 @@ impl Args {
             .iter()
             .map(|kind| format!(" --kind {}", kind.name()));
         let all: String = count.into_iter().chain(kinds).collect();
-        format!("cargo sim guard --draw {}{all}", self.draw)
+        format!("cargo study guard --draw {}{all}", self.draw)
     }
 }
 

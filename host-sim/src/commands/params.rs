@@ -119,12 +119,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn heading(args: &Args, scans: usize, base: Tally) -> String {
     let mut out = String::from(
         "# Parameters of the default estimator\n\nEvery tuned number but the verdict's weights, \
-         which `cargo sim fit` writes to `src/params/fitted.rs`.\n",
+         which `cargo study fit` writes to `src/params/fitted.rs`.\n",
     );
     if args.sensitivity {
         let _ = write!(
             out,
-            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, \
+            "\nMade by `cargo study params --sensitivity --scenes {}`: {scans} scans of tuning seeds, \
              {} of each kind, through the whole scanner. The last two columns are the effects of a \
              fifth less and a fifth more of a number on the exact scans (now {}), those that are \
              `ok` (now {}) and those that are `ok` and wrong (now {}).\n",

@@ -11,7 +11,7 @@ use super::emit;
 /// Heading and introduction of docs/reasons.md.
 const HEAD: &str = "# Reasons
 
-Made by `cargo sim reasons` from the table [`src/verdict/reasons.rs`](../src/verdict/reasons.rs).
+Made by `cargo study reasons` from the table [`src/verdict/reasons.rs`](../src/verdict/reasons.rs).
 Their meanings are in the [README](../README.md#what-comes-out-and-what-to-do-with-it), the C header and `--help`.
 [`src/verdict/status.rs`](../src/verdict/status.rs) decides the status from plain values, not from reasons.
 Names in the conditions are those of [parameters.md](parameters.md) and [hardware.md](hardware.md#settings).

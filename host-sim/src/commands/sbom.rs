@@ -108,7 +108,7 @@ mod tests {
             ("crates", tables::crates(&root).unwrap()),
             ("build", tables::build_time(&root).unwrap()),
         ] {
-            let block = format!("<!-- cargo sim sbom {what} -->\n{table}<!-- end -->");
+            let block = format!("<!-- cargo study sbom {what} -->\n{table}<!-- end -->");
             assert!(kept.contains(&block), "sh docs/make supply-chain");
         }
     }

@@ -377,7 +377,7 @@ fn scored_answer<'a>(sample: &'a SequenceSample, table: &Carried) -> ScoredAnswe
 pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     let mut out = String::from(
         "//! Weights of earlier scans' evidence, counted from simulated sequences: written by\n\
-         //! `cargo sim sequences --fit`.\n\n\
+         //! `cargo study sequences --fit`.\n\n\
          use super::carried::{Carried, Correlation};\nuse super::hazard::PlattMap;\n",
     );
     for (name, of, c) in [

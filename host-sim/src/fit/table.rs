@@ -18,7 +18,7 @@ fn map(map: PlattMap) -> String {
 /// `checksum` is that of the tables fitted to a small number of scenes, which a test recomputes.
 pub fn write(up: &Weights, down: &Weights, checksum: u32) -> String {
     let mut out = String::from(
-        "//! The horizon's hazard weights, counted from simulated scans: written by `cargo sim fit`.\n\n\
+        "//! The horizon's hazard weights, counted from simulated scans: written by `cargo study fit`.\n\n\
          use super::hazard::{PlattMap, Weights};\n",
     );
     let _ = write!(

@@ -102,7 +102,7 @@ pub fn draw() -> Sheet {
         "Lens and mirror for a BGT60TR13C",
     );
     let about = format!(
-        "made by `cargo sim hardware optics`: {CARRIER_GHZ} GHz (wavelength {:.2} mm), beam {BEAM_DEG:.0}°, mirror-offset {:.2} m; millimetres",
+        "made by `cargo study hardware optics`: {CARRIER_GHZ} GHz (wavelength {:.2} mm), beam {BEAM_DEG:.0}°, mirror-offset {:.2} m; millimetres",
         optics.wavelength,
         OFFSET_MM / 1e3
     );

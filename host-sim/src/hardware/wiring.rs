@@ -68,7 +68,7 @@ pub fn draw(table: &Table) -> Sheet {
         INK,
         "Wiring of a scanner",
     );
-    let about = "made by `cargo sim hardware wiring` from the table that a test compares with the firmware's pins";
+    let about = "made by `cargo study hardware wiring` from the table that a test compares with the firmware's pins";
     sheet.text((20.0, 50.0), Anchor::Start, 11.0, FAINT, about);
     sheet.rect((CHIP.0, TOP), (CHIP.1 - CHIP.0, bottom - TOP), BODY);
     let middle = (CHIP.0 + CHIP.1) / 2.0;

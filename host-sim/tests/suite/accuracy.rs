@@ -21,8 +21,8 @@ fn accuracy_is_as_committed() {
     let measured = accuracy::report(&Selection::of(Draw::Snapshot), scenes_own, &rows);
     assert!(
         measured == SNAPSHOT,
-        "accuracy has changed; if that is meant: cargo sim accuracy > docs/generated/accuracy-snapshot.md, and \
-         cargo sim accuracy --draw reporting > docs/generated/accuracy.md\n\ncommitted:\n{SNAPSHOT}\n\
+        "accuracy has changed; if that is meant: cargo study accuracy > docs/generated/accuracy-snapshot.md, and \
+         cargo study accuracy --draw reporting > docs/generated/accuracy.md\n\ncommitted:\n{SNAPSHOT}\n\
          measured:\n{measured}"
     );
 }
@@ -34,7 +34,7 @@ fn the_published_tables_are_those_of_the_reporting_seeds() {
     let heading = accuracy::heading(&Selection::of(Draw::Reporting), &Instrument::default());
     assert!(
         PUBLISHED.starts_with(&heading),
-        "docs/generated/accuracy.md was not made by `cargo sim accuracy --draw reporting`, whose output \
+        "docs/generated/accuracy.md was not made by `cargo study accuracy --draw reporting`, whose output \
          begins with:\n{heading}"
     );
     let first = PUBLISHED.lines().skip_while(|line| !line.starts_with('|'));

@@ -12,7 +12,7 @@ const PUBLISHED: &str = include_str!("../../../docs/generated/capability.md");
 
 /// Returns the value of an option in the command that the sheet names.
 fn option(name: &str) -> Option<u64> {
-    let (_, rest) = PUBLISHED.split_once("Made by `cargo sim capability ")?;
+    let (_, rest) = PUBLISHED.split_once("Made by `cargo study capability ")?;
     let mut words = rest.split_once('`')?.0.split(' ');
     words.find(|word| *word == name)?;
     words.next()?.parse().ok()

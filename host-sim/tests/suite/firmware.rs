@@ -602,7 +602,7 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     assert!(is_sound(&after), "{after:?}");
 }
 
-/// Checks flash, RAM and forbidden symbols; `cargo sim budget REC` measures the stack.
+/// Checks flash, RAM and forbidden symbols; `cargo study budget REC` measures the stack.
 #[test]
 fn the_image_keeps_its_budgets() {
     if !tools(&[Tool::Target]) {

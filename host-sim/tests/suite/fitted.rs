@@ -1,4 +1,4 @@
-//! Tests that the committed tables are those that `cargo sim fit` writes.
+//! Tests that the committed tables are those that `cargo study fit` writes.
 
 use host_sim::commands::fit;
 use stairscan::params::fitted;
@@ -8,6 +8,6 @@ fn the_tables_were_counted_with_this_simulator_estimator_and_fit() {
     assert_eq!(
         format!("{:#010X}", fit::checksum().unwrap()),
         format!("{:#010X}", fitted::CHECKSUM),
-        "what the tables rest on has changed since they were counted: run `cargo sim fit`"
+        "what the tables rest on has changed since they were counted: run `cargo study fit`"
     );
 }

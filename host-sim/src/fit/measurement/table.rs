@@ -70,7 +70,7 @@ fn extended(p: &mut Extended) -> [(&'static str, &mut f32); 6] {
 pub fn write(g: &Generative) -> String {
     let mut g = rounded(g);
     let mut out = String::from(
-        "//! The measurement model, counted from simulated scans: written by `cargo sim fit`.\n\n\
+        "//! The measurement model, counted from simulated scans: written by `cargo study fit`.\n\n\
          use super::generative::{Extended, Generative, Hidden, Point, TreadEnd, TreadNumbers};\n\n\
          /// Parameters of both planes.\npub static MODEL: Generative = Generative {\n    points: [\n",
     );
