@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Sources of the simulator and of the recordings that it makes.
-const SOURCES: [&str; 2] = ["src/scene", "src/recording"];
+const SOURCES: [&str; 3] = ["src/random", "src/scene", "../replay/src/recording"];
 /// Versions of all dependencies.
 const LOCK: &str = "../Cargo.lock";
 /// Packages that the simulator computes with, each as the path of dependencies from this package: elementary

@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use host_sim::drives::limit::{Brakes, FreeAhead, max_speed};
 use stairscan_fuzz::controller::{directory, page, program, tables, vectors};
+use stairscan_replay::limit::{Brakes, FreeAhead, max_speed};
 
 const ANEW: &str = "write it anew: cargo run -p stairscan-fuzz --example controller -- --write";
 

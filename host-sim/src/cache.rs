@@ -205,8 +205,8 @@ fn decode(bytes: &[u8], name: &str, key: &str) -> Option<Recording> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::{Kind, random};
     use crate::scene::Scene;
-    use crate::scene::random::{Kind, random};
 
     fn directory(name: &str) -> PathBuf {
         let directory =

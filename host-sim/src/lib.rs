@@ -1,69 +1,32 @@
-//! The host side of the scanner: reads recordings, simulates scenes, replays both with the firmware's scanner code,
-//! scores the answers against the ground truth, and draws them.
+//! What users run on the host (`cargo sim`): recordings, the simulated radar and its scenes, pictures, the emulator's
+//! other end, and the programs at a scanner's ports.
 
-pub mod answer;
-#[cfg(feature = "program")]
 pub mod budgets;
-#[cfg(feature = "program")]
 pub mod cache;
-#[cfg(feature = "program")]
-pub mod capability;
-#[cfg(feature = "program")]
 pub mod captures;
-#[cfg(feature = "program")]
 pub mod commands;
+pub mod console;
 pub mod convert;
-#[cfg(feature = "program")]
 pub mod crash;
-#[cfg(feature = "program")]
 pub mod doctor;
-#[cfg(feature = "program")]
-pub mod drives;
-#[cfg(feature = "program")]
 pub mod emulate;
-#[cfg(feature = "program")]
-pub mod faults;
-#[cfg(feature = "program")]
 pub mod film;
-#[cfg(feature = "program")]
-pub mod fit;
-pub mod guarded;
-#[cfg(feature = "program")]
-pub mod hardware;
 pub mod html;
-#[cfg(feature = "program")]
-pub mod images;
-pub mod inspect;
 pub mod live;
-#[cfg(feature = "program")]
 pub mod modules;
-pub mod motion;
-#[cfg(feature = "program")]
 pub mod output;
-pub mod playback;
-#[cfg(feature = "program")]
 pub mod plots;
-pub mod posterior;
-pub mod recording;
-pub mod replay;
-#[cfg(feature = "program")]
-pub mod sbom;
-#[cfg(feature = "program")]
+pub mod random;
 pub mod scene;
-pub mod score;
-#[cfg(feature = "program")]
 pub mod seeds;
-#[cfg(feature = "program")]
 pub mod serve;
-#[cfg(feature = "program")]
 pub mod setting_file;
-pub mod setup;
-#[cfg(feature = "program")]
-pub mod soak;
+pub mod simulation;
 pub mod sweeps;
-#[cfg(feature = "program")]
 pub mod tap;
-#[cfg(feature = "program")]
 pub mod update;
-pub mod views;
-pub mod volatile;
+
+pub use stairscan_replay::{
+    answer, guarded, inspect, motion, playback, posterior, recording, replay, score, setup, views,
+    volatile,
+};

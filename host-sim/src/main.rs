@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use host_sim::commands;
+use host_sim::commands::help::{SIM, complete};
 
 #[derive(Parser)]
 #[command(
@@ -24,8 +25,6 @@ enum Command {
     Replay(commands::replay::Args),
     /// Show the range profile of one chirp with its CFAR threshold and detections
     Profile(commands::profile::Args),
-    /// Check flash, RAM, stack and symbols of the image against its budgets
-    Budget(commands::budget::Args),
     /// Add the checksum with which an image verifies itself at boot
     Seal(commands::seal::Args),
     /// Write boot loader and image as Intel HEX and raw bytes, for programs that write flash
@@ -38,8 +37,6 @@ enum Command {
     Crash(commands::crash::Args),
     /// Show the duration of a scan by parts
     Timing(commands::timing::Args),
-    /// Compare the sweep modes: stop at every angle, continuous
-    Modes(commands::modes::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
     /// Play a recording as the radar module of the link, on standard input and output
@@ -60,53 +57,14 @@ enum Command {
     Web(commands::web::Args),
     /// Convert other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
     Convert(commands::convert::Args),
-    /// Turn the rules of the estimator off, one at a time, and count the changed answers
-    Ablate(commands::ablate::Args),
-    /// Compare two files of `accuracy --each`, scene by scene
-    Compare(commands::compare::Args),
-    /// Measure the estimators on random scenes of the simulator: the tables of docs/generated/accuracy.md
-    Accuracy(commands::accuracy::Args),
-    /// Measure the free distance on guard sweeps of random scenes
-    Guard(commands::guard::Args),
-    /// Drive a simulated chair through random scenes by the free distance
-    Drives(commands::drives::Args),
-    /// Measure the detection of each hazard, with bounds and response times: the data sheet docs/generated/capability.md
-    Capability(commands::capability::Args),
     /// Measure the answers to all recordings of a directory against their ground truth
     Score(commands::score::Args),
     /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
     Sirad(commands::sirad::Args),
     /// Estimate the mounting from a scan of the ground and a wall at a measured distance
     Calibrate(commands::calibrate::Args),
-    /// Apply every fault of the instrument to recordings and count the outcomes
-    Faults(commands::faults::Args),
-    /// Run one scanner over thousands of scans and compare each answer with a new scanner's, or over days of simulated
-    /// time
-    Soak(commands::soak::Args),
-    /// Print every tuned number, and the effect of changing it by a fifth
-    Params(commands::params::Args),
-    /// Fit the verdict's hazards to simulated scans and write the firmware's table
-    Fit(commands::fit::Args),
-    /// Measure how answers improve from scan to scan; --fit fits the parameters of carrying evidence
-    Sequences(commands::sequences::Args),
-    /// Count the instructions of every stage in the emulator, with budgets and other libraries' figures
-    Bench(commands::bench::Args),
-    /// Measure the fixed-point transform's signal-to-error ratio over the input's level
-    Snr(commands::snr::Args),
-    /// Check in the emulator that instructions and their portable definitions give the same bits
-    Twins,
     /// Scan a scene file with the simulated radar and write the recording
     Simulate(commands::simulate::Args),
-    /// Measure the convergence of the particles, with the paper's numbers of rounds
-    Convergence(commands::convergence::Args),
-    /// Scan the paper's stairs A, B and C and compare with its table I
-    Table1(commands::table1::Args),
-    /// Print the hardware of a scanner: bill of materials, power budget, wiring, lens and mirror
-    Hardware(commands::hardware::Args),
-    /// Print the crates of the image as CycloneDX, or the tables of docs/generated/supply-chain.md
-    Sbom(commands::sbom::Args),
-    /// Print the table of reasons: effect and condition of each
-    Reasons,
     /// Print shell completions
     Completions(commands::help::CompletionsArgs),
     /// Write the manual's pages
@@ -117,21 +75,19 @@ enum Command {
 fn program() -> clap::Command {
     static VERSION: LazyLock<String> =
         LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), stairscan::REVISION));
-    commands::help::complete(Cli::command().version(VERSION.as_str()))
+    complete(Cli::command().version(VERSION.as_str()), &SIM)
 }
 
 fn main() -> ExitCode {
     let parsed = Cli::from_arg_matches(&program().get_matches());
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Replay(args) => commands::replay::run(&args),
-        Command::Budget(args) => commands::budget::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
         Command::Image(args) => commands::image::run(&args),
         Command::Keys(args) => commands::keys::run(&args),
         Command::Update(args) => commands::update::run(&args),
         Command::Crash(args) => commands::crash::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
-        Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Module(args) => commands::module::run(&args),
         Command::Live(args) => commands::live::run(&args),
@@ -143,29 +99,10 @@ fn main() -> ExitCode {
         Command::Web(args) => commands::web::run(&args),
         Command::Convert(args) => commands::convert::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
-        Command::Ablate(args) => commands::ablate::run(&args),
-        Command::Compare(args) => commands::compare::run(&args),
-        Command::Accuracy(args) => commands::accuracy::run(&args),
-        Command::Guard(args) => commands::guard::run(&args),
-        Command::Drives(args) => commands::drives::run(&args),
-        Command::Capability(args) => commands::capability::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
-        Command::Faults(args) => commands::faults::run(&args),
         Command::Sirad(args) => commands::sirad::run(&args),
-        Command::Soak(args) => commands::soak::run(&args),
-        Command::Params(args) => commands::params::run(&args),
-        Command::Hardware(args) => commands::hardware::run(&args),
-        Command::Sbom(args) => commands::sbom::run(&args),
-        Command::Reasons => commands::reasons::run(),
-        Command::Fit(args) => commands::fit::run(&args),
-        Command::Sequences(args) => commands::sequences::run(&args),
         Command::Score(args) => commands::score::run(&args),
-        Command::Bench(args) => commands::bench::run(&args),
-        Command::Snr(args) => commands::snr::run(&args),
-        Command::Twins => commands::twins::run(),
         Command::Simulate(args) => commands::simulate::run(&args),
-        Command::Convergence(args) => commands::convergence::run(&args),
-        Command::Table1(args) => commands::table1::run(&args),
         Command::Completions(args) => commands::help::completions(&args, program()),
         Command::Man(args) => commands::help::man(&args, program()),
     };

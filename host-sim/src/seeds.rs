@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use clap::ValueEnum;
 
-use crate::scene::random::Kind;
+use crate::random::Kind;
 
 /// A draw: a range of seeds of random scenes that is reserved for one use, such as tuning or published results. Scenes
 /// of one draw are in no other.

@@ -19,8 +19,8 @@ mod settings;
 
 use std::path::PathBuf;
 
-use host_sim::recording::Recording;
-use host_sim::replay::Options;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::Options;
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

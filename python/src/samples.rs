@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use host_sim::convert::samples::scaled;
+use stairscan_replay::convert::samples::scaled;
 use numpy::{Element, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

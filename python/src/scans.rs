@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use host_sim::answer::Answer;
-use host_sim::recording::Recording;
-use host_sim::replay::{self, Options, Scanned};
-use host_sim::views::PosteriorView;
-use host_sim::{inspect, posterior, setup};
+use stairscan_replay::answer::Answer;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::{self, Options, Scanned};
+use stairscan_replay::views::PosteriorView;
+use stairscan_replay::{inspect, posterior, setup};
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

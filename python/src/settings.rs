@@ -3,9 +3,9 @@
 //! Python's names contain the unit. The scanner's settings are fixed-point numbers, rounded by the firmware's
 //! function.
 
-use host_sim::playback::Playback;
-use host_sim::recording::Recording;
-use host_sim::replay::Options;
+use stairscan_replay::playback::Playback;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::Options;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
@@ -237,7 +237,7 @@ pub fn of_recording<'py>(
 }
 
 /// Returns the angle of each chirp, degrees. It includes the chair's pitch if the recording contains the pitch but no
-/// travel, as in [`host_sim::setup::schedule`].
+/// travel, as in [`stairscan_replay::setup::schedule`].
 pub fn angles_deg(recording: &Recording) -> Vec<f64> {
     let (meta, motion) = (&recording.meta, &recording.meta.motion);
     let mut angles = meta.angles_deg.clone();

@@ -1,10 +1,10 @@
 //! Converts the files of a page to a recording.
 
 use anyhow::{Context, Result, anyhow, ensure};
-use host_sim::convert::keys::Given;
-use host_sim::convert::{Chirps, angles};
-use host_sim::recording::{MirrorSetup, Recording};
-use host_sim::replay::{Options, SEED};
+use stairscan_replay::convert::keys::Given;
+use stairscan_replay::convert::{Chirps, angles};
+use stairscan_replay::recording::{MirrorSetup, Recording};
+use stairscan_replay::replay::{Options, SEED};
 use serde_json::Value;
 use stairscan::config::{Config, EstimatorKind, Plane};
 

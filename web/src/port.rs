@@ -1,10 +1,10 @@
 //! Converts bytes of a serial port to the state of the scanner there, by the lines and the model of `cargo sim
 //! live`.
 
-use host_sim::html;
-use host_sim::live::lines::Splitter;
-use host_sim::live::model::{self, Link, State, Validity, Way};
-use host_sim::live::trouble::Trouble;
+use stairscan_replay::html;
+use stairscan_replay::live::lines::Splitter;
+use stairscan_replay::live::model::{self, Link, State, Validity, Way};
+use stairscan_replay::live::trouble::Trouble;
 use serde_json::{Value, json};
 
 use crate::request::{Event, News};

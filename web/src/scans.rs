@@ -1,10 +1,10 @@
 //! Converts a recording to the data of the page.
 
 use anyhow::{Context, Result};
-use host_sim::convert::{scans, tables};
-use host_sim::html;
-use host_sim::recording::Recording;
-use host_sim::replay::SEED;
+use stairscan_replay::convert::{scans, tables};
+use stairscan_replay::html;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::SEED;
 use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use host_sim::recording::Recording;
+use stairscan_replay::recording::Recording;
 use serde_json::{Value, json};
 
 use crate::input;

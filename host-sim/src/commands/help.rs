@@ -18,7 +18,25 @@ use crate::output::Overwrite;
 /// Name of the installed program; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
 
-/// The commands by purpose, in the order of the list.
+/// Texts of a program's help.
+#[derive(Clone, Copy, Debug)]
+pub struct Texts {
+    /// The program's name on the command line, in this repository an alias of cargo.
+    pub program: &'static str,
+    /// Commands by purpose.
+    pub groups: &'static [(&'static str, &'static [&'static str])],
+    /// Examples by command: the arguments behind the program's name.
+    pub examples: &'static [(&'static str, &'static [&'static str])],
+}
+
+/// Texts of `cargo sim`.
+pub const SIM: Texts = Texts {
+    program: "cargo sim",
+    groups: GROUPS,
+    examples: EXAMPLES,
+};
+
+/// The commands of `cargo sim` by purpose, in the order of the list.
 pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
     (
@@ -27,38 +45,12 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ),
     (
         "Inspect scans",
-        &["report", "web", "inspect", "profile", "convert", "sirad"],
-    ),
-    (
-        "Measure",
         &[
-            "score",
-            "accuracy",
-            "sequences",
-            "guard",
-            "drives",
-            "capability",
-            "modes",
-            "faults",
-            "soak",
-            "table1",
-            "convergence",
-            "ablate",
-            "compare",
-            "params",
-            "fit",
+            "report", "web", "inspect", "profile", "convert", "sirad", "score",
         ],
     ),
-    (
-        "The image",
-        &[
-            "budget", "timing", "bench", "snr", "twins", "seal", "image", "keys", "sbom", "module",
-        ],
-    ),
-    (
-        "This program",
-        &["hardware", "reasons", "completions", "man"],
-    ),
+    ("The image", &["timing", "seal", "image", "keys", "module"]),
+    ("This program", &["completions", "man"]),
 ];
 
 /// Examples by command: the arguments after `cargo sim`.
@@ -193,47 +185,11 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     ("score", &["score recordings", "score recordings --seeds 5"]),
-    ("accuracy", &["accuracy --draw tuning --list"]),
-    ("sequences", &["sequences"]),
-    ("guard", &["guard --list", "guard --draw reporting"]),
-    ("drives", &["drives --list", "drives --draw reporting"]),
-    ("sbom", &["sbom", "sbom crates"]),
-    (
-        "capability",
-        &[
-            "capability --body post --scenes 10",
-            "capability --draw reporting -o capability.html",
-        ],
-    ),
-    ("modes", &["modes", "modes --baud 3000000 --vibration 0.1"]),
-    (
-        "faults",
-        &["faults --scenes 1", "faults --guard --scenes 1"],
-    ),
-    ("soak", &["soak --scans 1000 --seed 1", "soak --days 30"]),
-    ("table1", &["table1", "table1 --estimator paper"]),
-    ("convergence", &["convergence"]),
-    ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
-    ("compare", &["compare before.jsonl after.jsonl"]),
-    ("params", &["params", "params --sensitivity"]),
-    (
-        "hardware",
-        &["hardware power", "hardware wiring -o wiring.svg"],
-    ),
-    ("reasons", &["reasons"]),
-    ("fit", &["fit --force", "fit -o hazards.rs"]),
-    (
-        "budget",
-        &["budget recordings/stair_a recordings/descending"],
-    ),
     ("timing", &["timing", "timing settle=3000 --baud 2000000"]),
-    ("bench", &["bench"]),
     (
         "sirad",
         &["sirad capture.mat", "sirad port.log --bandwidth 6000"],
     ),
-    ("snr", &["snr"]),
-    ("twins", &["twins"]),
     (
         "seal",
         &["seal target/thumbv7em-none-eabihf/firmware/stairscan"],
@@ -271,8 +227,8 @@ pub struct ManArgs {
 }
 
 /// Adds the list in groups to the program's command, and examples to each subcommand.
-pub fn complete(command: Command) -> Command {
-    let list = listed(&command);
+pub fn complete(command: Command, texts: &Texts) -> Command {
+    let list = listed(&command, texts);
     let names: Vec<String> = (command.get_subcommands())
         .map(|c| c.get_name().to_owned())
         .collect();
@@ -285,7 +241,7 @@ pub fn complete(command: Command) -> Command {
         whole.mut_subcommand(name, |c| {
             // The command's own text follows its examples.
             let own = c.get_after_help().map(|own| format!("\n\n{own}"));
-            let examples = examples(name) + &own.unwrap_or_default();
+            let examples = examples(name, texts) + &own.unwrap_or_default();
             let reasons = if WITH_REASONS.contains(&name.as_str()) {
                 format!("\n\n{}", reasons())
             } else {
@@ -298,9 +254,9 @@ pub fn complete(command: Command) -> Command {
 }
 
 /// Returns the commands in their groups, each with its own first sentence.
-fn listed(command: &Command) -> String {
+fn listed(command: &Command, texts: &Texts) -> String {
     let mut text = String::new();
-    for (title, names) in GROUPS {
+    for (title, names) in texts.groups {
         let _ = writeln!(text, "{title}:");
         for name in *names {
             let known = command.find_subcommand(name);
@@ -309,16 +265,20 @@ fn listed(command: &Command) -> String {
         }
         text.push('\n');
     }
-    text.push_str("`cargo sim COMMAND --help` shows the options of a command, with examples.");
+    let _ = write!(
+        text,
+        "`{} COMMAND --help` shows the options of a command, with examples.",
+        texts.program
+    );
     text
 }
 
-fn examples(name: &str) -> String {
-    let found = EXAMPLES.iter().find(|(command, _)| *command == name);
+fn examples(name: &str, texts: &Texts) -> String {
+    let found = texts.examples.iter().find(|(command, _)| *command == name);
     let lines = found.map_or(&[][..], |(_, lines)| lines);
     let mut text = "Examples:".to_owned();
     for line in lines {
-        let _ = write!(text, "\n  cargo sim {line}");
+        let _ = write!(text, "\n  {} {line}", texts.program);
     }
     text
 }

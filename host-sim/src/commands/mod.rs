@@ -1,135 +1,40 @@
 //! The program's commands, one module each.
 
-pub mod ablate;
-pub mod accuracy;
-pub mod bench;
-pub mod budget;
 pub mod calibrate;
-pub mod capability;
-pub mod compare;
-pub mod convergence;
 pub mod convert;
 pub mod crash;
 pub mod doctor;
-pub mod drives;
 pub mod emulate;
-pub mod faults;
-pub mod fit;
-pub mod guard;
-pub mod hardware;
-pub mod harness;
 pub mod help;
 pub mod image;
 pub mod inspect;
-pub mod instrument;
 pub mod keys;
 pub mod live;
-pub mod modes;
 pub mod module;
-pub mod params;
 pub mod profile;
-pub mod reasons;
 pub mod record;
 pub mod replay;
 pub mod report;
-pub mod sbom;
 pub mod score;
 pub mod seal;
-pub mod sequences;
 pub mod settings;
 pub mod simulate;
 pub mod sirad;
-pub mod snr;
-pub mod soak;
-pub mod table1;
 pub mod timing;
-pub mod twins;
 pub mod update;
 pub mod web;
 
 use std::collections::HashSet;
-use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use anyhow::{Result, bail, ensure};
-use clap::ValueEnum;
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
+pub use crate::console::{Format, busy, emit, progress, progress_aside};
 use crate::convert::suffix;
 use crate::recording::{self, Recording};
 use crate::replay::{Options, SEED};
 use crate::setup;
-
-/// How results are printed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum Format {
-    /// Text
-    #[default]
-    Text,
-    /// JSON; nothing else goes to stdout
-    Json,
-}
-
-/// Writes to stdout. If the reader closes the pipe (`| head`) the program ends without an error message.
-pub fn emit(text: &str) {
-    let mut out = std::io::stdout().lock();
-    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        let broken_pipe = error.kind() == std::io::ErrorKind::BrokenPipe;
-        if !broken_pipe {
-            eprintln!("error: stdout: {error}");
-        }
-        std::process::exit(if broken_pipe { 0 } else { 1 });
-    }
-}
-
-/// Update interval of the time on a progress bar.
-const TICK: Duration = Duration::from_millis(200);
-
-/// Returns a progress bar with elapsed and remaining time, on stderr if that is a terminal; otherwise a hidden one.
-pub fn progress(length: u64) -> ProgressBar {
-    timed(
-        ProgressBar::new(length),
-        "{prefix} {bar:40} {pos}/{len}, {elapsed} gone, {left} to go",
-    )
-}
-
-/// Returns [`progress`] for commands that print results one by one. It is hidden if stdout is a terminal, where the
-/// results show the progress.
-pub fn progress_aside(length: u64) -> ProgressBar {
-    if std::io::stdout().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    progress(length)
-}
-
-/// Returns a spinner with a text and the elapsed time, for work of unknown length.
-pub fn busy(what: &str) -> ProgressBar {
-    timed(
-        ProgressBar::new_spinner(),
-        "{spinner} {msg}: {elapsed} gone",
-    )
-    .with_message(what.to_owned())
-}
-
-fn timed(bar: ProgressBar, style: &str) -> ProgressBar {
-    // Without a finished item the remaining time is unknown.
-    let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
-        let _ = match state.pos() {
-            0 => write!(text, "?"),
-            _ => write!(text, "{:#}", HumanDuration(state.eta())),
-        };
-    };
-    let style = ProgressStyle::with_template(style);
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    bar.set_style(style.with_key("left", left));
-    // The time advances also during a long item. Hidden bars need no thread.
-    if !bar.is_hidden() {
-        bar.enable_steady_tick(TICK);
-    }
-    bar
-}
 
 /// Returns the recordings that `paths` name, each once, those of a directory in order. Other files, as matched by the
 /// shell's `*`, are skipped with a line on stderr. A single path is not checked.

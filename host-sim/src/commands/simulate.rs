@@ -1,4 +1,4 @@
-//! `simulate`: simulates full scans ([`crate::scene::command`]), or with `--guard` guard sweeps of a driving
+//! `simulate`: simulates full scans ([`crate::simulation`]), or with `--guard` guard sweeps of a driving
 //! chair.
 
 use std::fs;
@@ -12,8 +12,8 @@ use super::{busy, emit};
 use crate::output::Overwrite;
 use crate::recording::{Recording, meta_path};
 use crate::scene::Scene;
-use crate::scene::command::{SimulateArgs, simulate};
 use crate::scene::spec::SceneSpec;
+use crate::simulation::{SimulateArgs, simulate};
 use crate::sweeps::scenes::{self, Kind};
 
 /// Default speed of the chair for simulated guard sweeps, m/s.

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-use super::chirps::{Chirps, suffix};
-use super::keys::Given;
-use super::npy::Axes;
-use super::{angles, dca1000, sigmf};
+use stairscan_replay::convert::keys::Given;
+use stairscan_replay::convert::npy::Axes;
+use stairscan_replay::convert::{Chirps, angles, sigmf, suffix};
+
+use super::dca1000;
 use crate::recording::{self, DATA_SUFFIX, Recording};
 
 /// Chirps of another program's file, and the sources of the recording's keys that it lacks.

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::commands::progress;
+use crate::console::progress;
 
 /// Runs `build`, a `cargo build` for `target`, and shows the finished packages relative to all dependencies of
 /// `package`.

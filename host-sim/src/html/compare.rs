@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use super::differences::{Difference, between};
-use super::view::scanned;
+use super::scanned;
 use super::{LAYERS, Parts, SLIDER, pane};
 use crate::answer::Answer;
 use crate::recording::Recording;

@@ -1,140 +1,15 @@
-//! Writes scans as one page that any browser opens without a network: verdict, side view, range profiles.
+//! Pages beyond that of one replay ([`stairscan_replay::html`]).
 //!
 //! | file | contents |
 //! |---|---|
-//! | `page.html` | the page's skeleton |
-//! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
 //! | `compare.html`, `compare.js` | the body with two views side by side, and their differences |
-//! | `article.html` | a page of text, tables and drawings, without a script |
-//! | `page.css` | its style, for screens of any width |
-//! | `draw.js`, `tell.js`, `page.js` | drawing of a scan; texts and tables of a scan; selection and pointer |
 //! | `twin.rs` | the page with the scanner itself, from `../../web/page/` |
-//!
-//! The page contains its data as one JSON object. All numbers in it are the scanner's own: the sentences of the
-//! report, and the events that the estimator passes to an observer.
 
-#[cfg(feature = "program")]
 pub mod compare;
-#[cfg(feature = "program")]
 mod differences;
-mod index;
-#[cfg(feature = "program")]
 pub mod twin;
-mod view;
 
-use anyhow::{Context, Result};
-use serde_json::{Value, json};
-
-pub use index::{Entry, Rank};
-pub use view::{answered, entry, failed};
-
-const PAGE: &str = include_str!("page.html");
-#[cfg(feature = "program")]
-const ARTICLE: &str = include_str!("article.html");
-const REPORT: &str = include_str!("report.html");
-const PANE: &str = include_str!("pane.html");
-const SLIDER: &str = include_str!("slider.html");
-const LAYERS: &str = "<fieldset id=\"layers\"><legend>Show</legend></fieldset>\n";
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: [&str; 3] = [
-    include_str!("draw.js"),
-    include_str!("tell.js"),
-    include_str!("page.js"),
-];
-
-/// Returns the HTML page of these recordings, those with the worst results first.
-///
-/// # Errors
-/// The data cannot be written as JSON.
-pub fn page(mut entries: Vec<Entry>) -> Result<String> {
-    entries.sort_by_key(|entry| entry.rank);
-    let title = match entries.as_slice() {
-        [only] => format!("{} – stairscan", only.data["name"].as_str().unwrap_or("")),
-        many => format!("{} recordings – stairscan", many.len()),
-    };
-    let recordings: Vec<Value> = entries.into_iter().map(|entry| entry.data).collect();
-    let data = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "revision": stairscan::REVISION,
-        "recordings": recordings,
-    });
-    let data = serde_json::to_string(&data).context("the page's data")?;
-    let parts = Parts {
-        title: &title,
-        body: &report(""),
-        data: &data,
-        ..Parts::default()
-    };
-    Ok(parts.filled())
-}
-
-/// Returns the HTML body of a page with one scan, with `controls` above the recording's name.
-fn report(controls: &str) -> String {
-    REPORT
-        .replace("{{controls}}", controls)
-        .replace("{{pane}}", &pane("", SLIDER, LAYERS))
-}
-
-/// Returns the HTML of one view of a scan; the ids of its elements end with `suffix`, which makes
-/// them unique.
-fn pane(suffix: &str, slider: &str, layers: &str) -> String {
-    PANE.replace("{{suffix}}", suffix)
-        .replace("{{slider}}", slider)
-        .replace("{{layers}}", layers)
-}
-
-/// Texts for the placeholders of `page.html`, in addition to the page's own style and script; each
-/// may be empty.
-#[derive(Clone, Copy, Debug, Default)]
-struct Parts<'a> {
-    title: &'a str,
-    /// HTML elements added to the page's head.
-    head: &'a str,
-    /// CSS rules added after the page's own.
-    style: &'a str,
-    /// HTML elements of the page's body, up to the footer.
-    body: &'a str,
-    /// JSON with the data of the recordings that the page shows.
-    data: &'a str,
-    /// HTML `script` elements that the page's script reads, inserted before it: the scanner as WebAssembly, the worker
-    /// that runs it, and recordings. Empty except on the page with the scanner itself.
-    stock: &'a str,
-    /// JavaScript added after the page's own.
-    script: &'a str,
-}
-
-impl Parts<'_> {
-    /// Returns the complete HTML page. Text of recordings is filled in last, so that it is not
-    /// taken for a placeholder.
-    fn filled(&self) -> String {
-        // A script element ends at the first "</", also inside a string.
-        let data = self.data.replace("</", "<\\/");
-        PAGE.replace("{{head}}", self.head)
-            .replace("{{style}}", &[STYLE, self.style].concat())
-            .replace("{{body}}", self.body)
-            .replace("{{script}}", &[&SCRIPT.concat(), self.script].concat())
-            .replace("{{stock}}", self.stock)
-            .replace("{{title}}", &escaped(self.title))
-            .replace("{{data}}", &data)
-    }
-}
-
-/// Returns an HTML page of text, tables and drawings, in the style of a report and without a
-/// script. `body` contains the elements.
-#[cfg(feature = "program")]
-pub fn article(title: &str, body: &str) -> String {
-    ARTICLE
-        .replace("{{style}}", STYLE)
-        .replace("{{title}}", &escaped(title))
-        .replace("{{body}}", body)
-}
-
-/// Escapes text for use between HTML tags.
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-}
+pub use stairscan_replay::html::*;
 
 #[cfg(test)]
 mod tests;

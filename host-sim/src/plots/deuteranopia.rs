@@ -109,7 +109,7 @@ fn roles_have_shapes_of_their_own() {
 
 #[test]
 fn colours_of_the_page_are_distinguished() {
-    let script = include_str!("../html/draw.js");
+    let script = include_str!("../../../replay/src/html/draw.js");
     for scheme in ["  light: {", "  dark: {"] {
         let inside = script.lines().find_map(|line| line.strip_prefix(scheme));
         // The map's colours, and those of frame and beam, follow the layers; they have no meaning
@@ -123,7 +123,7 @@ fn colours_of_the_page_are_distinguished() {
         assert!(colours.len() >= 7, "{colours:?}");
         all_apart(&colours);
     }
-    let style = include_str!("../html/page.css");
+    let style = include_str!("../../../replay/src/html/page.css");
     let states = [Status::Ok, Status::Degraded, Status::Fault].map(|status| {
         let name = status.as_str();
         let (_, value) = style.split_once(&format!("--{name}:")).unwrap();

@@ -7,11 +7,11 @@ use num_complex::Complex64;
 use super::beam::Beam;
 use super::edge;
 use super::maths::{Random, Vec2};
-use super::random::{Kind, random};
 use super::scatter::Echo;
 use super::spec::SceneSpec;
 use super::textbook::{PERFECT, WAVELENGTH, assert_close, fresnel, scene, sum, windowed};
 use super::{Scene, geometry};
+use crate::random::{Kind, random};
 
 /// Returns scene text of a step whose foremost edge lies `r` metres away, `below` radians below the mirror, with a
 /// nosing `radius` in metres.

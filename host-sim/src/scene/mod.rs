@@ -14,7 +14,6 @@
 pub mod beam;
 mod bundles;
 pub mod check;
-pub mod command;
 pub mod driving;
 pub mod edge;
 pub mod facets;
@@ -29,7 +28,6 @@ pub mod lateral;
 pub mod material;
 pub mod maths;
 mod passing;
-pub mod random;
 mod receiver;
 #[cfg(test)]
 mod scan_tests;

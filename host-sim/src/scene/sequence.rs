@@ -216,8 +216,8 @@ mod tests {
     use num_complex::Complex64;
 
     use super::*;
+    use crate::random::{Kind, random};
     use crate::scene::maths::{LIGHT, cis};
-    use crate::scene::random::{Kind, random};
     use crate::scene::scatter::Echo;
 
     const FLIGHT: &str = "[[stairs]]\ndistance_m = 1.0\ncount = 2\nrise_m = 0.17\ngoing_m = 0.29\n\

@@ -1,7 +1,7 @@
 //! Recordings of guard sweeps of random scenes: a kind and a seed in, a recording with the truth of
 //! each sweep out.
 //!
-//! The scenes are those of [`crate::scene::random`], moved so that the first hazard comes within
+//! The scenes are those of [`crate::random`], moved so that the first hazard comes within
 //! the sweeps' range. Each pair of kind and seed gives one fixed recording. The seeds are assigned
 //! to draws as those of full scans are ([`crate::seeds`]).
 
@@ -11,11 +11,11 @@ use clap::ValueEnum;
 use super::hazards;
 use super::truth::{self, Hazard, Truth};
 use crate::cache;
+use crate::random::{self, random};
 use crate::recording::Recording;
 use crate::scene::Scene;
 use crate::scene::driving::Drive;
 use crate::scene::maths::Random;
-use crate::scene::random::{self, random};
 use crate::scene::sequence::pushed;
 use crate::scene::spec::{BoxSpec, PostSpec, SceneSpec};
 use crate::seeds::Draw;

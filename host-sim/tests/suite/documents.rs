@@ -1,80 +1,22 @@
 //! Tests that documents contain the current output of the commands that they name.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use stairscan::crc::CRC32;
-use walkdir::WalkDir;
 
 use crate::common::Scratch;
+use crate::common::shared_documents::{compare, documents, name, printed as output, root};
 
-/// Returns the directory of the repository.
-fn root() -> &'static Path {
-    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-}
+const PROGRAM: &str = env!("CARGO_BIN_EXE_host-sim");
 
-/// Returns the standard output of `cargo sim WORDS`, run in the repository.
 fn printed(words: &str) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(words.split(' '))
-        .current_dir(root())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "cargo sim {words}: {output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-/// Returns the blocks of a document that a command prints: its arguments, and the block between `<!--
-/// text: cargo sim WORDS -->` and `<!-- end -->`.
-fn blocks(document: &str) -> Vec<(&str, &str)> {
-    let mut parts = document.split("<!-- text: cargo sim ");
-    parts.next();
-    parts
-        .map(|part| {
-            let (words, rest) = part.split_once(" -->\n").unwrap();
-            let (filled, _) = rest.split_once("<!-- end -->").unwrap();
-            let text = filled.strip_prefix("```text\n").unwrap_or(filled);
-            (words, text.strip_suffix("```\n").unwrap_or(text))
-        })
-        .collect()
-}
-
-/// README and the documents of `docs/`: path and text.
-fn documents() -> Vec<(PathBuf, String)> {
-    let documents = WalkDir::new(root().join("docs"))
-        .sort_by_file_name()
-        .into_iter();
-    let documents = documents.map(|entry| entry.unwrap().into_path());
-    let markdown = |path: &PathBuf| path.extension().is_some_and(|suffix| suffix == "md");
-    let documents = documents.filter(markdown).chain([root().join("README.md")]);
-    documents
-        .map(|path| {
-            let text = std::fs::read_to_string(&path).unwrap();
-            (path, text)
-        })
-        .collect()
-}
-
-fn name(path: &Path) -> String {
-    path.file_name().unwrap().to_string_lossy().into_owned()
+    output(PROGRAM, words)
 }
 
 #[test]
 fn blocks_of_text_are_what_their_commands_print() {
-    let mut compared = 0;
-    for (path, document) in documents() {
-        for (words, text) in blocks(&document) {
-            let name = name(&path);
-            assert_eq!(
-                text,
-                printed(words),
-                "{name}: cargo sim {words}: sh docs/make {}",
-                name.trim_end_matches(".md").to_lowercase()
-            );
-            compared += 1;
-        }
-    }
-    assert!(compared > 0, "no document holds a block");
+    compare("sim", PROGRAM);
 }
 
 /// Documents that commands write as a whole.

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use host_sim::budgets;
-use host_sim::commands::{budget, full_scans};
+use host_sim::commands::full_scans;
 use host_sim::emulate::session::Waits;
 use host_sim::emulate::tools::Tool;
 use host_sim::emulate::{Fault, Session, guarding, image};
@@ -600,21 +600,6 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     session.connect().unwrap();
     let after = next_scan(&mut session, 0);
     assert!(is_sound(&after), "{after:?}");
-}
-
-/// Checks flash, RAM and forbidden symbols; `cargo study budget REC` measures the stack.
-#[test]
-fn the_image_keeps_its_budgets() {
-    if !tools(&[Tool::Target]) {
-        return;
-    }
-    let figures = budget::of_image(&image::build(&[]).unwrap()).unwrap();
-    for figure in figures {
-        assert!(figure.holds(), "{figure:?}");
-    }
-    // A build that can panic is detected.
-    let provoked = image::Image::read(&image::build(&["provoke"]).unwrap()).unwrap();
-    assert!(!provoked.may_panic.is_empty());
 }
 
 /// Returns what `cargo sim crash` makes of a sentence.

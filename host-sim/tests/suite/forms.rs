@@ -1,9 +1,9 @@
 //! Tests of staircases for which the search alone gives a wrong answer.
 
 use host_sim::answer::{Answer, metres};
+use host_sim::random::Kind;
 use host_sim::replay::{self, Options};
-use host_sim::scene::command::random_scan;
-use host_sim::scene::random::Kind;
+use host_sim::simulation::random_scan;
 
 /// Maximum distance between matching steps, metres, as in scoring.
 const SAME_M: f64 = 0.10;

@@ -1,21 +1,16 @@
 //! Tests of the program, in one binary: every further binary would link the simulator and its libraries again. `cargo
 //! test -p host-sim --test suite NAME` runs the tests of one module.
 
-mod accuracy;
 mod bad_recordings;
 mod bad_scenes;
 mod bgt60;
 mod calibrate;
-mod capability;
 mod committed_recordings;
 mod common;
-mod convergence;
 mod demo;
 mod doctor;
 mod documents;
-mod faults;
 mod firmware;
-mod fitted;
 mod forms;
 mod live;
 mod modules;
@@ -32,9 +27,7 @@ mod sequences;
 mod settings;
 mod single_rises;
 mod sirad;
-mod soak;
 mod special_files;
 mod sweep_modes;
-mod table1;
 mod tap;
 mod update;

@@ -107,17 +107,12 @@ fn an_existing_file_is_replaced_with_force_only() {
         (&["simulate", scene, "-o", &simulated], &meta),
         (&["simulate", scene, "--count", "1", "-o", &pattern], &many),
         (&["man", dir], &manual),
-        // The tables that the estimator uses.
-        (&["fit", "--keep", "--output", &page], &page),
-        (&["fit", "--keep", "--output", "x", "--dump", &page], &page),
-        (&["sequences", "--fit", "--output", &page], &page),
-        (&["accuracy", "--each", &page], &page),
     ];
     for (args, file) in cases {
         fs::write(file, "a stranger's").unwrap();
         refused(&scratch, args, file, "--force");
-        // These commands take long, or need a target of the compiler.
-        if matches!(args[0], "fit" | "sequences" | "accuracy" | "web") {
+        // This command needs a target of the compiler.
+        if args[0] == "web" {
             continue;
         }
         let out = sim(&[args, &["--force"]].concat());
@@ -127,21 +122,4 @@ fn an_existing_file_is_replaced_with_force_only() {
     }
     let parts = contents(&scratch);
     assert!(!parts.iter().any(|(name, _)| name.ends_with(".part")));
-}
-
-#[test]
-fn the_firmwares_tables_are_not_replaced_unasked() {
-    for (args, file) in [
-        (&["fit", "--scenes", "1"][..], "fitted.rs"),
-        (&["fit", "--scenes", "1", "--only-model"], "measured.rs"),
-        (&["sequences", "--fit", "--count", "1"], "counted.rs"),
-    ] {
-        let out = sim(args);
-        let message = String::from_utf8(out.stderr).unwrap();
-        assert_eq!(out.status.code(), Some(1), "{args:?}: {message}");
-        assert!(
-            message.contains(file) && message.contains("--force"),
-            "{args:?}: {message}"
-        );
-    }
 }

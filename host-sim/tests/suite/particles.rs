@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use host_sim::inspect::repeat_with;
+use host_sim::random::Kind;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
 use host_sim::scene::Scene;
-use host_sim::scene::command::random_scan;
-use host_sim::scene::random::Kind;
 use host_sim::seeds::TUNING;
+use host_sim::simulation::random_scan;
 use stairscan::infer::Likelihood;
 use stairscan::motion::Drive;
 use stairscan::observer::{Event, Observer};

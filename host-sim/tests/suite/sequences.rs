@@ -441,31 +441,3 @@ fn a_sequence_is_not_turned_round_or_made_longer() {
     }
     assert_eq!(replay(Path::new(path), &["--scans", "2"]).len(), 2);
 }
-
-/// Every fault of the motion sentences has its row, over the same scans as without faults.
-#[test]
-fn sequences_with_faults_count_every_fault() {
-    let out = sim(&["sequences", "--faults", "--count", "1"]);
-    assert_eq!(out.status.code(), Some(0));
-    let text = String::from_utf8(out.stdout).unwrap();
-    assert!(
-        text.contains("1 sequences, each with every fault: 9 runs"),
-        "{text}"
-    );
-    let row = |name: &str| -> Vec<&str> {
-        let line = text.lines().find(|l| l.starts_with(&format!("{name} ")));
-        line.unwrap_or_else(|| panic!("{name}: {text}"))
-            .split_whitespace()
-            .collect()
-    };
-    let scans = |name: &str| row(name)[1].split_once('/').unwrap().1.to_owned();
-    for name in [
-        "absent", "lost", "swapped", "delayed", "stuck", "frozen", "jumping", "reversed", "garbled",
-    ] {
-        assert_eq!(scans(name), scans("none"), "{name}: {text}");
-    }
-    // With sentences that the input check refuses, no answer of a moving chair is `ok`.
-    for name in ["swapped", "garbled"] {
-        assert_eq!(row(name)[2], "0", "{name}: {text}");
-    }
-}

@@ -70,14 +70,6 @@ fn pipes_are_no_input() {
 }
 
 #[test]
-fn an_endless_image_is_none() {
-    refused(
-        &os(&["budget", "--elf", "/dev/zero"]),
-        "/dev/zero: expected a regular file",
-    );
-}
-
-#[test]
 fn what_is_no_file_is_not_replaced() {
     let scratch = Scratch::new("replaced");
     let fifo = pipe(&scratch, "fifo.png");

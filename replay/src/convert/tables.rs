@@ -1,0 +1,156 @@
+//! CSV files (RFC 4180) of steps, echoes or map cells, with a heading.
+
+use anyhow::Result;
+use clap::ValueEnum;
+use serde_json::Value;
+
+use super::scans::Scan;
+
+/// What a table holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Table {
+    /// One row per step; a scan without steps has one row with empty columns of the step
+    #[default]
+    Steps,
+    /// One row per echo
+    Echoes,
+    /// One row per cell of the polar map
+    Map,
+}
+
+/// Columns that the rows of every table begin with, with the keys of `replay --format json`; echoes and cells have
+/// only the first two.
+pub const SCAN: [&str; 6] = [
+    "recording",
+    "scan",
+    "status",
+    "direction",
+    "horizon_m",
+    "confidence",
+];
+/// Columns of a step, with the keys of `replay --format json`.
+const STEP: [&str; 7] = [
+    "distance_m",
+    "height_m",
+    "tread_m",
+    "riser_m",
+    "distance_sigma_m",
+    "height_sigma_m",
+    "quality",
+];
+/// Columns of a scan that follow those of a step: free distance and drop.
+const GROUND: [&str; 5] = [
+    "free_m",
+    "drop_distance_m",
+    "drop_distance_sigma_m",
+    "drop_depth_m",
+    "drop_probability",
+];
+/// Columns of an echo, with the keys of `inspect --format json`.
+const ECHO: [&str; 10] = [
+    "x_m",
+    "y_m",
+    "range_m",
+    "range_sigma_m",
+    "angle_deg",
+    "angle_sigma_deg",
+    "snr_db",
+    "width",
+    "role",
+    "against",
+];
+/// Columns of a map cell.
+const CELL: [&str; 7] = [
+    "row",
+    "angle_deg",
+    "range_m",
+    "distance_m",
+    "height_m",
+    "power_dbfs",
+    "detected",
+];
+
+/// Formats a value as a table cell: a number as in JSON, text without quotes, nothing for null.
+fn cell(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn pick(value: &Value, keys: &[&str]) -> Vec<String> {
+    keys.iter().map(|key| cell(&value[*key])).collect()
+}
+
+/// Returns the CSV file with a table of these scans.
+///
+/// # Errors
+/// None: writing to memory does not fail.
+pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Result<Vec<u8>> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    match table {
+        Table::Steps => csv.write_record(
+            SCAN.iter()
+                .chain(&["reasons", "step"])
+                .chain(&STEP)
+                .chain(&GROUND),
+        )?,
+        Table::Echoes => csv.write_record(SCAN[..2].iter().chain(&ECHO))?,
+        Table::Map => csv.write_record(SCAN[..2].iter().chain(&CELL))?,
+    }
+    for scan in scans {
+        let rows = match table {
+            Table::Steps => steps(scan),
+            Table::Echoes => {
+                let echoes = scan.echoes.as_deref().unwrap_or_default();
+                echoes.iter().map(|echo| pick(echo, &ECHO)).collect()
+            }
+            Table::Map => cells(scan),
+        };
+        let head = match table {
+            Table::Steps => pick(&scan.json, &SCAN),
+            _ => pick(&scan.json, &SCAN[..2]),
+        };
+        for row in rows {
+            csv.write_record(head.iter().chain(&row))?;
+        }
+    }
+    Ok(csv.into_inner()?)
+}
+
+fn steps(scan: &Scan) -> Vec<Vec<String>> {
+    let list = |key: &str| scan.json[key].as_array().cloned().unwrap_or_default();
+    let reasons: Vec<String> = list("reasons").iter().map(cell).collect();
+    let reasons = reasons.join(" ");
+    let steps = list("steps");
+    let ground = GROUND.map(|key| match key.strip_prefix("drop_") {
+        Some(key) => cell(&scan.json["drop"][key]),
+        None => cell(&scan.json[key]),
+    });
+    let row = |(k, step): (usize, &Value)| {
+        let number = [reasons.clone(), (k + 1).to_string()];
+        let step = number.into_iter().chain(pick(step, &STEP));
+        step.chain(ground.clone()).collect()
+    };
+    if steps.is_empty() {
+        let nothing = vec![String::new(); 1 + STEP.len()];
+        return vec![[vec![reasons], nothing, ground.to_vec()].concat()];
+    }
+    steps.iter().enumerate().map(row).collect()
+}
+
+fn cells(scan: &Scan) -> Vec<Vec<String>> {
+    let row = |c: &super::scans::Cell| {
+        vec![
+            c.row.to_string(),
+            c.angle_deg.to_string(),
+            c.range_m.to_string(),
+            c.place.0.to_string(),
+            c.place.1.to_string(),
+            c.power_db.to_string(),
+            c.detected.to_string(),
+        ]
+    };
+    scan.cells.iter().map(row).collect()
+}

@@ -1,0 +1,16 @@
+//! State of a scanner from the bytes of its report port.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`model`] | state of the scanner, from its sentences; pure, time is an argument |
+//! | [`guard`] | the last guard sweep, the interval of sweeps, a bar of the free distance |
+//! | [`lines`] | splits the bytes of the port into lines |
+//! | [`trouble`] | explanations and remedies for faults of a port |
+
+pub mod guard;
+pub mod lines;
+pub mod model;
+pub mod trouble;
+
+/// Milliseconds since the session began.
+pub type Ms = u64;

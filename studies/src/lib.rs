@@ -1,0 +1,14 @@
+//! What the makers run (`cargo study`): fits of the estimator's numbers, its accuracy on random scenes, faults of the
+//! instrument, budgets of the image, and the documents that are made from them.
+
+pub mod accuracy;
+pub mod capability;
+pub mod commands;
+pub mod drives;
+pub mod faults;
+pub mod fit;
+pub mod hardware;
+pub mod help;
+pub mod images;
+pub mod sbom;
+pub mod soak;
