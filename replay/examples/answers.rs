@@ -36,9 +36,9 @@ fn main() -> ExitCode {
         single: words.iter().any(|word| word == "--single"),
         ..Options::default()
     };
-    let recordings = words.iter().filter(|word| {
-        !word.starts_with("--") && !["replay", "json"].contains(&word.as_str())
-    });
+    let recordings = words
+        .iter()
+        .filter(|word| !word.starts_with("--") && !["replay", "json"].contains(&word.as_str()));
     let mut code = ExitCode::SUCCESS;
     for recording in recordings {
         match print(Path::new(recording), &options) {

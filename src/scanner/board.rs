@@ -152,16 +152,3 @@ impl BootInfo {
         reasons
     }
 }
-
-/// The scanner's hardware, each part behind its trait.
-#[derive(Clone, Copy, Debug)]
-pub struct Hardware<M, L, P, B> {
-    /// The mirror ([`super::Mirror`]).
-    pub mirror: M,
-    /// The radar module ([`crate::signal::radar::RadarModule`]).
-    pub link: L,
-    /// The report port ([`BytePort`](crate::port::BytePort)).
-    pub port: P,
-    /// The rest of the board ([`Board`]).
-    pub board: B,
-}

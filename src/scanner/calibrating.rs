@@ -3,17 +3,16 @@
 use super::states::{Activity, Machine};
 use crate::config::ConfigError;
 use crate::crc;
-use crate::port::BytePort;
 use crate::scanner::board::Board;
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::Mirror;
+use crate::scanner::parts::Parts;
 use crate::scanner::settings;
 use crate::scanner::sweep::Rows;
-use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 
-impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
+impl<H: Parts> Machine<'_, H> {
     /// Executes `calibrate`: begins a scan if the scanner is idle or in a fault; when the scan has ended,
     /// [`Machine::calibrated`] makes settings of it.
     #[inline(never)]

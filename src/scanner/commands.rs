@@ -7,12 +7,10 @@ use crate::config::ConfigError;
 use crate::port::BytePort;
 use crate::report::LiveLine;
 use crate::scanner::board::Board;
-use crate::scanner::chain::DataPath;
 use crate::scanner::command::{self, Command, LineReader, ParserEvent};
-use crate::scanner::mirror::Mirror;
+use crate::scanner::parts::Parts;
 use crate::scanner::rest::Rest;
 use crate::scanner::settings::{self, Settings};
-use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 
 /// Maximum number of bytes that one call of `Console::read` takes from the report port, so that a continuous
@@ -55,11 +53,7 @@ impl Console {
 
     /// Executes the received motion sentences and at most one other command, and hands queued sentences to the
     /// report port.
-    pub(super) fn step<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
-        &mut self,
-        now: Micros,
-        machine: &mut Machine<'_, M, L, P, B, D>,
-    ) {
+    pub(super) fn step<H: Parts>(&mut self, now: Micros, machine: &mut Machine<'_, H>) {
         self.list(machine);
         self.read(now, machine);
         self.send_live(now, machine);
@@ -67,7 +61,7 @@ impl Console {
     }
 
     /// Returns how long the next step may wait: bytes of queued sentences and the answer to a line wait for the port.
-    pub(super) fn rest<M, L, P, B, D>(&self, machine: &Machine<'_, M, L, P, B, D>) -> Rest {
+    pub(super) fn rest<H: Parts>(&self, machine: &Machine<'_, H>) -> Rest {
         let answering = self.listing.is_some() || self.held.is_some();
         if answering && machine.reports.has_room() {
             Rest::None
@@ -80,11 +74,7 @@ impl Console {
 
     /// Queues the sentence `LIVE` when it is due and nothing else waits for the port, so that a slow or blocked
     /// port gets no additional load.
-    fn send_live<M, L, P: BytePort, B, D>(
-        &mut self,
-        now: Micros,
-        machine: &mut Machine<'_, M, L, P, B, D>,
-    ) {
+    fn send_live<H: Parts>(&mut self, now: Micros, machine: &mut Machine<'_, H>) {
         if let Some(at) = machine.answered.take() {
             self.live_timer.answered(at);
         }
@@ -100,11 +90,7 @@ impl Console {
     }
 
     #[inline(never)]
-    fn queue_live<M, L, P: BytePort, B, D>(
-        &self,
-        now: Micros,
-        machine: &mut Machine<'_, M, L, P, B, D>,
-    ) -> bool {
+    fn queue_live<H: Parts>(&self, now: Micros, machine: &mut Machine<'_, H>) -> bool {
         let live = LiveLine {
             state: machine.state(),
             scan: machine.scans(),
@@ -121,11 +107,7 @@ impl Console {
 
     /// Reads motion sentences, which have no answer, and at most one other line, which waits until there is
     /// room for its answer.
-    fn read<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
-        &mut self,
-        now: Micros,
-        machine: &mut Machine<'_, M, L, P, B, D>,
-    ) {
+    fn read<H: Parts>(&mut self, now: Micros, machine: &mut Machine<'_, H>) {
         for _ in 0..MAX_READ {
             if self.held.is_some() {
                 break;
@@ -158,7 +140,7 @@ impl Console {
 
     /// Handles a motion sentence. A damaged one is counted, and reported by `status` and with the scan.
     #[inline(never)]
-    fn drive<M, L, P, B, D>(&mut self, now: Micros, machine: &mut Machine<'_, M, L, P, B, D>) {
+    fn drive<H: Parts>(&mut self, now: Micros, machine: &mut Machine<'_, H>) {
         match command::parse(self.reader.line()) {
             Ok(Command::Motion(reading)) => machine.odometry.take(now, reading),
             _ => machine.odometry.garbled(),
@@ -167,11 +149,7 @@ impl Console {
 
     // Out of line because of the stack, as in `states`.
     #[inline(never)]
-    fn execute<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
-        &mut self,
-        now: Micros,
-        machine: &mut Machine<'_, M, L, P, B, D>,
-    ) {
+    fn execute<H: Parts>(&mut self, now: Micros, machine: &mut Machine<'_, H>) {
         let parsed = match command::parse(self.reader.line()) {
             Ok(command) => command,
             Err(bad) => {
@@ -245,7 +223,7 @@ impl Console {
 
     /// Queues the sentence of the next setting if `get` is listing all of them, and `DONE` after the last.
     #[inline(never)]
-    fn list<M, L, P, B, D>(&mut self, machine: &mut Machine<'_, M, L, P, B, D>) {
+    fn list<H: Parts>(&mut self, machine: &mut Machine<'_, H>) {
         let Some(next) = self.listing else { return };
         if !machine.reports.has_room() {
             return;
@@ -266,7 +244,7 @@ impl Console {
 /// Executes `save`: writes the settings to flash. Refused unless the scanner is idle or in a fault, since nothing
 /// runs while flash is erased, and until every setting of the mounting has been set.
 #[inline(never)]
-fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
+fn save<H: Parts>(machine: &mut Machine<'_, H>) {
     let refused = if !machine.stands() {
         Some(("state", "idle: stop first"))
     } else if let Err(error) = machine.settings.fit_to_save() {
@@ -283,7 +261,7 @@ fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
 
 /// Executes `update`: resets the chip into its boot loader if nothing moves; refused if there is no boot loader.
 #[inline(never)]
-fn update<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
+fn update<H: Parts>(machine: &mut Machine<'_, H>) {
     let (field, expected) = if machine.stands() {
         machine.hardware.board.enter_loader();
         ("loader", "a chip with a boot loader")
@@ -293,7 +271,7 @@ fn update<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
     machine.reports.refuse("update", field, expected);
 }
 
-fn tell_setting<M, L, P, B, D>(machine: &mut Machine<'_, M, L, P, B, D>, key: &str) {
+fn tell_setting<H: Parts>(machine: &mut Machine<'_, H>, key: &str) {
     let value = machine.settings.get().get(key).unwrap_or_default();
     machine.reports.value(key, &value);
 }

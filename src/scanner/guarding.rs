@@ -3,10 +3,8 @@
 use super::guard::{GuardMode, fit};
 use super::states::Machine;
 use crate::config::ConfigError;
-use crate::port::BytePort;
-use crate::scanner::board::Board;
 use crate::scanner::chain::DataPath;
-use crate::scanner::mirror::Mirror;
+use crate::scanner::parts::Parts;
 use crate::scanner::settings::Settings;
 use crate::scanner::sweep::Rows;
 use crate::signal::radar::any::row_times;
@@ -14,7 +12,7 @@ use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 use crate::verdict::{Conditions, GuardResult};
 
-impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
+impl<H: Parts> Machine<'_, H> {
     /// Executes `guard` and `watch`: switches guard sweeps on or off.
     #[inline(never)]
     pub fn guard(&mut self, now: Micros, on: bool, mode: GuardMode) {

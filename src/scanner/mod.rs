@@ -78,6 +78,7 @@ pub mod mirror;
 pub mod option_bytes;
 pub mod outbox;
 pub mod pace;
+mod parts;
 mod planes;
 mod pulse;
 pub mod pulser;
@@ -98,10 +99,11 @@ pub mod tmc2209;
 pub use crate::port::BytePort;
 pub use crate::schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use crate::time::Micros;
-pub use board::{Board, BootInfo, Hardware, SecondMemory};
+pub use board::{Board, BootInfo, SecondMemory};
 pub use chain::DataPath;
 pub use fitness::BoardHealth;
 pub use mirror::{Mirror, MirrorError, Motion};
+pub use parts::{Hardware, Parts};
 pub use reports::Reports;
 use rest::Rest;
 pub use settings::Settings;
@@ -116,13 +118,14 @@ use states::Machine;
 ///
 /// Its larger parts, the outgoing sentences ([`Reports`]) and the motion input ([`Odometry`]), are borrowed, so
 /// that a scanner on a small stack can keep them elsewhere.
-#[derive(Debug)]
-pub struct Scanner<'a, M, L, P, B, D> {
-    machine: Machine<'a, M, L, P, B, D>,
+pub struct Scanner<'a, H: Parts> {
+    machine: Machine<'a, H>,
     console: Console,
 }
 
-impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
+impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>
+    Scanner<'a, (Hardware<M, L, P, B>, D)>
+{
     /// Creates a scanner that has just booted. `settings` are those that were saved, and must be valid. With
     /// `None` it begins with defaults, and no answer is `ok` before the mounting has been set.
     // Out of line: its temporaries would otherwise stay on the stack beneath the estimator.
@@ -140,9 +143,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
             console: Console::new(now),
         }
     }
+}
 
+impl<H: Parts> Scanner<'_, H> {
     /// Returns the data path: map and estimator of the last scan.
-    pub fn data(&self) -> &D {
+    pub fn data(&self) -> &H::Data {
         self.machine.data()
     }
 
@@ -152,7 +157,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
     }
 
     /// Returns the report port.
-    pub fn port_mut(&mut self) -> &mut P {
+    pub fn port_mut(&mut self) -> &mut H::Port {
         &mut self.machine.hardware.port
     }
 

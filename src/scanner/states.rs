@@ -10,12 +10,12 @@ use crate::config::{ConfigError, Planes};
 use crate::crc;
 use crate::drive::{Drive, Retention};
 use crate::motion::Odometry;
-use crate::port::BytePort;
 use crate::report::{GuardLine, Sentence};
-use crate::scanner::board::{Board, BootInfo, Hardware};
+use crate::scanner::board::{Board, BootInfo};
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::{Mirror, Motion};
+use crate::scanner::parts::{Hardware, Parts};
 use crate::scanner::resets::SURVIVED_US;
 use crate::scanner::rest::Rest;
 use crate::scanner::settings::{Settings, Sweeping, Switch};
@@ -80,10 +80,9 @@ enum Until {
 }
 
 /// The scanner's state machine over its hardware; `commands` executes the lines of the report port with it.
-#[derive(Debug)]
-pub(super) struct Machine<'a, M, L, P, B, D> {
-    pub hardware: Hardware<M, L, P, B>,
-    pub(super) data: D,
+pub(super) struct Machine<'a, H: Parts> {
+    pub hardware: Hardware<H::Mirror, H::Module, H::Port, H::Board>,
+    pub(super) data: H::Data,
     pub reports: &'a mut Reports,
     pub odometry: &'a mut Odometry,
     pub settings: ActiveSettings,
@@ -114,9 +113,9 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
 /// Time within which the state machine must run again when idle, or in any step without a limit of its own, µs.
 const POLL_US: u32 = 500_000;
 
-impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
+impl<H: Parts> Machine<'_, H> {
     /// Returns the data path.
-    pub fn data(&self) -> &D {
+    pub fn data(&self) -> &H::Data {
         &self.data
     }
 
@@ -185,11 +184,11 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
 
 // Everything that is inlined into the main loop stays on the stack beneath the estimator, whose frames are the
 // deepest of the firmware. So functions with more than a few words of locals are out of line.
-impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'a, M, L, P, B, D> {
+impl<'a, H: Parts> Machine<'a, H> {
     /// Creates the state machine after boot; the first call of [`Machine::run`] sends the boot sentence.
     pub fn new(
-        hardware: Hardware<M, L, P, B>,
-        data: D,
+        hardware: Hardware<H::Mirror, H::Module, H::Port, H::Board>,
+        data: H::Data,
         (reports, odometry): (&'a mut Reports, &'a mut Odometry),
         stored: Option<Settings>,
         identity: BootInfo,

@@ -273,9 +273,9 @@ impl DataPath for Data {
     }
 }
 
-pub struct Bench<M = Shared> {
+pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<'static, M, Shared, Shared, Shared, Data>,
+    pub scanner: Scanner<'static, (Hardware<M, Shared, Shared, Shared>, Data)>,
     pub now: Micros,
 }
 

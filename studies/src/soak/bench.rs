@@ -52,11 +52,14 @@ pub struct ReportedScan {
     pub lines: Vec<String>,
 }
 
+/// Hardware of the scanner under test.
+type Bench = Hardware<Shaft, Link, Shared, Volatile>;
+
 /// The scanner and its simulated environment.
 pub struct ScannerBench<'a> {
     /// The scanner's simulated environment: radar module, mirror and report port.
     pub stage: Rc<RefCell<Environment>>,
-    scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
+    scanner: Scanner<'a, (Bench, &'a mut Pipeline)>,
     now: Micros,
     /// The scan whose report has begun and is not yet complete.
     receiving: Option<ReportedScan>,

@@ -24,7 +24,7 @@ const PATIENCE: u32 = 4_000;
 const ROUNDS: u32 = 3;
 
 type Mirror = EncodedMirror<Stepper<Shared>, Shared>;
-type Parts<'a> = Scanner<'a, Mirror, FrameLink<Module>, Shared, Shared, Rows>;
+type Parts<'a> = Scanner<'a, (Hardware<Mirror, FrameLink<Module>, Shared, Shared>, Rows)>;
 
 /// Scanner and environment, and the scanner's output.
 pub struct Bench<'a> {

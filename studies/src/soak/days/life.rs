@@ -132,9 +132,12 @@ impl LifeMemory {
     }
 }
 
+/// Hardware of the scanner under test.
+type Simulated = Hardware<Stepper<Handle>, Handle, Handle, Handle>;
+
 /// A running scanner, from one reset to the next.
 pub struct Life<'a> {
-    scanner: Scanner<'a, Stepper<Handle>, Handle, Handle, Handle, StubPath>,
+    scanner: Scanner<'a, (Simulated, StubPath)>,
     answered: Rc<RefCell<Option<u64>>>,
     /// The run of which this life is a part.
     pub run: &'a mut Run,
