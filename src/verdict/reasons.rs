@@ -1,7 +1,7 @@
 //! Table of all reasons that a status may have: code, meaning, effect on the answer, and the condition of each.
 //!
 //! This is the only list of them. The report and its parser, `--help`, the report page, the C header of
-//! `controller/`, the README and `docs/reasons.md` are generated from it, or compared with it by a test.
+//! `controller/` and `docs/reasons.md` are generated from it, or compared with it by a test.
 
 use core::fmt;
 

@@ -7,7 +7,7 @@
 //! | [`oracle`] | the Rust parsers' result for a line, as text |
 //! | [`vectors`] | selected lines with their results: `controller/vectors.tsv` |
 //! | [`lines`] | mutations of these lines |
-//! | [`page`] | the parts of `docs/user/controller.md` that a C example prints |
+//! | [`page`] | the table of `docs/user/controller.md` that a C example prints |
 //! | [`program`] | compiles `controller/`, sends it lines through a pipe, compares |
 
 pub mod lines;

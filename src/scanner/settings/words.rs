@@ -31,7 +31,7 @@ pub enum Sweeping {
 pub enum SweepMode {
     /// The mirror stands still at each row's angle.
     Stop,
-    /// The mirror turns at constant speed: no less accurate (docs/generated/benchmarks.md), and faster.
+    /// The mirror turns at constant speed: faster, and on simulated scenes no less accurate.
     #[default]
     Continuous,
 }

@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 
 use super::weighted;
 use host_sim::random::Kind;
-use host_sim::score::{AnswerType, Bin, Reliability, SetScore, Share, drops, upper_bound};
+use host_sim::score::{
+    AnswerType, Bin, DEPTH_M, NEAR_DROP_M, Reliability, SetScore, Share, upper_bound,
+};
 
 /// Formats the median horizon of the `ok` answers as `1.42 m`; a dash without any.
-pub fn horizon(set: &SetScore) -> String {
+fn horizon(set: &SetScore) -> String {
     match set.ok_horizon_m {
         None => "–".into(),
         Some(m) if m.is_finite() => format!("{m:.2} m"),
@@ -15,18 +17,24 @@ pub fn horizon(set: &SetScore) -> String {
     }
 }
 
-/// Returns the tables of wrong `ok` answers by type for all scenes together, and of the reported probabilities
-/// (confidence and those of `MAYBE`s) against the outcomes.
-pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
-    let mut out = format!(
-        "All scenes together: `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
-         an `ok` {}.\n\n",
+/// Returns the line with the shares of exact answers, and of right and wrong `ok` answers, of all scenes.
+pub fn total(all: &SetScore) -> String {
+    format!(
+        "All scenes together: exact {}; `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
+         an `ok` {}.\n",
+        all.exact.full(),
         all.ok_among_correct.full(),
         all.ok_and_wrong.full(),
         horizon(all)
-    );
+    )
+}
+
+/// Returns the tables of wrong `ok` answers by type for all scenes together, and of the reported probabilities
+/// (confidence and those of `MAYBE`s) against the outcomes.
+pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
+    let mut out = total(all);
     out.push_str(
-        "| type of answer | `ok` | of them wrong | upper 95 % bound of the share that is wrong (Clopper-Pearson) |\n\
+        "\n| type of answer | `ok` | of them wrong | upper 95 % bound (Clopper-Pearson) |\n\
          |---|---|---|---|\n",
     );
     // Without a reported drop there is no row and no line.
@@ -43,13 +51,22 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     out.push('\n');
     out.push_str(&weighted::table(kinds, &occurs));
     if all.drops > 0 {
+        out.push_str(
+            "| scenes | near drops reported | false drops | on scenes without one | with a depth | depth error: median, \
+             95 %, too large |\n|---|---|---|---|---|---|\n",
+        );
         for (kind, set, _) in kinds
             .iter()
             .filter(|(_, set, _)| set.reported_drops.of + set.drops > 0)
         {
-            let _ = writeln!(out, "- {kind}: {}", drops(set));
+            let _ = writeln!(out, "| {kind} | {} |", drops(set));
         }
-        let _ = writeln!(out, "- all: {}\n", drops(all));
+        let _ = writeln!(
+            out,
+            "| all | {} |\n\nNear drops are those nearer than {NEAR_DROP_M:.1} m; a depth error is too large above {:.0} cm.\n",
+            drops(all),
+            100.0 * DEPTH_M
+        );
     }
     if all.confidence.all.actual.of == 0 {
         out.push_str("No answer reports a confidence.\n");
@@ -57,29 +74,24 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
     }
     out.push_str(
         "An answer's confidence is the probability that nothing is wrong up to its horizon, or over \
-         the first metre if that is farther; an answer is right if nothing is wrong up to there. \
-         The standard error is that of the actual share if the predictions are true. Predicted and \
-         actual agree when they differ by at most 5 points or twice that; bins of fewer than 30 \
-         answers are not compared.\n\n| confidence | answers | predicted | right | standard error | \
-         agree |\n|---|---|---|---|---|---|\n",
+         the first metre if that is farther. Predicted and actual share agree when they differ by \
+         at most 5 points or two standard errors; bins of fewer than 30 answers are not \
+         compared.\n\n| confidence | answers | predicted | right | agree |\n|---|---|---|---|---|\n",
     );
     bins(&mut out, &all.confidence);
     let _ = write!(
         out,
         "| all | {} |\n\n\
-         | scenes | answers | predicted | right | standard error | agree | bins that agree |\n\
-         |---|---|---|---|---|---|---|\n",
+         | scenes | answers | predicted | right | agree |\n|---|---|---|---|---|\n",
         figures(&all.confidence.all)
     );
     for (kind, set, _) in kinds {
-        let Share { hits, of } = set.confidence.agreeing_bins();
-        let figures = figures(&set.confidence.all);
-        let _ = writeln!(out, "| {kind} | {figures} | {hits} of {of} |");
+        let _ = writeln!(out, "| {kind} | {} |", figures(&set.confidence.all));
     }
     out.push_str(
         "\nA `MAYBE` is right when a true step stands within 10 cm of it, or a drop where it \
          reports a possible end of the ground.\n\n| probability | `MAYBE`s | predicted | right | \
-         standard error | agree |\n|---|---|---|---|---|---|\n",
+         agree |\n|---|---|---|---|---|\n",
     );
     bins(&mut out, &all.maybes);
     let _ = writeln!(out, "| all | {} |", figures(&all.maybes.all));
@@ -97,7 +109,7 @@ fn bins(out: &mut String, reliability: &Reliability) {
 }
 
 /// Returns the table cells of a bin of reported probabilities as text: number of answers, mean predicted probability,
-/// actual share of correct ones, its standard error, and whether predicted and actual agree.
+/// actual share of correct ones, and whether predicted and actual agree.
 fn figures(bin: &Bin) -> String {
     let percent = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.1} %", 100.0 * v));
     let agree = match bin.agrees() {
@@ -106,11 +118,37 @@ fn figures(bin: &Bin) -> String {
         None => "–",
     };
     format!(
-        "{} | {} | {} | {} | {agree}",
+        "{} | {} | {} | {agree}",
         bin.actual.of,
         percent(bin.predicted()),
         bin.actual.percent(),
-        percent(bin.standard_error()),
+    )
+}
+
+/// Returns the table cells that count reported and false drops, and the errors of their depths; a dash where nothing is
+/// counted.
+fn drops(set: &SetScore) -> String {
+    let counted = |Share { hits, of }: Share| match of {
+        0 => "–".to_owned(),
+        _ => format!("{hits} of {of}"),
+    };
+    let depths = match set.depths.hits {
+        0 => "–".to_owned(),
+        _ => counted(set.depths),
+    };
+    let errors = set.depth.map_or("–".to_owned(), |depth| {
+        format!(
+            "{:.1} cm, {:.1} cm, {}",
+            100.0 * depth.median,
+            100.0 * depth.p95,
+            counted(set.depths_off)
+        )
+    });
+    format!(
+        "{} | {} | {} | {depths} | {errors}",
+        counted(set.reported_drops),
+        set.false_drops,
+        counted(set.false_drops_without),
     )
 }
 
@@ -164,13 +202,13 @@ mod tests {
         let set = || SetScore::new("all", scenes.iter());
         let text = tables(&[(Kind::None, set(), Share::default())], &set());
         let has = |line: &str| assert!(text.contains(line), "{line}\n{text}");
-        has("| 95–97 % | 40 | 96.0 % | 80.0 % (65.2–89.5) | 3.1 % | **no** |\n");
-        has("| 99–100 % | 10 | 99.5 % | 100.0 % (72.2–100.0) | 2.2 % | – |\n");
-        has("| 0–50 % | 0 | – | – | – | – |\n");
-        has("| none | 50 | 96.7 % | 84.0 % (71.5–91.7) | 2.5 % | **no** | 0 of 1 |\n");
+        has("| 95–97 % | 40 | 96.0 % | 80.0 % (65.2–89.5) | **no** |\n");
+        has("| 99–100 % | 10 | 99.5 % | 100.0 % (72.2–100.0) | – |\n");
+        has("| 0–50 % | 0 | – | – | – |\n");
+        has("| none | 50 | 96.7 % | 84.0 % (71.5–91.7) | **no** |\n");
         has("median horizon of an `ok` 1.25 m");
         // 42 of 50 MAYBEs with 15 % are correct.
-        has("| 10–20 % | 50 | 15.0 % | 84.0 % (71.5–91.7) | 5.0 % | **no** |\n");
+        has("| 10–20 % | 50 | 15.0 % | 84.0 % (71.5–91.7) | **no** |\n");
     }
 
     #[test]
@@ -197,7 +235,7 @@ mod tests {
             with.contains("| a drop ahead | 1 | 0 | 95.00 % |"),
             "{with}"
         );
-        let line = "- brink: drops nearer than 1.6 m reported 1 of 1; false drops 0, 0 of them on 1 scenes without one\n";
+        let line = "| brink | 1 of 1 | 0 | 0 of 1 | – | – |\n";
         assert!(with.contains(line), "{with}");
     }
 

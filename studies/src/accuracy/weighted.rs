@@ -60,10 +60,9 @@ impl Weighted {
 /// kinds and with their assumed frequencies.
 pub fn table(kinds: &[(Kind, SetScore, Share)], occurs: &dyn Fn(AnswerType) -> bool) -> String {
     let mut out = String::from(
-        "The same by type, weighted by kind of scene: all kinds alike, or as often as a chair meets \
-         each (met; an assumption, in `host-sim/src/commands/accuracy/weighted.rs`). Share of the \
-         `ok` answers that is wrong, its upper 95 % bound, and in brackets the effective number of \
-         answers (Kish).\n\n| type of answer | alike | met |\n|---|---|---|\n",
+        "Share of them that is wrong, its upper 95 % bound, and the effective number of answers \
+         (Kish), with all kinds of scene alike, or as often as a chair is assumed to meet \
+         each.\n\n| type of answer | alike | met |\n|---|---|---|\n",
     );
     let types = AnswerType::ALL.into_iter().enumerate();
     for (k, kind) in types.filter(|(_, kind)| occurs(*kind)) {

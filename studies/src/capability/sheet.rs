@@ -3,9 +3,10 @@
 use super::body::Body;
 use super::document::Part;
 use super::figures;
-use super::plan::Series;
+use super::plan::{Cell, Series};
 use super::results::Measured;
 use super::tally::Tally;
+use columns::Form;
 
 mod columns;
 mod others;
@@ -21,6 +22,8 @@ pub fn parts(measured: &Measured) -> Vec<Part> {
         reference_table(measured),
         sizes::smallest(measured),
         sizes::every_size(measured),
+        sizes::with_loss(measured),
+        bounds(measured),
         bodies(measured),
         others::driven(measured),
         others::level(measured),
@@ -40,11 +43,24 @@ fn reference_table(measured: &Measured) -> Vec<Part> {
         return Vec::new();
     }
     let rows = lines.iter().map(|(body, tally)| (vec![body.name()], tally));
-    let table = columns::table(&["body at 1 m"], rows, &measured.head.times);
+    let table = columns::table(&["body at 1 m"], rows, &measured.head.times, Form::Bound);
     vec![
         Part::Heading(2, "At a glance".into()),
         Part::Text(words::REFERENCE.into()),
         Part::Table(table),
+    ]
+}
+
+/// Returns the section that gives the bounds of the counts in the tables that follow; empty if no condition was changed.
+fn bounds(measured: &Measured) -> Vec<Part> {
+    let changed = |(cell, _): &&(Cell, Tally)| cell.series == Series::Distance;
+    let Some((cell, _)) = measured.cells.iter().find(changed) else {
+        return Vec::new();
+    };
+    vec![
+        Part::Heading(2, "One condition changed".into()),
+        Part::Text(words::CHANGED.into()),
+        Part::Table(columns::bounds(cell.scenes)),
     ]
 }
 
@@ -61,8 +77,11 @@ fn bodies(measured: &Measured) -> Vec<Part> {
         let lines: Vec<(Vec<String>, Tally)> = series
             .into_iter()
             .flat_map(|series| {
-                let line = measured.line(series, body).into_iter();
-                line.map(move |(value, tally)| (vec![series.name().to_owned(), value], tally))
+                let cells = measured.series(series, body).into_iter();
+                cells.map(move |(cell, tally)| {
+                    let name = format!("{} {}", series.name(), cell.value());
+                    (vec![name], tally.clone())
+                })
             })
             .collect();
         if lines.is_empty() {
@@ -74,15 +93,16 @@ fn bodies(measured: &Measured) -> Vec<Part> {
             Part::Figure {
                 file: format!("{}.svg", body.kind()),
                 alt: format!(
-                    "{}: share detected, and `ok` with free ground beyond it, by scan and guard",
+                    "{}: detected, and `ok` with free ground beyond",
                     body.name()
                 ),
                 svg: figures::of(measured, body),
             },
             Part::Table(columns::table(
-                &["changed condition", "to"],
+                &["changed"],
                 rows,
                 &measured.head.times,
+                Form::Counts,
             )),
         ]
     };

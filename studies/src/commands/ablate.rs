@@ -89,12 +89,12 @@ impl Ablation {
 }
 
 /// Returns group, name and meaning of every rule between echoes and status, and of every check of the
-/// instrument, by group.
+/// instrument, by group. The meanings of the checks are in docs/reasons.md.
 fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
     let checks = INSTRUMENT_REASONS
         .iter()
-        .map(|check| ("health", check.as_str(), check.meaning()));
+        .map(|check| ("health", check.as_str(), ""));
     let mut listed: Vec<_> = rules.chain(checks).collect();
     let mut groups: Vec<&str> = Vec::new();
     for (group, ..) in &listed {
@@ -186,11 +186,23 @@ fn mentions(line: &str, word: &str) -> bool {
 }
 
 /// Formats the effect of turning off rules as `+3 -5 (0.45)`: numbers of scenes gained and lost, and the p-value; the
-/// numbers are in bold if the effect is significant.
+/// numbers are in bold if the effect is significant. A dash if no scene changes.
 fn change_text(change: Change) -> String {
+    if change.gained == 0 && change.lost == 0 {
+        return "–".to_owned();
+    }
     let p = change.p();
     let bold = if p < SIGNIFICANT { "**" } else { "" };
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
+}
+
+/// Joins two formatted numbers; a dash if both are zero.
+fn pair(one: &str, other: &str) -> String {
+    let zero = |text: &str| text.chars().all(|c| "+-0.".contains(c));
+    match zero(one) && zero(other) {
+        true => "–".to_owned(),
+        false => format!("{one}, {other}"),
+    }
 }
 
 /// Counts, in the emulator, the instructions that rules take in the first scan of each kind.
@@ -219,7 +231,7 @@ impl Costs {
             .collect();
         let mean = saved.iter().sum::<f64>() / saved.len().max(1) as f64;
         let most = saved.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Ok(format!("{mean:.1}, {most:.1}"))
+        Ok(pair(&format!("{mean:.1}"), &format!("{most:.1}")))
     }
 }
 
@@ -239,21 +251,21 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let mean = costs.base.iter().sum::<u64>() / costs.base.len().max(1) as u64;
         let _ = writeln!(
             out,
-            "\nInstructions: thousands a scan, from the last row to the end of the report, that are saved by turning \
-             the rule off, in the first scene of each kind: on average of {}, and at most. With every rule on, a \
-             scan takes {} thousand on average.",
+            "\nInstructions: thousands a scan saved by turning the rule off, from the last row to the end of the \
+             report, in the first scene of each kind: mean of {}, and maximum. With every rule on they are {} on average.",
             costs.base.len(),
             mean / 1000
         );
     }
+    out.push_str(
+        "\n| rule off | what it does | exact | `ok` and right | `ok` and wrong | distance, height 95 %, cm \
+         | with faults: `ok` and wrong | instructions | lines |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
     let mut group = "";
     for ablation in &ablations {
         if ablation.group != group {
             group = ablation.group;
-            let _ = write!(
-                out,
-                "\n## {group}\n\n| rule off | what it does | exact | `ok` and right | `ok` and wrong | distance, height 95 % | with faults: `ok` and wrong | instructions | lines |\n|---|---|---|---|---|---|---|---|---|\n"
-            );
+            let _ = writeln!(out, "| **{group}** {}", "|".repeat(9));
         }
         let after = harness::answers(&scans.clean, ablation.params)?;
         let c = Comparison::new(&base, &after);
@@ -267,10 +279,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         };
         let cost = costs.as_ref().map(|costs| costs.saved(ablation));
         let cost = cost.transpose()?.unwrap_or_default();
+        let errors = pair(&format!("{distance:+.2}"), &format!("{height:+.2}"));
         let name = ablation.names.join("`, `");
         let _ = writeln!(
             out,
-            "| `{name}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {cost} | {} |",
+            "| `{name}` | {} | {} | {} | {} | {errors} | {faulty} | {cost} | {} |",
             ablation.meaning,
             change_text(c.exact),
             change_text(c.ok_right),
@@ -301,8 +314,9 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
          each rule off by itself, the whole scanner on {} scenes ({} of each kind), {exact} exact, \
          {ok} `ok`, {} of them wrong, and on {} scans with a fault of the instrument, {} of them \
          `ok` and wrong. Cells: scenes gained and lost by turning the rule off, and in brackets \
-         McNemar's p of that; bold below {SIGNIFICANT}. Hazards are not fitted again. Lines are \
-         those of `src/` that contain the rule's switch or number.\n",
+         McNemar's p; bold below {SIGNIFICANT}; a dash where nothing changes. Hazards are not fitted \
+         again. Lines of `src/` contain the rule's switch or number. Checks of *health* are in \
+         [reasons.md](../reasons.md).\n",
         args.draw,
         args.scenes,
         args.faulty,

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use stairscan::params::Params;
+use stairscan::params::{Origin, Params};
 use stairscan::verdict::Status;
 
 use super::emit;
@@ -68,47 +68,59 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let [less, plus] = FACTORS;
         moved.push([tally(less)?, tally(plus)?]);
     }
+    let (effect, rule) = match args.sensitivity {
+        true => (" a fifth less; more |", "---|"),
+        false => ("", ""),
+    };
     let mut out = heading(args, scans.len(), base);
+    let _ = write!(
+        out,
+        "\n| number | value | meaning | origin |{effect}\n|---|---|---|---|{rule}\n"
+    );
     let mut group = "";
     for (k, entry) in Params::TABLE.iter().enumerate() {
         if entry.group != group {
             group = entry.group;
-            let effect = if args.sensitivity {
-                " less a fifth | plus a fifth |"
-            } else {
-                ""
-            };
-            let rule = if args.sensitivity { "---|---|" } else { "" };
-            let _ = write!(
-                out,
-                "\n## {group}\n\n| number | value | unit | meaning | origin |{effect}\n|---|---|---|---|---|{rule}\n"
-            );
+            let empty = "|".repeat(if args.sensitivity { 5 } else { 4 });
+            let _ = writeln!(out, "| **{group}** {empty}");
         }
-        let why = match entry.why {
-            "" => String::new(),
-            why => format!(": {why}"),
+        let origin = match (entry.origin, entry.why) {
+            (Origin::Hand, why) => why.to_owned(),
+            (origin, "") => origin.as_str().to_owned(),
+            (origin, why) => format!("{}: {why}", origin.as_str()),
         };
+        let value = format!("{} {}", (entry.get)(&Params::DEFAULT), entry.unit);
         let _ = write!(
             out,
-            "| `{}` | {} | {} | {} | {}{why} |",
+            "| `{}` | {} | {} | {origin} |",
             entry.name,
-            (entry.get)(&Params::DEFAULT),
-            entry.unit,
+            value.trim(),
             entry.meaning.trim(),
-            entry.origin.as_str(),
         );
+        let mut effects = Vec::new();
         for now in moved.get(k).into_iter().flatten() {
             let change = |now: i64, base: i64| match now - base {
                 0 => "0".to_owned(),
                 n => format!("{n:+}"),
             };
-            let _ = write!(
-                out,
-                " {}, {}, {} |",
+            let changes = [
                 change(now.exact, base.exact),
                 change(now.ok, base.ok),
-                change(now.wrong, base.wrong)
-            );
+                change(now.wrong, base.wrong),
+            ];
+            effects.push(match changes.iter().all(|change| change == "0") {
+                true => "–".to_owned(),
+                false => changes.join(", "),
+            });
+        }
+        if args.sensitivity {
+            let none = effects.iter().all(|effect| effect == "–");
+            let cell = if none {
+                "–".to_owned()
+            } else {
+                effects.join("; ")
+            };
+            let _ = write!(out, " {cell} |");
         }
         out.push('\n');
     }
@@ -119,15 +131,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn heading(args: &Args, scans: usize, base: Tally) -> String {
     let mut out = String::from(
         "# Parameters of the default estimator\n\nEvery tuned number but the verdict's weights, \
-         which `cargo study fit` writes to `src/params/fitted.rs`.\n",
+         which `cargo study fit` writes to `src/params/fitted.rs`. One without *derived* or *custom* is \
+         set by hand.\n",
     );
     if args.sensitivity {
         let _ = write!(
             out,
             "\nMade by `cargo study params --sensitivity --scenes {}`: {scans} scans of tuning seeds, \
-             {} of each kind, through the whole scanner. The last two columns are the effects of a \
-             fifth less and a fifth more of a number on the exact scans (now {}), those that are \
-             `ok` (now {}) and those that are `ok` and wrong (now {}).\n",
+             {} of each kind, through the whole scanner. The last column: by how many scans a \
+             fifth less, then a fifth more changes the exact ones (now {}), the `ok` ones (now {}), and \
+             the `ok` and wrong ones (now {}); a dash: by none.\n",
             args.scenes, args.scenes, base.exact, base.ok, base.wrong
         );
     }

@@ -12,9 +12,8 @@ use super::emit;
 const HEAD: &str = "# Reasons
 
 Made by `cargo study reasons` from the table [`src/verdict/reasons.rs`](../src/verdict/reasons.rs).
-Their meanings are in the [README](../README.md#what-comes-out-and-what-to-do-with-it), the C header and `--help`.
 [`src/verdict/status.rs`](../src/verdict/status.rs) decides the status from plain values, not from reasons.
-Names in the conditions are those of [parameters.md](parameters.md) and [hardware.md](hardware.md#settings).
+Names in the conditions are those of [parameters.md](generated/parameters.md) and [hardware.md](user/hardware.md#settings).
 
 | effect | on the answer |
 |---|---|
@@ -33,17 +32,18 @@ pub fn run() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns docs/reasons.md: each reason with its effect on the answer and its condition.
+/// Returns docs/reasons.md: each reason with its meaning, its effect on the answer and its condition.
 fn page() -> String {
-    let mut out = format!("{HEAD}| reason | effect | condition |\n|---|---|---|\n");
+    let mut out = format!("{HEAD}| reason | means | effect | condition |\n|---|---|---|---|\n");
     for reason in Reason::ALL {
         let effects: Vec<&str> = (reason.effects().iter())
             .map(|effect: &ReasonEffect| effect.as_str())
             .collect();
         let _ = writeln!(
             out,
-            "| `{}` | {} | {} |",
+            "| `{}` | {} | {} | {} |",
             reason.as_str(),
+            reason.meaning(),
             effects.join(", "),
             reason.condition()
         );

@@ -196,7 +196,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let scores = if single { alone } else { fused };
             for (k, score) in scores.iter().enumerate() {
                 let by_scan = Some(format!("{}, scan {}", job.set, k + 1));
-                let later = job.later.clone().filter(|_| k > 0);
+                // By itself no scan of a drive is `ok`: one row for all speeds.
+                let later = job.later.clone().filter(|_| k > 0 && !single);
                 for name in by_scan.into_iter().chain(later) {
                     match sets.iter_mut().find(|(set, _)| *set == name) {
                         Some((_, scores)) => scores.push(score.clone()),

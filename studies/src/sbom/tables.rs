@@ -11,6 +11,17 @@ use host_sim::emulate::image::Image;
 /// Bytes per kilobyte of flash.
 const KB: f64 = 1024.0;
 
+/// Licence of most crates; the document names it once, and the tables the others.
+const USUAL: &str = "MIT OR Apache-2.0";
+
+/// Returns a crate's licence as a table cell: empty for the [usual](USUAL) one.
+fn licence(of: &str) -> &str {
+    match of {
+        USUAL | "Apache-2.0 OR MIT" => "",
+        other => other,
+    }
+}
+
 /// Returns the table of the image's crates: purpose, maintainer, and contents of their sources.
 ///
 /// # Errors
@@ -25,7 +36,7 @@ pub fn crates(root: &Path) -> Result<String> {
     for (id, of) in &crates {
         let note = notes::of(id).with_context(|| {
             format!(
-                "{} {}: not in host-sim/src/sbom/notes.rs: why is it in the image, and who maintains it?",
+                "{} {}: not in studies/src/sbom/notes.rs: why is it in the image, and who maintains it?",
                 id.name, id.version
             )
         })?;
@@ -46,7 +57,7 @@ pub fn crates(root: &Path) -> Result<String> {
             "| `{}` {} | {} | {} | {by} | {counted} | {} |",
             id.name,
             id.version,
-            of.licence,
+            licence(&of.licence),
             note.why,
             if of.build_script { "yes" } else { "" },
         );
@@ -71,7 +82,7 @@ pub fn build_time(root: &Path) -> Result<String> {
             "| `{}` {} | {} | {} | {} | {} |",
             id.name,
             id.version,
-            of.licence,
+            licence(&of.licence),
             yes(of.proc_macro),
             yes(of.build_script),
             used_by.join(", "),

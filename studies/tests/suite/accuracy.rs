@@ -10,7 +10,7 @@ use studies::commands::instrument::Instrument;
 use crate::common::study;
 
 /// The committed snapshot.
-const SNAPSHOT: &str = include_str!("../../../docs/generated/accuracy-snapshot.md");
+const SNAPSHOT: &str = include_str!("accuracy-snapshot.md");
 /// The published tables.
 const PUBLISHED: &str = include_str!("../../../docs/generated/accuracy.md");
 
@@ -21,8 +21,8 @@ fn accuracy_is_as_committed() {
     let measured = accuracy::report(&Selection::of(Draw::Snapshot), scenes_own, &rows);
     assert!(
         measured == SNAPSHOT,
-        "accuracy has changed; if that is meant: cargo study accuracy > docs/generated/accuracy-snapshot.md, and \
-         cargo study accuracy --draw reporting > docs/generated/accuracy.md\n\ncommitted:\n{SNAPSHOT}\n\
+        "accuracy has changed; if that is meant: sh docs/make snapshot, and at the end sh docs/make \
+         accuracy\n\ncommitted:\n{SNAPSHOT}\n\
          measured:\n{measured}"
     );
 }

@@ -34,7 +34,9 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
     for title in [
         "## At a glance",
         "## Smallest rise and drop",
-        "## Detection by size and window loss",
+        "## Detection by size",
+        "## Detection behind a window with loss",
+        "## One condition changed",
         "## Approach",
         "## False alarms on level ground",
         "## Second draw",

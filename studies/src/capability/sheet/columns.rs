@@ -37,8 +37,8 @@ pub fn wrong(share: Share) -> String {
 fn response(tally: &Tally, q: f64, times: &Times) -> String {
     let seconds = |k: usize| k as f64 * times.sweep_s;
     match tally.sweeps(q) {
-        Some(k) => format!("{:.2} s", seconds(k)),
-        None => format!("> {:.2} s", seconds(SWEEPS)),
+        Some(k) => format!("{:.2}", seconds(k)),
+        None => format!("> {:.2}", seconds(SWEEPS)),
     }
 }
 
@@ -48,12 +48,25 @@ const COLUMNS: [&str; 6] = [
     "scan `ok` and free beyond",
     "guard detects",
     "guard `ok` and free beyond",
-    "guard, median",
-    "guard, 95 %",
+    "guard, median, s",
+    "guard, 95 %, s",
 ];
 
+/// Form of a share in a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Counts with their bound.
+    Bound,
+    /// Counts alone, without the guard's 95 % time and without columns of zeros.
+    Counts,
+}
+
 /// Returns one row's texts for the columns [`COLUMNS`].
-fn columns(tally: &Tally, times: &Times) -> [String; 6] {
+fn columns(tally: &Tally, times: &Times, form: Form) -> [String; 6] {
+    let [detected, wrong]: [fn(Share) -> String; 2] = match form {
+        Form::Bound => [detected, wrong],
+        Form::Counts => [counted, counted],
+    };
     [
         detected(tally.scan.detected),
         wrong(tally.scan.free_beyond_body),
@@ -64,16 +77,47 @@ fn columns(tally: &Tally, times: &Times) -> [String; 6] {
     ]
 }
 
+/// Returns the table of the bounds of all counts out of `of` scenes.
+pub fn bounds(of: usize) -> Table {
+    let mut table = Table::new(&["count", "detected: at least", "free beyond: at most"]);
+    let row = |hits| {
+        let share = Share::new(hits, of);
+        let [lower, upper] = [lower(share), upper(share)].map(|p| format!("{:.1} %", 100.0 * p));
+        vec![counted(share), lower, upper]
+    };
+    table.rows = (0..=of).map(row).collect();
+    table
+}
+
 /// Returns a table with the columns `first`, followed by those of detection, misses and response times. Each of `lines`
-/// is a row: the texts of its first columns, and its counts.
+/// is a row: the texts of its first columns, and its counts, which are printed in `form`.
 pub fn table<'a>(
     first: &[&str],
     lines: impl Iterator<Item = (Vec<String>, &'a Tally)>,
     times: &Times,
+    form: Form,
 ) -> Table {
-    let mut table = Table::new(&[first, &COLUMNS].concat());
+    let lines: Vec<(Vec<String>, &Tally)> = lines.collect();
+    let free = |of: fn(&Tally) -> Share| lines.iter().any(|(_, tally)| of(tally).hits > 0);
+    let all = form == Form::Bound;
+    let kept = [
+        true,
+        all || free(|tally| tally.scan.free_beyond_body),
+        true,
+        all || free(|tally| tally.guard.free_beyond_body),
+        true,
+        all,
+    ];
+    let names = COLUMNS.iter().zip(kept).filter(|(_, kept)| *kept);
+    let names: Vec<&str> = names.map(|(name, _)| *name).collect();
+    let mut table = Table::new(&[first, &names[..]].concat());
     table.rows = lines
-        .map(|(names, tally)| [names, columns(tally, times).to_vec()].concat())
+        .iter()
+        .map(|(names, tally)| {
+            let cells = columns(tally, times, form).into_iter().zip(kept);
+            let cells = cells.filter(|(_, kept)| *kept).map(|(cell, _)| cell);
+            names.iter().cloned().chain(cells).collect()
+        })
         .collect();
     table
 }
@@ -109,5 +153,9 @@ mod tests {
         assert_eq!(detected(Share::new(30, 30)), "30/30, ≥ 90.5 %");
         assert_eq!(wrong(Share::new(0, 30)), "0/30, ≤ 9.5 %");
         assert_eq!(wrong(Share::default()), "–");
+        let table = bounds(30);
+        assert_eq!(table.rows.len(), 31);
+        assert_eq!(table.rows[30], ["30/30", "90.5 %", "100.0 %"]);
+        assert_eq!(table.rows[0], ["0/30", "0.0 %", "9.5 %"]);
     }
 }

@@ -7,7 +7,7 @@ use super::super::document::{Part, Table};
 use super::super::plan::{LOSSES_DB, sizes};
 use super::super::results::Measured;
 use super::super::tally::{Counts, Tally, lower};
-use super::columns::table;
+use super::columns::{Form, counted, table};
 use super::words;
 
 /// Probabilities of detection for which the smallest size is listed: the requirement, and one for which the number of
@@ -38,16 +38,18 @@ pub fn smallest(measured: &Measured) -> Vec<Part> {
                 false => "–".into(),
             };
             let [strict, loose] = SHARES;
-            table.rows.push(vec![
-                kind.into(),
-                format!("{loss_db} dB"),
+            let cells = [
                 cell(strict, |t| t.scan.detected),
                 cell(loose, |t| t.scan.detected),
                 cell(strict, |t| t.guard.detected),
                 cell(loose, |t| t.guard.detected),
                 cell(strict, |t| not_beyond(&t.scan)),
                 cell(strict, |t| not_beyond(&t.guard)),
-            ]);
+            ];
+            if cells.iter().any(|cell| cell != "–") {
+                let names = [kind.into(), format!("{loss_db} dB")];
+                table.rows.push([&names[..], &cells[..]].concat());
+            }
         }
     }
     if table.rows.is_empty() {
@@ -90,29 +92,47 @@ fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> St
     }
 }
 
-/// Returns the section with the counts of every rise and drop behind every window.
+/// Returns the section with the counts of every rise and drop behind a clean window; empty if none was measured.
 pub fn every_size(measured: &Measured) -> Vec<Part> {
-    let lines: Vec<(Vec<String>, &Tally)> = [0.0]
-        .into_iter()
-        .chain(LOSSES_DB)
-        .flat_map(|loss_db| sizes().map(move |body| (body, loss_db)))
-        .filter_map(|(body, loss_db)| {
-            let names = vec![body.name(), format!("{loss_db} dB")];
-            Some((names, measured.size(body, loss_db)?))
-        })
+    let lines: Vec<(Vec<String>, &Tally)> = sizes()
+        .filter_map(|body| Some((vec![body.name()], measured.size(body, 0.0)?)))
         .collect();
     if lines.is_empty() {
         return Vec::new();
     }
-    let table = table(
-        &["body at 1 m", "window"],
-        lines.into_iter(),
-        &measured.head.times,
-    );
+    let times = &measured.head.times;
+    let table = table(&["body at 1 m"], lines.into_iter(), times, Form::Bound);
     vec![
-        Part::Heading(2, "Detection by size and window loss".into()),
+        Part::Heading(2, "Detection by size".into()),
         Part::Text(words::SIZES.into()),
         Part::Table(table),
+    ]
+}
+
+/// Returns the section with the counts of every rise and drop behind windows with loss; empty if none was measured.
+pub fn with_loss(measured: &Measured) -> Vec<Part> {
+    let cell = |tally: &Tally| {
+        let of = |counts: &Counts| {
+            let [detected, free] = [counts.detected, counts.free_beyond_body].map(counted);
+            format!("{detected}, {free}")
+        };
+        format!("{}; {}", of(&tally.scan), of(&tally.guard))
+    };
+    let row = |body: Body| -> Option<Vec<String>> {
+        let behind = |loss_db| Some(cell(measured.size(body, loss_db)?));
+        let cells: Option<Vec<String>> = LOSSES_DB.into_iter().map(behind).collect();
+        Some([vec![body.name()], cells?].concat())
+    };
+    let rows: Vec<Vec<String>> = sizes().filter_map(row).collect();
+    if rows.is_empty() {
+        return Vec::new();
+    }
+    let losses = LOSSES_DB.map(|loss_db| format!("{loss_db} dB"));
+    let head = [&["body at 1 m".to_owned()][..], &losses[..]].concat();
+    vec![
+        Part::Heading(2, "Detection behind a window with loss".into()),
+        Part::Text(words::LOSSES.into()),
+        Part::Table(Table { head, rows }),
     ]
 }
 
