@@ -211,19 +211,6 @@ fn entry(key: &str, value: &Spanned<DeValue<'_>>) -> Result<(&'static Row, Strin
 /// place of a hyphen; `None` without one.
 fn nearest(key: &str) -> Option<&'static str> {
     let key = key.to_lowercase().replace('_', "-");
-    let close = |known: &&&str| {
-        let same = known
-            .bytes()
-            .zip(key.bytes())
-            .take_while(|(a, b)| a == b)
-            .count();
-        let tail = known
-            .bytes()
-            .rev()
-            .zip(key.bytes().rev())
-            .take_while(|(a, b)| a == b)
-            .count();
-        same + tail + 2 >= known.len().max(key.len())
-    };
-    Settings::KEYS.iter().find(close).copied()
+    let mut keys = Settings::KEYS.iter().copied();
+    keys.find(|known| strsim::levenshtein(known, &key) <= 1)
 }

@@ -39,7 +39,7 @@ enum Axis {
 /// Axes of an array of real samples, before the last one, which is that of a chirp's samples.
 ///
 /// ```
-/// # use host_sim::convert::npy::Axes;
+/// # use stairscan_replay::convert::npy::Axes;
 /// assert!("chirp,sample".parse::<Axes>().is_ok());
 /// assert!("frame,receiver=0,chirp,sample".parse::<Axes>().is_ok());
 /// assert!("sample,chirp".parse::<Axes>().is_err());
