@@ -159,7 +159,9 @@ fn is_obstacle_or_threshold(
         return None;
     };
     let height = first.height;
-    if GroundKind::single(height.value) == GroundKind::Stairs && rise.value >= p.lowest_step_m {
+    if GroundKind::single(height.value).direction() == Direction::Up
+        && rise.value >= p.lowest_step_m
+    {
         return None;
     }
     // A riser without an echo of its top may be a threshold or a kerb.

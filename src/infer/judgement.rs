@@ -8,10 +8,10 @@ use super::past::{History, Weighed};
 use super::propose::stairs::{Chain, ChainLink, Explanation, Flight};
 use super::trace::Candidate;
 use super::variants::{Hypothesis, Variants};
-use crate::answer::{DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
+use crate::answer::{Direction, DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
 use crate::config::Plane;
 use crate::math;
-use crate::model::{Edge, GroundKind, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
+use crate::model::{Edge, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
 use crate::observer::{Event, Observer};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -110,7 +110,7 @@ impl Posterior {
             view: self.model.view,
         };
         // Going down, the answer is already among the hypotheses.
-        if answer.kind == GroundKind::Stairs {
+        if answer.kind.direction() == Direction::Up {
             self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
         }
         self.fill_cloud(&reported);
@@ -254,16 +254,16 @@ impl Posterior {
         while !varied.is_full() && model.view.plane == Plane::Depth {
             // Level ground with another wall has the same variants.
             let fresh = |b: &&Hypothesis| {
-                let ground = b.staircase.kind == GroundKind::Nothing;
+                let ground = b.staircase.kind.is_level_ground();
                 !varied.iter().any(|l| {
                     b.staircase.is_like(&l.staircase)
-                        || ground && l.staircase.kind == GroundKind::Nothing
+                        || ground && l.staircase.kind.is_level_ground()
                 })
             };
-            // A ramp has no variants. Going down, all hypotheses are proposed already.
+            // Going down, all hypotheses are proposed already.
             let around = hypotheses
                 .iter()
-                .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
+                .filter(|b| !b.staircase.kind.variations().is_empty());
             let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
@@ -298,14 +298,11 @@ fn possible_steps(
     let mut sums: Vec<PossibleStep, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
         let seen = staircase.edges(&reported.view).filter(|e| e.seen);
-        let drop = match staircase.kind {
-            GroundKind::Drop { at_m } => Some(Edge {
-                x_m: at_m,
-                y_m: PossibleStep::DROP_M,
-                seen: true,
-            }),
-            _ => None,
-        };
+        let drop = staircase.kind.end_m().map(|x_m| Edge {
+            x_m,
+            y_m: PossibleStep::DROP_M,
+            seen: true,
+        });
         for edge in seen.chain(drop) {
             let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
             let covered = reported.drop.is_some_and(|t| t.covers(edge.x_m)) && edge.y_m < 0.0;

@@ -1,6 +1,7 @@
 //! Expected places of a staircase's point features, and the visible part of its risers.
 
 use super::feature::{Class, FeaturePlace};
+use super::kinds::wall;
 use super::points::Model;
 use super::sight::sight_m;
 use super::staircase::Staircase;
@@ -55,9 +56,15 @@ impl Model<'_> {
         };
         if k >= s.len() {
             let b = if s.open { 0.0 } else { b };
-            if s.wall_m.is_finite() && b < h - number::SEES_FOOT_M {
-                push(Class::Corner, s.wall_m, b, 2.0);
-                push(Class::Flash, s.wall_m, h, 2.0);
+            if s.wall_m.is_finite() {
+                for feature in wall::features(b, h).into_iter().flatten() {
+                    push(
+                        feature.class,
+                        s.wall_m,
+                        feature.y_m,
+                        feature.separation_cells,
+                    );
+                }
             }
         } else if s.open {
             let class = if t < h {

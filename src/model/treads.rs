@@ -20,6 +20,7 @@ mod edges;
 mod flights;
 
 use self::edges::{EdgeDensity, MIN_NATS, PLACE_M, PLACES, place_beyond, place_m, spread_all};
+use super::kinds::GroundKind;
 use super::normal::above;
 use super::sight::tread_begins_m;
 use super::staircase::{MAX_STEPS, View};
@@ -246,10 +247,9 @@ impl Descending {
         self.surface_llr(|_| y_m)
     }
 
-    /// Returns the log-likelihood ratio of a ramp down from a distance on, metres, with a fall of `slope` per metre,
-    /// nats.
-    pub fn ramp(&self, from_m: f32, slope: f32) -> f32 {
-        let shown = self.surface_llr(|x_m| -slope * math::max(x_m - from_m, 0.0));
+    /// Returns the log-likelihood ratio, to no surface, of a surface of this kind without edges, nats.
+    pub fn ground(&self, kind: GroundKind) -> f32 {
+        let shown = self.surface_llr(|x_m| kind.height_m(x_m, 0.0));
         shown - self.depth_m(0.0) * self.expected_to(f32::INFINITY)
     }
 

@@ -8,8 +8,10 @@
 use crate::infer::variants::Hypothesis;
 use crate::math;
 use crate::model::Staircase;
+use crate::model::kinds::PROPOSALS_DOWN;
 use crate::model::prior::prior;
 use crate::model::treads::{Descending, MAX_TREADS, TreadAt, Treads};
+use crate::params::Rules;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -33,13 +35,6 @@ const SKIPPED_ALIKE_M: f32 = 0.025;
 const GROWING: usize = 6;
 /// Maximum number of chains of treads that are weighted as hypotheses, with all their beginnings.
 const WEIGHED: usize = 6;
-/// Distances at which ramps downwards begin, metres from the mirror.
-const RAMPS_FROM_M: [f32; 3] = [0.0, -0.1, -0.2];
-/// Slopes of ramps downwards: tan of 1° … 12° in steps of a degree.
-const SLOPES: [f32; 12] = [
-    0.0175, 0.0349, 0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944, 0.2126,
-];
-
 /// Candidate treads of stairs going down, the highest first: height, metres, negative below the ground, and
 /// log-likelihood ratio of a tread at that height to none, nats.
 type LevelRows = Vec<(f32, f32), LEVELS>;
@@ -186,7 +181,12 @@ fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
 /// Calls `each` with every hypothesis and its weight: chains of levels with their beginnings and one more tread,
 /// ground without stairs, and the likeliest ramp.
 #[inline(never)]
-pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Hypothesis)) {
+pub fn propose(
+    model: &mut Descending,
+    echoes: &[Echo],
+    rules: &Rules,
+    each: &mut dyn FnMut(Hypothesis),
+) {
     let levels = levels(model, echoes);
     let chains = chains(&levels);
     let mut before: &[u8] = &[];
@@ -209,17 +209,18 @@ pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Hyp
     model.evaluate(&[]);
     let ground = model.weigh(0).log_weight;
     each(Hypothesis::weighed(Staircase::nothing(), ground));
-    let slopes = SLOPES
-        .into_iter()
-        .flat_map(|slope| RAMPS_FROM_M.map(|from_m| (from_m, slope)));
-    let ramps = slopes.map(|(from_m, slope)| {
-        let ramp = Staircase::ramp(from_m, -slope);
-        Hypothesis::weighed(
-            ramp,
-            model.ramp(from_m, slope) + prior(&ramp) - prior(&Staircase::nothing()),
-        )
-    });
-    if let Some(ramp) = ramps.reduce(Hypothesis::likelier) {
-        each(ramp);
+    let level = prior(&Staircase::nothing());
+    for propose in PROPOSALS_DOWN {
+        let mut best: Option<Hypothesis> = None;
+        propose(rules, &mut |kind| {
+            let s = Staircase::of(kind);
+            let log_weight = model.ground(kind) + prior(&s) - level;
+            let new = Hypothesis::weighed(s, log_weight);
+            best = Some(best.map_or(new, |best| best.likelier(new)));
+            log_weight
+        });
+        if let Some(best) = best {
+            each(best);
+        }
     }
 }

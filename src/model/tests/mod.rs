@@ -4,8 +4,9 @@ mod points;
 mod staircase;
 
 use super::feature::{Class, FeaturePlace};
+use super::kinds::GroundKind;
 use super::points::Model;
-use super::staircase::{GroundKind, ReportedStep, Staircase, View};
+use super::staircase::{ReportedStep, Staircase, View};
 use crate::config::Config;
 use crate::params::measured;
 use crate::signal::echoes::Echo;

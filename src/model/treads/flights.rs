@@ -7,7 +7,8 @@ use super::edges::{EdgeDensity, EdgeSpread, FIRST_PLACE_M, PER_NAT, PLACE_M, PLA
 use super::{Descending, TreadAt, WeighedTreads};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
-use crate::model::prior::{P_CONTINUES, departure, ln};
+use crate::model::normal::{departure, ln};
+use crate::model::prior::P_CONTINUES;
 use crate::params::posterior as number;
 
 /// Places of the first edge, as indices of the grid: up to 28 cm behind the mirror and 8 cm before it.
