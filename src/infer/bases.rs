@@ -1,9 +1,7 @@
 //! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans, each
 //! refined (its levels, places and overhang fitted to its echoes), level ground and the likeliest ramp.
 
-use super::cloud::Cloud;
 use super::gauss::TreadLevels;
-use super::past::History;
 use super::propose::descending;
 use super::propose::search::Search;
 use super::propose::stairs::{Flight, FlightShape};
@@ -12,12 +10,14 @@ use super::refine::refine;
 use super::variants::Hypothesis;
 use crate::estimate::Estimate;
 use crate::math;
+use crate::model::cloud::Cloud;
 use crate::model::kinds::wall::{self, WALLS, WallEcho};
 use crate::model::kinds::{PROPOSALS, Propose};
 use crate::model::treads::Descending;
 use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::generative::Generative;
 use crate::params::{Rules, current};
+use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;

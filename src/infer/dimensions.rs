@@ -4,9 +4,9 @@
 use super::gauss::{self, Fusion, TreadLevels};
 use super::nosings;
 use super::propose::ascending::{self, Ascending};
-use super::propose::roles::{Role, Roles};
+use super::propose::roles::Roles;
 use super::propose::scene::{Mark, Scene};
-use super::propose::stairs::{ChainLink, Flight, MAX_FLIGHT, regular};
+use super::propose::stairs::{Flight, MAX_FLIGHT, regular};
 use super::readings::Readings;
 use super::refine::refine;
 use super::support::{Support, next_db};
@@ -15,6 +15,7 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::model::treads::{Descending, OFF_M as TREAD_OFF_M, TreadAt, Treads};
 use crate::model::{GroundKind, Model, Staircase, tread_begins_m};
+use crate::observer::trace::{ChainLink, Role};
 use crate::params::Params;
 use heapless::Vec;
 

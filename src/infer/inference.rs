@@ -4,11 +4,11 @@ use super::bases::{Posterior, ROUNDS, flight};
 use super::depth;
 use super::dimensions::{self, Measured};
 use super::judgement::{AnswerProbabilities, Likeliest};
-use super::past::History;
 use super::propose::search::Search;
 use super::propose::stairs::Flight;
 use crate::estimate::Estimate;
 use crate::model::Staircase;
+use crate::past::History;
 
 /// A flight, and its riser height averaged over the likelihood of all echoes.
 type FlightWithRise = (Flight, Estimate);

@@ -2,17 +2,17 @@
 //! answer, and possible steps that are not part of the answer.
 
 use super::bases::{LANDING_M, Posterior, staircase};
-use super::cloud::{CELLS, Cloud, ReportedAnswer};
 use super::dimensions::Measured;
-use super::past::{History, Weighed};
-use super::propose::stairs::{Chain, ChainLink, Explanation, Flight};
-use super::trace::Candidate;
+use super::propose::stairs::{Chain, Flight};
 use super::variants::{Hypothesis, Variants};
 use crate::answer::{Direction, DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
 use crate::config::Plane;
 use crate::math;
+use crate::model::cloud::{CELLS, Cloud, ReportedAnswer};
 use crate::model::{Edge, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
+use crate::observer::trace::{Candidate, ChainLink, Explanation};
 use crate::observer::{Event, Observer};
+use crate::past::{History, Weighed};
 use crate::sort::shell_sort;
 use heapless::Vec;
 

@@ -8,19 +8,19 @@
 //! | module | content |
 //! |---|---|
 //! | `propose` | the search: flights that may explain the echoes, each with a score; proposals only |
-//! | [`past`] | earlier scans: likely staircases, steps and log-odds of an error, moved along with the chair |
 //! | `bases` | `Posterior` and its initial hypotheses: refined flights, a ramp, level ground |
 //! | `readings` | measurements of each riser's place and height from its own echoes |
 //! | [`gauss`] | Gaussian mixture over the levels of a flight of which at most one riser or tread is irregular |
 //! | `refine` | fit of a hypothesis's levels, places and overhang to its echoes |
 //! | `variants` | variants of a hypothesis: a riser more, fewer, irregular; on bare ground a step, a box, a drop |
-//! | `cloud` | weighted particles, their resampling, and the log-odds of an error of the answer per cell of the way |
 //! | `judgement` | the other methods of `Posterior`: likeliest outline, log-odds of errors, possible steps |
 //! | `inference` | the answer going up: the modules above in at most two rounds |
 //! | `nosings` | distance of each nosing, and the common overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `support`, `horizon` | evidence for each step, reasons that an answer is uncertain, and the horizon |
-//! | [`trace`] | intermediate results for an observer |
+//!
+//! Beside it: [`crate::past`], the evidence of earlier scans; [`crate::model::cloud`], the particles;
+//! [`crate::observer::trace`], the intermediate results for an observer.
 //!
 //! This file joins them: [`Likelihood`] takes in the rows of a scan and makes its answer.
 
@@ -28,7 +28,6 @@
 // memory of all of them at the same time.
 
 mod bases;
-mod cloud;
 mod depth;
 mod dimensions;
 pub mod gauss;
@@ -36,12 +35,10 @@ mod horizon;
 mod inference;
 mod judgement;
 mod nosings;
-pub mod past;
 mod propose;
 mod readings;
 mod refine;
 mod support;
-pub mod trace;
 mod variants;
 
 #[cfg(test)]
@@ -52,36 +49,38 @@ use crate::config::{Config, Plane};
 use crate::estimator::{Estimator, MappedScan};
 use crate::math;
 use crate::model::chart::Chart;
+pub use crate::model::cloud::{
+    CELL_M, CELLS, Cloud, FIRST_END_M, MIN_LOG_ODDS, PARTICLES, ReportedAnswer,
+};
 use crate::model::lines::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
 use crate::motion::{Drive, MotionCompensation, Retention, SweepComparison};
 use crate::mount::{Calibration, GroundEvidence, online};
+use crate::observer::trace::{Candidate, Explanation, Role, Scatterer, Stage};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::fitted_for;
 use crate::params::generative::Generative;
 use crate::params::measured;
+use crate::past::{CarriedOdds, History};
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::{Assessment, Reason, Reasons, Validity};
 use bases::Posterior;
-pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, MIN_LOG_ODDS, PARTICLES, ReportedAnswer};
 use dimensions::Measured;
 pub use horizon::HorizonAccumulator;
 use horizon::HorizonInput;
 use inference::Inferred;
 use judgement::AnswerProbabilities;
-use past::{CarriedOdds, History};
 use propose::ascending::Ascending;
-use propose::roles::{Role, Roles};
+use propose::roles::Roles;
 use propose::scene::{Mark, Scene};
 use propose::search::{Beam, Search};
-use propose::stairs::{Explanation, FlightShape};
+use propose::stairs::FlightShape;
 pub use readings::{Face, Readings};
 pub use refine::refine;
-use trace::{Candidate, Scatterer, Stage};
 pub use variants::{Hypothesis, Variants, weight};
 
 /// The default estimator. Its memory holds the row collector during a scan, and after the last row, in the same

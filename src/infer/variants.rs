@@ -4,8 +4,8 @@
 //! A variant differs from its hypothesis in a few risers. Only their summands of the log-likelihood are computed
 //! anew.
 
-use super::cloud::{Cloud, ReportedAnswer};
 use crate::math;
+use crate::model::cloud::{Cloud, ReportedAnswer};
 use crate::model::kinds::{SINGLE_RISES, Variation, drop};
 use crate::model::normal::ln;
 use crate::model::prior::{LANDING, P_CONTINUES, going, prior};

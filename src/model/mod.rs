@@ -10,12 +10,14 @@
 //! | `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
 //! | `surfaces` | likelihood that the ground goes on, ends, or that something stands on it |
 //! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
+//! | [`cloud`] | weighted hypotheses (particles), their resampling, and where an answer is wrong by them |
 //! | `prior` | prior of stairs as they are built, and of the alternatives |
 //!
 //! Nothing here searches or decides: that is done by [`crate::infer`], on which this module does not depend.
 
 pub mod above;
 pub mod chart;
+pub mod cloud;
 mod feature;
 pub mod kinds;
 pub mod lines;

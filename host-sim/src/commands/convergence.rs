@@ -64,11 +64,10 @@ impl Observer for Count<'_> {
     fn event(&mut self, event: Event<'_>) {
         if let Event::Particles {
             stage: CloudStage::Drawn | CloudStage::Resampled,
-            cloud,
+            particles,
             ..
         } = event
         {
-            let particles = cloud.particles();
             let there = particles
                 .iter()
                 .filter(|p| self.bright.is_high_intensity(p));

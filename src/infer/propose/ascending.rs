@@ -1,11 +1,12 @@
 //! Score of a flight going up: risers of equal height one behind the other, closed or open.
 
-use super::roles::{Riser, Role, Roles};
+use super::roles::{Riser, Roles};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
-use super::stairs::{ChainLink, Flight, FlightShape};
+use super::stairs::{Flight, FlightShape};
 use crate::estimate::Estimate;
 use crate::infer::gauss::TreadLevels;
 use crate::math;
+use crate::observer::trace::{ChainLink, Role};
 use crate::signal::echoes::MAX_ECHOES;
 use core::cell::RefCell;
 use core::ops::Range;

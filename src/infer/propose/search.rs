@@ -5,8 +5,9 @@
 //! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
 
 use super::ascending::Ascending;
-use super::stairs::{ChainLink, Flight, MAX_FLIGHT, regular};
+use super::stairs::{Flight, MAX_FLIGHT, regular};
 use crate::math;
+use crate::observer::trace::ChainLink;
 use crate::params::Params;
 use heapless::Vec;
 

@@ -1,11 +1,11 @@
 //! Weights, refinement and variants of hypotheses, on the echoes of a known staircase and on random echoes.
 
 use crate::estimate::Estimate;
-use crate::infer::cloud::{Cloud, ReportedAnswer};
 use crate::infer::gauss::TreadLevels;
 use crate::infer::readings::Readings;
 use crate::infer::refine::refine;
 use crate::infer::variants::{Hypothesis, Variants, weight};
+use crate::model::cloud::{Cloud, ReportedAnswer};
 use crate::model::tests::{Dice, VIEW, echo, echoes, flight, geometry, model, regular, reported};
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::Params;

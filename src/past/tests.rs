@@ -1,7 +1,7 @@
 use super::*;
 use crate::config::Config;
-use crate::infer::cloud::CELLS;
 use crate::model::Staircase;
+use crate::model::cloud::CELLS;
 use crate::params::current;
 
 const VIEW: View = View {
