@@ -1,12 +1,10 @@
 //! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans, each
 //! refined (its levels, places and overhang fitted to its echoes), level ground and the likeliest ramp.
 
-use super::gauss::TreadLevels;
 use super::propose::descending;
 use super::propose::search::Search;
 use super::propose::stairs::{Flight, FlightShape};
-use super::readings::Readings;
-use super::refine::refine;
+use super::refine::{Refinement, refine};
 use super::variants::Hypothesis;
 use crate::estimate::Estimate;
 use crate::math;
@@ -244,16 +242,10 @@ impl Posterior {
     /// the hypothesis is weighted.
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
-        let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
+        let mut refined = Refinement::default();
         let rise = Estimate::new(s.rise(), current().flight_rise_sigma_m);
-        refine(
-            &self.model,
-            s,
-            rise,
-            current(),
-            (&mut levels, &mut readings),
-        );
-        for (sigma, level) in sigmas.iter_mut().zip(&levels) {
+        refine(&self.model, s, rise, current(), &mut refined);
+        for (sigma, level) in sigmas.iter_mut().zip(&refined.levels) {
             *sigma = level.height.sigma();
         }
     }

@@ -65,6 +65,26 @@ impl Likeliest {
     }
 }
 
+/// The stairs of an answer.
+#[derive(Clone, Copy, Debug)]
+pub struct StatedStairs<'a> {
+    /// The measured steps.
+    pub measured: &'a Measured,
+    /// The accepted hypothesis.
+    pub staircase: &'a Staircase,
+}
+
+impl<'a> StatedStairs<'a> {
+    /// Returns the stairs of an answer; `None` without steps or hypothesis.
+    pub fn of(measured: &'a Option<Measured>, staircase: &'a Option<Staircase>) -> Option<Self> {
+        let pair = measured.as_ref().zip(staircase.as_ref());
+        pair.map(|(measured, staircase)| Self {
+            measured,
+            staircase,
+        })
+    }
+}
+
 /// Posterior probabilities for an answer.
 #[derive(Clone, Debug, Default)]
 pub struct AnswerProbabilities {
@@ -84,24 +104,21 @@ impl Posterior {
     #[inline(never)]
     pub fn evaluate(
         &mut self,
-        reported: Option<(&Measured, &Staircase)>,
+        stated: Option<StatedStairs<'_>>,
         drop: Option<DropEdge>,
         probabilities: &mut AnswerProbabilities,
     ) {
         let mut edges: Vec<ReportedStep, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
-        let steps = reported.map_or(&[][..], |(m, _)| &m.answer.steps);
-        if let Some((_, stated)) = reported.filter(|_| !steps.is_empty()) {
-            answer = *stated;
+        let steps = stated.map_or(&[][..], |s| &s.measured.answer.steps);
+        if let Some(stated) = stated.filter(|_| !steps.is_empty()) {
+            answer = *stated.staircase;
         }
         let levels = answer.top_m.iter_mut().zip(&mut sigmas);
         for (step, (top, sigma)) in steps.iter().zip(levels) {
             // Cannot fail: an answer has no more steps than a staircase.
-            let _ = edges.push(ReportedStep::new(
-                (step.distance_m, step.height_m),
-                (step.distance_sigma_m, step.height_sigma_m),
-            ));
+            let _ = edges.push(ReportedStep::of(step));
             (*top, *sigma) = (step.height_m, step.height_sigma_m);
         }
         let reported = ReportedAnswer {

@@ -12,7 +12,7 @@
 //! where p₀ is the probability that a riser has no echo at all: a riser that is detected has at least one. The share
 //! `used` of an echo that was assigned to one feature is not available to the next.
 
-use super::feature::{Class, FeaturePlace, excess_level};
+use super::feature::{Class, FeaturePlace, Spot, excess_level};
 use super::kinds::{drop, wall};
 use super::normal::{above, ln, logistic, tailed};
 use super::sight::sight_m;
@@ -565,7 +565,7 @@ impl<'p> Model<'p> {
     /// Whether a flash covers the own echo of a feature of this class. Echo `e` beside it is then the flash's flank,
     /// and no reading of the feature's height.
     fn masks(&self, flash: &ModelEcho, class: Class, e: &ModelEcho) -> bool {
-        let cross = self.cross_m2((e.x_m, e.y_m), (flash.x_m, flash.y_m));
+        let cross = self.cross_m2(Spot::new(e.x_m, e.y_m), Spot::new(flash.x_m, flash.y_m));
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
         match class {
             Class::Corner => {
@@ -629,7 +629,8 @@ impl<'p> Model<'p> {
         if dr.abs() > GATE_M {
             return (f32::INFINITY, 1.0);
         }
-        let across = self.cross_m2((place.x_m, place.y_m), (e.x_m, e.y_m)) / place.range_m;
+        let across =
+            self.cross_m2(Spot::new(place.x_m, place.y_m), Spot::new(e.x_m, e.y_m)) / place.range_m;
         let dc = across - p.across_m - p.across_per_width_m * e.wide;
         if dc.abs() > CROSS_GATE_M {
             return (f32::INFINITY, 1.0);

@@ -4,7 +4,7 @@ use super::kinds::{FirstRise, GroundKind};
 use super::normal::above;
 use super::sight::tread_begins_m;
 use super::surfaces::Surfaces;
-use crate::answer::Direction;
+use crate::answer::{Direction, Step};
 use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::MIN_EXPANDED_M;
@@ -135,15 +135,14 @@ pub struct ReportedStep {
 }
 
 impl ReportedStep {
-    /// Returns the reported step at a distance and height, metres, with expanded uncertainties from their standard
-    /// deviations, metres: at most 8 cm each.
-    pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
+    /// Returns the place of a step, with expanded uncertainties from its standard deviations: at most 8 cm each.
+    pub fn of(step: &Step) -> Self {
         let within = |sigma_m| math::min(expanded(sigma_m), MAX_EXPANDED_M);
         Self {
-            x_m,
-            y_m,
-            x_within_m: within(sigmas_m.0),
-            y_within_m: within(sigmas_m.1),
+            x_m: step.distance_m,
+            y_m: step.height_m,
+            x_within_m: within(step.distance_sigma_m),
+            y_within_m: within(step.height_sigma_m),
         }
     }
 }

@@ -28,6 +28,7 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::params::generative::{LEVELS, TreadEnd, TreadNumbers};
 use crate::params::posterior as number;
+use crate::params::posterior::Limits;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use heapless::Vec;
 
@@ -382,11 +383,11 @@ impl Descending {
     }
 
     /// Returns the height of a tread above the ground, metres: the weighted mean of its echoes' heights between its
-    /// ends, `from_m` and `to_m`; `None` without echoes.
-    pub fn level(&self, tread: TreadAt, (from_m, to_m): (f32, f32)) -> Option<Estimate> {
+    /// ends, `ends_m`; `None` without echoes.
+    pub fn level(&self, tread: TreadAt, ends_m: Limits) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
         for e in self.echoes.iter().filter(|_| tread.has_echoes) {
-            let inside = e.x_m > from_m - AROUND_M && e.x_m < to_m + AROUND_M;
+            let inside = e.x_m > ends_m.low - AROUND_M && e.x_m < ends_m.high + AROUND_M;
             if inside && e.ratio_m(tread.y_m) * e.rate > 1.0 {
                 let w = 1.0 / (e.y_sigma_m * e.y_sigma_m);
                 weight += w;

@@ -69,6 +69,24 @@ impl Beam {
     }
 }
 
+/// The search's results: the best flights, and the best of all.
+#[derive(Debug)]
+pub struct Proposals<'s, 'e> {
+    /// The search with the best flight of each number of faces.
+    pub search: Search<'s, 'e>,
+    /// The best flight; `None` if no column can begin one.
+    pub best: Option<Flight>,
+}
+
+impl<'s, 'e> Proposals<'s, 'e> {
+    /// Returns the results of a search with this evaluator and this working memory.
+    pub fn of(stairs: &'s Ascending<'e>, memory: &mut Beam) -> Self {
+        let mut search = Search::new(stairs);
+        let best = search.best(memory);
+        Self { search, best }
+    }
+}
+
 /// The search, and the best flights that it has found.
 #[derive(Debug)]
 pub struct Search<'s, 'e> {
