@@ -110,3 +110,72 @@ impl<'a> Drive<'a> {
         self.track.filter(|_| self.input == Input::Good)
     }
 }
+
+/// Result of the comparison of two sweeps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// Whether the two sweeps agree on the chair's motion.
+    pub finding: Finding,
+    /// State of the motion input during the later sweep.
+    pub input: Input,
+}
+
+/// Whether two sweeps agree on the chair's motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finding {
+    /// The chair is known or measured to stand, or the sweeps agree.
+    Agreed,
+    /// There is no sweep to compare with, or too few strong echoes.
+    Unconfirmed,
+    /// The sweeps do not agree.
+    Moved,
+    /// Motion input is required and is missing.
+    Missing,
+}
+
+impl Agreement {
+    /// Agreement of a chair that is known to stand.
+    pub const STANDING: Self = Self {
+        finding: Finding::Agreed,
+        input: Input::Absent,
+    };
+
+    /// Returns the agreement of a scan that is compared with no other: `Agreed` only for a chair that is known
+    /// to stand.
+    pub fn untested(mode: Mode) -> Self {
+        match mode {
+            Mode::Standing => Self::STANDING,
+            Mode::Auto | Mode::Required => Self {
+                finding: Finding::Unconfirmed,
+                ..Self::STANDING
+            },
+        }
+    }
+
+    /// Returns the travel from the sweep before to this one, metres: by the motion input, or 0 where both
+    /// sweeps agree on one position without it; `None` if unknown.
+    pub fn moved_m(&self, drive: &Drive<'_>) -> Option<f32> {
+        match (self.finding, self.input) {
+            (Finding::Missing, _) => None,
+            (_, Input::Good) => drive.moved_m,
+            (Finding::Agreed, _) => Some(0.0),
+            _ => None,
+        }
+    }
+
+    /// Returns the agreement with the finding `Agreed` if the steps agree with the motion input (`by_steps`),
+    /// although most echoes are of the ground, which looks alike everywhere; else unchanged.
+    pub fn confirmed(self, by_steps: bool) -> Self {
+        let open = matches!(self.finding, Finding::Unconfirmed | Finding::Moved);
+        let finding = match open && by_steps && self.input == Input::Good {
+            true => Finding::Agreed,
+            false => self.finding,
+        };
+        Self { finding, ..self }
+    }
+
+    /// Returns whether the echoes' positions can be used: the sweeps agree, or could not be compared.
+    pub fn placed(&self) -> bool {
+        matches!(self.finding, Finding::Agreed | Finding::Unconfirmed)
+    }
+}

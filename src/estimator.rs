@@ -4,8 +4,8 @@
 use crate::answer::Answer;
 use crate::config::Config;
 use crate::drive::Drive;
-use crate::infer::past::History;
 use crate::observer::Observer;
+use crate::past::History;
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Assessment, Evidence, Outcome};
 

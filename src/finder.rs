@@ -6,11 +6,11 @@ use crate::drive::Drive;
 use crate::estimator::{Estimator, MappedScan};
 use crate::guard::Guard;
 use crate::infer::Likelihood;
-use crate::infer::past::History;
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;
 use crate::params::current;
+use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
 use crate::verdict::{Assessment, FreeGround};

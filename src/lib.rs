@@ -22,6 +22,7 @@
 //! | [`guard`] | maps of coarse sweeps of the ground, and the travel in between → free distance ahead |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
+//! | [`past`] | evidence of earlier scans, moved along with the chair |
 //! | [`estimator`], [`observer`] | interface of all estimators, and of observers of their intermediate results |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | the answer of a scan: steps, direction, drop, possible further steps |
@@ -36,10 +37,9 @@
 //! Dependencies: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
 //! [`crc`] and [`schedule`] depend on no stage. On them build [`signal::grid`], then [`signal::range`] and
 //! [`signal::echoes`], then [`mount`] and [`model`], then [`infer`] and `paper` side by side, then [`finder`]
-//! and [`pipeline`]. `paper` uses of [`infer`] only [`infer::past`], which the trait of all estimators passes
-//! on. Estimators, pipeline and scanner give their evidence to [`verdict`], which depends on none of them.
-//! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. The events of [`observer`]
-//! contain the intermediate results of [`infer::trace`] and `paper`.
+//! and [`pipeline`]. Both estimators implement [`estimator`], which passes [`past`] on, and report to [`observer`], where
+//! the types of their intermediate results stand. Estimators, pipeline and scanner give their evidence to [`verdict`],
+//! which depends on none of them. [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one.
 //!
 //! Entry points: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
 //! [`signal::range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] parses the
@@ -65,6 +65,7 @@ pub mod observer;
 #[cfg(feature = "paper")]
 pub mod paper;
 pub mod params;
+pub mod past;
 pub mod pipeline;
 pub mod port;
 pub mod report;

@@ -1,7 +1,7 @@
 //! Encodes echoes and particles as numpy's structured arrays: little-endian, packed, in the order of the fields. The
 //! dtypes are defined in `package/stairscan/_types.py`; numpy refuses bytes of another length.
 
-use stairscan::infer::trace::Scatterer;
+use stairscan::observer::trace::Scatterer;
 use stairscan::model::{GroundKind, Staircase};
 
 /// Number of letters of a text field (numpy's `U12`).

@@ -1,28 +1,29 @@
 //! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans, each
 //! refined (its levels, places and overhang fitted to its echoes), level ground and the likeliest ramp.
 
-use super::cloud::Cloud;
-use super::gauss::TreadLevels;
-use super::past::History;
 use super::propose::descending;
 use super::propose::search::Search;
 use super::propose::stairs::{Flight, FlightShape};
-use super::readings::Readings;
-use super::refine::refine;
+use super::refine::{Refinement, refine};
 use super::variants::Hypothesis;
 use crate::estimate::Estimate;
 use crate::math;
+use crate::model::cloud::Cloud;
+use crate::model::kinds::wall::{self, WALLS, WallEcho};
+use crate::model::kinds::{PROPOSALS, Propose};
 use crate::model::treads::Descending;
-use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase, View};
-use crate::params::current;
+use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::generative::Generative;
+use crate::params::{Rules, current};
+use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
 /// Initial hypotheses of the posterior, in no order: refined flights and a ramp; level ground and the answer of each
 /// round, each without a wall and with each likely wall behind it.
-pub(super) type Hypotheses = Vec<Hypothesis, { MAX_REFINED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
+pub(super) type Hypotheses =
+    Vec<Hypothesis, { MAX_REFINED + PROPOSALS.len() + (1 + ROUNDS) * (WALLS + 1) }>;
 
 /// The posterior of a scan: measurement model, initial hypotheses, particles.
 ///
@@ -55,8 +56,6 @@ const PROPOSAL_MARGIN_NATS: f32 = 3.0;
 const OTHER_MARGIN_NATS: f32 = 12.0;
 /// Maximum number of refined flights, set by the computing time.
 const MAX_REFINED: usize = 6;
-/// Minimum distance between two walls that are tried, metres: echoes nearer to each other are one wall.
-const WALLS_APART_M: f32 = 0.05;
 /// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
 pub(super) const NEAREST_M: f32 = 0.3;
 /// Minimum distance of a wall from the last riser, metres: the shortest landing.
@@ -65,18 +64,6 @@ pub(super) const LANDING_M: f32 = 0.28;
 /// answer is final if it is still the likeliest outline, the second one in any case. With one round, 16 of 2,014
 /// validation scenes fewer are exact; with three, one.
 pub(super) const ROUNDS: usize = 2;
-/// Maximum number of walls that are tried behind a staircase or on level ground, besides no wall.
-pub(super) const WALLS: usize = 2;
-/// Minimum SNR of an echo that may be a wall, dB.
-const WALL_DB: f32 = 8.0;
-/// Distances from the mirror at which the ramps of the grid begin, metres.
-const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// Slopes of the ramps of the grid, metres of rise per metre.
-const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-/// Steps of the distance at which a ramp begins, metres, and of its slope, by which the best ramp of the grid is moved
-/// to each side: coarse, then fine. A move is kept if it increases the weight.
-const RAMP_MOVES: [(f32, f32); 2] = [(0.2, 0.02), (0.1, 0.01)];
-
 /// Converts a flight of the search to a staircase of equal rises, without overhang and without a wall.
 pub(super) fn staircase(flight: &Flight) -> Staircase {
     let mut s = Staircase::nothing();
@@ -152,11 +139,11 @@ impl Posterior {
             }
         }
         self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_M);
-        if rules.ramp_particles
-            && let Some(ramp) = self.ramp()
-        {
-            // Cannot fail: one place is reserved for the ramp.
-            let _ = self.hypotheses.push(ramp);
+        for propose in PROPOSALS {
+            if let Some(best) = self.best_of(propose, rules) {
+                // Cannot fail: one place is reserved for each.
+                let _ = self.hypotheses.push(best);
+            }
         }
     }
 
@@ -168,7 +155,7 @@ impl Posterior {
         self.hypotheses.clear();
         model.set_echoes(echoes, view);
         let bases = &mut self.hypotheses;
-        descending::propose(model, echoes, &mut |base| {
+        descending::propose(model, echoes, &current().rules, &mut |base| {
             if let Err(base) = bases.push(base) {
                 // Level ground is kept: it is the reference of all others.
                 let stairs = bases.iter_mut().filter(|b| !b.staircase.is_empty());
@@ -182,34 +169,16 @@ impl Posterior {
         });
     }
 
-    /// Returns the likeliest ramp: the best one of a grid, moved by coordinate search.
+    /// Returns the likeliest hypothesis that a kind without risers proposes; `None` where it proposes none.
     #[inline(never)]
-    fn ramp(&self) -> Option<Hypothesis> {
-        let ramp = |(from_m, slope)| {
-            Hypothesis::new(
-                &self.model,
-                Staircase::ramp(from_m, slope),
-                [0.0; MAX_STEPS],
-            )
-        };
-        let grid = RAMPS_FROM_M.into_iter();
-        let grid = grid.flat_map(|from_m| SLOPES.map(|slope| (from_m, slope)));
-        let mut best = grid.map(ramp).reduce(Hypothesis::likelier)?;
-        for (by_m, by) in RAMP_MOVES {
-            let GroundKind::Ramp { from_m, slope } = best.staircase.kind else {
-                break;
-            };
-            let beside = [
-                (from_m - by_m, slope),
-                (from_m + by_m, slope),
-                (from_m, slope - by),
-                (from_m, slope + by),
-            ];
-            for place in beside {
-                best = Hypothesis::likelier(best, ramp(place));
-            }
-        }
-        Some(best)
+    fn best_of(&self, propose: Propose, rules: &Rules) -> Option<Hypothesis> {
+        let mut best: Option<Hypothesis> = None;
+        propose(rules, &mut |kind| {
+            let new = Hypothesis::new(&self.model, Staircase::of(kind), [0.0; MAX_STEPS]);
+            best = Some(best.map_or(new, |best| best.likelier(new)));
+            new.log_weight
+        });
+        best
     }
 
     /// Adds a staircase to the hypotheses: once without a wall, and once with each likely wall beyond `from_m`, metres.
@@ -273,16 +242,10 @@ impl Posterior {
     /// the hypothesis is weighted.
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
-        let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
+        let mut refined = Refinement::default();
         let rise = Estimate::new(s.rise(), current().flight_rise_sigma_m);
-        refine(
-            &self.model,
-            s,
-            rise,
-            current(),
-            (&mut levels, &mut readings),
-        );
-        for (sigma, level) in sigmas.iter_mut().zip(&levels) {
+        refine(&self.model, s, rise, current(), &mut refined);
+        for (sigma, level) in sigmas.iter_mut().zip(&refined.levels) {
             *sigma = level.height.sigma();
         }
     }
@@ -328,18 +291,9 @@ impl Posterior {
 /// Returns "no wall" (infinity) and the distances, metres, of the strongest echoes beyond `from_m` that may be a
 /// wall.
 pub(super) fn walls(model: &Model<'_>, from_m: f32) -> Vec<f32, { WALLS + 1 }> {
-    let mut walls = Vec::new();
-    let _ = walls.push(f32::INFINITY);
-    for _ in 0..WALLS {
-        let far = model.echoes.iter().filter(|e| {
-            let apart = walls
-                .iter()
-                .all(|w: &f32| (w - e.x_m).abs() > WALLS_APART_M);
-            e.snr_db > WALL_DB && e.x_m > from_m && apart
-        });
-        if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
-            let _ = walls.push(e.x_m);
-        }
-    }
-    walls
+    let echoes = model.echoes.iter().map(|e| WallEcho {
+        x_m: e.x_m,
+        snr_db: e.snr_db,
+    });
+    wall::places(echoes, from_m)
 }

@@ -4,18 +4,21 @@
 use super::gauss::{self, Fusion, TreadLevels};
 use super::nosings;
 use super::propose::ascending::{self, Ascending};
-use super::propose::roles::{Role, Roles};
+use super::propose::roles::Roles;
 use super::propose::scene::{Mark, Scene};
-use super::propose::stairs::{ChainLink, Flight, MAX_FLIGHT, regular};
+use super::propose::search::Search;
+use super::propose::stairs::{Flight, MAX_FLIGHT, regular};
 use super::readings::Readings;
-use super::refine::refine;
+use super::refine::{Refinement, refine};
 use super::support::{Support, next_db};
 use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::treads::{Descending, OFF_M as TREAD_OFF_M, TreadAt, Treads};
 use crate::model::{GroundKind, Model, Staircase, tread_begins_m};
+use crate::observer::trace::{ChainLink, Role};
 use crate::params::Params;
+use crate::params::posterior::Limits;
 use heapless::Vec;
 
 /// The steps of a flight, the evidence for each, and the role of each echo.
@@ -54,17 +57,36 @@ impl Measured {
     }
 }
 
-/// Measures the steps of an ascending flight. `staircase` is the accepted hypothesis, `rise` its riser height averaged
-/// over the likelihood of all echoes, metres, and `bias_sigma_rad` the standard deviation of the shaft's angle error
-/// that remains after calibration.
+/// A flight with the score of its likeliest riser height.
+#[derive(Clone, Debug)]
+pub struct RisenFlight {
+    /// The flight.
+    pub flight: Flight,
+    /// Its riser height, averaged over the likelihood of all echoes, metres.
+    pub rise: Estimate,
+}
+
+impl RisenFlight {
+    /// Returns a flight with its riser height.
+    pub fn of(search: &Search<'_, '_>, mut flight: Flight) -> Self {
+        let (rise, score) = search.stairs.rise(&flight);
+        flight.score = score;
+        Self { flight, rise }
+    }
+}
+
+/// Measures the steps of an ascending flight. `staircase` is the accepted hypothesis, and `bias_sigma_rad` the standard
+/// deviation of the shaft's angle error that remains after calibration.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
-    flight: &Flight,
-    rise: Estimate,
-    (model, mut staircase): (&Model<'_>, Staircase),
+    risen: &RisenFlight,
+    model: &Model<'_>,
+    mut staircase: Staircase,
     bias_sigma_rad: f32,
 ) -> Measured {
+    let RisenFlight { flight, rise } = risen;
+    let rise = *rise;
     let scene = stairs.scene();
     let p = scene.params;
     let roles = ascending::roles_by(scene, flight, &gauss::straight(rise));
@@ -72,22 +94,17 @@ pub fn ascending(
         value: rise.value,
         variance: 2.0 * rise.variance + p.flight_rise_sigma_m * p.flight_rise_sigma_m,
     };
-    let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
-    refine(
-        model,
-        &mut staircase,
-        overall,
-        p,
-        (&mut levels, &mut readings),
-    );
+    let mut refined = Refinement::default();
+    refine(model, &mut staircase, overall, p, &mut refined);
+    let Refinement { levels, readings } = &refined;
     let mut measured = Measured::new(Direction::Up, roles);
-    if let Some(may_be) = is_obstacle_or_threshold(&readings, rise, &levels, p) {
+    if let Some(may_be) = is_obstacle_or_threshold(readings, rise, levels, p) {
         measured.answer.direction = Direction::None;
         measured.may_be_step = may_be;
         return measured;
     }
     let overhang_known = readings.faces.iter().any(|f| f.overhang_seen());
-    let mut nosings = nosings::locate(scene, flight, &levels);
+    let mut nosings = nosings::locate(scene, flight, levels);
     if !p.rules.nosing_lines {
         for (nosing, face) in nosings.iter_mut().zip(&readings.faces) {
             let shown_m = face.foot_m.or(face.edge_m);
@@ -98,7 +115,7 @@ pub fn ascending(
     let regular = nosings.iter().zip(&landings);
     let line = fit_line(regular.map(|(x, landing)| x.map(|x| x.value - landing)));
     let faces = readings.faces.iter().zip(&flight.chain);
-    let faces = faces.zip(&levels).zip(nosings.iter().zip(&landings));
+    let faces = faces.zip(levels).zip(nosings.iter().zip(&landings));
     for (k, (((face, link), level), (nosing, landing))) in faces.enumerate() {
         let along = line.0 + line.1 * k as f32 + landing;
         let x = nosing.unwrap_or(Estimate::new(along, p.inferred_x_sigma_m));
@@ -159,7 +176,9 @@ fn is_obstacle_or_threshold(
         return None;
     };
     let height = first.height;
-    if GroundKind::single(height.value) == GroundKind::Stairs && rise.value >= p.lowest_step_m {
+    if GroundKind::single(height.value).direction() == Direction::Up
+        && rise.value >= p.lowest_step_m
+    {
         return None;
     }
     // A riser without an echo of its top may be a threshold or a kerb.
@@ -264,7 +283,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
     let rise = Estimate::new(s.rise(), p.flight_rise_sigma_m);
     let steps = seen.iter().skip(1).map(|below| {
         let mut fusion = Fusion::default();
-        if let Some(level) = model.level(below.tread, (below.from_m, below.to_m)) {
+        if let Some(level) = model.level(below.tread, Limits::new(below.from_m, below.to_m)) {
             fusion.add(Estimate {
                 variance: math::max(
                     level.variance,

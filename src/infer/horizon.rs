@@ -7,21 +7,20 @@
 //! from simulated scans with known truth (a discrete-time survival model, Cox 1972). The product of the survival
 //! probabilities of the cells, mapped to the measured frequency, is the probability of being correct.
 
-use super::cloud::{CELL_M, CELLS, FIRST_END_M, MIN_LOG_ODDS};
-use super::past::CarriedOdds;
-use super::propose::roles::Role;
 use super::propose::scene::Scene;
 use super::support::Support;
-use super::trace::Cell;
 use crate::answer::{DropEdge, Step};
 use crate::config::Plane;
 use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
+use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M, MIN_LOG_ODDS};
 use crate::model::{MIN_EXPANDED_M, Surfaces};
+use crate::observer::trace::{Cell, Role};
 use crate::params::Params;
 use crate::params::counted;
 use crate::params::fitted_for;
 use crate::params::hazard::{FEATURES, Features, log_survival, probability};
+use crate::past::CarriedOdds;
 use crate::signal::grid::Geometry;
 use crate::verdict::{MIN_HORIZON_M, Validity};
 

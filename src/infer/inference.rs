@@ -2,16 +2,12 @@
 
 use super::bases::{Posterior, ROUNDS, flight};
 use super::depth;
-use super::dimensions::{self, Measured};
-use super::judgement::{AnswerProbabilities, Likeliest};
-use super::past::History;
-use super::propose::search::Search;
+use super::dimensions::{self, Measured, RisenFlight};
+use super::judgement::{AnswerProbabilities, Likeliest, StatedStairs};
+use super::propose::search::{Proposals, Search};
 use super::propose::stairs::Flight;
-use crate::estimate::Estimate;
 use crate::model::Staircase;
-
-/// A flight, and its riser height averaged over the likelihood of all echoes.
-type FlightWithRise = (Flight, Estimate);
+use crate::past::History;
 
 /// The answer of a scan going up, its evidence, and its margins over the alternatives.
 #[derive(Debug, Default)]
@@ -30,16 +26,17 @@ pub struct Inferred {
 }
 
 impl Inferred {
-    /// Infers the answer by the posterior and writes it into `self`. `best` is the search's best flight,
-    /// `bias_sigma_rad` the standard deviation of the shaft's angle error that remains after calibration.
+    /// Infers the answer by the posterior and writes it into `self`. `bias_sigma_rad` is the standard deviation of the
+    /// shaft's angle error that remains after calibration.
     #[inline(never)]
     pub fn infer(
         &mut self,
-        search: &Search<'_, '_>,
-        best: Option<Flight>,
-        (posterior, past): (&mut Posterior, Option<&mut History>),
+        proposals: &Proposals<'_, '_>,
+        posterior: &mut Posterior,
+        past: Option<&mut History>,
         bias_sigma_rad: f32,
     ) {
+        let search = &proposals.search;
         posterior.propose(search, past.as_deref());
         posterior.evaluate(None, None, &mut self.belief);
         let mut reported: Option<Staircase> = None;
@@ -54,8 +51,8 @@ impl Inferred {
             if let Some(staircase) = &reported {
                 self.measure(search, posterior, staircase, bias_sigma_rad);
             }
-            let reported = self.measured.as_ref().zip(reported.as_ref());
-            posterior.evaluate(reported, None, &mut self.belief);
+            let stated = StatedStairs::of(&self.measured, &reported);
+            posterior.evaluate(stated, None, &mut self.belief);
         }
         if reported.is_none()
             && let Some(mut drop) = posterior.cloud.end()
@@ -65,7 +62,10 @@ impl Inferred {
             posterior.evaluate(None, Some(drop), &mut self.belief);
         }
         if self.flight.is_none() {
-            self.flight = best.map(|flight| with_rise(search, flight).0);
+            self.flight = proposals
+                .best
+                .clone()
+                .map(|flight| RisenFlight::of(search, flight).flight);
         }
         if let Some(past) = past {
             past.keep(&posterior.outlines());
@@ -76,14 +76,16 @@ impl Inferred {
     #[inline(never)]
     pub fn search_alone(
         &mut self,
-        search: &Search<'_, '_>,
-        best: Option<Flight>,
+        proposals: &Proposals<'_, '_>,
         posterior: &Posterior,
         bias_sigma_rad: f32,
     ) {
+        let Proposals { search, best } = proposals;
         let likeliest = Likeliest::of(best.as_ref());
         (self.odds, self.margin) = (likeliest.odds, likeliest.margin);
-        self.flight = best.map(|flight| with_rise(search, flight).0);
+        self.flight = best
+            .clone()
+            .map(|flight| RisenFlight::of(search, flight).flight);
         if let Some(staircase) = &likeliest.staircase {
             self.measure(search, posterior, staircase, bias_sigma_rad);
         }
@@ -98,18 +100,14 @@ impl Inferred {
         staircase: &Staircase,
         bias_sigma_rad: f32,
     ) {
-        let (flight, rise) = with_rise(search, flight(search, staircase));
-        let begun = (&posterior.model, *staircase);
-        let measured = dimensions::ascending(search.stairs, &flight, rise, begun, bias_sigma_rad);
-        self.measured = Some(measured);
-        self.flight = Some(flight);
+        let risen = RisenFlight::of(search, flight(search, staircase));
+        self.measured = Some(dimensions::ascending(
+            search.stairs,
+            &risen,
+            &posterior.model,
+            *staircase,
+            bias_sigma_rad,
+        ));
+        self.flight = Some(risen.flight);
     }
-}
-
-/// Returns a flight with the score of its likeliest riser height, and the riser height averaged over the likelihood of
-/// all echoes, metres.
-fn with_rise(search: &Search<'_, '_>, mut flight: Flight) -> FlightWithRise {
-    let (rise, score) = search.stairs.rise(&flight);
-    flight.score = score;
-    (flight, rise)
 }

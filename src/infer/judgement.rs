@@ -2,17 +2,17 @@
 //! answer, and possible steps that are not part of the answer.
 
 use super::bases::{LANDING_M, Posterior, staircase};
-use super::cloud::{CELLS, Cloud, ReportedAnswer};
 use super::dimensions::Measured;
-use super::past::{History, Weighed};
-use super::propose::stairs::{Chain, ChainLink, Explanation, Flight};
-use super::trace::Candidate;
+use super::propose::stairs::{Chain, Flight};
 use super::variants::{Hypothesis, Variants};
-use crate::answer::{DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
+use crate::answer::{Direction, DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
 use crate::config::Plane;
 use crate::math;
-use crate::model::{Edge, GroundKind, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
+use crate::model::cloud::{CELLS, Cloud, ReportedAnswer};
+use crate::model::{Edge, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
+use crate::observer::trace::{Candidate, ChainLink, Explanation};
 use crate::observer::{Event, Observer};
+use crate::past::{History, Weighed};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
@@ -65,6 +65,26 @@ impl Likeliest {
     }
 }
 
+/// The stairs of an answer.
+#[derive(Clone, Copy, Debug)]
+pub struct StatedStairs<'a> {
+    /// The measured steps.
+    pub measured: &'a Measured,
+    /// The accepted hypothesis.
+    pub staircase: &'a Staircase,
+}
+
+impl<'a> StatedStairs<'a> {
+    /// Returns the stairs of an answer; `None` without steps or hypothesis.
+    pub fn of(measured: &'a Option<Measured>, staircase: &'a Option<Staircase>) -> Option<Self> {
+        let pair = measured.as_ref().zip(staircase.as_ref());
+        pair.map(|(measured, staircase)| Self {
+            measured,
+            staircase,
+        })
+    }
+}
+
 /// Posterior probabilities for an answer.
 #[derive(Clone, Debug, Default)]
 pub struct AnswerProbabilities {
@@ -84,24 +104,21 @@ impl Posterior {
     #[inline(never)]
     pub fn evaluate(
         &mut self,
-        reported: Option<(&Measured, &Staircase)>,
+        stated: Option<StatedStairs<'_>>,
         drop: Option<DropEdge>,
         probabilities: &mut AnswerProbabilities,
     ) {
         let mut edges: Vec<ReportedStep, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
-        let steps = reported.map_or(&[][..], |(m, _)| &m.answer.steps);
-        if let Some((_, stated)) = reported.filter(|_| !steps.is_empty()) {
-            answer = *stated;
+        let steps = stated.map_or(&[][..], |s| &s.measured.answer.steps);
+        if let Some(stated) = stated.filter(|_| !steps.is_empty()) {
+            answer = *stated.staircase;
         }
         let levels = answer.top_m.iter_mut().zip(&mut sigmas);
         for (step, (top, sigma)) in steps.iter().zip(levels) {
             // Cannot fail: an answer has no more steps than a staircase.
-            let _ = edges.push(ReportedStep::new(
-                (step.distance_m, step.height_m),
-                (step.distance_sigma_m, step.height_sigma_m),
-            ));
+            let _ = edges.push(ReportedStep::of(step));
             (*top, *sigma) = (step.height_m, step.height_sigma_m);
         }
         let reported = ReportedAnswer {
@@ -110,7 +127,7 @@ impl Posterior {
             view: self.model.view,
         };
         // Going down, the answer is already among the hypotheses.
-        if answer.kind == GroundKind::Stairs {
+        if answer.kind.direction() == Direction::Up {
             self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
         }
         self.fill_cloud(&reported);
@@ -254,16 +271,16 @@ impl Posterior {
         while !varied.is_full() && model.view.plane == Plane::Depth {
             // Level ground with another wall has the same variants.
             let fresh = |b: &&Hypothesis| {
-                let ground = b.staircase.kind == GroundKind::Nothing;
+                let ground = b.staircase.kind.is_level_ground();
                 !varied.iter().any(|l| {
                     b.staircase.is_like(&l.staircase)
-                        || ground && l.staircase.kind == GroundKind::Nothing
+                        || ground && l.staircase.kind.is_level_ground()
                 })
             };
-            // A ramp has no variants. Going down, all hypotheses are proposed already.
+            // Going down, all hypotheses are proposed already.
             let around = hypotheses
                 .iter()
-                .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
+                .filter(|b| !b.staircase.kind.variations().is_empty());
             let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
@@ -298,14 +315,11 @@ fn possible_steps(
     let mut sums: Vec<PossibleStep, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
         let seen = staircase.edges(&reported.view).filter(|e| e.seen);
-        let drop = match staircase.kind {
-            GroundKind::Drop { at_m } => Some(Edge {
-                x_m: at_m,
-                y_m: PossibleStep::DROP_M,
-                seen: true,
-            }),
-            _ => None,
-        };
+        let drop = staircase.kind.end_m().map(|x_m| Edge {
+            x_m,
+            y_m: PossibleStep::DROP_M,
+            seen: true,
+        });
         for edge in seen.chain(drop) {
             let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
             let covered = reported.drop.is_some_and(|t| t.covers(edge.x_m)) && edge.y_m < 0.0;

@@ -336,8 +336,8 @@ impl Mixture {
 mod tests {
     use super::*;
     use crate::infer::gauss;
-    use crate::infer::propose::stairs::ChainLink;
     use crate::infer::propose::stairs::FlightShape;
+    use crate::observer::trace::ChainLink;
     use crate::signal::echoes::Echo;
 
     const RISE_M: f32 = 0.15;

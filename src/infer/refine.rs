@@ -12,17 +12,27 @@ use crate::params::Params;
 /// since the assignment depends on the heights.
 const ROUNDS: usize = 2;
 
+/// Results of a refinement.
+#[derive(Clone, Debug, Default)]
+pub struct Refinement {
+    /// Heights of the treads.
+    pub levels: TreadLevels,
+    /// Measurements of each riser from its own echoes, of the last round.
+    pub readings: Readings,
+}
+
 /// Fits heights of treads, distances of risers and overhang of a hypothesis to its echoes, writes them to `s`, and the
-/// heights with their standard deviations to `levels`. `rise` is the riser height as known apart from these echoes,
-/// metres. `readings` receives the measurements of the last round.
+/// heights with their standard deviations, and the measurements of the last round, to `out`. `rise` is the riser height as
+/// known apart from these echoes, metres.
 #[inline(never)]
 pub fn refine(
     model: &Model<'_>,
     s: &mut Staircase,
     rise: Estimate,
     p: &Params,
-    (levels, readings): (&mut TreadLevels, &mut Readings),
+    out: &mut Refinement,
 ) {
+    let Refinement { levels, readings } = out;
     for _ in 0..ROUNDS {
         model.readings(s, readings);
         place(s, readings);

@@ -4,13 +4,15 @@
 //! A variant differs from its hypothesis in a few risers. Only their summands of the log-likelihood are computed
 //! anew.
 
-use super::cloud::{Cloud, ReportedAnswer};
 use crate::math;
-use crate::model::prior::{LANDING, P_CONTINUES, going, ln, prior};
-use crate::model::surfaces::{SLOT_M, SLOTS};
+use crate::model::cloud::{Cloud, ReportedAnswer};
+use crate::model::kinds::{SINGLE_RISES, Variation, drop};
+use crate::model::normal::ln;
+use crate::model::prior::{LANDING, P_CONTINUES, going, prior};
 use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::current;
 use crate::params::posterior as number;
+use crate::params::posterior::{Limits, RiseOff};
 use heapless::Vec;
 
 /// Maximum number of places that are tried for one more riser.
@@ -116,27 +118,35 @@ pub struct Variants<'a> {
     pub cloud: &'a mut Cloud,
 }
 
-/// Places for one more riser, each with the length of way that it represents, metres.
-type CandidatePlaces = Vec<(f32, f32), MAX_CANDIDATE_PLACES>;
+/// Place for one more riser.
+#[derive(Clone, Copy, Debug)]
+struct CandidatePlace {
+    /// Distance from the mirror, metres.
+    x_m: f32,
+    /// Length of way that the place represents, metres.
+    way_m: f32,
+}
+
+/// Places for one more riser, in no order.
+type CandidatePlaces = Vec<CandidatePlace, MAX_CANDIDATE_PLACES>;
 
 impl Variants<'_> {
     /// Adds all variants of a hypothesis to the cloud.
     pub fn add_variants(&mut self, base: &Hypothesis) {
-        match base.staircase.kind {
-            GroundKind::Stairs => {
-                let rules = &current().rules;
-                type Vary<'a> = fn(&mut Variants<'a>, &Hypothesis);
-                let kinds: [(bool, Vary<'_>); 3] = [
-                    (rules.less, Self::shorter),
-                    (rules.behind, Self::longer),
-                    (rules.odd, Self::irregular),
-                ];
-                for (_, vary) in kinds.into_iter().filter(|(on, _)| *on) {
-                    vary(self, base);
-                }
+        let rules = &current().rules;
+        for variation in base.staircase.kind.variations() {
+            match variation {
+                Variation::FewerRisers if rules.less => self.shorter(base),
+                Variation::OneMoreRiser if rules.behind => self.longer(base),
+                Variation::IrregularRiser if rules.odd => self.irregular(base),
+                Variation::SingleRise if rules.single => self.single_rises(base),
+                Variation::End if rules.drops => self.drops(base),
+                Variation::FewerRisers
+                | Variation::OneMoreRiser
+                | Variation::IrregularRiser
+                | Variation::SingleRise
+                | Variation::End => {}
             }
-            GroundKind::Nothing => self.single_rises(base),
-            _ => {}
         }
     }
 
@@ -166,7 +176,10 @@ impl Variants<'_> {
         let mut x = from_m;
         while x < to_m && spots.len() < MAX_CANDIDATE_PLACES / 2 {
             // Cannot fail: the loop leaves room.
-            let _ = spots.push((x, step_m));
+            let _ = spots.push(CandidatePlace {
+                x_m: x,
+                way_m: step_m,
+            });
             x += step_m;
         }
         let mut last = f32::NEG_INFINITY;
@@ -175,7 +188,10 @@ impl Variants<'_> {
             if within && e.x_m > last + APART_M {
                 last = e.x_m;
                 // Where there is no room, enough other places are near.
-                let _ = spots.push((e.x_m, echo_m));
+                let _ = spots.push(CandidatePlace {
+                    x_m: e.x_m,
+                    way_m: echo_m,
+                });
             }
         }
         spots
@@ -205,7 +221,10 @@ impl Variants<'_> {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
         let end = math::min(x + number::BEHIND_TO_M, s.wall_m - number::BEHIND_WALL_M);
-        let (nearest, farthest) = number::BEHIND_GOINGS_M;
+        let Limits {
+            low: nearest,
+            high: farthest,
+        } = number::BEHIND_GOINGS_M;
         let mut near = self.candidate_places(
             x + nearest,
             math::min(x + farthest, end),
@@ -214,21 +233,25 @@ impl Variants<'_> {
         );
         if let Some(mean) = mean.filter(|mean| x + mean < end) {
             // The mean going is a place of its own: it would be missed between the places of the grid.
-            near.retain(|(at, step)| *step < ECHO_M || (at - x - mean).abs() > REGULAR_M);
-            let _ = near.push((x + mean, REGULAR_M));
+            near.retain(|at| at.way_m < ECHO_M || (at.x_m - x - mean).abs() > REGULAR_M);
+            let _ = near.push(CandidatePlace {
+                x_m: x + mean,
+                way_m: REGULAR_M,
+            });
         }
         let far = self.candidate_places(x + farthest, end, f32::INFINITY, number::SPOT_M);
         let top = s.level(s.len()) + s.rise();
         let before = self.before(base, top - number::RISE_OFF_M);
-        for (off, share) in number::BEHIND_RISES {
-            let more = self.extra_riser(base, top + off, GroundKind::Stairs, before.as_ref());
-            for &(at, step) in near.iter().chain(far.iter().skip(1)) {
+        for RiseOff { off_m, share } in number::BEHIND_RISES {
+            let more = self.extra_riser(base, top + off_m, GroundKind::Stairs, before.as_ref());
+            for place in near.iter().chain(far.iter().skip(1)) {
+                let at = place.x_m;
                 let landing = if at > x + number::LANDING_FROM_M {
                     LANDING
                 } else {
                     0.0
                 };
-                let odds = P_CONTINUES * (going(at - x, mean) + landing) * step * share;
+                let odds = P_CONTINUES * (going(at - x, mean) + landing) * place.way_m * share;
                 if odds > number::MIN_ODDS {
                     let (new, weight) = self.added(base, &more, at);
                     self.add_variant(&new, weight + ln(odds), &base.sigmas);
@@ -311,7 +334,7 @@ impl Variants<'_> {
             }
         };
         let line = if n == 0 && more.sums.is_some() {
-            model.surfaces.of(&new)
+            new.ground_line(&model.surfaces)
         } else {
             0.0
         };
@@ -356,46 +379,44 @@ impl Variants<'_> {
             model.sums(&Staircase::drop(f32::NEG_INFINITY), 0),
         );
         let at = |sums: &EchoSums, k| sums.get(k).copied().unwrap_or(0.0);
-        let (first, end) = (FIRST_DROP_M / SLOT_M, s.wall_m / SLOT_M);
-        for k in first as usize..SLOTS.min(end as usize) {
-            let x = (k as f32 + 0.5) * SLOT_M;
+        for x in drop::places(s.wall_m) {
             let brink = Staircase::drop(x);
             let first = model.first_beyond(x);
             let part = at(&before, 0) - at(&before, first) + at(&behind, first)
                 - model.expected(&brink, 0)
-                + model.surfaces.of(&brink);
-            let weight = ln(DROP_ODDS * SLOT_M / number::FLOOR_WAY_M) + part
-                - base.log_likelihood_of_risers(0, 1);
+                + brink.ground_line(&model.surfaces);
+            let weight = drop::log_odds() + part - base.log_likelihood_of_risers(0, 1);
             self.add_variant(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
         }
     }
 
-    /// Adds variants of bare ground with one step, box or threshold at each candidate place, and drops.
+    /// Adds variants of bare ground with one step, box or threshold at each candidate place.
     #[inline(never)]
     fn single_rises(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
-        let (nearest, farthest) = number::FLOOR_FROM_TO_M;
+        let Limits {
+            low: nearest,
+            high: farthest,
+        } = number::FLOOR_FROM_TO_M;
         let end = math::min(farthest, s.wall_m - number::FLOOR_WALL_M);
         let sigmas = [PLACED_M; MAX_STEPS];
         let spots = self.candidate_places(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
         let before = self.before(base, 0.0);
-        let rules = &current().rules;
-        for (h, [seen, unseen]) in FLOOR.into_iter().filter(|_| rules.single) {
-            let more = self.extra_riser(base, h, GroundKind::single(h), before.as_ref());
-            for &(x, dx) in &spots {
-                let share = if dx < ECHO_M { seen } else { unseen };
+        for rise in SINGLE_RISES.into_iter().flatten() {
+            let kind = GroundKind::single(rise.height_m);
+            let more = self.extra_riser(base, rise.height_m, kind, before.as_ref());
+            for spot in &spots {
+                let share = if spot.way_m < ECHO_M {
+                    rise.at_echo
+                } else {
+                    rise.elsewhere
+                };
                 if share > 0.0 {
-                    let (new, weight) = self.added(base, &more, x);
-                    self.add_variant(
-                        &new,
-                        weight + ln(number::FLOOR_ODDS * share * dx / number::FLOOR_WAY_M),
-                        &sigmas,
-                    );
+                    let (new, weight) = self.added(base, &more, spot.x_m);
+                    let odds = number::FLOOR_ODDS * share * spot.way_m / number::FLOOR_WAY_M;
+                    self.add_variant(&new, weight + ln(odds), &sigmas);
                 }
             }
-        }
-        if rules.drops {
-            self.drops(base);
         }
     }
 }
@@ -427,19 +448,3 @@ const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
 const NEAR_M: f32 = 0.10;
 /// Limit that tells a place at an echo, which represents a shorter length of way, from a place of the grid, metres.
 const ECHO_M: f32 = 0.02;
-/// Minimum distance from the mirror at which a scan can show that the ground ends, metres.
-const FIRST_DROP_M: f32 = 0.3;
-/// Prior odds of a drop anywhere ahead against level ground.
-const DROP_ODDS: f32 = 0.3;
-/// Single rises on level ground: height, metres, and prior shares of a place at an echo and of one without. Boxes and
-/// thresholds without an echo do not change the answer. Steps without one look the same at any height.
-const FLOOR: [(f32, [f32; 2]); 8] = [
-    (0.02, [0.5, 0.0]),
-    (0.045, [0.05, 0.0]),
-    (0.075, [0.08, 0.13]),
-    (0.11, [0.10, 0.0]),
-    (0.16, [0.14, 0.25]),
-    (0.22, [0.06, 0.0]),
-    (0.32, [0.15, 0.0]),
-    (0.50, [0.15, 0.0]),
-];

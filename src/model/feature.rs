@@ -23,6 +23,22 @@ pub enum Class {
     EdgeAbove,
 }
 
+/// A place in the sagittal plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    /// Horizontal distance from the mirror, metres.
+    pub x_m: f32,
+    /// Height above the ground, metres.
+    pub y_m: f32,
+}
+
+impl Spot {
+    /// Returns a place from its distance and height, metres.
+    pub fn new(x_m: f32, y_m: f32) -> Self {
+        Self { x_m, y_m }
+    }
+}
+
 /// Expected place of a point feature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeaturePlace {

@@ -2,23 +2,27 @@
 //!
 //! | module | content |
 //! |---|---|
-//! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and its conflicts with an answer |
+//! | [`kinds`] | kinds of things ahead, a file each |
+//! | `staircase` | a hypothesis: its kind, its risers, a wall; and its conflicts with an answer |
 //! | `normal`, `sight` | the normal distribution and its tail; visibility behind and below an edge |
 //! | `feature`, `places` | classes of point features, their expected places, and the visible part of a riser |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
 //! | `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
 //! | `surfaces` | likelihood that the ground goes on, ends, or that something stands on it |
 //! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
+//! | [`cloud`] | weighted hypotheses (particles), their resampling, and where an answer is wrong by them |
 //! | `prior` | prior of stairs as they are built, and of the alternatives |
 //!
 //! Nothing here searches or decides: that is done by [`crate::infer`], on which this module does not depend.
 
 pub mod above;
 pub mod chart;
+pub mod cloud;
 mod feature;
+pub mod kinds;
 pub mod lines;
 pub mod mean;
-mod normal;
+pub(crate) mod normal;
 mod places;
 mod points;
 pub(crate) mod prior;
@@ -31,6 +35,7 @@ pub mod treads;
 pub(crate) mod tests;
 
 pub use feature::{Class, FeaturePlace, excess_level};
+pub use kinds::GroundKind;
 pub use normal::{logistic, tailed};
 pub use points::{
     BEHIND_M, EchoSums, MAX_MODEL_ECHOES, MAX_P_DETECTED, MIN_DB, MIN_P_DETECTED, Model, ModelEcho,
@@ -38,7 +43,6 @@ pub use points::{
 };
 pub use sight::{sight_m, tread_begins_m};
 pub use staircase::{
-    Edge, GroundKind, MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, SAME_M, Sigmas,
-    Staircase, View,
+    Edge, MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, SAME_M, Sigmas, Staircase, View,
 };
 pub use surfaces::Surfaces;

@@ -1,7 +1,9 @@
-//! The normal distribution, its tail, and a density with heavier tails.
+//! The normal distribution, its tail, densities with heavier tails or with shoulders, and a logarithm of densities that
+//! may be 0.
 
 use crate::math;
 use crate::params::posterior as number;
+use crate::params::posterior::{Deviations, Limits};
 
 /// Number of standard deviations beyond which the normal distribution's tail counts as 0.
 const SURE: f32 = 6.0;
@@ -34,4 +36,23 @@ pub fn tailed(z2: f32) -> f32 {
         return wide;
     }
     number::CORE_SHARE * math::exp(-0.5 * z2) + wide
+}
+
+/// Returns the natural logarithm of `x`; that of 10^-30 for smaller arguments.
+pub const fn ln(x: f32) -> f32 {
+    math::ln(math::max(x, number::MIN_PROBABILITY))
+}
+
+/// Returns the logarithm, nats, of a density that is even, 1, between two limits and falls outside as a Gaussian of
+/// standard deviation `sigma`.
+pub fn shoulder(v: f32, even: Limits, sigma: f32) -> f32 {
+    let d = math::max(math::max(even.low - v, v - even.high), 0.0) / sigma;
+    -0.5 * d * d
+}
+
+/// Returns the log-density of a deviation `z`, metres.
+pub fn departure(z: f32, of: Deviations) -> f32 {
+    let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
+    ln((1.0 - of.wide_share) * gauss(of.core_m) + of.wide_share * gauss(of.wide_m))
+        - number::LN_ROOT_TAU
 }

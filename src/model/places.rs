@@ -1,6 +1,7 @@
 //! Expected places of a staircase's point features, and the visible part of its risers.
 
-use super::feature::{Class, FeaturePlace};
+use super::feature::{Class, FeaturePlace, Spot};
+use super::kinds::wall;
 use super::points::Model;
 use super::sight::sight_m;
 use super::staircase::Staircase;
@@ -55,9 +56,15 @@ impl Model<'_> {
         };
         if k >= s.len() {
             let b = if s.open { 0.0 } else { b };
-            if s.wall_m.is_finite() && b < h - number::SEES_FOOT_M {
-                push(Class::Corner, s.wall_m, b, 2.0);
-                push(Class::Flash, s.wall_m, h, 2.0);
+            if s.wall_m.is_finite() {
+                for feature in wall::features(b, h).into_iter().flatten() {
+                    push(
+                        feature.class,
+                        s.wall_m,
+                        feature.y_m,
+                        feature.separation_cells,
+                    );
+                }
             }
         } else if s.open {
             let class = if t < h {
@@ -91,16 +98,16 @@ impl Model<'_> {
     }
 
     /// Returns the product of two places' ranges and the sine of the angle from the first one up to the second, m².
-    pub fn cross_m2(&self, (x, y): (f32, f32), (other_x, other_y): (f32, f32)) -> f32 {
-        x * (other_y - self.height_m) - (y - self.height_m) * other_x
+    pub fn cross_m2(&self, a: Spot, b: Spot) -> f32 {
+        a.x_m * (b.y_m - self.height_m) - (a.y_m - self.height_m) * b.x_m
     }
 
     /// Returns the distance between two features in resolution cells, of angle (beam width) and of range together, at
     /// most 2.
     fn separation_cells(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
-        let cross =
-            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::MIN_RANGE_M);
+        let cross = self.cross_m2(Spot::new(x, y), Spot::new(other_x, other_y))
+            / math::max(range, number::MIN_RANGE_M);
         let other = math::hypot(other_x, other_y - self.height_m);
         let angle = cross / math::max(range, number::MIN_RANGE_M) / self.beam_rad;
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)

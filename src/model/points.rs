@@ -12,11 +12,11 @@
 //! where p₀ is the probability that a riser has no echo at all: a riser that is detected has at least one. The share
 //! `used` of an echo that was assigned to one feature is not available to the next.
 
-use super::feature::{Class, FeaturePlace, excess_level};
-use super::normal::{above, logistic, tailed};
-use super::prior::ln;
+use super::feature::{Class, FeaturePlace, Spot, excess_level};
+use super::kinds::{drop, wall};
+use super::normal::{above, ln, logistic, tailed};
 use super::sight::sight_m;
-use super::staircase::{GroundKind, Staircase, View};
+use super::staircase::{Staircase, View};
 use super::surfaces::Surfaces;
 use crate::math;
 use crate::params::current;
@@ -50,16 +50,10 @@ pub const NEAR: usize = 16;
 /// Squared deviation of an echo from a face, in squared standard deviations, beyond which the echo is not part of the
 /// face.
 const FACE_REACH: f32 = 100.0;
-/// Density of echoes behind a drop's edge, relative to that in the air.
-const DROP_DENSITY_FACTOR: f32 = 3.0;
 /// Minimum probability of detection of a feature: scenes differ, however many were counted.
 pub const MIN_P_DETECTED: f32 = 0.02;
 /// Maximum probability of detection of a feature.
 pub const MAX_P_DETECTED: f32 = 0.985;
-/// Minimum probability that a wall whose corner is visible flashes at the mirror's height, since it is vertical. The
-/// lower 95 % bound (Clopper and Pearson 1934) of 64 of 64 walls of tuning scenes whose corner stands 18 dB above the
-/// noise.
-const WALL_FLASHES: f32 = 0.954;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Minimum density of an echo, so that its logarithm is finite.
@@ -273,10 +267,10 @@ impl<'p> Model<'p> {
     /// floor, air, inside, noise.
     #[inline]
     pub fn parts(&self, s: &Staircase, k: usize, e: &ModelEcho) -> [f32; EXTENDED] {
-        if let GroundKind::Drop { at_m } = s.kind
-            && e.x_m > at_m
+        if let Some(end_m) = s.kind.end_m()
+            && e.x_m > end_m
         {
-            return [0.0, 0.0, 0.0, DROP_DENSITY_FACTOR * e.air, 0.0, e.noise];
+            return [0.0, 0.0, 0.0, drop::density(e.air), 0.0, e.noise];
         }
         let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
@@ -312,11 +306,8 @@ impl<'p> Model<'p> {
                 *on_face += Self::face(e, z * z, b, t);
             }
         }
-        if s.wall_m.is_finite() && k == s.len() && e.y_m > base - number::WALL_BELOW_M {
-            let z = (e.x_m - s.wall_m) / number::WALL_SIGMA_M;
-            if z * z < number::WALL_REACH {
-                *on_face += number::WALL_SHARE * e.face * tailed(z * z) / number::WALL_SIGMA_M;
-            }
+        if s.wall_m.is_finite() && k == s.len() {
+            *on_face += wall::density(e.face, e.x_m - s.wall_m, e.y_m, base);
         }
         parts
     }
@@ -324,10 +315,7 @@ impl<'p> Model<'p> {
     /// Returns the height above the ground, metres, of the surface at distance `x`, metres, on the tread before riser
     /// `k` (or on a ramp).
     pub fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
-        match s.kind {
-            GroundKind::Ramp { from_m, slope } => slope * math::max(x - from_m, 0.0),
-            _ => s.level(k),
-        }
+        s.kind.height_m(x, s.level(k))
     }
 
     /// Returns the density, per m² and dB, of an echo as part of a face from height `b` to height `t` above the ground,
@@ -402,8 +390,8 @@ impl<'p> Model<'p> {
             if n == 0 {
                 end = math::min(end, s.wall_m);
             }
-            if let GroundKind::Drop { at_m } = s.kind {
-                end = math::min(end, at_m);
+            if let Some(end_m) = s.kind.end_m() {
+                end = math::min(end, end_m);
             }
             if !s.open {
                 end = math::min(end, s.x(0));
@@ -461,8 +449,14 @@ impl<'p> Model<'p> {
             };
             let q = self.expected_q(place.range_m);
             let least = match place.class {
-                Class::Flash if wall => WALL_FLASHES,
-                _ => MIN_P_DETECTED,
+                Class::Flash if wall => wall::FLASHES,
+                Class::Flash
+                | Class::Corner
+                | Class::Nosing
+                | Class::Top
+                | Class::Hidden
+                | Class::EdgeBelow
+                | Class::EdgeAbove => MIN_P_DETECTED,
             };
             let room = place.separation_cells - 1.0;
             let seen = logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * room)
@@ -495,11 +489,7 @@ impl<'p> Model<'p> {
                 );
             }
         }
-        let nothing = if wall {
-            number::WALL_HIDDEN
-        } else {
-            logistic(odds)
-        };
+        let nothing = if wall { wall::HIDDEN } else { logistic(odds) };
         let left = math::exp(-found.min(number::MAX_FOUND_LLR));
         let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
         found + ln(math::max(share, MIN_DENSITY))
@@ -575,14 +565,16 @@ impl<'p> Model<'p> {
     /// Whether a flash covers the own echo of a feature of this class. Echo `e` beside it is then the flash's flank,
     /// and no reading of the feature's height.
     fn masks(&self, flash: &ModelEcho, class: Class, e: &ModelEcho) -> bool {
-        let cross = self.cross_m2((e.x_m, e.y_m), (flash.x_m, flash.y_m));
+        let cross = self.cross_m2(Spot::new(e.x_m, e.y_m), Spot::new(flash.x_m, flash.y_m));
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
         match class {
             Class::Corner => {
                 apart < number::MASKS_CORNER && flash.snr_db > e.snr_db - number::MASKS_WEAKER_DB
             }
             Class::Nosing => apart < number::MASKS_EDGE,
-            _ => false,
+            Class::Flash | Class::Top | Class::Hidden | Class::EdgeBelow | Class::EdgeAbove => {
+                false
+            }
         }
     }
 
@@ -607,15 +599,14 @@ impl<'p> Model<'p> {
         p: &Point,
         e: &ModelEcho,
     ) -> f32 {
-        let density = match place.class {
-            Class::Hidden => self.hidden(s, k, e, place.x_m),
-            _ => {
-                let (z2, root) = self.deviation(place, p, e, 0.0);
-                if z2 <= number::POINT_REACH {
-                    tailed(z2) * GAUSS * GAUSS / root
-                } else {
-                    0.0
-                }
+        let density = if place.class == Class::Hidden {
+            self.hidden(s, k, e, place.x_m)
+        } else {
+            let (z2, root) = self.deviation(place, p, e, 0.0);
+            if z2 <= number::POINT_REACH {
+                tailed(z2) * GAUSS * GAUSS / root
+            } else {
+                0.0
             }
         };
         if density <= 0.0 {
@@ -638,7 +629,8 @@ impl<'p> Model<'p> {
         if dr.abs() > GATE_M {
             return (f32::INFINITY, 1.0);
         }
-        let across = self.cross_m2((place.x_m, place.y_m), (e.x_m, e.y_m)) / place.range_m;
+        let across =
+            self.cross_m2(Spot::new(place.x_m, place.y_m), Spot::new(e.x_m, e.y_m)) / place.range_m;
         let dc = across - p.across_m - p.across_per_width_m * e.wide;
         if dc.abs() > CROSS_GATE_M {
             return (f32::INFINITY, 1.0);
@@ -687,7 +679,13 @@ impl<'p> Model<'p> {
 
     /// Returns the log-likelihood of riser `k` with the tread before it, nats.
     pub fn riser_log_likelihood(&self, s: &Staircase, k: usize) -> f32 {
-        self.tread(s, k) + self.riser(s, k) + if k == 0 { self.surfaces.of(s) } else { 0.0 }
+        self.tread(s, k)
+            + self.riser(s, k)
+            + if k == 0 {
+                s.ground_line(&self.surfaces)
+            } else {
+                0.0
+            }
     }
 
     /// Returns the log-likelihood of the whole staircase, nats.

@@ -1,47 +1,25 @@
 //! Prior of a hypothesis: frequency of stairs as they are built, and of the alternatives.
 
-use super::staircase::{GroundKind, Staircase};
+use super::kinds::{WAY_M, wall};
+use super::normal::{departure, ln, shoulder};
+use super::staircase::Staircase;
 use crate::math;
 use crate::params::posterior as number;
+use crate::params::posterior::Limits;
 
 /// Width of the posterior of each place, height and deviation of a hypothesis, metres: √(2π) times their standard
 /// deviation of 9 mm. It is the penalty of a hypothesis with one more of them. With less than half of it flights end
 /// too early, with twice as much they go on too long.
 const VOLUME_M: f32 = 0.0225;
-/// Width of the posterior of a wall's place, metres, √(2π) included: its strong echo determines it to millimetres.
-const WALL_VOLUME_M: f32 = 0.006;
 /// Prior probability that a flight goes on after a step.
 pub const P_CONTINUES: f32 = 0.87;
 /// Prior probability that a staircase has open treads.
 const P_OPEN: f32 = 0.2;
-/// Prior probability that a wall stands behind the stairs or on the ground, within the 2.5 m ahead.
-const P_WALL: f32 = 0.4;
-/// Length of the way ahead that is examined, metres.
-const WAY_M: f32 = 2.5;
 /// Probability of a going that deviates from those of its flight, evenly distributed over 0.4 m.
 const P_IRREGULAR_GOING: f32 = 0.07;
 
 /// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
 pub const LANDING: f32 = 0.2;
-
-/// Returns the natural logarithm of `x`; that of 10^-30 for smaller arguments.
-pub const fn ln(x: f32) -> f32 {
-    math::ln(math::max(x, number::MIN_PROBABILITY))
-}
-
-/// Returns the logarithm, nats, of a density that is even, 1, between two limits and falls outside as a Gaussian of
-/// standard deviation `sigma`.
-fn shoulder(v: f32, (low, high): (f32, f32), sigma: f32) -> f32 {
-    let d = math::max(math::max(low - v, v - high), 0.0) / sigma;
-    -0.5 * d * d
-}
-
-/// Returns the log-density of a deviation `z`, metres: a mixture of two normal distributions with standard deviations
-/// `core` and `wide`, metres, of which the wide one has weight `share`.
-pub fn departure(z: f32, (core, wide, share): (f32, f32, f32)) -> f32 {
-    let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
-    ln((1.0 - share) * gauss(core) + share * gauss(wide)) - number::LN_ROOT_TAU
-}
 
 /// Returns the log-prior of an overhang, nats: a narrow normal density about 0, and an even density of large overhangs.
 #[inline(never)]
@@ -53,7 +31,7 @@ pub fn overhang(overhang_m: f32) -> f32 {
 /// Returns the density of the going to one more riser, per metre. `mean_m` is the mean going of the flight, if known.
 #[inline(never)]
 pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
-    let within = |(low, high): (f32, f32)| {
+    let within = |Limits { low, high }| {
         if (low..=high).contains(&going_m) {
             1.0 / (high - low)
         } else {
@@ -76,20 +54,7 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
 #[inline(never)]
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();
-    let wall = if s.wall_m.is_finite() {
-        const { ln(P_WALL / WAY_M * WALL_VOLUME_M) }
-    } else {
-        const { ln(1.0 - P_WALL) }
-    };
-    let mut p = wall
-        + match s.kind {
-            GroundKind::Nothing => const { ln(number::P_LEVEL_GROUND) },
-            GroundKind::Ramp { .. } => const { ln(number::RAMP / number::RAMPS) },
-            GroundKind::Drop { .. } => const { ln(number::DROP) },
-            GroundKind::Stairs | GroundKind::Descent => const { ln(number::STAIRS) },
-            GroundKind::Box => const { ln(number::BOX) },
-            GroundKind::Threshold => const { ln(number::THRESHOLD) },
-        };
+    let mut p = wall::log_prior(s.wall_m) + s.kind.log_prior();
     if n == 0 {
         return p;
     }
@@ -100,29 +65,14 @@ pub fn prior(s: &Staircase) -> f32 {
     } + const { ln(VOLUME_M / WAY_M) }
         + const { ln(VOLUME_M) };
     let rise = s.rise();
-    p += match s.kind {
-        GroundKind::Box => -const { ln(number::BOX_HEIGHTS_M) },
-        GroundKind::Threshold => -const { ln(number::THRESHOLD_HEIGHTS_M) },
-        _ => {
-            let lowest = if n > 1 {
-                number::LOWEST_RISE_M
-            } else {
-                number::LOWEST_STEP_M
-            };
-            shoulder(
-                rise,
-                (lowest, number::HIGHEST_RISE_M),
-                number::RISE_SHOULDER_M,
-            ) - const { ln(number::RISE_VOLUME_M) }
-        }
-    };
+    p += s.kind.log_prior_of_rise(n, rise);
     if let Some(going) = s.going() {
         p += shoulder(going, number::USUAL_GOINGS_M, number::GOING_SHOULDER_M)
             + const { ln(VOLUME_M / number::GOING_VOLUME_M) };
         for k in 1..n {
             let going_m = s.x(k) - s.x(k - 1);
             p += const { ln(P_CONTINUES * VOLUME_M) }
-                + if going_m > number::GOINGS_M.1 {
+                + if going_m > number::GOINGS_M.high {
                     const { ln(LANDING) }
                 } else {
                     departure(going_m - going, number::GOING_DEPARTS)

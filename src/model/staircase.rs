@@ -1,13 +1,15 @@
 //! A hypothesis about the scene: distances and top levels of a staircase's risers, or an alternative.
 
+use super::kinds::{FirstRise, GroundKind};
 use super::normal::above;
 use super::sight::tread_begins_m;
+use super::surfaces::Surfaces;
+use crate::answer::{Direction, Step};
 use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::MIN_EXPANDED_M;
 use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
-use crate::params::current;
 use crate::params::posterior as number;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
@@ -17,48 +19,6 @@ pub const MAX_STEPS: usize = 10;
 /// Maximum distance between two steps that count as the same, such as a reported and a true one, metres: design
 /// contract of scoring.
 pub const SAME_M: f32 = 0.10;
-
-/// Kind of a hypothesis about the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum GroundKind {
-    /// Level ground, perhaps with a wall.
-    #[default]
-    Nothing,
-    /// Ground with a constant slope.
-    Ramp {
-        /// Distance from the mirror at which the slope begins, metres.
-        from_m: f32,
-        /// Rise per metre; negative going down.
-        slope: f32,
-    },
-    /// Ground that ends: an edge to lower ground, or a hole.
-    Drop {
-        /// Distance from the mirror at which the ground ends, metres.
-        at_m: f32,
-    },
-    /// Steps going up: risers, with the heights of their tops.
-    Stairs,
-    /// Steps going down: edges, with the heights of the treads below them.
-    Descent,
-    /// A single object on the ground, too tall to climb.
-    Box,
-    /// A single object on the ground, too low for a step.
-    Threshold,
-}
-
-impl GroundKind {
-    /// Returns the kind of a single object of this height on the ground, metres.
-    pub fn single(height_m: f32) -> Self {
-        let p = current();
-        if height_m < p.lowest_step_m {
-            Self::Threshold
-        } else if height_m <= p.highest_step_m {
-            Self::Stairs
-        } else {
-            Self::Box
-        }
-    }
-}
 
 /// A staircase, or another hypothesis about the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -175,15 +135,14 @@ pub struct ReportedStep {
 }
 
 impl ReportedStep {
-    /// Returns the reported step at a distance and height, metres, with expanded uncertainties from their standard
-    /// deviations, metres: at most 8 cm each.
-    pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
+    /// Returns the place of a step, with expanded uncertainties from its standard deviations: at most 8 cm each.
+    pub fn of(step: &Step) -> Self {
         let within = |sigma_m| math::min(expanded(sigma_m), MAX_EXPANDED_M);
         Self {
-            x_m,
-            y_m,
-            x_within_m: within(sigmas_m.0),
-            y_within_m: within(sigmas_m.1),
+            x_m: step.distance_m,
+            y_m: step.height_m,
+            x_within_m: within(step.distance_sigma_m),
+            y_within_m: within(step.height_sigma_m),
         }
     }
 }
@@ -233,20 +192,34 @@ impl Staircase {
         }
     }
 
-    /// Returns ground with a slope that begins at a distance, metres.
-    pub fn ramp(from_m: f32, slope: f32) -> Self {
+    /// Returns a hypothesis of this kind, without risers and without a wall.
+    pub fn of(kind: GroundKind) -> Self {
         Self {
-            kind: GroundKind::Ramp { from_m, slope },
+            kind,
             ..Self::nothing()
         }
     }
 
+    /// Returns ground with a slope that begins at a distance, metres.
+    pub fn ramp(from_m: f32, slope: f32) -> Self {
+        Self::of(GroundKind::Ramp { from_m, slope })
+    }
+
     /// Returns ground that ends at a distance, metres.
     pub fn drop(at_m: f32) -> Self {
-        Self {
-            kind: GroundKind::Drop { at_m },
-            ..Self::nothing()
-        }
+        Self::of(GroundKind::Drop { at_m })
+    }
+
+    /// Returns the log-likelihood ratio of the hypothesis to ground that goes on, by its nearest riser, wall or end, from
+    /// the power along the ground's line, nats.
+    #[inline(never)]
+    pub fn ground_line(&self, line: &Surfaces) -> f32 {
+        let first = FirstRise {
+            x_m: self.x(0),
+            open: self.open,
+            wall_m: self.wall_m,
+        };
+        self.kind.ground_line(line, first)
     }
 
     /// Whether another hypothesis is of the same kind and build, has its risers in the same places (within 3 cm), and
@@ -298,7 +271,7 @@ impl Staircase {
         let (mut sum, mut spans) = (0.0, 0.0);
         for k in 1..self.len() {
             let going_m = self.x(k) - self.x(k - 1);
-            if going_m < number::GOINGS_M.1 {
+            if going_m < number::GOINGS_M.high {
                 sum += going_m;
                 spans += 1.0;
             }
@@ -359,11 +332,11 @@ impl Staircase {
 
     /// Returns the edges that count as steps, the nearest first.
     pub fn edges(&self, view: &View) -> impl Iterator<Item = Edge> + '_ {
-        let counts = match self.kind {
-            GroundKind::Stairs | GroundKind::Descent => self.len(),
-            _ => 0,
+        let (counts, down) = match self.kind.direction() {
+            Direction::None => (0, false),
+            Direction::Up => (self.len(), false),
+            Direction::Down => (self.len(), true),
         };
-        let down = self.kind == GroundKind::Descent;
         let overhang_m = if self.open { 0.0 } else { self.overhang_m };
         let (open, view) = (self.open, *view);
         let mut hidden = f32::NEG_INFINITY;
@@ -440,11 +413,7 @@ impl Staircase {
                 push(t.x_m, 1.0);
             }
         }
-        let real = match self.kind {
-            GroundKind::Drop { at_m } => Some(at_m),
-            _ => None,
-        };
-        match (real, drop) {
+        match (self.kind.end_m(), drop) {
             (Some(at_m), Some(reported)) if reported.covers(at_m) => {}
             (Some(at_m), reported) => push(
                 reported.map_or(at_m, |reported| math::min(reported.x_m, at_m)),

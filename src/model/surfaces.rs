@@ -13,7 +13,6 @@
 //! | threshold at b | as a riser + ground again |
 
 use super::lines::{CELLS, DEPTHS_M, Lines, Power};
-use super::staircase::{GroundKind, Staircase};
 use crate::math;
 
 /// Number of slots into which the way ahead is divided for the results.
@@ -48,8 +47,6 @@ const BEFORE: usize = 3;
 const BEHIND: usize = 1;
 /// Maximum distance by which the evidence for a riser may lie behind its place, half slots of 2.5 cm.
 const SHOWS_BEHIND: usize = 3;
-/// Number of slots from a ramp's beginning after which the ramp has left the ground's line.
-const LEAVES: usize = 8;
 /// Probability per range cell behind an edge that a low object begins.
 const LIES_LOW: f32 = 0.006;
 /// Probability per range cell that a low object behind an edge ends.
@@ -85,24 +82,6 @@ impl Surfaces {
         rise: [0.0; SLOTS],
         bump: [0.0; SLOTS],
     };
-
-    /// Returns the log-likelihood ratio of a hypothesis to ground that goes on, by its nearest riser, wall or end,
-    /// nats.
-    #[inline(never)]
-    pub fn of(&self, s: &Staircase) -> f32 {
-        match s.kind {
-            GroundKind::Nothing => self.rise_at(s.wall_m),
-            GroundKind::Ramp { from_m, .. } => {
-                let places = (0..LEAVES).map(|k| self.rise_at(from_m + SLOT_M * k as f32));
-                places.fold(0.0, math::max)
-            }
-            GroundKind::Drop { at_m } => self.drop_at(at_m),
-            GroundKind::Threshold => self.bump_at(s.x(0)),
-            // Between the treads the ground may still be seen.
-            _ if s.open => math::max(self.rise_at(s.x(0)), self.bump_at(s.x(0))),
-            _ => self.rise_at(s.x(0)),
-        }
-    }
 
     /// Returns the log-likelihood ratio of ground that ends at a distance, metres; nats.
     pub fn drop_at(&self, x_m: f32) -> f32 {
@@ -474,8 +453,8 @@ impl<'a> Slots<'a> {
 mod tests {
     use super::*;
     use crate::config::Config;
-    use crate::model::SAME_M;
     use crate::model::chart::Chart;
+    use crate::model::{SAME_M, Staircase};
     use crate::motion::{Drive, Input, MotionCompensation, RowPose, Track};
     use crate::signal::echoes::tests::{map, scene};
     use crate::signal::grid::PolarMap;
@@ -614,7 +593,7 @@ mod tests {
         let (x_m, nats) = end(&surfaces);
         assert!(x_m < 0.5 && nats < 5.0, "{x_m} {nats}");
         assert!(surfaces.drop_at(1.0) < 2.0);
-        assert!(surfaces.of(&Staircase::nothing()).abs() < 1e-6);
+        assert!(Staircase::nothing().ground_line(&surfaces).abs() < 1e-6);
     }
 
     #[test]

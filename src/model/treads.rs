@@ -20,6 +20,7 @@ mod edges;
 mod flights;
 
 use self::edges::{EdgeDensity, MIN_NATS, PLACE_M, PLACES, place_beyond, place_m, spread_all};
+use super::kinds::GroundKind;
 use super::normal::above;
 use super::sight::tread_begins_m;
 use super::staircase::{MAX_STEPS, View};
@@ -27,6 +28,7 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::params::generative::{LEVELS, TreadEnd, TreadNumbers};
 use crate::params::posterior as number;
+use crate::params::posterior::Limits;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use heapless::Vec;
 
@@ -246,10 +248,9 @@ impl Descending {
         self.surface_llr(|_| y_m)
     }
 
-    /// Returns the log-likelihood ratio of a ramp down from a distance on, metres, with a fall of `slope` per metre,
-    /// nats.
-    pub fn ramp(&self, from_m: f32, slope: f32) -> f32 {
-        let shown = self.surface_llr(|x_m| -slope * math::max(x_m - from_m, 0.0));
+    /// Returns the log-likelihood ratio, to no surface, of a surface of this kind without edges, nats.
+    pub fn ground(&self, kind: GroundKind) -> f32 {
+        let shown = self.surface_llr(|x_m| kind.height_m(x_m, 0.0));
         shown - self.depth_m(0.0) * self.expected_to(f32::INFINITY)
     }
 
@@ -382,11 +383,11 @@ impl Descending {
     }
 
     /// Returns the height of a tread above the ground, metres: the weighted mean of its echoes' heights between its
-    /// ends, `from_m` and `to_m`; `None` without echoes.
-    pub fn level(&self, tread: TreadAt, (from_m, to_m): (f32, f32)) -> Option<Estimate> {
+    /// ends, `ends_m`; `None` without echoes.
+    pub fn level(&self, tread: TreadAt, ends_m: Limits) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
         for e in self.echoes.iter().filter(|_| tread.has_echoes) {
-            let inside = e.x_m > from_m - AROUND_M && e.x_m < to_m + AROUND_M;
+            let inside = e.x_m > ends_m.low - AROUND_M && e.x_m < ends_m.high + AROUND_M;
             if inside && e.ratio_m(tread.y_m) * e.rate > 1.0 {
                 let w = 1.0 / (e.y_sigma_m * e.y_sigma_m);
                 weight += w;

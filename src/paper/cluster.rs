@@ -1,5 +1,6 @@
 //! Clusters: Fuzzy ART, and the paper's rules to reject clusters that are not steps (paper III-B).
 
+pub use crate::observer::paper_trace::{ClusterVerdict, Extent};
 use heapless::Vec;
 
 /// Maximum number of clusters of a scan.
@@ -149,43 +150,6 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
             }
         }
         epochs
-    }
-}
-
-/// Result of the paper's rejection rules for a cluster.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ClusterVerdict {
-    /// The cluster is a step.
-    #[default]
-    Kept,
-    /// Too few particles: scatter that did not converge.
-    Outlier,
-    /// Part of the same object as the cluster with this index, and fused with it.
-    Fused(u16),
-    /// Part of an object that another, larger cluster represents.
-    Redundant,
-}
-
-/// A cluster as the rejection rules see it: particle count and mean position, by which they decide, and their result.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Extent {
-    /// Number of the cluster's particles.
-    pub count: u16,
-    /// Mean position along the axis from which the mirror's angle is measured (the depth of stairs going up; for
-    /// stairs going down the height, positive downwards), metres from the mirror.
-    pub along_m: f32,
-    /// Mean position across the axis from which the mirror's angle is measured (the height of stairs going up,
-    /// positive upwards; for stairs going down the depth, negative forward), metres from the mirror.
-    pub across_m: f32,
-    /// Result of the rejection rules for the cluster.
-    pub verdict: ClusterVerdict,
-}
-
-impl Extent {
-    /// Whether this cluster represents an object rather than `other`: the one with more particles, of equal ones the
-    /// higher one.
-    fn precedes(&self, other: &Self) -> bool {
-        self.count > other.count || (self.count == other.count && self.across_m > other.across_m)
     }
 }
 

@@ -22,10 +22,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use crate::answer::Answer;
 use crate::config::{Config, ParticleConfig, Spread};
 use crate::estimator::{Estimator, MappedScan};
-use crate::infer::past::History;
 use crate::math;
 use crate::motion::Agreement;
 use crate::observer::{CloudStage, Event, Observer};
+use crate::past::History;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::verdict::Assessment;
 use bright::{HIGH_INTENSITY_DB, IntensityMap, MapLevels};
@@ -131,13 +131,13 @@ impl Estimator for Paper {
         form_clusters(cloud, config.particles.vigilance);
         let mut shapes = shapes(cloud);
         let mut extents = extents(&shapes, places.unit_m);
-        show(observer, CloudStage::Clustered, cloud, &field, &extents);
+        show(observer, CloudStage::Clustered, cloud, &extents);
 
         cluster::reject_outliers(&mut extents);
         cluster::fuse(&mut extents, REDUNDANT_M);
         join(cloud, &mut extents, &mut shapes, places.unit_m);
         cluster::reject_redundant(&mut extents, REDUNDANT_M);
-        show(observer, CloudStage::Rejected, cloud, &field, &extents);
+        show(observer, CloudStage::Rejected, cloud, &extents);
 
         let kept = (extents.iter().zip(&shapes))
             .filter(|(extent, _)| extent.verdict == ClusterVerdict::Kept)
@@ -161,18 +161,11 @@ impl Default for Paper {
     }
 }
 
-/// Reports the particles after the stage `stage` to the observer, with their map and clusters.
-fn show(
-    observer: &mut dyn Observer,
-    stage: CloudStage,
-    cloud: &PointCloud,
-    field: &IntensityMap<'_>,
-    clusters: &[Extent],
-) {
+/// Reports the particles after the stage `stage` to the observer, with their clusters.
+fn show(observer: &mut dyn Observer, stage: CloudStage, cloud: &PointCloud, clusters: &[Extent]) {
     observer.event(Event::Particles {
         stage,
-        cloud,
-        field,
+        particles: cloud.particles(),
         clusters,
     });
 }
@@ -205,11 +198,11 @@ fn converge(
         }
     }
     cloud.weigh(|particle| field.weight(particle));
-    show(observer, CloudStage::Drawn, cloud, field, &[]);
+    show(observer, CloudStage::Drawn, cloud, &[]);
     for _ in 0..config.rounds {
         // Particles do not move, so their weights do not change.
         cloud.resample(rng);
-        show(observer, CloudStage::Resampled, cloud, field, &[]);
+        show(observer, CloudStage::Resampled, cloud, &[]);
     }
     cloud.merge_duplicates();
 }
@@ -476,14 +469,14 @@ mod tests {
             fn event(&mut self, event: Event<'_>) {
                 let Event::Particles {
                     stage,
-                    cloud,
+                    particles,
                     clusters,
                     ..
                 } = event
                 else {
                     panic!("the paper's estimator tells {event:?}");
                 };
-                self.0.push((stage, cloud.particles().len()));
+                self.0.push((stage, particles.len()));
                 let formed = matches!(stage, CloudStage::Clustered | CloudStage::Rejected);
                 assert_eq!(formed, !clusters.is_empty());
             }

@@ -12,38 +12,11 @@ use rand_core::Rng;
 
 pub use crate::config::MAX_PARTICLES;
 use crate::math;
+pub use crate::observer::paper_trace::{PointParticle, UNITS_PER_CELL};
 use crate::sort::shell_sort;
 
 /// Maximum number of modes of one cloud.
 pub const MAX_CLOUD_MODES: usize = 64;
-
-/// Number of coordinate units per cell (row or range bin) of the map. It keeps rounding below 0.2 mm and 0.004°, and
-/// the largest map within 16 bits.
-pub const UNITS_PER_CELL: i16 = 64;
-
-/// One particle: a weighted sample in two coordinates.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PointParticle {
-    /// Coordinates: angle and range in 1/64 cell of the map, or, once clustered, along and across the axis of the
-    /// mirror's angle in 1/64 range bin.
-    pub at: [i16; 2],
-    /// Weight, not normalised.
-    pub weight: u16,
-    /// Number of copies during resampling; index of the particle's cluster afterwards.
-    pub mark: u16,
-}
-
-impl PointParticle {
-    /// Returns the cell (row, bin) of the map in which a particle with the coordinates angle and range lies; `None`
-    /// if a coordinate is before the first cell.
-    pub fn cell(&self) -> Option<(usize, usize)> {
-        let unit = i32::from(UNITS_PER_CELL);
-        let [row, bin] = self
-            .at
-            .map(|c| usize::try_from((i32::from(c) + unit / 2).div_euclid(unit)));
-        Some((row.ok()?, bin.ok()?))
-    }
-}
 
 /// A normal density in two coordinates without correlation, from which particles are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

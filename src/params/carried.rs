@@ -20,7 +20,7 @@ impl Correlation {
     }
 }
 
-/// Number of features of a cell with evidence of earlier scans; `src/infer/past/outlook.rs` defines each.
+/// Number of features of a cell with evidence of earlier scans; `src/past/outlook.rs` defines each.
 pub const PAST_FEATURES: usize = 12;
 
 /// Features of a cell by this scan and earlier ones.

@@ -18,7 +18,7 @@ pub mod switches;
 mod table;
 
 pub use entry::{Entry, Origin};
-pub use rules::{INSTRUMENT_REASONS, Rule, rules};
+pub use rules::{Rule, rules};
 pub use switches::Rules;
 pub use table::Params;
 

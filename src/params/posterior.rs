@@ -4,6 +4,42 @@
 //! without another stated origin were tuned by hand. Numbers that are counted from simulated scans are in
 //! [`super::measured`].
 
+/// Lower and upper limit of a range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Lower limit.
+    pub low: f32,
+    /// Upper limit.
+    pub high: f32,
+}
+
+impl Limits {
+    /// Returns a range from its limits.
+    pub const fn new(low: f32, high: f32) -> Self {
+        Self { low, high }
+    }
+}
+
+/// Distribution of the deviations of a flight's goings or rises from their mean: a mixture of two normal distributions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviations {
+    /// Standard deviation of usual deviations, metres.
+    pub core_m: f32,
+    /// Standard deviation of large deviations, metres.
+    pub wide_m: f32,
+    /// Share of large deviations.
+    pub wide_share: f32,
+}
+
+/// Difference of the next rise from the mean rise of its flight, with its prior share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RiseOff {
+    /// Difference, metres.
+    pub off_m: f32,
+    /// Prior share.
+    pub share: f32,
+}
+
 // Arithmetic.
 
 /// Slope of the logistic function that approximates the normal distribution to within 0.01.
@@ -124,14 +160,6 @@ pub const INSIDE_M: f32 = 0.015;
 pub const INSIDE_SIGMA_M: f32 = 0.012;
 /// Share of the space below an open tread that counts as inside the solid.
 pub const INSIDE_OPEN: f32 = 0.35;
-/// Density of a wall's echoes, relative to a face's.
-pub const WALL_SHARE: f32 = 0.25;
-/// Standard deviation of the distance of a wall's echoes from it, metres.
-pub const WALL_SIGMA_M: f32 = 0.008;
-/// Squared deviation, in standard deviations, beyond which an echo is not part of a wall.
-pub const WALL_REACH: f32 = 60.0;
-/// Depth below the ground before a wall down to which its echoes may lie, metres.
-pub const WALL_BELOW_M: f32 = 0.03;
 /// Minimum range in the density of noise echoes, metres.
 pub const NOISE_RANGE_M: f32 = 0.1;
 
@@ -150,8 +178,6 @@ pub const MASKS_WEAKER_DB: f32 = 6.0;
 pub const MASKS_EDGE: f32 = 0.82;
 /// Maximum share of an echo that all features together may use.
 pub const MAX_USED_SHARE: f32 = 0.999;
-/// Probability that a wall has no echo.
-pub const WALL_HIDDEN: f32 = 0.3;
 /// Maximum log-likelihood ratio of a riser's features, nats, so that the exponential of its negative is not 0.
 pub const MAX_FOUND_LLR: f32 = 80.0;
 /// Squared deviation, in standard deviations, beyond which an echo is not a point feature.
@@ -174,49 +200,27 @@ pub const OVERHANG_SIGMA_M: f32 = 0.002;
 /// Density of large overhangs, relative to that of no overhang.
 pub const OVERHANG_LARGE: f32 = 0.15;
 /// Range of all goings, metres.
-pub const GOINGS_M: (f32, f32) = (0.18, 0.60);
+pub const GOINGS_M: Limits = Limits::new(0.18, 0.60);
 /// Range of usual goings, metres.
-pub const USUAL_GOINGS_M: (f32, f32) = (0.22, 0.40);
+pub const USUAL_GOINGS_M: Limits = Limits::new(0.22, 0.40);
 /// Standard deviation of a going about the flight's mean, metres.
 pub const GOING_SIGMA_M: f32 = 0.012;
 /// Standard deviation of the Gaussian shoulders of the usual goings, metres.
 pub const GOING_SHOULDER_M: f32 = 0.03;
 /// Integral of the goings' prior with its shoulders, metres.
 pub const GOING_VOLUME_M: f32 = 0.22;
-/// Standard deviations of one going's deviation from the flight's, small and large, metres, and the share of large
-/// ones.
-pub const GOING_DEPARTS: (f32, f32, f32) = (0.004, 0.02, 0.05);
-/// Standard deviations of one rise's deviation from the flight's, small and large, metres, and the share of large
-/// ones.
-pub const RISE_DEPARTS: (f32, f32, f32) = (0.0035, 0.025, 0.05);
-/// Minimum usual rise of a flight, metres.
-pub const LOWEST_RISE_M: f32 = 0.085;
-/// Minimum usual rise of a single step, metres.
-pub const LOWEST_STEP_M: f32 = 0.05;
-/// Maximum usual rise, metres.
-pub const HIGHEST_RISE_M: f32 = 0.22;
-/// Standard deviation of the Gaussian shoulders of the usual rises, metres.
-pub const RISE_SHOULDER_M: f32 = 0.02;
-/// Integral of the rises' prior with its shoulders, metres.
-pub const RISE_VOLUME_M: f32 = 0.15;
-/// Range of a box's heights, metres.
-pub const BOX_HEIGHTS_M: f32 = 0.55;
-/// Range of a threshold's heights, metres.
-pub const THRESHOLD_HEIGHTS_M: f32 = 0.05;
-/// Prior probability of level ground.
-pub const P_LEVEL_GROUND: f32 = 0.31;
-/// Prior probability of a ramp, shared among [`RAMPS`] slopes.
-pub const RAMP: f32 = 0.08;
-/// Number of slopes that share [`RAMP`].
-pub const RAMPS: f32 = 12.0;
-/// Prior probability of a drop.
-pub const DROP: f32 = 0.03;
-/// Prior probability of stairs that begin at one place.
-pub const STAIRS: f32 = 0.10;
-/// Prior probability of a box.
-pub const BOX: f32 = 0.06;
-/// Prior probability of a threshold.
-pub const THRESHOLD: f32 = 0.05;
+/// Deviations of one going from the flight's.
+pub const GOING_DEPARTS: Deviations = Deviations {
+    core_m: 0.004,
+    wide_m: 0.02,
+    wide_share: 0.05,
+};
+/// Deviations of one rise from the flight's.
+pub const RISE_DEPARTS: Deviations = Deviations {
+    core_m: 0.0035,
+    wide_m: 0.025,
+    wide_share: 0.05,
+};
 
 // Variants.
 
@@ -231,19 +235,32 @@ pub const BEHIND_TO_M: f32 = 1.6;
 /// Minimum distance between that riser and a wall, metres.
 pub const BEHIND_WALL_M: f32 = 0.1;
 /// Shortest and longest going of a flight that goes on, metres.
-pub const BEHIND_GOINGS_M: (f32, f32) = (0.20, 0.60);
+pub const BEHIND_GOINGS_M: Limits = Limits::new(0.20, 0.60);
 /// Minimum going that may be a landing, metres.
 pub const LANDING_FROM_M: f32 = 0.4;
 /// Spacing of the places for the next riser, metres.
 pub const BEHIND_GRID_M: f32 = 0.08;
-/// Differences of the next rise from the mean, metres, and their prior shares.
-pub const BEHIND_RISES: [(f32, f32); 3] = [(0.0, 0.6), (-RISE_OFF_M, 0.2), (RISE_OFF_M, 0.2)];
+/// Differences of the next rise from the mean, with their prior shares.
+pub const BEHIND_RISES: [RiseOff; 3] = [
+    RiseOff {
+        off_m: 0.0,
+        share: 0.6,
+    },
+    RiseOff {
+        off_m: -RISE_OFF_M,
+        share: 0.2,
+    },
+    RiseOff {
+        off_m: RISE_OFF_M,
+        share: 0.2,
+    },
+];
 /// Difference of a variant's rise from the mean, metres.
 pub const RISE_OFF_M: f32 = 0.03;
 /// Prior odds of an irregular rise.
 pub const ODD_ODDS: f32 = 0.1;
 /// Nearest and farthest single step on bare ground, metres.
-pub const FLOOR_FROM_TO_M: (f32, f32) = (0.24, 2.6);
+pub const FLOOR_FROM_TO_M: Limits = Limits::new(0.24, 2.6);
 /// Minimum distance between that step and a wall, metres.
 pub const FLOOR_WALL_M: f32 = 0.15;
 /// Spacing of the places for that step, metres.

@@ -6,7 +6,6 @@
 
 use super::switches::Rules;
 use super::table::Params;
-use crate::verdict::Reason;
 
 /// A value that no measured quantity reaches.
 const NEVER: f32 = 1e9;
@@ -130,21 +129,3 @@ numbers! {
     /// A few lobes that are far too broad show wrong mirror angles.
     lobes_few in "mount": |p| p.beam_broad_few = NEVER;
 }
-
-/// Reasons about the instrument: each is a rule of `health`.
-pub const INSTRUMENT_REASONS: &[Reason] = &[
-    Reason::Silent,
-    Reason::AdcBit,
-    Reason::StaleChirp,
-    Reason::DcDrift,
-    Reason::Clipped,
-    Reason::GainDrift,
-    Reason::Interference,
-    Reason::ChannelDead,
-    Reason::IqImbalance,
-    Reason::RangeScale,
-    Reason::BlockedView,
-    Reason::Moving,
-    Reason::MirrorStuck,
-    Reason::AngleJump,
-];

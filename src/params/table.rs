@@ -186,9 +186,9 @@ params! {
     }
     "search: stairs going up" {
         /// Minimum going.
-        least_going_m = posterior::GOINGS_M.0, "m", Custom, "steepest stairs in use";
+        least_going_m = posterior::GOINGS_M.low, "m", Custom, "steepest stairs in use";
         /// Maximum going.
-        most_going_m = posterior::GOINGS_M.1, "m", Custom, "steps of parks and forecourts";
+        most_going_m = posterior::GOINGS_M.high, "m", Custom, "steps of parks and forecourts";
         /// Maximum length of a landing between two flights.
         longest_landing_m = 1.60, "m", Custom, "more than a door's leaf and a wheelchair's length";
         /// Maximum deviation of a riser from the place that its predecessors predict.

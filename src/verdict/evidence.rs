@@ -1,7 +1,7 @@
 //! Inputs of a scan's status, as plain values.
 
 use super::reasons::{Reason, Reasons};
-use crate::motion::Agreement;
+use crate::drive::Agreement;
 
 /// All inputs of a scan's status. The default, without any evidence, leads to a `fault`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

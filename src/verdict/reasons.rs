@@ -227,6 +227,24 @@ reasons! {
         "The encoder does not answer on its bus, or reports no magnet.",
 }
 
+/// Reasons about the instrument: each is a rule of `health`.
+pub const INSTRUMENT_REASONS: &[Reason] = &[
+    Reason::Silent,
+    Reason::AdcBit,
+    Reason::StaleChirp,
+    Reason::DcDrift,
+    Reason::Clipped,
+    Reason::GainDrift,
+    Reason::Interference,
+    Reason::ChannelDead,
+    Reason::IqImbalance,
+    Reason::RangeScale,
+    Reason::BlockedView,
+    Reason::Moving,
+    Reason::MirrorStuck,
+    Reason::AngleJump,
+];
+
 /// A set of [`Reason`]s, one bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reasons(u64);

@@ -4,7 +4,7 @@
 
 use super::evidence::{Assessment, Evidence, Validity};
 use super::reasons::{Reason, Reasons};
-use crate::motion::Finding;
+use crate::drive::Finding;
 
 /// Minimum horizon of an `ok` answer, metres, unless the horizon ends at a nearer reported drop. Source: design
 /// contract.

@@ -339,3 +339,109 @@ fn each_reason_has_a_word_a_condition_and_an_effect() {
         assert!(condition.ends_with('.'), "{}: {condition}", reason.as_str());
     }
 }
+
+/// Returns the status of an assessment in words, with the codes of its reasons.
+fn in_words(assessment: Assessment) -> std::string::String {
+    let verdict = verdict(&seen(assessment));
+    let status = match verdict.status {
+        Status::Ok => "ok",
+        Status::Degraded => "degraded",
+        Status::Fault => "fault",
+    };
+    let reasons = verdict.reasons.iter().map(Reason::as_str);
+    let words: Vec<&str> = core::iter::once(status).chain(reasons).collect();
+    words.join(" ")
+}
+
+#[test]
+fn an_answer_is_ok_from_a_horizon_of_one_metre_on() {
+    let to = |horizon_m| {
+        in_words(Assessment {
+            valid: Some(valid_to(horizon_m)),
+            ..sure()
+        })
+    };
+    assert_eq!(to(0.999), "degraded short-horizon");
+    assert_eq!(to(1.0), "ok");
+}
+
+#[test]
+fn a_horizon_below_one_metre_is_ok_where_it_reaches_the_drop() {
+    let to = |horizon_m, drop_m| {
+        in_words(Assessment {
+            valid: Some(valid_to(horizon_m)),
+            drop_m: Some(drop_m),
+            ..sure()
+        })
+    };
+    assert_eq!(to(0.7, 0.701), "degraded short-horizon");
+    assert_eq!(to(0.7, 0.7), "ok");
+    // A drop beneath the mirror leaves nothing to be valid for.
+    assert_eq!(to(0.0, 0.0), "degraded short-horizon");
+}
+
+#[test]
+fn an_answer_is_ok_from_a_first_step_of_nine_tenths_on() {
+    let with = |first_step| {
+        in_words(Assessment {
+            valid: Some(Validity {
+                first_step,
+                ..valid_to(1.4)
+            }),
+            ..sure()
+        })
+    };
+    assert_eq!(with(0.899), "degraded short-horizon");
+    assert_eq!(with(0.9), "ok");
+}
+
+#[test]
+fn each_condition_that_prevents_ok_is_named() {
+    let finding = |finding| {
+        in_words(Assessment {
+            agreement: Agreement {
+                finding,
+                input: Input::Absent,
+            },
+            ..sure()
+        })
+    };
+    assert_eq!(finding(Finding::Agreed), "ok");
+    assert_eq!(finding(Finding::Unconfirmed), "degraded unconfirmed");
+    assert_eq!(finding(Finding::Moved), "degraded moving");
+    assert_eq!(finding(Finding::Missing), "degraded motion-input");
+    let mounting_off = true;
+    assert_eq!(
+        in_words(Assessment {
+            mounting_off,
+            ..sure()
+        }),
+        "degraded mount"
+    );
+    let lobe_width_off = true;
+    assert_eq!(
+        in_words(Assessment {
+            lobe_width_off,
+            ..sure()
+        }),
+        "degraded angle-jump"
+    );
+    let echo_found = false;
+    assert_eq!(
+        in_words(Assessment {
+            echo_found,
+            ..sure()
+        }),
+        "fault no-echo"
+    );
+    let weaknesses = Reasons::NONE
+        .with(Reason::CloseRival)
+        .with(Reason::WeakEchoes);
+    assert_eq!(
+        in_words(Assessment {
+            weaknesses,
+            ..sure()
+        }),
+        "ok close-rival weak-echoes"
+    );
+}

@@ -65,7 +65,15 @@ impl Observer for Events {
         if matches!(event, Event::Done(_)) {
             return;
         }
-        let text = format!("{event:?}");
+        let text = match event {
+            // By the particles themselves, so that the figure does not depend on the names of the event's fields.
+            Event::Particles {
+                stage,
+                particles,
+                clusters,
+            } => format!("Particles {stage:?} {particles:?} {clusters:?}"),
+            _ => format!("{event:?}"),
+        };
         let kind = text.split([' ', '(']).next().unwrap_or_default();
         match self.0.iter_mut().find(|(of, _)| of == kind) {
             Some((_, texts)) => texts.extend(text.as_bytes()),

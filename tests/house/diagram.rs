@@ -22,6 +22,15 @@ fn part_of(layers: &[Layer], file: &File) -> Option<&'static str> {
     found.next().map(|(name, _)| *name)
 }
 
+/// Returns the node of a file in the search for cycles: its node of the diagram, or else its folder in `src/`, or itself
+/// where it stands right there; `None` for `lib.rs`, which declares the others.
+fn node_of(layers: &[Layer], file: &File) -> Option<String> {
+    let inner = file.path.strip_prefix("src/")?;
+    let name = inner.split('/').next()?.trim_end_matches(".rs");
+    let part = part_of(layers, file).unwrap_or(name);
+    (name != "lib").then(|| part.to_owned())
+}
+
 /// Returns the folders of `src/` that belong to no node and are not in `left_out`.
 pub fn forgotten(layers: &[Layer], left_out: &[&str], files: &[File]) -> Vec<String> {
     let mut folders = BTreeSet::new();
@@ -35,18 +44,22 @@ pub fn forgotten(layers: &[Layer], left_out: &[&str], files: &[File]) -> Vec<Str
     folders.into_iter().collect()
 }
 
-/// Returns the imports between nodes.
-fn imports(layers: &[Layer], graph: &Graph<'_>) -> Arrows {
+/// Returns the imports between nodes, where `node` returns that of a file.
+fn imports(graph: &Graph<'_>, node: impl Fn(&File) -> Option<String>) -> Arrows {
     let mut arrows = Arrows::new();
     for (from, to, place) in graph.imports() {
-        if let (Some(from), Some(to)) = (part_of(layers, from), part_of(layers, to))
+        if let (Some(from), Some(to)) = (node(from), node(to))
             && from != to
         {
-            let arrow = (from.to_owned(), to.to_owned());
-            arrows.entry(arrow).or_insert(place);
+            arrows.entry((from, to)).or_insert(place);
         }
     }
     arrows
+}
+
+/// Returns the imports between the nodes of the diagram.
+fn drawn_imports(layers: &[Layer], graph: &Graph<'_>) -> Arrows {
+    imports(graph, |file| part_of(layers, file).map(str::to_owned))
 }
 
 /// Returns the shortest path along `arrows` from `start` back to it.
@@ -72,12 +85,13 @@ fn circle<'a>(arrows: &'a Arrows, start: &'a str) -> Option<Vec<&'a str>> {
 }
 
 /// Returns for every node that imports itself, directly or through others, a shortest cycle with an import for each
-/// of its arrows. Each cycle is reported once.
+/// of its arrows. Each cycle is reported once. Nodes are those of the diagram, and all other folders and files of `src/`.
 pub fn circles(layers: &[Layer], graph: &Graph<'_>) -> Vec<String> {
-    let arrows = imports(layers, graph);
+    let arrows = imports(graph, |file| node_of(layers, file));
     let mut reported = BTreeSet::new();
     let mut found = Vec::new();
-    for (start, _) in layers.iter().flat_map(|(_, parts)| *parts) {
+    let starts: BTreeSet<&str> = arrows.keys().map(|(from, _)| from.as_str()).collect();
+    for start in starts {
         let Some(circle) = circle(&arrows, start) else {
             continue;
         };
@@ -130,7 +144,7 @@ fn drawn(document: &str) -> BTreeSet<(String, String)> {
 
 /// Returns the differences between `document` and the imports, followed by the correct block; empty if they agree.
 pub fn differences(layers: &[Layer], graph: &Graph<'_>, document: &str) -> Vec<String> {
-    let (imports, drawn) = (imports(layers, graph), drawn(document));
+    let (imports, drawn) = (drawn_imports(layers, graph), drawn(document));
     let mut found = Vec::new();
     for (arrow, place) in imports.iter().filter(|(arrow, _)| !drawn.contains(*arrow)) {
         found.push(format!("no arrow {} --> {}: {place}", arrow.0, arrow.1));
@@ -226,6 +240,24 @@ mod tests {
                                b --> c (src/b/mod.rs:1 imports src/c/mod.rs), \
                                c --> a (src/c/mod.rs:1 imports src/a/mod.rs)";
         assert_eq!(round("use crate::a::h;"), [through_another]);
+    }
+
+    #[test]
+    fn a_circle_through_a_file_or_a_folder_outside_the_diagram_is_found() {
+        let sources = Sources::new(
+            "stairscan",
+            [
+                ("src/lib.rs", "pub mod b;\npub mod leaf;\npub mod numbers;"),
+                ("src/b/mod.rs", "use crate::leaf::l;\npub fn f() {}"),
+                ("src/leaf.rs", "pub use crate::numbers::N;\npub fn l() {}"),
+                ("src/numbers/mod.rs", "use crate::b::f;\npub struct N;"),
+            ],
+        );
+        let found = circles(LAYERS, &Graph::new(&sources));
+        let expected = "circle: b --> leaf (src/b/mod.rs:1 imports src/leaf.rs), \
+                        leaf --> numbers (src/leaf.rs:1 imports src/numbers/mod.rs), \
+                        numbers --> b (src/numbers/mod.rs:1 imports src/b/mod.rs)";
+        assert_eq!(found, [expected]);
     }
 
     #[test]

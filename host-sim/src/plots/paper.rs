@@ -4,7 +4,7 @@ use stairscan::config::{Config, ParticleConfig, Plane, Spread};
 use stairscan::estimator::Estimator;
 use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::cluster::{ClusterVerdict, Extent};
-use stairscan::paper::particles::{PointCloud, PointParticle, UNITS_PER_CELL};
+use stairscan::paper::particles::{PointParticle, UNITS_PER_CELL};
 use stairscan::paper::{Paper, Places};
 use stairscan::signal::grid::PolarMap;
 use stairscan::verdict::Outcome;
@@ -58,9 +58,9 @@ impl<'a> TraceObserver<'a> {
         (x.into(), y.into())
     }
 
-    fn marks(&self, cloud: &PointCloud) -> Vec<(Point, u16)> {
+    fn marks(&self, particles: &[PointParticle]) -> Vec<(Point, u16)> {
         let unit = Places::of(self.map).unit_m;
-        let marked = cloud.particles().iter().map(|p| {
+        let marked = particles.iter().map(|p| {
             let [along, across] = p.at.map(|c| f32::from(c) * unit);
             (self.placed(along, across), p.mark)
         });
@@ -91,26 +91,25 @@ impl Observer for TraceObserver<'_> {
     fn event(&mut self, event: Event<'_>) {
         let Event::Particles {
             stage,
-            cloud,
+            particles,
             clusters,
-            ..
         } = event
         else {
             return;
         };
         match stage {
             CloudStage::Drawn => {
-                let drawn = cloud.particles().iter().map(|p| self.drawn(p));
+                let drawn = particles.iter().map(|p| self.drawn(p));
                 self.particles.initial = drawn.collect();
             }
             CloudStage::Resampled => {
-                let drawn = cloud.particles().iter().map(|p| self.drawn(p));
+                let drawn = particles.iter().map(|p| self.drawn(p));
                 self.particles.resampled = drawn.collect();
                 self.particles.rounds += 1;
             }
-            CloudStage::Clustered => self.marked[0] = self.marks(cloud),
+            CloudStage::Clustered => self.marked[0] = self.marks(particles),
             CloudStage::Rejected => {
-                self.marked[1] = self.marks(cloud);
+                self.marked[1] = self.marks(particles);
                 self.extents = clusters.to_vec();
             }
         }

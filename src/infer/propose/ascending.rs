@@ -1,11 +1,13 @@
 //! Score of a flight going up: risers of equal height one behind the other, closed or open.
 
-use super::roles::{Riser, Role, Roles};
+use super::roles::{Riser, Roles};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
-use super::stairs::{ChainLink, Flight, FlightShape};
+use super::stairs::{Flight, FlightShape};
 use crate::estimate::Estimate;
 use crate::infer::gauss::TreadLevels;
 use crate::math;
+use crate::observer::trace::{ChainLink, Role};
+use crate::params::posterior::Limits;
 use crate::signal::echoes::MAX_ECHOES;
 use core::cell::RefCell;
 use core::ops::Range;
@@ -21,15 +23,14 @@ const FINE_RISES_M: [f32; 11] = [
     -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
 ];
 
-/// Returns riser `k` of a chain of faces; its foot is at height `base_m` and its top at `top_m`, metres above the
-/// ground.
-fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
+/// Returns riser `k` of a chain of faces, whose foot and top are at heights `levels_m`, metres above the ground.
+fn riser_between(chain: &[ChainLink], open: bool, k: usize, levels_m: Limits) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
     Riser {
         previous_m: k.checked_sub(1).and_then(at),
         along_m: at(k).unwrap_or(f32::INFINITY),
-        base_m,
-        top_m,
+        base_m: levels_m.low,
+        top_m: levels_m.high,
         open,
     }
 }
@@ -37,7 +38,12 @@ fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f3
 /// Returns riser `k`, counted from 0, of a flight of regular rises.
 pub fn riser(chain: &[ChainLink], shape: FlightShape, k: usize) -> Riser {
     let base_m = k as f32 * shape.rise_m;
-    riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
+    riser_between(
+        chain,
+        shape.open,
+        k,
+        Limits::new(base_m, base_m + shape.rise_m),
+    )
 }
 
 /// Returns riser `k`, counted from 0, of a chain of faces whose treads have the heights `levels`; behind its last
@@ -46,7 +52,7 @@ pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize)
     let level = |k: usize| levels.get(k).map(|l| l.height.value);
     let base_m = k.checked_sub(1).and_then(level).unwrap_or(0.0);
     let top_m = chain.get(k).and(level(k)).unwrap_or(base_m);
-    riser_between(chain, open, k, (base_m, top_m))
+    riser_between(chain, open, k, Limits::new(base_m, top_m))
 }
 
 /// Returns the index of the riser that a mark (an echo in the search) lies near or before; beyond the last riser, that

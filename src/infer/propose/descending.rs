@@ -8,8 +8,10 @@
 use crate::infer::variants::Hypothesis;
 use crate::math;
 use crate::model::Staircase;
+use crate::model::kinds::PROPOSALS_DOWN;
 use crate::model::prior::prior;
 use crate::model::treads::{Descending, MAX_TREADS, TreadAt, Treads};
+use crate::params::Rules;
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -33,16 +35,17 @@ const SKIPPED_ALIKE_M: f32 = 0.025;
 const GROWING: usize = 6;
 /// Maximum number of chains of treads that are weighted as hypotheses, with all their beginnings.
 const WEIGHED: usize = 6;
-/// Distances at which ramps downwards begin, metres from the mirror.
-const RAMPS_FROM_M: [f32; 3] = [0.0, -0.1, -0.2];
-/// Slopes of ramps downwards: tan of 1° … 12° in steps of a degree.
-const SLOPES: [f32; 12] = [
-    0.0175, 0.0349, 0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944, 0.2126,
-];
+/// Candidate tread of stairs going down.
+#[derive(Clone, Copy, Debug)]
+struct LevelRow {
+    /// Height of the tread, metres; negative below the ground.
+    y_m: f32,
+    /// Log-likelihood ratio of a tread at that height to none, nats.
+    nats: f32,
+}
 
-/// Candidate treads of stairs going down, the highest first: height, metres, negative below the ground, and
-/// log-likelihood ratio of a tread at that height to none, nats.
-type LevelRows = Vec<(f32, f32), LEVELS>;
+/// Candidate treads of stairs going down, the highest first.
+type LevelRows = Vec<LevelRow, LEVELS>;
 
 /// Chain of treads one below the other, each as an index into [`LevelRows`]; [`UNSEEN`] stands for a tread without
 /// echoes between two others.
@@ -66,10 +69,9 @@ impl LevelChain {
         (count > 0).then(|| -self.last_m / count as f32)
     }
 
-    /// Returns the chain with one more tread, index `row`, at height `y_m` above the ground with log-likelihood ratio
-    /// `nats`, directly below the last one or with a tread without echoes between. Returns `None` for rises that stairs
+    /// Returns the chain with one more tread, index `row` in the list of candidates, directly below the last one or with a tread without echoes between. Returns `None` for rises that stairs
     /// do not have.
-    fn with(&self, row: usize, (y_m, nats): (f32, f32)) -> Option<Self> {
+    fn with(&self, row: usize, LevelRow { y_m, nats }: LevelRow) -> Option<Self> {
         let rise_m = self.last_m - y_m;
         let skipped = match self.rise_m() {
             None if RISES_M.contains(&rise_m) => false,
@@ -92,7 +94,7 @@ impl LevelChain {
     /// rise.
     fn treads(&self, levels: &LevelRows) -> Treads {
         let mut treads = Treads::new();
-        let level = |row: u8| levels.get(usize::from(row)).map(|level| level.0);
+        let level = |row: u8| levels.get(usize::from(row)).map(|level| level.y_m);
         let mut before_m = 0.0;
         for (k, &row) in self.rows.iter().enumerate() {
             let next = self.rows.get(k + 1).and_then(|row| level(*row));
@@ -151,10 +153,13 @@ fn levels(model: &Descending, echoes: &[Echo]) -> LevelRows {
         if fresh && centre.y_m < -BELOW_GROUND_M {
             let y_m = sum / weight;
             // A level that finds no room is weaker than all others.
-            let _ = levels.push((y_m, model.unlimited_tread_llr(y_m)));
+            let _ = levels.push(LevelRow {
+                y_m,
+                nats: model.unlimited_tread_llr(y_m),
+            });
         }
     }
-    shell_sort(&mut levels, |a, b| a.0 > b.0);
+    shell_sort(&mut levels, |a, b| a.y_m > b.y_m);
     levels
 }
 
@@ -170,7 +175,7 @@ fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
         next.clear();
         for chain in &now {
             let below = levels.iter().enumerate();
-            let below = below.filter(|(_, (y_m, _))| *y_m < chain.last_m);
+            let below = below.filter(|(_, level)| level.y_m < chain.last_m);
             for grown in below.filter_map(|(row, level)| chain.with(row, *level)) {
                 offer(&mut next, grown.clone());
                 offer(&mut best, grown);
@@ -186,7 +191,12 @@ fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
 /// Calls `each` with every hypothesis and its weight: chains of levels with their beginnings and one more tread,
 /// ground without stairs, and the likeliest ramp.
 #[inline(never)]
-pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Hypothesis)) {
+pub fn propose(
+    model: &mut Descending,
+    echoes: &[Echo],
+    rules: &Rules,
+    each: &mut dyn FnMut(Hypothesis),
+) {
     let levels = levels(model, echoes);
     let chains = chains(&levels);
     let mut before: &[u8] = &[];
@@ -209,17 +219,18 @@ pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Hyp
     model.evaluate(&[]);
     let ground = model.weigh(0).log_weight;
     each(Hypothesis::weighed(Staircase::nothing(), ground));
-    let slopes = SLOPES
-        .into_iter()
-        .flat_map(|slope| RAMPS_FROM_M.map(|from_m| (from_m, slope)));
-    let ramps = slopes.map(|(from_m, slope)| {
-        let ramp = Staircase::ramp(from_m, -slope);
-        Hypothesis::weighed(
-            ramp,
-            model.ramp(from_m, slope) + prior(&ramp) - prior(&Staircase::nothing()),
-        )
-    });
-    if let Some(ramp) = ramps.reduce(Hypothesis::likelier) {
-        each(ramp);
+    let level = prior(&Staircase::nothing());
+    for propose in PROPOSALS_DOWN {
+        let mut best: Option<Hypothesis> = None;
+        propose(rules, &mut |kind| {
+            let s = Staircase::of(kind);
+            let log_weight = model.ground(kind) + prior(&s) - level;
+            let new = Hypothesis::weighed(s, log_weight);
+            best = Some(best.map_or(new, |best| best.likelier(new)));
+            log_weight
+        });
+        if let Some(best) = best {
+            each(best);
+        }
     }
 }

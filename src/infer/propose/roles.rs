@@ -7,58 +7,10 @@
 use super::scene::{Mark, Scene, gain};
 use crate::math;
 use crate::model::sight_m;
+use crate::observer::trace::Role;
 use crate::params::posterior as number;
 use crate::signal::echoes::MAX_ECHOES;
 use heapless::Vec;
-
-/// Role of an echo: the feature of a hypothesis that it shows, or how it contradicts it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Role {
-    /// The inner corner at the foot of a riser.
-    Corner,
-    /// The front edge at the top of a riser.
-    Nosing,
-    /// The specular reflection of a face at right angles to the line of sight.
-    Flash,
-    /// A place on a riser between foot and top.
-    Face,
-    /// The surface of a tread, of the landing or of the floor.
-    Tread,
-    /// The end of a tread, seen from above.
-    Edge,
-    /// Inside the solid: contradicts the flight.
-    Inside,
-    /// Above the top of its own riser: contradicts the flight.
-    Above,
-    /// Standing on a tread: contradicts the flight.
-    Clutter,
-    /// Not explained by the flight.
-    #[default]
-    Stray,
-}
-
-impl Role {
-    /// Whether an echo in this role contradicts the flight.
-    pub const fn contradicts(self) -> bool {
-        matches!(self, Self::Inside | Self::Above | Self::Clutter)
-    }
-
-    /// Returns the role's name in the output of `cargo sim inspect`.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Corner => "corner",
-            Self::Nosing => "nosing",
-            Self::Flash => "flash",
-            Self::Face => "face",
-            Self::Tread => "tread",
-            Self::Edge => "edge",
-            Self::Inside => "inside",
-            Self::Above => "above",
-            Self::Clutter => "clutter",
-            Self::Stray => "unexplained",
-        }
-    }
-}
 
 /// Role of each mark (an echo in the search), in the marks' order.
 pub type Roles = Vec<Role, MAX_ECHOES>;

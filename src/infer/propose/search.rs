@@ -5,8 +5,9 @@
 //! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
 
 use super::ascending::Ascending;
-use super::stairs::{ChainLink, Flight, MAX_FLIGHT, regular};
+use super::stairs::{Flight, MAX_FLIGHT, regular};
 use crate::math;
+use crate::observer::trace::ChainLink;
 use crate::params::Params;
 use heapless::Vec;
 
@@ -65,6 +66,24 @@ impl Beam {
             now: BestPartialFlights::new(),
             next: BestPartialFlights::new(),
         }
+    }
+}
+
+/// The search's results: the best flights, and the best of all.
+#[derive(Debug)]
+pub struct Proposals<'s, 'e> {
+    /// The search with the best flight of each number of faces.
+    pub search: Search<'s, 'e>,
+    /// The best flight; `None` if no column can begin one.
+    pub best: Option<Flight>,
+}
+
+impl<'s, 'e> Proposals<'s, 'e> {
+    /// Returns the results of a search with this evaluator and this working memory.
+    pub fn of(stairs: &'s Ascending<'e>, memory: &mut Beam) -> Self {
+        let mut search = Search::new(stairs);
+        let best = search.best(memory);
+        Self { search, best }
     }
 }
 

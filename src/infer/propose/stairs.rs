@@ -1,20 +1,11 @@
 //! A flight of stairs going up in the search: faces one behind the other, their rise, its score.
 
 use crate::math;
+use crate::observer::trace::ChainLink;
 use heapless::Vec;
 
 /// Maximum number of faces of a flight.
 pub const MAX_FLIGHT: usize = 10;
-
-/// One face (riser, or going down tread) of a chain: its place, and the column of its echoes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ChainLink {
-    /// Position of the face along the line of sight, metres: horizontal distance of a riser, depth of a tread below the
-    /// mirror.
-    pub along_m: f32,
-    /// Index of the column of echoes at the face; `None` for a face inferred without echoes.
-    pub column: Option<u8>,
-}
 
 /// Faces of a flight, one behind the other, the nearest first.
 pub type Chain = Vec<ChainLink, MAX_FLIGHT>;
@@ -34,27 +25,6 @@ pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
         }
     }
     (sum / math::max(spans, 1.0), landings)
-}
-
-/// Kind of an explanation of the echoes, with its dimensions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Explanation {
-    /// Level ground; going down also a falling ramp.
-    NoStairs,
-    /// Stairs going up.
-    Up {
-        /// Riser height of the stairs going up, metres.
-        rise_m: f32,
-        /// Whether the treads are open (no risers).
-        open: bool,
-    },
-    /// Stairs going down.
-    Down {
-        /// Horizontal distance of the first edge of the stairs going down, metres from the mirror.
-        edge_m: f32,
-        /// Going of the stairs going down, from edge to edge, metres.
-        going_m: f32,
-    },
 }
 
 /// Parameters of a flight besides the places of its risers.

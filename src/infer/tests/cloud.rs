@@ -1,6 +1,6 @@
 //! The cloud: independence of the particles' order and scale, sums of weights, and resampling.
 
-use crate::infer::cloud::{CAPACITY, CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ReportedAnswer};
+use crate::model::cloud::{CAPACITY, CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ReportedAnswer};
 use crate::model::tests::{Dice, VIEW, flight, regular, reported};
 use crate::model::{MAX_STEPS, Staircase};
 

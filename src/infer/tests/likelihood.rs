@@ -2,9 +2,10 @@
 
 use crate::answer::{Direction, PossibleStep};
 use crate::estimate::expanded;
+use crate::infer::propose::scene::Scene;
 use crate::infer::*;
 use crate::signal::echoes::tests::{map, noise, scene};
-use crate::verdict::{Outcome, Status};
+use crate::verdict::{Outcome, Reasons, Status};
 use proptest::prelude::*;
 
 fn estimate(map: &PolarMap, config: &Config, backwards: bool) -> Outcome {

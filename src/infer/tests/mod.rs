@@ -1,5 +1,6 @@
 //! Tests of the estimator, and of its parts on the echoes of a known staircase.
 
+mod accuracy;
 mod cloud;
 mod gauss;
 mod likelihood;

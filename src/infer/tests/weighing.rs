@@ -1,11 +1,9 @@
 //! Weights, refinement and variants of hypotheses, on the echoes of a known staircase and on random echoes.
 
 use crate::estimate::Estimate;
-use crate::infer::cloud::{Cloud, ReportedAnswer};
-use crate::infer::gauss::TreadLevels;
-use crate::infer::readings::Readings;
-use crate::infer::refine::refine;
+use crate::infer::refine::{Refinement, refine};
 use crate::infer::variants::{Hypothesis, Variants, weight};
+use crate::model::cloud::{Cloud, ReportedAnswer};
 use crate::model::tests::{Dice, VIEW, echo, echoes, flight, geometry, model, regular, reported};
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::Params;
@@ -83,10 +81,9 @@ fn a_floor_outweighs_stairs_and_a_gap_in_it_says_nothing_of_them() {
 /// rise is known with a standard deviation of 2 cm.
 fn refined(model: &Model<'_>, s: &Staircase) -> (Staircase, Sigmas) {
     let rise = Estimate::new(s.rise(), 0.02);
-    let (mut s, mut levels) = (*s, TreadLevels::default());
-    let left = (&mut levels, &mut Readings::default());
-    refine(model, &mut s, rise, &Params::DEFAULT, left);
-    (s, levels.map(|level| level.height.sigma()))
+    let (mut s, mut out) = (*s, Refinement::default());
+    refine(model, &mut s, rise, &Params::DEFAULT, &mut out);
+    (s, out.levels.map(|level| level.height.sigma()))
 }
 
 #[test]

@@ -4,8 +4,10 @@ mod points;
 mod staircase;
 
 use super::feature::{Class, FeaturePlace};
+use super::kinds::GroundKind;
 use super::points::Model;
-use super::staircase::{GroundKind, ReportedStep, Staircase, View};
+use super::staircase::{ReportedStep, Staircase, View};
+use crate::answer::Step;
 use crate::config::Config;
 use crate::params::measured;
 use crate::signal::echoes::Echo;
@@ -39,7 +41,13 @@ pub(crate) fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Stai
 
 /// Returns the steps of an answer without any uncertainty, from distances and heights, metres.
 pub(crate) fn reported(steps: &[(f32, f32)]) -> Vec<ReportedStep> {
-    let step = |&step| ReportedStep::new(step, (0.0, 0.0));
+    let step = |&(distance_m, height_m)| {
+        ReportedStep::of(&Step {
+            distance_m,
+            height_m,
+            ..Step::default()
+        })
+    };
     steps.iter().map(step).collect()
 }
 

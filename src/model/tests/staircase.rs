@@ -204,7 +204,14 @@ fn the_expanded_uncertainty_is_the_difference() {
     // Three standard deviations, between 3 and 8 cm.
     for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
         let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
-            let reported = ReportedStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
+            let (distance_sigma_m, height_sigma_m) = sigmas_m;
+            let reported = ReportedStep::of(&Step {
+                distance_m: 1.0 + off_x_m,
+                height_m: 0.16 + off_y_m,
+                distance_sigma_m,
+                height_sigma_m,
+                ..Step::default()
+            });
             s.conflicts(&[reported], None, &VIEW, &SURE)[0].probability > 0.5
         };
         for (off_m, so) in [(within_m - 0.002, false), (within_m + 0.002, true)] {

@@ -7,7 +7,8 @@ use super::edges::{EdgeDensity, EdgeSpread, FIRST_PLACE_M, PER_NAT, PLACE_M, PLA
 use super::{Descending, TreadAt, WeighedTreads};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
-use crate::model::prior::{P_CONTINUES, departure, ln};
+use crate::model::normal::{departure, ln};
+use crate::model::prior::P_CONTINUES;
 use crate::params::posterior as number;
 
 /// Places of the first edge, as indices of the grid: up to 28 cm behind the mirror and 8 cm before it.
@@ -89,7 +90,7 @@ impl Descending {
         // The likeliest first edge is tried first, so that the limit for the others is high from the start.
         for (from, &nats) in firsts().filter(|(k, _)| Some(*k) == likeliest) {
             for (&stride, going) in goings.iter().zip(GOINGS) {
-                let sum = flight(i32::from(nats) + stride, (from, going), others, top);
+                let sum = flight(i32::from(nats) + stride, from, going, others, top);
                 top = top.max(sum.unwrap_or(top));
             }
         }
@@ -102,7 +103,7 @@ impl Descending {
                 if begun < top - UNREACHABLE {
                     continue;
                 }
-                if let Some(sum) = flight(begun, (from, going), others, top) {
+                if let Some(sum) = flight(begun, from, going, others, top) {
                     top = top.max(sum);
                     each(sum, from, going);
                 }
@@ -170,12 +171,7 @@ impl Descending {
 
 /// Returns the log-density of a flight, in 1/64 nat: `begun`, and those of its further edges, `going` places apart
 /// behind place `from`. It returns none once the flight is too unlikely against `top`.
-fn flight(
-    begun: i32,
-    (from, going): (usize, usize),
-    others: &[EdgeDensity],
-    top: i32,
-) -> Option<i32> {
+fn flight(begun: i32, from: usize, going: usize, others: &[EdgeDensity], top: i32) -> Option<i32> {
     let (mut sum, mut place) = (begun, from);
     for edge in others {
         place = (place + going).min(PLACES - 1);

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use stairscan::params::{self, INSTRUMENT_REASONS, Params};
+use stairscan::params::{self, Params};
+use stairscan::verdict::INSTRUMENT_REASONS;
 
 use super::bench::Cost;
 use super::emit;

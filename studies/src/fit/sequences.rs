@@ -8,11 +8,11 @@ use anyhow::Result;
 use stairscan::answer::{DropEdge, Step};
 use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::infer::Likelihood;
-use stairscan::infer::past::History;
-use stairscan::infer::trace::Cell;
+use stairscan::observer::trace::Cell;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{PlattMap, log_survival, probability};
+use stairscan::past::History;
 use stairscan::verdict::Outcome;
 
 use super::{

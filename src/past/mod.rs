@@ -29,8 +29,10 @@ use crate::params::current;
 pub struct History {
     /// Number of the latest scan; none before the first one.
     scan: Option<u32>,
-    /// Settings of mounting and radar of the latest scan.
-    instrument: (MountConfig, RadarConfig),
+    /// Settings of the mounting at the latest scan.
+    mount: MountConfig,
+    /// Settings of the radar at the latest scan.
+    radar: RadarConfig,
     /// Field of view of the latest scan.
     view: View,
     /// Forward displacement of the chair between the latest scan and the one before, metres.
@@ -45,6 +47,23 @@ pub struct History {
     pub carried_odds: CarriedOdds,
 }
 
+/// A scan that begins: its number, its instrument, and the chair's motion since the scan before.
+#[derive(Clone, Copy, Debug)]
+pub struct NewScan {
+    /// Number of the scan.
+    pub number: u32,
+    /// Settings of the mounting.
+    pub mount: MountConfig,
+    /// Settings of the radar.
+    pub radar: RadarConfig,
+    /// Field of view of the scan.
+    pub view: View,
+    /// Forward displacement of the chair since the scan before, metres; `None` if unknown.
+    pub moved_m: Option<f32>,
+    /// Forward displacement during this scan, metres.
+    pub moved_during_scan_m: f32,
+}
+
 impl Default for History {
     fn default() -> Self {
         Self::new()
@@ -56,7 +75,8 @@ impl History {
     pub const fn new() -> Self {
         Self {
             scan: None,
-            instrument: (Config::EMPTY.mount, Config::EMPTY.radar),
+            mount: Config::EMPTY.mount,
+            radar: Config::EMPTY.radar,
             view: View::NOTHING,
             moved_m: 0.0,
             changed: false,
@@ -66,34 +86,28 @@ impl History {
         }
     }
 
-    /// Begins scan number `scan`. The evidence is moved by the displacement `moved_m` since the scan before. It is
-    /// discarded if the displacement is unknown, or if the scan before was left out or made with another instrument.
-    /// `moved_during_scan_m` is the displacement during this scan, metres.
+    /// Begins a scan. The evidence is moved by the displacement since the scan before. It is discarded if the
+    /// displacement is unknown, or if the scan before was left out or made with another instrument.
     #[inline(never)]
-    pub fn begin(
-        &mut self,
-        scan: u32,
-        instrument: (MountConfig, RadarConfig),
-        view: View,
-        moved_m: Option<f32>,
-        moved_during_scan_m: f32,
-    ) {
+    pub fn begin(&mut self, new: &NewScan) {
         self.changed = false;
-        let follows = self.scan.is_some_and(|last| last.wrapping_add(1) == scan);
-        let same = self.instrument == instrument;
-        match moved_m.filter(|_| follows && same) {
+        let follows = self
+            .scan
+            .is_some_and(|last| last.wrapping_add(1) == new.number);
+        let same = self.mount == new.mount && self.radar == new.radar;
+        match new.moved_m.filter(|_| follows && same) {
             Some(moved_m) => {
                 self.moved_m = moved_m;
                 self.hypotheses.shift(moved_m);
-                self.tracks.shift(moved_m, moved_during_scan_m);
+                self.tracks.shift(moved_m, new.moved_during_scan_m);
                 self.carried_odds.shift(moved_m);
             }
             None => self.clear(),
         }
-        self.hypotheses.set_views(self.view, view, self.moved_m);
-        self.scan = Some(scan);
-        self.instrument = instrument;
-        self.view = view;
+        self.hypotheses.set_views(self.view, new.view, self.moved_m);
+        self.scan = Some(new.number);
+        (self.mount, self.radar) = (new.mount, new.radar);
+        self.view = new.view;
     }
 
     /// Leaves scan number `scan` out: the scan after it follows on the one before it.

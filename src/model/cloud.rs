@@ -4,10 +4,10 @@
 use crate::answer::DropEdge;
 use crate::estimate::COVERAGE_FACTOR;
 use crate::math;
-use crate::model::prior::ln;
+use crate::model::normal::ln;
 use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::model::{
-    GroundKind, MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, Sigmas, Staircase, View,
+    MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, Sigmas, Staircase, View,
 };
 use crate::params::posterior as number;
 use heapless::Vec;
@@ -185,8 +185,8 @@ impl Cloud {
         if let Some(sum) = self.conflicts.last_mut() {
             *sum += left;
         }
-        if let GroundKind::Drop { at_m } = staircase.kind
-            && let Some(sum) = self.ends.get_mut((at_m / SLOT_M) as usize)
+        if let Some(end_m) = staircase.kind.end_m()
+            && let Some(sum) = self.ends.get_mut((end_m / SLOT_M) as usize)
         {
             *sum += weight;
         }

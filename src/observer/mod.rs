@@ -1,15 +1,22 @@
 //! Intermediate results of an estimator, for plots, `inspect` and the benchmark.
 //!
-//! The scanner itself passes `()`, which ignores them.
+//! The scanner itself passes `()`, which ignores them. The types of the results stand here ([`trace`] for the default
+//! estimator), so that the estimators depend on them and not the other way round.
+
+#[cfg(feature = "paper")]
+pub mod paper_trace;
+pub mod trace;
 
 use crate::answer::PossibleStep;
-use crate::infer::Cloud;
-use crate::infer::trace::{Candidate, Cell, Scatterer, Stage};
 use crate::model::View;
+use crate::model::cloud::Cloud;
 use crate::mount::{Calibration, GroundEvidence};
-#[cfg(feature = "paper")]
-use crate::paper::{bright::IntensityMap, cluster::Extent, particles::PointCloud};
 use crate::signal::echoes::Lobes;
+#[cfg(feature = "paper")]
+pub use paper_trace::CloudStage;
+#[cfg(feature = "paper")]
+use paper_trace::{Extent, PointParticle};
+use trace::{Candidate, Cell, Scatterer, Stage};
 
 /// An intermediate result, marked with the estimators that report it.
 #[derive(Debug)]
@@ -49,28 +56,11 @@ pub enum Event<'a> {
     Particles {
         /// Stage after which the particles are reported.
         stage: CloudStage,
-        /// The particles.
-        cloud: &'a PointCloud,
-        /// Intensity map by which the particles are weighted.
-        field: &'a IntensityMap<'a>,
+        /// The particles, mode after mode.
+        particles: &'a [PointParticle],
         /// The clusters; empty before there are any.
         clusters: &'a [Extent],
     },
-}
-
-/// Stages of the paper's particles.
-#[cfg(feature = "paper")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CloudStage {
-    /// Initial particles, in cells of the map (angle, range).
-    Drawn,
-    /// Particles after a round of resampling, in cells of the map.
-    Resampled,
-    /// Particles in the sagittal plane (along, across, see [`crate::paper::Places`]), labelled with their
-    /// clusters.
-    Clustered,
-    /// Particles after fusion and rejection of clusters; those of rejected clusters keep their labels.
-    Rejected,
 }
 
 /// Receiver of an estimator's intermediate results.

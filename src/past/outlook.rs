@@ -1,9 +1,9 @@
 //! Log-odds that an answer is first wrong in each way cell, carried on from earlier scans.
 
 use crate::answer::Step;
-use crate::infer::cloud::{CELL_M, CELLS, FIRST_END_M};
 use crate::math;
 use crate::model::MIN_EXPANDED_M;
+use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M};
 use crate::params::carried::PastFeatures;
 use crate::params::current;
 

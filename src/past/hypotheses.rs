@@ -1,7 +1,8 @@
 //! The likeliest staircases of earlier scans, and the log-prior that they give to staircases of this scan.
 
+use crate::answer::Direction;
 use crate::math;
-use crate::model::{Edge, GroundKind, MAX_STEPS, Staircase, View};
+use crate::model::{Edge, MAX_STEPS, Staircase, View};
 use crate::params::current;
 use heapless::Vec;
 
@@ -95,7 +96,7 @@ impl CarriedHypotheses {
         let seen = edges(&s, &self.view);
         let last = seen.iter().rposition(|e| e.seen).map_or(0, |k| k + 1);
         s.steps = last as u8;
-        (s.kind == GroundKind::Stairs && last > 0).then_some(s)
+        (s.kind.direction() == Direction::Up && last > 0).then_some(s)
     }
 
     /// Returns the log-prior of a staircase from earlier scans, nats: at most 0, with a lower limit. A step that no

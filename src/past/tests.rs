@@ -1,7 +1,7 @@
 use super::*;
 use crate::config::Config;
-use crate::infer::cloud::CELLS;
 use crate::model::Staircase;
+use crate::model::cloud::CELLS;
 use crate::params::current;
 
 const VIEW: View = View {
@@ -12,9 +12,17 @@ const VIEW: View = View {
     farthest_m: 2.6,
 };
 
-fn instrument() -> (MountConfig, RadarConfig) {
+/// Returns scan `number` of a standing chair, `moved_m` after the scan before, with the default instrument.
+fn new(number: u32, moved_m: Option<f32>) -> NewScan {
     let config = Config::default();
-    (config.mount, config.radar)
+    NewScan {
+        number,
+        mount: config.mount,
+        radar: config.radar,
+        view: VIEW,
+        moved_m,
+        moved_during_scan_m: 0.0,
+    }
 }
 
 /// A flight of three steps that begins `x_m` metres from the mirror.
@@ -47,7 +55,7 @@ fn outlines(x_m: f32) -> [Weighed; 2] {
 
 /// Runs scan `number` of the flight at `x_m`, metres, `moved_m` after the scan before, and returns its combined steps.
 fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
-    memory.begin(number, instrument(), VIEW, moved_m, 0.0);
+    memory.begin(&new(number, moved_m));
     memory.keep(&outlines(x_m));
     let mut steps = steps(x_m, 0.01);
     memory.combine(&mut steps);
@@ -86,7 +94,7 @@ fn what_was_reported_before_counts_where_the_chair_is_now() {
 fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
     let mut memory = History::new();
     scan(&mut memory, 1, 2.0, None);
-    memory.begin(2, instrument(), VIEW, Some(0.2), 0.0);
+    memory.begin(&new(2, Some(0.2)));
     // The third step came into view in this scan; a fourth is not in view yet.
     let more = flight(1.8).with(3, 2.64, 0.68);
     assert_eq!(memory.hypotheses.log_prior(&more), 0.0);
@@ -104,9 +112,9 @@ fn everything_is_forgotten_where_the_way_is_not_known() {
     }
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
-    let (mut mount, radar) = instrument();
-    mount.mount_height += 100;
-    memory.begin(2, (mount, radar), VIEW, Some(0.1), 0.0);
+    let mut other = new(2, Some(0.1));
+    other.mount.mount_height += 100;
+    memory.begin(&other);
     assert!(memory.is_empty());
 }
 
@@ -137,7 +145,7 @@ fn five_scans_from_one_place_are_little_surer_than_one() {
 fn readings_that_disagree_make_no_one_surer() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
-    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    memory.begin(&new(2, Some(0.1)));
     let mut reported = steps(1.1, 0.01);
     reported[1].height_m += 0.05;
     memory.combine(&mut reported);
@@ -153,7 +161,7 @@ fn readings_that_disagree_make_no_one_surer() {
 fn a_contradicted_memory_is_a_first_scan() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
-    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    memory.begin(&new(2, Some(0.1)));
     memory.keep(&outlines(1.4));
     assert!(memory.changed() && memory.is_empty());
     let mut reported = steps(1.1, 0.01);
@@ -180,7 +188,7 @@ fn a_cell_knows_how_many_scans_were_sure_of_it() {
 fn what_this_scan_contradicts_does_not_live_on_in_its_own_weights() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
-    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    memory.begin(&new(2, Some(0.1)));
     let like_before = Weighed {
         log_weight: -8.5,
         ..outlines(1.1)[0]
@@ -191,7 +199,7 @@ fn what_this_scan_contradicts_does_not_live_on_in_its_own_weights() {
     };
     memory.keep(&[other, like_before]);
     assert!(memory.changed() && memory.is_empty());
-    memory.begin(3, instrument(), VIEW, Some(0.0), 0.0);
+    memory.begin(&new(3, Some(0.0)));
     let word = memory.hypotheses.log_prior(&like_before.staircase);
     let alone = math::max(
         current().carried_share * like_before.log_weight,
