@@ -31,7 +31,7 @@ mod app {
 
     use crate::board::motor::{Locked, Motor};
     use crate::board::uart::Receiver;
-    use crate::board::{self, Interrupts, Parts, Queues};
+    use crate::board::{self, Interrupts, BoardParts, Queues};
 
     #[shared]
     struct Shared {
@@ -43,7 +43,7 @@ mod app {
         link: Receiver<pac::USART1>,
         report: Receiver<pac::USART2>,
         driver: Receiver<pac::USART3>,
-        parts: Parts,
+        parts: BoardParts,
     }
 
     #[init(local = [queues: Queues = Queues::new()])]
@@ -76,7 +76,7 @@ mod app {
         ]
     )]
     fn idle(cx: idle::Context) -> ! {
-        let Parts {
+        let BoardParts {
             link,
             report,
             driver,

@@ -46,7 +46,7 @@ use super::uart::{
 use super::watchdog::Watchdog;
 
 /// Hardware that the scanner's loop uses.
-pub struct Parts {
+pub struct BoardParts {
     /// The radar module of any type, at its serial port or on SPI.
     pub link: AnyModule<LinkPort, ModuleSpi>,
     /// The scanner's half of the serial port that sends sentences and takes commands.
@@ -322,7 +322,7 @@ pub fn start(
     (timer, mpu): (SYST, MPU),
     p: pac::Peripherals,
     queues: &'static mut Queues,
-) -> (Parts, Interrupts) {
+) -> (BoardParts, Interrupts) {
     protection::start(&mpu);
     let before = retained::load();
     let (reset, cause) = reset_cause(&p.RCC, before.crash);
@@ -399,7 +399,7 @@ pub fn start(
         report: report_receiver,
         driver: driver_receiver,
     };
-    let parts = Parts {
+    let parts = BoardParts {
         link: AnyModule::new(link, spi),
         report,
         driver: Tmc2209::new(driver),
