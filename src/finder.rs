@@ -72,8 +72,8 @@ impl Scratch {
 
 /// Stair finder: rows of a scan in, answer out.
 ///
-/// A scan is [`StairFinder::begin`], then for each row from either end of the scan [`StairFinder::fill`] or, if
-/// it is lost, [`StairFinder::complete`], then [`StairFinder::finish`]. The configuration selects the
+/// A scan is [`StairFinder::begin`], then for each row from either end of the scan [`StairFinder::write`], unless it is
+/// lost, and [`StairFinder::complete`], then [`StairFinder::finish`]. The configuration selects the
 /// estimator.
 #[derive(Debug)]
 pub struct StairFinder {
@@ -102,14 +102,6 @@ impl StairFinder {
         Ok(())
     }
 
-    /// Lets `fill` write row `k` of the map, once per scan, and lets the estimator process it. Returns the result of
-    /// `fill`; `None` beyond the last row.
-    pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
-        let filled = self.write(k, fill)?;
-        self.complete(k);
-        Some(filled)
-    }
-
     /// Lets `fill` write row `k` of the map without passing it to the estimator; [`StairFinder::complete`] must follow.
     /// Returns the result of `fill`; `None` beyond the last row.
     pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
@@ -129,7 +121,8 @@ impl StairFinder {
     pub fn finish(
         &mut self,
         config: &Config,
-        (number, drive): (u32, &Drive<'_>),
+        number: u32,
+        drive: &Drive<'_>,
         past: Option<&mut History>,
         observer: &mut dyn Observer,
         answer: &mut Answer,

@@ -24,7 +24,7 @@
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`past`] | evidence of earlier scans, moved along with the chair |
 //! | [`estimator`], [`observer`] | interface of all estimators, and of observers of their intermediate results |
-//! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
+//! | `finder`, [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | the answer of a scan: steps, direction, drop, possible further steps |
 //! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
 //! | [`report`] | sentences out, motion in |
@@ -36,7 +36,7 @@
 //!
 //! Dependencies: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
 //! [`crc`] and [`schedule`] depend on no stage. On them build [`signal::grid`], then [`signal::range`] and
-//! [`signal::echoes`], then [`mount`] and [`model`], then [`infer`] and `paper` side by side, then [`finder`]
+//! [`signal::echoes`], then [`mount`] and [`model`], then [`infer`] and `paper` side by side, then `finder`
 //! and [`pipeline`]. Both estimators implement [`estimator`], which passes [`past`] on, and report to [`observer`], where
 //! the types of their intermediate results stand. Estimators, pipeline and scanner give their evidence to [`verdict`],
 //! which depends on none of them. [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one.
@@ -53,7 +53,7 @@ pub mod crc;
 pub mod drive;
 pub mod estimate;
 pub mod estimator;
-pub mod finder;
+mod finder;
 pub mod guard;
 pub mod health;
 pub mod infer;

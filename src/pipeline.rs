@@ -168,7 +168,6 @@ impl Pipeline {
             stood: self.stood(drive),
             ..*drive
         };
-        let scan = (self.scan, &drive);
         let past = match drive.memory {
             Retention::Aside => {
                 self.past.skip_scan(self.scan);
@@ -177,7 +176,7 @@ impl Pipeline {
             _ => Some(&mut self.past),
         };
         self.finder
-            .finish(&self.config, scan, past, observer, answer)
+            .finish(&self.config, self.scan, &drive, past, observer, answer)
     }
 
     /// Prepares range processing and health checks for the chirps of a scan or guard sweep. Returns the configuration

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_that_shows_behind_the_shadow_tells_its_depth() {
+    fn depth_is_measured_from_echoes_behind_the_edges_shadow() {
         for depth_m in [0.05, 0.083, 0.126, 0.171, 0.21] {
             let from_m = 0.8 * (1.0 + depth_m / HEIGHT_M);
             let places = [(0.0, 0.004), (0.06, -0.003), (0.12, 0.005), (0.18, -0.004)];
@@ -131,33 +131,33 @@ mod tests {
     }
 
     #[test]
-    fn the_ground_itself_and_one_echo_tell_no_depth() {
+    fn echoes_of_the_ground_and_a_single_echo_give_no_depth() {
         assert_eq!(depth_of(&[]), None);
         assert_eq!(depth_of(&[(0.5, 0.0), (0.6, 0.01), (1.3, -0.02)]), None);
         assert_eq!(depth_of(&[(1.2, -0.12)]), None);
     }
 
     #[test]
-    fn echoes_in_the_shadow_tell_no_depth() {
+    fn echoes_in_the_edges_shadow_give_no_depth() {
         // At 17 cm the shadow of an edge 0.8 m ahead ends at 1.14 m.
         let places = [0.0, 0.06, 0.12, 0.18].map(|more| (0.85 + more, -0.17));
         assert_eq!(depth_of(&places), None);
     }
 
     #[test]
-    fn the_far_wall_of_a_hole_tells_no_depth() {
+    fn far_wall_of_a_hole_gives_no_depth() {
         let wall = [-0.34, -0.27, -0.2, -0.13, -0.06].map(|y_m| (1.4, y_m));
         assert_eq!(depth_of(&wall), None);
     }
 
     #[test]
-    fn what_lies_deeper_than_two_low_risers_is_not_reported() {
+    fn depth_beyond_two_low_risers_is_not_reported() {
         let places = [0.0, 0.06, 0.12, 0.18].map(|more| (1.6 + more, -0.34));
         assert_eq!(depth_of(&places), None);
     }
 
     #[test]
-    fn two_levels_that_show_alike_tell_no_depth() {
+    fn two_equally_likely_depths_give_no_depth() {
         let places = [
             (1.05, -0.1),
             (1.1, -0.1),
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mirror_on_the_ground_does_no_harm() {
+    fn any_mirror_height_gives_no_panic() {
         let places = seen(&[(0.9, -0.1), (1.0, -0.1), (1.1, -0.1)]);
         for height_m in [0.0, f32::NAN, -0.4, f32::INFINITY] {
             let _ = behind(&places, height_m, 0.8);

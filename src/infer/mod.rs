@@ -44,7 +44,7 @@ mod conclusion;
 mod depth;
 mod descent;
 mod dimensions;
-pub mod gauss;
+mod gauss;
 mod horizon;
 mod inference;
 mod judgement;
@@ -62,9 +62,7 @@ use crate::answer::Answer;
 use crate::config::{Config, Plane};
 use crate::estimator::{Estimator, MappedScan};
 use crate::model::chart::Chart;
-pub use crate::model::cloud::{
-    CELL_M, CELLS, Cloud, FIRST_END_M, MIN_LOG_ODDS, PARTICLES, ReportedAnswer,
-};
+pub use crate::model::cloud::{Cloud, ReportedAnswer};
 use crate::model::lines::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
@@ -73,7 +71,7 @@ use crate::motion::{Agreement, Drive, MotionCompensation, Retention, SweepCompar
 use crate::mount::{GroundEvidence, online};
 use crate::observer::trace::Stage;
 use crate::observer::{Event, Observer};
-pub use crate::params::Params;
+use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::past::{History, NewScan};
@@ -86,9 +84,7 @@ use conclusion::AnswerQuality;
 use descent::Descent;
 pub use horizon::HorizonAccumulator;
 use propose::search::Beam;
-pub use readings::{Face, Readings};
-pub use refine::refine;
-pub use variants::{Hypothesis, Variants, weight};
+pub use variants::weight;
 
 /// The default estimator. Its memory holds the row collector during a scan, and after the last row, in the same
 /// place, the working memory of each further stage.

@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_riser_seen_alone_has_its_nosing_where_the_others_say() {
+    fn nosing_of_a_riser_with_one_echo_uses_the_flights_overhang() {
         for overhang in [0.02, 0.035, 0.055] {
             let nosings = locate_by(
                 &[0.6, 0.9, 1.2],
@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overhang_that_nothing_tells_is_the_prior_s() {
+    fn overhang_without_measurement_leaves_the_nosing_uncertain() {
         let nosing = locate_by(&[0.6], &[(0.6, 0.0)])[0].unwrap();
         // The mean is nearer than the corner, and neither end is excluded.
         assert!(nosing.value < 0.599 && nosing.value > 0.57, "{nosing:?}");

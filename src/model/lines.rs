@@ -557,7 +557,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_stronger_speaks_for_a_surface_and_noise_against_it() {
+    fn power_ratio_grows_with_power_and_is_below_one_for_noise() {
         for s_db in [-3.0, 3.0, 9.0] {
             let s = math::power_ratio(s_db);
             let term = Term::new(s, RowCount::new(ROWS), 1.0);
@@ -591,7 +591,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_amount_to_what_their_constants_say() {
+    fn weights_sum_to_their_stated_constants() {
         let steps = 20_000;
         let mean = |f: &dyn Fn(f64) -> f64| -> f64 {
             let all = (0..steps).map(|k| f((f64::from(k) + 0.5) / f64::from(steps)));

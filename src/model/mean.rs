@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn sweeps_are_counted_as_a_fading_mean_counts_them() {
+    fn number_of_sweeps_is_that_of_a_geometric_mean() {
         let mut mean = MeanLines::new();
         let mut weights: std::vec::Vec<MeanWeights> =
             (0..40).map(|_| mean.count(Some(0.1))).collect();
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_seen_farther_away_is_averaged_where_it_has_come_to() {
+    fn mean_is_moved_with_the_chairs_travel() {
         let mut mean = MeanLines::new();
         let (mut first, mut above) = lines(Power::new(1.0, 1.0));
         first.cells[6].ground = Power::new(100.0, 1.0);

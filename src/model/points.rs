@@ -189,11 +189,6 @@ impl<'p> Model<'p> {
         });
     }
 
-    /// Returns the SNR of the scan's strongest echo less 30 dB, in tens of dB.
-    pub fn q(&self) -> f32 {
-        self.q
-    }
-
     #[inline(never)]
     fn model_echo(&self, e: &Echo) -> ModelEcho {
         let [face, tread, floor, air, inside, noise] = &self.g.extended;

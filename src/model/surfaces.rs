@@ -509,7 +509,7 @@ mod tests {
     }
 
     #[test]
-    fn ground_that_goes_on_does_not_end_where_it_is_seen() {
+    fn visible_ground_has_no_likely_drop_or_riser() {
         let surfaces = weighed(&chart(&ground(2.5, 0.0..0.0, 15.0, None)));
         for x_m in [0.4, 0.6, 0.8, 1.0] {
             let reported = (surfaces.drop_at(x_m), surfaces.rise_at(x_m));
@@ -521,7 +521,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_ground_ends_is_a_drop() {
+    fn end_of_the_grounds_line_is_the_likeliest_drop() {
         for end_m in [0.62, 0.81, 0.97] {
             let surfaces = weighed(&chart(&ground(end_m, 0.0..0.0, 15.0, None)));
             let (x_m, nats) = end(&surfaces);
@@ -535,7 +535,7 @@ mod tests {
     }
 
     #[test]
-    fn lower_ground_behind_it_speaks_for_a_drop_and_ground_again_for_a_hole_or_a_dark_patch() {
+    fn lower_ground_behind_an_edge_raises_the_likelihood_of_a_drop() {
         let of = |hole, lower| weighed(&chart(&ground(2.5, hole, 15.0, lower)));
         let (_, alone) = end(&of(0.8..3.0, None));
         let (x_m, lower) = end(&of(0.8..3.0, Some((1.1, 0.11))));
@@ -587,7 +587,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_is_seen_nothing_is_reported() {
+    fn map_without_power_gives_no_likely_drop() {
         let surfaces = weighed(&chart(&scene(&Config::default(), &[])));
         // Half of the reflectivities would show: so much it costs that none does.
         let (x_m, nats) = end(&surfaces);
@@ -597,7 +597,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_are_lost_or_full_of_one_level_do_no_harm() {
+    fn lost_and_saturated_rows_give_finite_ratios() {
         let mut blank = PolarMap::new();
         blank.begin(&Config::default()).unwrap();
         let full = map(&Config::default(), |_, _| u8::MAX);
@@ -624,7 +624,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chair_that_drove_on_is_nearer_to_the_end() {
+    fn drop_distance_is_compensated_for_the_chairs_travel() {
         let map = ground(1.15, 0.0..0.0, 15.0, None);
         let mut track = Track::new();
         track.begin(map.rows() as u16);

@@ -162,7 +162,7 @@ fn worst(chair: Chair, echoes: &Echoes, sweep: u16) -> f32 {
 }
 
 #[test]
-fn every_echo_lies_where_it_was_seen_from() {
+fn echoes_are_placed_as_seen_from_the_position_at_their_row() {
     for speed in [-0.2, 0.05, 0.2] {
         let chair = driving(speed);
         for sweep in [0, 1] {
@@ -251,7 +251,7 @@ fn a_chair_known_to_stand_is_not_compared() {
 }
 
 #[test]
-fn a_point_walks_as_the_track_says() {
+fn fixed_point_moves_by_the_tracks_travel() {
     let config = Config::default();
     let map = tests::map(&config, |_, _| 80);
     let (track, _) = driving(0.2).sweep(&map, &config, 0);

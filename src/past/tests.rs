@@ -63,7 +63,7 @@ fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [S
 }
 
 #[test]
-fn a_first_scan_is_as_it_is() {
+fn first_scan_is_not_changed() {
     let mut memory = History::new();
     let reported = scan(&mut memory, 1, 1.2, None);
     assert_eq!(reported, steps(1.2, 0.01));
@@ -72,7 +72,7 @@ fn a_first_scan_is_as_it_is() {
 }
 
 #[test]
-fn what_was_reported_before_counts_where_the_chair_is_now() {
+fn steps_of_earlier_scans_are_moved_by_the_displacement() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     let reported = scan(&mut memory, 2, 1.1, Some(0.1));
@@ -91,7 +91,7 @@ fn what_was_reported_before_counts_where_the_chair_is_now() {
 }
 
 #[test]
-fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
+fn step_out_of_earlier_view_has_log_prior_zero() {
     let mut memory = History::new();
     scan(&mut memory, 1, 2.0, None);
     memory.begin(&new(2, Some(0.2)));
@@ -102,7 +102,7 @@ fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
 }
 
 #[test]
-fn everything_is_forgotten_where_the_way_is_not_known() {
+fn evidence_is_discarded_where_the_displacement_is_unknown() {
     for (number, moved_m) in [(2, None), (3, Some(0.1))] {
         let mut memory = History::new();
         scan(&mut memory, 1, 1.2, None);
@@ -171,7 +171,7 @@ fn a_contradicted_memory_is_a_first_scan() {
 }
 
 #[test]
-fn a_cell_knows_how_many_scans_were_sure_of_it() {
+fn cell_counts_the_earlier_scans_that_agree() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     for k in 0..CELLS {
@@ -185,7 +185,7 @@ fn a_cell_knows_how_many_scans_were_sure_of_it() {
 }
 
 #[test]
-fn what_this_scan_contradicts_does_not_live_on_in_its_own_weights() {
+fn contradicted_evidence_is_not_kept_in_the_log_weights() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(&new(2, Some(0.1)));

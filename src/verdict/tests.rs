@@ -124,7 +124,7 @@ fn a_sure_answer_is_ok_up_to_its_horizon() {
 }
 
 #[test]
-fn each_status_has_a_reason_whose_effect_it_is() {
+fn every_status_has_a_reason_with_that_effect() {
     for evidence in all() {
         let found = verdict(&evidence);
         match found.status {
@@ -143,7 +143,7 @@ fn each_status_has_a_reason_whose_effect_it_is() {
 }
 
 #[test]
-fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre_or_a_drop() {
+fn horizon_is_none_for_a_fault_and_zero_for_an_instrument_fault_and_long_enough_for_ok() {
     for evidence in all() {
         let found = verdict(&evidence);
         let sight = evidence.assessment.unwrap_or(sure());
@@ -251,7 +251,7 @@ fn the_free_distance_ends_at_the_nearest_of_horizon_step_and_drop() {
 }
 
 #[test]
-fn a_fault_tells_no_drop() {
+fn fault_clears_the_reported_drop() {
     let mut reported = outcome(1.4, None, Some(DropEdge::default()));
     assert!(reported.answer.drop.is_some());
     reported.decide(&Evidence::default());
@@ -259,7 +259,7 @@ fn a_fault_tells_no_drop() {
 }
 
 #[test]
-fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
+fn reasons_from_plain_values_have_the_effect_of_the_table() {
     let by = |finding, input| {
         seen(Assessment {
             agreement: Agreement { finding, input },

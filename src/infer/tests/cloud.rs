@@ -151,7 +151,7 @@ fn an_emptied_cloud_is_as_new() {
 }
 
 #[test]
-fn doubts_are_the_share_of_what_goes_wrong_there_first() {
+fn log_odds_of_a_cell_are_those_of_the_first_error_in_it() {
     // The answer has one step at 0.75 m. One half of the particles agrees, a quarter has another step at 1.05 m, an
     // eighth has no steps, an eighth has another step at 0.35 m.
     let one = flight(&[(0.75, 0.16)]);
@@ -192,7 +192,7 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
 }
 
 #[test]
-fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
+fn error_of_partial_probability_is_split_between_its_cell_and_later_ones() {
     let one = flight(&[(0.75, 0.16)]);
     let edges = reported(&[(0.75, 0.16)]);
     let reported = ReportedAnswer {
@@ -256,7 +256,7 @@ fn resampling_is_the_same_every_time() {
 }
 
 #[test]
-fn resampling_leaves_every_share_what_it_was_on_the_mean() {
+fn resampling_keeps_every_particles_mean_weight() {
     let mut dice = Dice::new(3);
     let rounds = 600;
     let (mut off, mut squares) = ([0.0f32; 4], [0.0f32; 4]);

@@ -22,7 +22,7 @@ fn step(value: f32) -> Fusion {
 }
 
 #[test]
-fn an_irregular_step_is_reported_as_it_is() {
+fn irregular_step_keeps_its_measured_height() {
     let rise = Estimate::new(0.16, 0.01);
     let levels = fit(&[step(0.16), step(0.35), step(0.48)], rise);
     let second = levels[1];
@@ -34,7 +34,7 @@ fn an_irregular_step_is_reported_as_it_is() {
 }
 
 #[test]
-fn a_step_without_readings_lies_on_the_line_and_says_so() {
+fn step_without_readings_has_the_regular_height_and_a_larger_sigma() {
     let levels = fit(
         &[step(0.15), Fusion::default(), step(0.45)],
         Fusion::default().mean(),
@@ -45,7 +45,7 @@ fn a_step_without_readings_lies_on_the_line_and_says_so() {
 }
 
 #[test]
-fn what_no_echo_measures_is_known_no_better_than_builders_can_be_trusted() {
+fn sigma_without_echoes_includes_the_building_tolerance() {
     let rise = Estimate::new(0.17, 0.01);
     let levels = fit(&[step(0.17), step(0.34), Fusion::default()], rise);
     let [first, _, last, ..] = levels;

@@ -187,7 +187,7 @@ fn a_height_that_no_echo_of_its_own_shows_is_inferred() {
 }
 
 #[test]
-fn what_lies_on_the_tread_behind_an_edge_is_not_the_edge() {
+fn echo_on_the_tread_behind_an_edge_is_not_taken_for_the_edge() {
     let config = Config::default();
     let heights = [0.16, 0.31];
     let mut points = staircase(0.70, 0.29, &heights);

@@ -30,7 +30,7 @@ fn a_flash_is_no_reading_of_the_edge_above_it() {
 }
 
 #[test]
-fn beside_a_flash_that_is_no_weaker_a_corner_reads_nothing() {
+fn corner_beside_a_flash_of_equal_power_gives_no_height() {
     // A corner 15 cm below the mirror at 85 cm, its flash 10° above it; then the same with 5°.
     for (foot_m, reads) in [(0.22, true), (0.31, false)] {
         let s = flight(&[(0.6, foot_m), (0.85, 0.44)]);
@@ -46,7 +46,7 @@ fn beside_a_flash_that_is_no_weaker_a_corner_reads_nothing() {
 }
 
 #[test]
-fn a_face_whose_foot_is_hidden_tells_how_high_risers_are() {
+fn riser_with_hidden_foot_measures_the_flights_rise() {
     let s = regular(3, 0.6, 0.25, 0.2);
     let seen_from_m = 0.4 + (0.4 - 0.4) * 1.1 / 0.85;
     let middle = [echo(1.1, 0.5 * (seen_from_m + 0.6), 20.0)];

@@ -24,7 +24,7 @@ fn flights() -> Vec<Staircase> {
 }
 
 #[test]
-fn a_flight_outweighs_what_did_not_make_its_echoes() {
+fn true_flight_has_a_greater_weight_than_other_hypotheses() {
     let mut dice = Dice::new(11);
     let geometry = geometry();
     for s in flights() {
@@ -65,7 +65,7 @@ fn a_flight_outweighs_what_did_not_make_its_echoes() {
 }
 
 #[test]
-fn a_floor_outweighs_stairs_and_a_gap_in_it_says_nothing_of_them() {
+fn floor_has_a_greater_weight_than_stairs_with_and_without_a_gap() {
     let geometry = geometry();
     let floor: Vec<Echo> = (0..12)
         .map(|k| echo(0.4 + 0.09 * k as f32, 0.0, 14.0))
@@ -87,7 +87,7 @@ fn refined(model: &Model<'_>, s: &Staircase) -> (Staircase, Sigmas) {
 }
 
 #[test]
-fn refining_finds_the_levels_and_is_honest_about_them() {
+fn refined_heights_have_errors_as_large_as_their_sigma() {
     let mut dice = Dice::new(21);
     let geometry = geometry();
     let (mut squares, mut errors, mut number) = (0.0f32, 0.0f32, 0.0f32);
@@ -127,7 +127,7 @@ fn refining_finds_the_levels_and_is_honest_about_them() {
 }
 
 #[test]
-fn refining_without_echoes_keeps_the_levels_and_trusts_them_less() {
+fn refinement_without_echoes_keeps_heights_and_enlarges_their_sigma() {
     let geometry = geometry();
     let s = regular(3, 0.7, 0.3, 0.16);
     let (found, sigmas) = refined(&model(&[], &geometry), &s);
@@ -142,7 +142,7 @@ fn refining_without_echoes_keeps_the_levels_and_trusts_them_less() {
 }
 
 #[test]
-fn a_base_weighs_what_the_whole_weighs() {
+fn weight_of_a_hypothesis_is_the_sum_over_its_risers() {
     let geometry = geometry();
     for s in flights() {
         let echoes = echoes(&s, &mut Dice::new(7), 0.5);
@@ -208,7 +208,7 @@ fn a_rise_that_is_odd_is_proposed() {
 }
 
 #[test]
-fn shorter_flights_weigh_what_they_weigh_alone() {
+fn variant_with_fewer_risers_has_the_weight_of_that_flight() {
     let geometry = geometry();
     let truth = regular(2, 0.7, 0.29, 0.16);
     let echoes = echoes(&truth, &mut Dice::new(17), 0.2);
@@ -346,7 +346,7 @@ proptest! {
 }
 
 #[test]
-fn a_wall_behind_changes_what_the_landing_says_and_nothing_else() {
+fn wall_changes_the_log_likelihood_of_the_landing_alone() {
     let geometry = geometry();
     let mut dice = Dice::new(7);
     let echoes: Vec<Echo> = (0..24)

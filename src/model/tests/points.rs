@@ -16,7 +16,7 @@ fn an_echo_is_not_counted_twice() {
 }
 
 #[test]
-fn a_riser_that_shows_nothing_speaks_against_itself() {
+fn riser_without_echoes_has_a_negative_log_likelihood_ratio() {
     let geometry = geometry();
     let s = regular(2, 0.7, 0.3, 0.16);
     let all = echoes(&s, &mut Dice::new(5), 0.0);

@@ -24,7 +24,7 @@ fn seen(risers: &[(f32, f32)], open: bool) -> Vec<bool> {
 }
 
 #[test]
-fn a_riser_is_added_where_it_belongs() {
+fn inserted_riser_moves_the_later_ones_back() {
     let s = flight(&[(0.6, 0.15), (0.9, 0.30), (1.2, 0.45)]);
     let front = s.with(0, 0.3, 0.05);
     assert_eq!(
@@ -106,7 +106,7 @@ fn only_steps_have_edges_and_an_overhang_brings_them_nearer() {
 }
 
 #[test]
-fn an_edge_is_seen_unless_something_is_before_it_or_it_is_out_of_sight() {
+fn edge_is_visible_unless_hidden_or_outside_the_field_of_view() {
     // From 40 cm above the ground, a nosing 15 cm above the mirror at half a metre hides one 20 cm above it at 90 cm.
     assert_eq!(seen(&[(0.5, 0.55), (0.9, 0.6)], false), [true, false]);
     // Between open treads it is visible.
@@ -139,7 +139,7 @@ fn the_view_of_a_map_is_half_a_beam_narrower_than_its_sector() {
 }
 
 #[test]
-fn what_agrees_contradicts_nothing() {
+fn answer_equal_to_the_hypothesis_has_no_conflict() {
     let s = regular(3, 0.7, 0.3, 0.16);
     let answer = [(0.71, 0.165), (0.99, 0.31), (1.31, 0.49)];
     for c in conflicts(&s, &answer, 0.0) {
@@ -250,7 +250,7 @@ fn a_level_that_is_not_known_is_wrong_with_a_probability() {
 }
 
 #[test]
-fn what_cannot_be_seen_is_forgiven() {
+fn invisible_step_missing_from_the_answer_is_no_conflict() {
     let s = flight(&[(0.5, 0.55), (0.9, 0.6)]);
     // The second step is hidden. It may be unreported, reported at its place, or reported at a wrong height.
     for answer in [
@@ -279,7 +279,7 @@ fn a_drop_contradicts_every_answer() {
 }
 
 #[test]
-fn of_stairs_down_what_an_edge_hides_is_not_seen() {
+fn tread_hidden_by_an_edge_going_down_is_not_visible() {
     let view = View {
         plane: crate::config::Plane::Height,
         height_m: 1.0,

@@ -82,7 +82,7 @@ fn edges_lie_where_treads_end_and_the_next_begin() {
 }
 
 #[test]
-fn one_edge_may_be_odd_and_says_that_it_is_less_sure() {
+fn irregular_edge_keeps_its_place_with_a_larger_sigma() {
     let edges = [-0.10, -0.10 + GOING_M + 0.05, -0.10 + 2.0 * GOING_M];
     let model = looked(&stairs(&edges), &levels(3));
     let odd = model.place(3, 1);
@@ -103,7 +103,7 @@ fn as_many_treads_as_there_are_weigh_most() {
 }
 
 #[test]
-fn what_is_looked_at_again_weighs_the_same() {
+fn repeated_evaluation_gives_the_same_weight() {
     let echoes = stairs(&[-0.05, 0.24]);
     let mut model = looked(&echoes, &levels(2));
     let before = (model.weigh(2).log_weight, model.place(2, 1));

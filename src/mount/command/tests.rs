@@ -56,7 +56,7 @@ fn of(echoes: &[Echo], wall_m: f32) -> Result<Mounting, Refusal> {
 }
 
 #[test]
-fn what_is_off_is_found() {
+fn mounting_errors_are_measured() {
     for wall_m in [0.9_f32, 1.5, 2.2] {
         let found = of(&scene(wall_m, REAL), wall_m).unwrap();
         let off = [
@@ -83,7 +83,7 @@ fn what_is_off_is_found() {
 }
 
 #[test]
-fn a_scanner_that_is_right_is_left_as_it_is() {
+fn correct_mounting_is_not_changed() {
     let right = Real {
         height_m: 0.4,
         offset_rad: 0.0,

@@ -65,11 +65,6 @@ impl Wire {
         bits.saturating_mul(1000).div_ceil(baud)
     }
 
-    /// Returns the transmission time of one byte, microseconds, rounded up.
-    pub fn byte_us(&self) -> u32 {
-        self.time_us(1)
-    }
-
     /// Returns the time from the call of trigger until the module has received it, microseconds; 0 if the TRIG
     /// pin starts the chirp.
     pub fn trigger_us(&self) -> u32 {

@@ -97,7 +97,7 @@ fn label(measurement_sample: &MeasurementSample, g: &Generative) -> Option<Label
     let mut samples = Vec::new();
     let exposure = labels::label(&model, &flight, &mut |sample| samples.push(sample));
     Some(Labelled {
-        q: model.q(),
+        q: model.q,
         exposure,
         samples,
         likelihood: model.log_likelihood(&flight).into(),
