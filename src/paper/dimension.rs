@@ -114,7 +114,8 @@ fn linear_power(below: u16) -> u16 {
 pub fn steps<'a>(
     kept: impl Iterator<Item = &'a ClusterShape>,
     geometry: &Geometry,
-    (unit_m, config): (f32, &ParticleConfig),
+    unit_m: f32,
+    config: &ParticleConfig,
     answer: &mut Answer,
 ) {
     for shape in kept {
@@ -223,19 +224,14 @@ mod tests {
         ] {
             let kept = [far, near];
             let mut answer = Answer::NONE;
-            steps(
-                kept.iter(),
-                &geometry(plane),
-                (UNIT_M, &config),
-                &mut answer,
-            );
+            steps(kept.iter(), &geometry(plane), UNIT_M, &config, &mut answer);
             assert_eq!(answer.direction, direction);
             let distances: std::vec::Vec<f32> = answer.steps.iter().map(|s| s.distance_m).collect();
             assert!(distances.is_sorted() && distances.len() == 2);
         }
         let mut none = Answer::NONE;
         let geometry = geometry(Plane::Depth);
-        steps([].iter(), &geometry, (UNIT_M, &config), &mut none);
+        steps([].iter(), &geometry, UNIT_M, &config, &mut none);
         assert_eq!(none, Answer::NONE);
     }
 }

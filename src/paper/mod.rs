@@ -145,7 +145,8 @@ impl Estimator for Paper {
         dimension::steps(
             kept,
             map.geometry(),
-            (places.unit_m, &config.particles),
+            places.unit_m,
+            &config.particles,
             answer,
         );
         Some(Assessment {

@@ -55,7 +55,8 @@ pub fn detect(
     map: &PolarMap,
     finder: &mut MaximaFinder,
     background: &Background<'_>,
-    (config, motion): (&Config, Option<&MotionCompensation<'_>>),
+    config: &Config,
+    motion: Option<&MotionCompensation<'_>>,
     params: &Params,
     echoes: &mut Echoes,
 ) {

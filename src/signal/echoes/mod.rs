@@ -144,8 +144,16 @@ impl Collector {
             gain: self.filter.gain(),
         };
         let ride = MotionCompensation::of(drive, &config.radar);
-        let seen = (config, ride.as_ref());
-        detect::detect(map, &mut self.finder, &background, seen, params, echoes);
+        let ride = ride.as_ref();
+        detect::detect(
+            map,
+            &mut self.finder,
+            &background,
+            config,
+            ride,
+            params,
+            echoes,
+        );
         noise
     }
 }

@@ -418,7 +418,7 @@ impl FrontEnd {
         let exponent = match self.points {
             _ if self.window.is_real() => {
                 let (points, buffers) = (self.points, &mut self.buffers);
-                real::transform::<A, B>((chirp, &mut levels), &self.window, points, buffers, bins)
+                real::transform::<A, B>(chirp, &mut levels, &self.window, points, buffers, bins)
             }
             16 => self.transform::<A, B, 16>(chirp, &levels, bins),
             32 => self.transform::<A, B, 32>(chirp, &levels, bins),

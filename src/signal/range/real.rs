@@ -45,7 +45,8 @@ const LARGE: u32 = 1 << 28;
 /// Returns the exponent e: the true values of the bins are 2^e times `bins`.
 #[inline(never)]
 pub fn transform<A: Arithmetic, B: Bin>(
-    (chirp, levels): (&[Iq], &mut ChirpLevels),
+    chirp: &[Iq],
+    levels: &mut ChirpLevels,
     window: &Window,
     points: usize,
     [data, spare]: &mut [[Packed; MAX_SAMPLES]; 2],
