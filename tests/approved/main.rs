@@ -1,9 +1,9 @@
-//! Every figure of scans with and without faults, compared to the last bit with the approved ones in the text files
-//! of this folder.
+//! Answers to scans with and without faults, compared with the approved ones in the text files of this folder: a line
+//! with the answer, and one with checksums over the figures of each stage, which the last bit moves.
 //!
-//! The other tests ask whether an answer is right; this one shows each figure that a change moves: health checks,
-//! calibration, likelihoods, sentences. Where the move is intended, `APPROVE=1 cargo test --test approved` writes the
-//! file anew, and the change carries its difference.
+//! The other tests ask whether an answer is right; this one shows which answers a change moves, and at which stage. Where
+//! the move is intended, `APPROVE=1 cargo test --test approved` writes the file anew, and the change carries its
+//! difference.
 
 mod alter;
 
@@ -56,7 +56,7 @@ fn config(name: &str) -> Config {
     config
 }
 
-/// Checksum of all events of a kind, by their text.
+/// The text of all events, by kind.
 #[derive(Default)]
 struct Events(Vec<(String, Vec<u8>)>);
 
@@ -82,16 +82,9 @@ impl Observer for Events {
     }
 }
 
-impl Events {
-    fn print(&self, out: &mut String) {
-        for (kind, texts) in &self.0 {
-            let text = String::from_utf8_lossy(texts);
-            match kind.as_str() {
-                "Noise" | "Calibration" | "Floor" | "Lobes" => writeln!(out, "  {text}").unwrap(),
-                _ => writeln!(out, "  {kind}: {:08x}", CRC32.checksum(texts)).unwrap(),
-            }
-        }
-    }
+/// The last 16 bits of a text's checksum, which is what tells a stage whose figures have moved.
+fn bits(text: impl AsRef<[u8]>) -> String {
+    format!("{:04x}", CRC32.checksum(text.as_ref()) & 0xFFFF)
 }
 
 /// Circumstances of a scan besides its chirps.
@@ -129,48 +122,91 @@ fn feed(pipeline: &mut Pipeline, chirps: &[Vec<Iq>], backwards: bool) {
     }
 }
 
-/// Prints the map's checksum and the health checks of the scan that `pipeline` has just made.
-fn print_checks(pipeline: &Pipeline, config: &Config, moving: bool, out: &mut String) {
+/// Returns the checksums of map and detections, and of the health checks, of the scan that `pipeline` has just made.
+fn checks(pipeline: &Pipeline, config: &Config, moving: bool) -> String {
     let (map, health) = (pipeline.map(), pipeline.health());
     let cells: Vec<u8> = (0..map.rows()).flat_map(|k| map.row(k)).copied().collect();
     let found = (0..map.rows()).flat_map(|k| map.detections(k).map(move |(bin, _)| (k, bin)));
     let found: Vec<u8> = found.flat_map(|(k, bin)| [k as u8, bin as u8]).collect();
-    writeln!(
-        out,
-        "  cells {:08x}, {} detections {:08x}, noise {}, fault {:?}, stood {}, echo {}, mirror {:?}",
-        CRC32.checksum(&cells),
-        found.len() / 2,
-        CRC32.checksum(&found),
+    let mut checked = format!(
+        "noise {}, fault {:?}, stood {}, echo {}, mirror {:?}",
         health.noise(),
         health.fault(config.mount.mirror_offset > 0),
         health.stood(),
         health.has_echo(map),
         health.mirror_seen(config)
-    )
-    .unwrap();
-    out.push_str("  checks");
+    );
     let expected = Expected {
         moving,
         uncalibrated: false,
     };
     health.report_checks(config, map, expected, &mut |check| {
-        write!(
-            out,
-            " {} {}/{}",
-            check.reason.as_str(),
-            check.value,
-            check.limit
-        )
-        .unwrap();
+        let reason = check.reason.as_str();
+        write!(checked, " {reason} {}/{}", check.value, check.limit).unwrap();
     });
-    out.push('\n');
+    let map = bits([cells, found].concat());
+    format!("map {map} checks {}", bits(checked))
 }
 
-fn print_outcome(outcome: &Outcome, scan: u32, out: &mut String) {
-    writeln!(out, "  free {:?}", outcome.free_m()).unwrap();
-    write_scan((scan, 0), 0, outcome, |line| {
-        write!(out, "  {}", line.as_str()).unwrap()
-    });
+/// Returns the answer in words, from its sentences.
+fn words(sentences: &str, outcome: &Outcome) -> String {
+    let fields = |line: &str| -> Vec<String> {
+        let body = line.split('*').next().unwrap_or_default();
+        body.split(',').map(str::to_owned).collect()
+    };
+    let mut text = String::new();
+    for line in sentences.lines().map(fields) {
+        let line: Vec<&str> = line.iter().map(String::as_str).collect();
+        match line[..] {
+            [
+                "$PSTR",
+                "SCAN",
+                _,
+                status,
+                direction,
+                _,
+                _,
+                reasons,
+                horizon,
+                confidence,
+                ..,
+            ] => {
+                write!(text, "{status} {direction}").unwrap();
+                if !reasons.is_empty() {
+                    write!(text, " ({reasons})").unwrap();
+                }
+                write!(text, ", valid to {horizon} mm at {confidence} %").unwrap();
+            }
+            [
+                "$PSTR",
+                "STEP",
+                _,
+                _,
+                _,
+                distance,
+                height,
+                _,
+                _,
+                distance_sigma,
+                height_sigma,
+                ..,
+            ] => {
+                write!(
+                    text,
+                    "; {distance}±{distance_sigma} {height}±{height_sigma}"
+                )
+                .unwrap();
+            }
+            ["$PSTR", kind, _, ref rest @ ..] => {
+                write!(text, "; {} {}", kind.to_lowercase(), rest.join(" ")).unwrap();
+            }
+            _ => panic!("{line:?} is no sentence"),
+        }
+    }
+    if let Some(free_m) = outcome.free_m() {
+        write!(text, "; free {free_m:.3} m").unwrap();
+    }
+    text
 }
 
 /// Makes one full scan and prints its figures.
@@ -182,15 +218,21 @@ fn scan(
     of: &Circumstances<'_>,
     out: &mut String,
 ) {
-    writeln!(out, "{name}").unwrap();
     pipeline.begin(&of.config, number).unwrap();
     feed(pipeline, chirps, of.backwards);
-    let moving = of.drive.track.is_some();
-    print_checks(pipeline, &of.config, moving, out);
+    let checks = checks(pipeline, &of.config, of.drive.track.is_some());
     let mut events = Events::default();
     let outcome = pipeline.conclude_observed(&of.drive, of.conditions, &mut events);
-    events.print(out);
-    print_outcome(&outcome, number, out);
+    let mut sentences = String::new();
+    write_scan((number, 0), 0, &outcome, |line| {
+        sentences.push_str(line.as_str());
+    });
+    writeln!(out, "{name}: {}", words(&sentences, &outcome)).unwrap();
+    write!(out, "  {checks}").unwrap();
+    for (kind, texts) in &events.0 {
+        write!(out, " {} {}", kind.to_lowercase(), bits(texts)).unwrap();
+    }
+    writeln!(out, " sentences {}", bits(&sentences)).unwrap();
 }
 
 /// Every recording, untouched and with each alteration.
@@ -418,7 +460,7 @@ fn guard(out: &mut String) {
     );
 }
 
-/// Makes the guard sweeps of the recording and prints their results, and the figures of the first.
+/// Makes the guard sweeps of the recording and prints status and free distance of each, and the checksums of all.
 fn sweeps(
     title: &str,
     config: &Config,
@@ -428,18 +470,25 @@ fn sweeps(
 ) {
     let mut pipeline = Box::new(Pipeline::new());
     let chirps = chirps("guard_kerb");
+    let (mut results, mut figures) = (String::new(), String::new());
+    write!(out, "{title}:").unwrap();
     for (number, sweep) in (1..).zip(chirps.chunks(GUARD_ROWS.into())) {
         let mut sweep = sweep.to_vec();
         alter(&mut sweep);
-        writeln!(out, "{title}, sweep {number}").unwrap();
         pipeline.begin_guard(config, number).unwrap();
         feed(&mut pipeline, &sweep, false);
         if number == 1 {
-            print_checks(&pipeline, config, true, out);
+            figures = checks(&pipeline, config, true);
         }
         let result = pipeline.guard(drive, Conditions::GOOD);
-        writeln!(out, "  {result:?}").unwrap();
+        write!(results, "{result:?}").unwrap();
+        let free = result.free_m().map_or("-".into(), |m| format!("{m:.2} m"));
+        let status = result.status().as_str();
+        let hazard = format!("{:?}", result.hazard()).to_lowercase();
+        write!(out, " {status} {free} {hazard},").unwrap();
     }
+    out.pop();
+    writeln!(out, "\n  {figures} results {}", bits(&results)).unwrap();
 }
 
 /// Compares `printed` with the approved figures, or writes them anew.
@@ -453,7 +502,7 @@ fn compare(name: &str, printed: &str) {
     let mut title = "";
     for (line, (found, expected)) in (1..).zip(printed.lines().zip(approved.lines())) {
         if !found.starts_with(' ') {
-            title = found;
+            title = found.split(':').next().unwrap_or(found);
         }
         assert_eq!(
             found, expected,
