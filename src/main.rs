@@ -31,7 +31,7 @@ mod app {
 
     use crate::board::motor::{Locked, Motor};
     use crate::board::uart::Receiver;
-    use crate::board::{self, Interrupts, BoardParts, Queues};
+    use crate::board::{self, BoardParts, Interrupts, Queues};
 
     #[shared]
     struct Shared {

@@ -48,4 +48,4 @@ pub mod time;
 pub mod uart;
 
 #[cfg(target_os = "none")]
-pub use start::{Interrupts, BoardParts, Queues, start};
+pub use start::{BoardParts, Interrupts, Queues, start};

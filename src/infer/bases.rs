@@ -14,7 +14,7 @@ use crate::model::kinds::{PROPOSALS, Propose};
 use crate::model::treads::Descending;
 use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::generative::Generative;
-use crate::params::{Rules, current};
+use crate::params::{Numbers, Rules};
 use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
@@ -94,9 +94,9 @@ pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
 
 impl Posterior {
     /// Returns a posterior without echoes.
-    pub const fn new(g: &'static Generative) -> Self {
+    pub const fn new(g: &'static Generative, numbers: Numbers) -> Self {
         Self {
-            model: Model::empty(g),
+            model: Model::empty(g, numbers),
             hypotheses: Hypotheses::new(),
             cloud: Cloud::new(),
         }
@@ -154,8 +154,9 @@ impl Posterior {
         self.model.view = view;
         self.hypotheses.clear();
         model.set_echoes(echoes, view);
+        let rules = &self.model.numbers.get().rules;
         let bases = &mut self.hypotheses;
-        descending::propose(model, echoes, &current().rules, &mut |base| {
+        descending::propose(model, echoes, rules, &mut |base| {
             if let Err(base) = bases.push(base) {
                 // Level ground is kept: it is the reference of all others.
                 let stairs = bases.iter_mut().filter(|b| !b.staircase.is_empty());
@@ -243,8 +244,9 @@ impl Posterior {
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
         let mut refined = Refinement::default();
-        let rise = Estimate::new(s.rise(), current().flight_rise_sigma_m);
-        refine(&self.model, s, rise, current(), &mut refined);
+        let p = self.model.numbers.get();
+        let rise = Estimate::new(s.rise(), p.flight_rise_sigma_m);
+        refine(&self.model, s, rise, p, &mut refined);
         for (sigma, level) in sigmas.iter_mut().zip(&refined.levels) {
             *sigma = level.height.sigma();
         }
@@ -254,6 +256,7 @@ impl Posterior {
     /// the same staircase as refined by an earlier scan.
     #[inline(never)]
     fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Hypothesis {
+        let rules = &self.model.numbers.rules;
         let base = |s, sigmas| Hypothesis::new(&self.model, s, sigmas);
         let [low, high] = STRETCHES;
         let top = match carried {
@@ -267,7 +270,7 @@ impl Posterior {
         let mut best = top;
         for overhang_m in OVERHANGS_M
             .into_iter()
-            .filter(|_| !start.open && current().rules.overhang_starts)
+            .filter(|_| !start.open && rules.overhang_starts)
         {
             let s = Staircase {
                 overhang_m,
@@ -280,7 +283,7 @@ impl Posterior {
         for &wall_m in walls(&self.model, behind_m)
             .iter()
             .skip(1)
-            .filter(|_| current().rules.walls_behind)
+            .filter(|_| rules.walls_behind)
         {
             best = Hypothesis::likelier(best, open_air.walled(&self.model, wall_m));
         }

@@ -176,7 +176,7 @@ fn is_obstacle_or_threshold(
         return None;
     };
     let height = first.height;
-    if GroundKind::single(height.value).direction() == Direction::Up
+    if GroundKind::single(height.value, p).direction() == Direction::Up
         && rise.value >= p.lowest_step_m
     {
         return None;

@@ -10,7 +10,6 @@ use crate::model::kinds::{SINGLE_RISES, Variation, drop};
 use crate::model::normal::ln;
 use crate::model::prior::{LANDING, P_CONTINUES, going, prior};
 use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
-use crate::params::current;
 use crate::params::posterior as number;
 use crate::params::posterior::{Limits, RiseOff};
 use heapless::Vec;
@@ -133,7 +132,7 @@ type CandidatePlaces = Vec<CandidatePlace, MAX_CANDIDATE_PLACES>;
 impl Variants<'_> {
     /// Adds all variants of a hypothesis to the cloud.
     pub fn add_variants(&mut self, base: &Hypothesis) {
-        let rules = &current().rules;
+        let rules = &self.model.numbers.rules;
         for variation in base.staircase.kind.variations() {
             match variation {
                 Variation::FewerRisers if rules.less => self.shorter(base),
@@ -403,7 +402,7 @@ impl Variants<'_> {
         let spots = self.candidate_places(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
         let before = self.before(base, 0.0);
         for rise in SINGLE_RISES.into_iter().flatten() {
-            let kind = GroundKind::single(rise.height_m);
+            let kind = GroundKind::single(rise.height_m, &self.model.numbers);
             let more = self.extra_riser(base, rise.height_m, kind, before.as_ref());
             for spot in &spots {
                 let share = if spot.way_m < ECHO_M {

@@ -19,7 +19,7 @@ use super::sight::sight_m;
 use super::staircase::{Staircase, View};
 use super::surfaces::Surfaces;
 use crate::math;
-use crate::params::current;
+use crate::params::Numbers;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 use crate::params::posterior as number;
 use crate::signal::echoes::Echo;
@@ -116,6 +116,8 @@ pub struct Model<'p> {
     rates: [f32; EXTENDED],
     /// Parameters of the model, counted from simulated scans.
     pub g: &'p Generative,
+    /// Tuned numbers.
+    pub numbers: Numbers,
 }
 
 /// The most probable echo of a feature, as a reading of the feature's height.
@@ -143,7 +145,7 @@ pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
 
 impl<'p> Model<'p> {
     /// Returns the model without echoes.
-    pub const fn empty(g: &'p Generative) -> Self {
+    pub const fn empty(g: &'p Generative, numbers: Numbers) -> Self {
         Self {
             echoes: Vec::new(),
             surfaces: Surfaces::NOTHING,
@@ -154,12 +156,19 @@ impl<'p> Model<'p> {
             cell_m: 0.0,
             rates: [0.0; EXTENDED],
             g,
+            numbers,
         }
     }
 
     /// Returns the model with these echoes.
-    pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
-        let mut model = Self::empty(g);
+    pub fn new(
+        echoes: &[Echo],
+        view: View,
+        geometry: &Geometry,
+        g: &'p Generative,
+        numbers: Numbers,
+    ) -> Self {
+        let mut model = Self::empty(g, numbers);
         model.set_echoes(echoes, view, geometry);
         model
     }
@@ -540,7 +549,7 @@ impl<'p> Model<'p> {
                     echo,
                     level_m: echo.y_m - off_m / lever,
                     sigma_m: sigma_m / math::sqrt(math::max(share, number::MIN_PROBABILITY)),
-                    masked: current().rules.masks
+                    masked: self.numbers.rules.masks
                         && flash.is_some_and(|flash| self.masks(flash, place.class, echo)),
                 };
                 each(place.class, &reading);
@@ -577,7 +586,7 @@ impl<'p> Model<'p> {
     /// feature.
     fn core(&self, place: &FeaturePlace, p: &Point, e: &ModelEcho) -> f32 {
         let (z2, root) = self.deviation(place, p, e, 0.0);
-        let (odd_z2, odd_root) = self.deviation(place, p, e, current().odd_rise_sigma_m);
+        let (odd_z2, odd_root) = self.deviation(place, p, e, self.numbers.odd_rise_sigma_m);
         let odd = number::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
         let core = number::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
         core / (tailed(z2) + number::CORE_SHARE * odd)

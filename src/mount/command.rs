@@ -23,7 +23,7 @@ use crate::config::{Config, Plane};
 use crate::estimate::Estimate;
 use crate::health::MirrorEcho;
 use crate::math::{self, RAD_PER_DEG};
-use crate::params::{Params, current};
+use crate::params::Params;
 use crate::signal::echoes::Echo;
 
 /// Permitted distance of the wall, metres: beyond the mirror's own echo with ground before it, and within the
@@ -436,8 +436,8 @@ pub fn calibrate(
     config: &Config,
     mirror: MirrorEcho,
     wall_m: f32,
+    p: &Params,
 ) -> Result<Mounting, Refusal> {
-    let p = current();
     if config.mount.plane.first() != Plane::Depth {
         return Err(Refusal::Plane);
     }

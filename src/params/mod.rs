@@ -12,12 +12,14 @@ pub mod fitted;
 pub mod generative;
 pub mod hazard;
 pub mod measured;
+mod numbers;
 pub mod posterior;
 pub mod rules;
 pub mod switches;
 mod table;
 
 pub use entry::{Entry, Origin};
+pub use numbers::Numbers;
 pub use rules::{Rule, rules};
 pub use switches::Rules;
 pub use table::Params;
@@ -30,57 +32,6 @@ pub const fn fitted_for(plane: Plane) -> &'static Weights {
     match plane {
         Plane::Depth => &fitted::UP,
         Plane::Height => &fitted::DOWN,
-    }
-}
-
-/// Returns the tuned numbers in use.
-#[cfg(not(feature = "ablation"))]
-pub const fn current() -> &'static Params {
-    &Params::DEFAULT
-}
-
-#[cfg(all(feature = "ablation", target_os = "none"))]
-pub use patched::current;
-#[cfg(all(feature = "ablation", not(target_os = "none")))]
-pub use replaced::{current, replace};
-
-/// Replaceable numbers in an image for the emulator. The host writes other numbers into its ELF file in place of
-/// `NUMBERS`, to measure the effect of each rule.
-#[cfg(all(feature = "ablation", target_os = "none"))]
-mod patched {
-    use super::Params;
-    use core::hint::black_box;
-
-    static NUMBERS: Params = Params::DEFAULT;
-
-    /// Returns the tuned numbers in use.
-    pub fn current() -> &'static Params {
-        // Keeps the compiler from using the static's initial value, which the host replaces.
-        black_box(&NUMBERS)
-    }
-}
-
-/// Replaceable numbers for the whole program, to measure the effect of each.
-#[cfg(all(feature = "ablation", not(target_os = "none")))]
-mod replaced {
-    extern crate std;
-
-    use super::Params;
-    use std::sync::RwLock;
-
-    static CURRENT: RwLock<&'static Params> = RwLock::new(&Params::DEFAULT);
-
-    /// Returns the tuned numbers in use.
-    pub fn current() -> &'static Params {
-        // Cannot be poisoned: nothing panics while it is locked.
-        CURRENT.read().map_or(&Params::DEFAULT, |params| *params)
-    }
-
-    /// Replaces the numbers for all threads. Estimators that are made later use them.
-    pub fn replace(params: &'static Params) {
-        if let Ok(mut current) = CURRENT.write() {
-            *current = params;
-        }
     }
 }
 

@@ -4,8 +4,8 @@ use crate::answer::Step;
 use crate::math;
 use crate::model::MIN_EXPANDED_M;
 use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M};
+use crate::params::Numbers;
 use crate::params::carried::PastFeatures;
-use crate::params::current;
 
 /// Limit of the log-odds that the answer is first wrong in a way cell, nats, of either sign: odds of e^9 count as
 /// certain.
@@ -100,6 +100,7 @@ pub struct CarriedOdds {
     moved_m: Option<f32>,
     /// Cells in which this answer differs from the one before: bit k for cell k.
     differing_cells: u32,
+    numbers: Numbers,
 }
 
 const _: () = assert!(CELLS <= u32::BITS as usize);
@@ -112,12 +113,13 @@ fn cell(x_m: f32) -> usize {
 
 impl CarriedOdds {
     /// Returns the state without evidence of earlier scans.
-    pub(super) const fn new() -> Self {
+    pub(super) const fn new(numbers: Numbers) -> Self {
         Self {
             past: [PackedOdds::NONE; CELLS],
             present: [PackedOdds::NONE; CELLS],
             moved_m: None,
             differing_cells: 0,
+            numbers,
         }
     }
 
@@ -143,6 +145,7 @@ impl CarriedOdds {
         steps: &[Step],
         seen: impl Fn(f32, f32) -> bool,
     ) {
+        let same_step_m = self.numbers.same_step_m;
         let mut differs = 0;
         let mut mark = |x_m: f32| {
             differs |= 1_u32
@@ -151,7 +154,7 @@ impl CarriedOdds {
         };
         for step in steps {
             let same = |(x, y): (f32, f32)| {
-                (x - step.distance_m).abs() <= current().same_step_m
+                (x - step.distance_m).abs() <= same_step_m
                     && (y - step.height_m).abs() <= MIN_EXPANDED_M
             };
             if seen(step.distance_m, step.height_m) && !reported.clone().any(same) {
@@ -161,7 +164,7 @@ impl CarriedOdds {
         for (x_m, _) in reported {
             if !steps
                 .iter()
-                .any(|s| (x_m - s.distance_m).abs() <= current().same_step_m)
+                .any(|s| (x_m - s.distance_m).abs() <= same_step_m)
             {
                 mark(x_m);
             }
