@@ -9,7 +9,7 @@
 
 use crate::math;
 use crate::model::ModelEcho;
-use crate::params::posterior as number;
+use crate::params::posterior;
 
 /// Smallest depth below the ground of the grid of depths, metres: less than any drop.
 const FIRST_M: f32 = 0.04;
@@ -88,7 +88,7 @@ fn log_likelihood(echoes: &[ModelEcho], height_m: f32, edge_m: f32, depth_m: f32
         sum += if z2 > FAR {
             NOT_ITS_OWN
         } else {
-            let density = number::PER_ROOT_TAU / math::sqrt(variance_m2) * math::exp(-0.5 * z2);
+            let density = posterior::PER_ROOT_TAU / math::sqrt(variance_m2) * math::exp(-0.5 * z2);
             math::ln(1.0 - SHARE + SHARE * density)
         };
     }

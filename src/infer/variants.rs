@@ -10,8 +10,7 @@ use crate::model::kinds::{SINGLE_RISES, Variation, drop};
 use crate::model::normal::ln;
 use crate::model::prior::{LANDING, P_CONTINUES, going, prior};
 use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
-use crate::params::posterior as number;
-use crate::params::posterior::{Limits, RiseOff};
+use crate::params::posterior::{self, Limits, RiseOff};
 use heapless::Vec;
 
 /// Maximum number of places that are tried for one more riser.
@@ -219,16 +218,19 @@ impl Variants<'_> {
     fn longer(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
-        let end = math::min(x + number::BEHIND_TO_M, s.wall_m - number::BEHIND_WALL_M);
+        let end = math::min(
+            x + posterior::BEHIND_TO_M,
+            s.wall_m - posterior::BEHIND_WALL_M,
+        );
         let Limits {
             low: nearest,
             high: farthest,
-        } = number::BEHIND_GOINGS_M;
+        } = posterior::BEHIND_GOINGS_M;
         let mut near = self.candidate_places(
             x + nearest,
             math::min(x + farthest, end),
-            number::BEHIND_GRID_M,
-            number::SPOT_M,
+            posterior::BEHIND_GRID_M,
+            posterior::SPOT_M,
         );
         if let Some(mean) = mean.filter(|mean| x + mean < end) {
             // The mean going is a place of its own: it would be missed between the places of the grid.
@@ -238,20 +240,20 @@ impl Variants<'_> {
                 way_m: REGULAR_M,
             });
         }
-        let far = self.candidate_places(x + farthest, end, f32::INFINITY, number::SPOT_M);
+        let far = self.candidate_places(x + farthest, end, f32::INFINITY, posterior::SPOT_M);
         let top = s.level(s.len()) + s.rise();
-        let before = self.before(base, top - number::RISE_OFF_M);
-        for RiseOff { off_m, share } in number::BEHIND_RISES {
+        let before = self.before(base, top - posterior::RISE_OFF_M);
+        for RiseOff { off_m, share } in posterior::BEHIND_RISES {
             let more = self.extra_riser(base, top + off_m, GroundKind::Stairs, before.as_ref());
             for place in near.iter().chain(far.iter().skip(1)) {
                 let at = place.x_m;
-                let landing = if at > x + number::LANDING_FROM_M {
+                let landing = if at > x + posterior::LANDING_FROM_M {
                     LANDING
                 } else {
                     0.0
                 };
                 let odds = P_CONTINUES * (going(at - x, mean) + landing) * place.way_m * share;
-                if odds > number::MIN_ODDS {
+                if odds > posterior::MIN_ODDS {
                     let (new, weight) = self.added(base, &more, at);
                     self.add_variant(&new, weight + ln(odds), &base.sigmas);
                 }
@@ -346,7 +348,7 @@ impl Variants<'_> {
     fn irregular(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let n = s.len();
-        let odds = ln(number::ODD_ODDS / n as f32 / (2 * IRREGULAR_M.len()) as f32);
+        let odds = ln(posterior::ODD_ODDS / n as f32 / (2 * IRREGULAR_M.len()) as f32);
         // Risers farther away mostly lie beyond the horizon.
         for k in 0..n.min(IRREGULAR_RISERS) {
             for off in IRREGULAR_M {
@@ -357,7 +359,7 @@ impl Variants<'_> {
                     let mut new = *s;
                     let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
                     tops.iter_mut().for_each(|top| *top += off);
-                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::MIN_RISE_M) {
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + posterior::MIN_RISE_M) {
                         continue;
                     }
                     let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;
@@ -396,10 +398,10 @@ impl Variants<'_> {
         let Limits {
             low: nearest,
             high: farthest,
-        } = number::FLOOR_FROM_TO_M;
-        let end = math::min(farthest, s.wall_m - number::FLOOR_WALL_M);
+        } = posterior::FLOOR_FROM_TO_M;
+        let end = math::min(farthest, s.wall_m - posterior::FLOOR_WALL_M);
         let sigmas = [PLACED_M; MAX_STEPS];
-        let spots = self.candidate_places(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
+        let spots = self.candidate_places(nearest, end, posterior::FLOOR_GRID_M, posterior::SPOT_M);
         let before = self.before(base, 0.0);
         for rise in SINGLE_RISES.into_iter().flatten() {
             let kind = GroundKind::single(rise.height_m, &self.model.numbers);
@@ -412,7 +414,7 @@ impl Variants<'_> {
                 };
                 if share > 0.0 {
                     let (new, weight) = self.added(base, &more, spot.x_m);
-                    let odds = number::FLOOR_ODDS * share * spot.way_m / number::FLOOR_WAY_M;
+                    let odds = posterior::FLOOR_ODDS * share * spot.way_m / posterior::FLOOR_WAY_M;
                     self.add_variant(&new, weight + ln(odds), &sigmas);
                 }
             }

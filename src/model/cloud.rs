@@ -9,7 +9,7 @@ use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::model::{
     MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, Sigmas, Staircase, View,
 };
-use crate::params::posterior as number;
+use crate::params::posterior;
 use heapless::Vec;
 
 /// Maximum number of particles after resampling.
@@ -285,7 +285,7 @@ impl Cloud {
         };
         let distance_m = mean(&|x| x);
         let spread_m2 = mean(&|x| (x - distance_m) * (x - distance_m))
-            + SLOT_M * SLOT_M * number::EVEN_VARIANCE;
+            + SLOT_M * SLOT_M * posterior::EVEN_VARIANCE;
         // One-sided: an end nearer than three standard deviations is as rare as `ok` promises.
         let mut before = 0.0;
         let nearest = self.ends.iter().position(|w| {
@@ -312,8 +312,8 @@ impl Cloud {
         let mut out = [0.0; CELLS];
         for (out, cell) in out.iter_mut().zip(&self.conflicts) {
             left -= cell;
-            let odds = math::max(*cell, number::MIN_PROBABILITY)
-                / math::max(left, number::MIN_PROBABILITY);
+            let odds = math::max(*cell, posterior::MIN_PROBABILITY)
+                / math::max(left, posterior::MIN_PROBABILITY);
             *out = ln(odds).clamp(MIN_LOG_ODDS, MAX_LOG_ODDS);
         }
         out

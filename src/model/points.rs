@@ -21,7 +21,7 @@ use super::surfaces::Surfaces;
 use crate::math;
 use crate::params::Numbers;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
-use crate::params::posterior as number;
+use crate::params::posterior;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
@@ -139,8 +139,11 @@ pub struct LevelReading<'e> {
 /// cut off at the detection threshold, with share `flat` evenly distributed.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
-    let tail = math::max(above((MIN_DB - mean) / sigma), number::MIN_DETECTED_SHARE);
-    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / number::LEVELS_DB
+    let tail = math::max(
+        above((MIN_DB - mean) / sigma),
+        posterior::MIN_DETECTED_SHARE,
+    );
+    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / posterior::LEVELS_DB
 }
 
 impl<'p> Model<'p> {
@@ -179,9 +182,9 @@ impl<'p> Model<'p> {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         self.view = view;
         self.height_m = view.height_m;
-        self.q = (strongest - number::REFERENCE_DB) / number::TEN_DB;
-        self.beam_rad = number::APART_BEAMS * geometry.beamwidth_rad;
-        self.cell_m = number::APART_RANGE_M * geometry.bin_m / number::BIN_M;
+        self.q = (strongest - posterior::REFERENCE_DB) / posterior::TEN_DB;
+        self.beam_rad = posterior::APART_BEAMS * geometry.beamwidth_rad;
+        self.cell_m = posterior::APART_RANGE_M * geometry.bin_m / posterior::BIN_M;
         for (rate, p) in self.rates.iter_mut().zip(&self.g.extended) {
             *rate = math::exp(p.rate + p.rate_per_ten_db * self.q);
         }
@@ -203,26 +206,26 @@ impl<'p> Model<'p> {
         let [face, tread, floor, air, inside, noise] = &self.g.extended;
         let s = e.snr_db;
         let level = |x: &Extended, off: f32, flat: f32| {
-            let mean = x.snr_db + x.snr_per_db * number::TEN_DB * self.q + off;
+            let mean = x.snr_db + x.snr_per_db * posterior::TEN_DB * self.q + off;
             math::exp(x.rate + x.rate_per_ten_db * self.q)
                 * level_density(s, mean, x.snr_sigma_db, flat)
         };
-        let far = math::max(e.x_m - number::FLOOR_M, -number::FLOOR_NEARER_M);
+        let far = math::max(e.x_m - posterior::FLOOR_M, -posterior::FLOOR_NEARER_M);
         let mut point = [0.0; POINTS];
         for (value, p) in point.iter_mut().zip(&self.g.points) {
             *value = level_density(
                 s,
                 self.level(p, e.range_m),
                 p.snr_sigma_db,
-                number::ANY_LEVEL,
+                posterior::ANY_LEVEL,
             );
         }
         let across_m = e.range_m
             * math::hypot(
-                number::ANGLE_SIGMAS * e.angle_sigma_rad,
-                number::MIN_ANGLE_SIGMA_RAD,
+                posterior::ANGLE_SIGMAS * e.angle_sigma_rad,
+                posterior::MIN_ANGLE_SIGMA_RAD,
             );
-        let per_range = across_m / math::max(e.range_m, number::MIN_RANGE_M);
+        let per_range = across_m / math::max(e.range_m, posterior::MIN_RANGE_M);
         let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
         ModelEcho {
             x_m: e.x_m,
@@ -232,14 +235,18 @@ impl<'p> Model<'p> {
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
             noise: math::exp(noise.rate - (s - MIN_DB) / noise.snr_sigma_db)
-                / (EXTENT * math::max(e.range_m, number::NOISE_RANGE_M) * noise.snr_sigma_db),
-            air: level(air, 0.0, number::ANY_LEVEL) / AREA_M2,
-            inside: level(inside, 0.0, number::ANY_LEVEL_INSIDE) / AREA_M2,
-            tread: GAUSS * level(tread, 0.0, number::ANY_LEVEL_TREAD),
+                / (EXTENT * math::max(e.range_m, posterior::NOISE_RANGE_M) * noise.snr_sigma_db),
+            air: level(air, 0.0, posterior::ANY_LEVEL) / AREA_M2,
+            inside: level(inside, 0.0, posterior::ANY_LEVEL_INSIDE) / AREA_M2,
+            tread: GAUSS * level(tread, 0.0, posterior::ANY_LEVEL_TREAD),
             floor: GAUSS
-                * level(floor, -number::FLOOR_FALL_DB * far, number::ANY_LEVEL_FLOOR)
-                * math::exp(-number::FLOOR_FALL * far),
-            face: GAUSS * number::FACES_PER_M * level(face, 0.0, number::ANY_LEVEL),
+                * level(
+                    floor,
+                    -posterior::FLOOR_FALL_DB * far,
+                    posterior::ANY_LEVEL_FLOOR,
+                )
+                * math::exp(-posterior::FLOOR_FALL * far),
+            face: GAUSS * posterior::FACES_PER_M * level(face, 0.0, posterior::ANY_LEVEL),
             point,
             per_tread: 1.0 / math::hypot(tread.off_sigma_m, up_m),
             per_floor: 1.0 / math::hypot(floor.off_sigma_m, up_m),
@@ -248,16 +255,18 @@ impl<'p> Model<'p> {
     }
 
     fn level(&self, p: &Point, range_m: f32) -> f32 {
-        p.snr_db + p.snr_per_db * number::TEN_DB * self.q
-            - number::FADE_DB
+        p.snr_db + p.snr_per_db * posterior::TEN_DB * self.q
+            - posterior::FADE_DB
                 * core::f32::consts::LOG10_2
-                * math::log2(math::max(range_m, number::FADE_FROM_M))
+                * math::log2(math::max(range_m, posterior::FADE_FROM_M))
     }
 
     /// Returns the SNR at a range, metres, that the strongest echo predicts, less 30 dB, in tens of dB.
     pub fn expected_q(&self, range_m: f32) -> f32 {
         self.q
-            - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, number::FADE_FROM_M))
+            - 2.0
+                * core::f32::consts::LOG10_2
+                * math::log2(math::max(range_m, posterior::FADE_FROM_M))
     }
 
     /// Returns the density of an echo before riser `k` (or on the landing) from everything but point features, per m²
@@ -280,9 +289,9 @@ impl<'p> Model<'p> {
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         let low = sight_m(self.height_m, e.x_m, base, edge);
         let mut inside =
-            above((e.y_m - low + number::INSIDE_M) / (number::INSIDE_SIGMA_M + e.across_m));
+            above((e.y_m - low + posterior::INSIDE_M) / (posterior::INSIDE_SIGMA_M + e.across_m));
         if s.open && k > 0 {
-            inside *= number::INSIDE_OPEN;
+            inside *= posterior::INSIDE_OPEN;
         }
         let mut parts = [
             0.0,
@@ -299,12 +308,12 @@ impl<'p> Model<'p> {
         }
         if k == 0 || s.open {
             let z = (e.y_m - if k == 0 { base } else { 0.0 }) * e.per_floor;
-            let share = if k == 0 { 1.0 } else { number::FLOOR_UNDER };
+            let share = if k == 0 { 1.0 } else { posterior::FLOOR_UNDER };
             *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
         }
         // Faces of the riser before and of this one.
         for i in k.saturating_sub(1)..s.len().min(k + 1) {
-            let z = (e.x_m - (s.x(i) - number::FACE_BEFORE * s.overhang_m)) * e.per_face;
+            let z = (e.x_m - (s.x(i) - posterior::FACE_BEFORE * s.overhang_m)) * e.per_face;
             if z * z <= FACE_REACH {
                 let (b, t) = self.face_span(s, i);
                 *on_face += Self::face(e, z * z, b, t);
@@ -325,10 +334,10 @@ impl<'p> Model<'p> {
     /// Returns the density, per m² and dB, of an echo as part of a face from height `b` to height `t` above the ground,
     /// metres. `z2` is the echo's squared deviation from the face, in squared standard deviations.
     fn face(e: &ModelEcho, z2: f32, b: f32, t: f32) -> f32 {
-        if t <= b + number::MIN_FACE_M {
+        if t <= b + posterior::MIN_FACE_M {
             return 0.0;
         }
-        let soft = number::FACE_END_SIGMA_M + e.across_m;
+        let soft = posterior::FACE_END_SIGMA_M + e.across_m;
         let within = above((b - e.y_m) / soft) - above((t - e.y_m) / soft);
         e.face * math::max(within, 0.0) * tailed(z2) * e.per_face
     }
@@ -387,10 +396,10 @@ impl<'p> Model<'p> {
     /// by its rate.
     pub fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
         let n = s.len();
-        let mut out = [0.0; number::SURFACES];
+        let mut out = [0.0; posterior::SURFACES];
         let [face, tread, floor] = &mut out;
         if k == 0 {
-            let mut end = number::FLOOR_ENDS_M;
+            let mut end = posterior::FLOOR_ENDS_M;
             if n == 0 {
                 end = math::min(end, s.wall_m);
             }
@@ -400,23 +409,23 @@ impl<'p> Model<'p> {
             if !s.open {
                 end = math::min(end, s.x(0));
             }
-            let reach = |x: f32| math::exp(-number::FLOOR_FALL * (x - number::FLOOR_M));
-            *floor = (reach(number::FLOOR_BEGINS_M)
-                - reach(math::max(end, number::FLOOR_BEGINS_M)))
-                / number::FLOOR_FALL;
+            let reach = |x: f32| math::exp(-posterior::FLOOR_FALL * (x - posterior::FLOOR_M));
+            *floor = (reach(posterior::FLOOR_BEGINS_M)
+                - reach(math::max(end, posterior::FLOOR_BEGINS_M)))
+                / posterior::FLOOR_FALL;
         } else if s.level(k) < self.height_m {
             let x = s.x(k - 1);
             let next = if k < n {
                 s.x(k)
             } else {
-                math::min(x + number::LAST_TREAD_M, number::LAST_TREAD_ENDS_M)
+                math::min(x + posterior::LAST_TREAD_M, posterior::LAST_TREAD_ENDS_M)
             };
             *tread = math::max(next - x, 0.0);
         }
         if k < n {
             let (b, t) = self.face_span(s, k);
             if t > b && self.in_scan(s.x(k), t) {
-                *face = number::FACES_PER_M * (t - b);
+                *face = posterior::FACES_PER_M * (t - b);
             }
         }
         out
@@ -445,7 +454,7 @@ impl<'p> Model<'p> {
         let (mut gone, mut found) = (1.0f32, 0.0f32);
         let mut odds = 0.0;
         let x = if wall { s.wall_m } else { s.x(k) };
-        let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
+        let near = self.between(x - posterior::RISER_BEFORE_M, x + posterior::RISER_BEHIND_M);
         let mut backgrounds = [0f32; NEAR];
         for (i, place) in places.iter().enumerate() {
             let Some(p) = self.g.points.get(place.class as usize) else {
@@ -488,13 +497,13 @@ impl<'p> Model<'p> {
             found += ln(z);
             for (used, gain) in used.iter_mut().zip(&gains) {
                 *used = math::min(
-                    *used + number::MAX_USED_SHARE * gain / z,
-                    number::MAX_USED_SHARE,
+                    *used + posterior::MAX_USED_SHARE * gain / z,
+                    posterior::MAX_USED_SHARE,
                 );
             }
         }
         let nothing = if wall { wall::HIDDEN } else { logistic(odds) };
-        let left = math::exp(-found.min(number::MAX_FOUND_LLR));
+        let left = math::exp(-found.min(posterior::MAX_FOUND_LLR));
         let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
         found + ln(math::max(share, MIN_DENSITY))
     }
@@ -516,8 +525,8 @@ impl<'p> Model<'p> {
         mut each: impl FnMut(Class, &LevelReading<'_>),
     ) {
         let near = self.between(
-            s.x(k) - number::RISER_BEFORE_M,
-            s.x(k) + number::RISER_BEHIND_M,
+            s.x(k) - posterior::RISER_BEFORE_M,
+            s.x(k) + posterior::RISER_BEHIND_M,
         );
         let flash = self.flash(near);
         for place in &self.places(s, k) {
@@ -540,7 +549,7 @@ impl<'p> Model<'p> {
                 }
             }
             if let (odds, Some(echo)) = best {
-                let lever = math::max(echo.x_m, number::MIN_RANGE_M) / echo.range_m;
+                let lever = math::max(echo.x_m, posterior::MIN_RANGE_M) / echo.range_m;
                 let off_m = p.across_m + p.across_per_width_m * echo.wide;
                 let wide = math::hypot(p.sigma_per_width_m * echo.wide, echo.across_m);
                 let sigma_m = math::hypot(p.across_sigma_m, wide) / lever;
@@ -548,7 +557,7 @@ impl<'p> Model<'p> {
                 let reading = LevelReading {
                     echo,
                     level_m: echo.y_m - off_m / lever,
-                    sigma_m: sigma_m / math::sqrt(math::max(share, number::MIN_PROBABILITY)),
+                    sigma_m: sigma_m / math::sqrt(math::max(share, posterior::MIN_PROBABILITY)),
                     masked: self.numbers.rules.masks
                         && flash.is_some_and(|flash| self.masks(flash, place.class, echo)),
                 };
@@ -562,7 +571,7 @@ impl<'p> Model<'p> {
     fn flash<'e>(&self, near: &'e [ModelEcho]) -> Option<&'e ModelEcho> {
         let level = near
             .iter()
-            .filter(|e| (e.y_m - self.height_m).abs() < number::FLASH_WITHIN_M);
+            .filter(|e| (e.y_m - self.height_m).abs() < posterior::FLASH_WITHIN_M);
         level.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
     }
 
@@ -573,9 +582,10 @@ impl<'p> Model<'p> {
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
         match class {
             Class::Corner => {
-                apart < number::MASKS_CORNER && flash.snr_db > e.snr_db - number::MASKS_WEAKER_DB
+                apart < posterior::MASKS_CORNER
+                    && flash.snr_db > e.snr_db - posterior::MASKS_WEAKER_DB
             }
-            Class::Nosing => apart < number::MASKS_EDGE,
+            Class::Nosing => apart < posterior::MASKS_EDGE,
             Class::Flash | Class::Top | Class::Hidden | Class::EdgeBelow | Class::EdgeAbove => {
                 false
             }
@@ -587,9 +597,9 @@ impl<'p> Model<'p> {
     fn core(&self, place: &FeaturePlace, p: &Point, e: &ModelEcho) -> f32 {
         let (z2, root) = self.deviation(place, p, e, 0.0);
         let (odd_z2, odd_root) = self.deviation(place, p, e, self.numbers.odd_rise_sigma_m);
-        let odd = number::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
-        let core = number::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
-        core / (tailed(z2) + number::CORE_SHARE * odd)
+        let odd = posterior::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
+        let core = posterior::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
+        core / (tailed(z2) + posterior::CORE_SHARE * odd)
     }
 
     /// Returns the density of an echo as one of riser `k`'s point features, of class `p` at `place`, per m² and dB; 0
@@ -607,7 +617,7 @@ impl<'p> Model<'p> {
             self.hidden(s, k, e, place.x_m)
         } else {
             let (z2, root) = self.deviation(place, p, e, 0.0);
-            if z2 <= number::POINT_REACH {
+            if z2 <= posterior::POINT_REACH {
                 tailed(z2) * GAUSS * GAUSS / root
             } else {
                 0.0
@@ -653,9 +663,9 @@ impl<'p> Model<'p> {
     /// riser's distance, metres.
     fn hidden(&self, s: &Staircase, k: usize, e: &ModelEcho, x: f32) -> f32 {
         let (low, top) = self.face_span(s, k);
-        if (e.x_m - x).abs() > number::HIDDEN_X_M
-            || e.y_m < low - number::HIDDEN_Y_M
-            || e.y_m > top + number::HIDDEN_Y_M
+        if (e.x_m - x).abs() > posterior::HIDDEN_X_M
+            || e.y_m < low - posterior::HIDDEN_Y_M
+            || e.y_m > top + posterior::HIDDEN_Y_M
         {
             return 0.0;
         }
@@ -675,9 +685,9 @@ impl<'p> Model<'p> {
             let y = (e.y_m - at - off) / ca;
             total += share * tailed(dx * dx / vr + y * y / v) * GAUSS * GAUSS / math::sqrt(vr * v);
         }
-        let soft = math::sqrt(number::HIDDEN_END_M2 + va);
+        let soft = math::sqrt(posterior::HIDDEN_END_M2 + va);
         let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
-        let even = math::max(within, 0.0) / math::max(top - low, number::MIN_FACE_M);
+        let even = math::max(within, 0.0) / math::max(top - low, posterior::MIN_FACE_M);
         total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 

@@ -27,8 +27,7 @@ use super::staircase::{MAX_STEPS, View};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::generative::{LEVELS, TreadEnd, TreadNumbers};
-use crate::params::posterior as number;
-use crate::params::posterior::Limits;
+use crate::params::posterior::{self, Limits};
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use heapless::Vec;
 
@@ -106,7 +105,7 @@ impl TreadEcho {
 pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
     let gauss = |sigma_m: f32| {
         let z = off_m / sigma_m;
-        number::PER_ROOT_TAU / sigma_m * math::exp(-0.5 * z * z)
+        posterior::PER_ROOT_TAU / sigma_m * math::exp(-0.5 * z * z)
     };
     (1.0 - WIDE) * gauss(sigma_m) + WIDE * gauss(WIDER * sigma_m)
 }
@@ -172,7 +171,7 @@ impl Descending {
     pub fn set_echoes(&mut self, echoes: &[Echo], view: View) {
         let strongest_db = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         let [start, per_q, per_angle, per_both] = self.numbers.rate;
-        let q = (strongest_db - number::REFERENCE_DB) * number::PER_TEN_DB;
+        let q = (strongest_db - posterior::REFERENCE_DB) * posterior::PER_TEN_DB;
         let fall = (per_angle + per_both * q) / TEN_DEG;
         let usual = |angle_deg: f32| math::exp(start + per_q * q + fall * angle_deg.abs());
         let mut sum = 0.0;
@@ -210,7 +209,7 @@ impl Descending {
 
     /// Returns the depth below the mirror of a surface at height `y_m` above the ground, metres.
     pub fn depth_m(&self, y_m: f32) -> f32 {
-        math::max(self.view.height_m - y_m, number::MIN_RANGE_M)
+        math::max(self.view.height_m - y_m, posterior::MIN_RANGE_M)
     }
 
     /// Returns the expected number of echoes on a horizontal surface one metre below the mirror, up to a sight line
@@ -414,7 +413,7 @@ impl EndEcho {
         let per_sigma = 1.0 / sigma_m;
         Self {
             off_m: end.off_m,
-            number: end.number * number::PER_ROOT_TAU * per_sigma,
+            number: end.number * posterior::PER_ROOT_TAU * per_sigma,
             per_sigma,
         }
     }

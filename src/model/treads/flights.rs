@@ -9,7 +9,7 @@ use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
 use crate::model::normal::{departure, ln};
 use crate::model::prior::P_CONTINUES;
-use crate::params::posterior as number;
+use crate::params::posterior;
 
 /// Places of the first edge, as indices of the grid: up to 28 cm behind the mirror and 8 cm before it.
 const FIRST_EDGES: core::ops::Range<usize> = 2..39;
@@ -155,7 +155,7 @@ impl Descending {
         let value = mean_of(&|x_m| x_m) / sum;
         let scale = self.numbers.edge_sigma_scale;
         let spread = mean_of(&|x_m| (x_m - value) * (x_m - value)) / sum;
-        let variance = scale * scale * (spread + number::EVEN_VARIANCE * PLACE_M * PLACE_M);
+        let variance = scale * scale * (spread + posterior::EVEN_VARIANCE * PLACE_M * PLACE_M);
         let outside = |reach_m: f32| mean_of(&|x_m| f32::from((x_m - value).abs() > reach_m)) / sum;
         let reaches = (0u8..).map(|k| PLACE_M * f32::from(k)).take(PLACES);
         let reach_m = reaches
@@ -200,7 +200,7 @@ fn prior(treads: &[TreadAt]) -> f32 {
         if lower.has_echoes {
             sum += if k > 0 {
                 let off_m = upper.y_m - lower.y_m - rise_m;
-                departure(off_m, number::RISE_DEPARTS) + const { ln(VOLUME_M) }
+                departure(off_m, posterior::RISE_DEPARTS) + const { ln(VOLUME_M) }
             } else {
                 const { ln(VOLUME_M / RISES_M) }
             };
