@@ -3,6 +3,7 @@
 
 use super::check::{CheckResult, PER_CENT};
 use crate::Iq;
+use crate::params::health::MAX_CLIPPED_ROWS;
 use crate::params::{Numbers, Params};
 use crate::signal::range::RowStats;
 use crate::verdict::Reason;
@@ -148,9 +149,6 @@ impl Converter {
     }
 }
 
-/// Maximum share of the checked rows, per cent, that may be clipped. Checked rows look at I and Q in turn, so clipping
-/// of I alone shows in half of them.
-const MAX_CLIPPED_ROWS: i32 = 35;
 /// Fractions of one in which the share of a chirp's samples at its extreme is counted.
 const SHARE: u32 = 1000;
 /// Returns the maximum share of a chirp's samples, in 1/[`SHARE`], that may equal the chirp's own minimum or maximum; a

@@ -23,6 +23,7 @@ mod turning;
 use crate::Iq;
 use crate::config::Config;
 use crate::params::Numbers;
+use crate::params::health::{MAX_BURST_ROWS, MAX_IMAGE_SHARE, RUNNING_MEAN, SAMPLES_PER_SATURATED};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
 use crate::verdict::{Reason, Reasons};
@@ -37,8 +38,6 @@ use turning::Turning;
 const NOISE_ROWS: u16 = 8;
 /// Cell interval of the scan's noise histogram: every third cell of a counted row.
 const NOISE_CELLS: usize = 3;
-/// Reciprocal of the share of a scan's samples that may be at full scale. A clipped chirp turns one echo into a comb.
-const SAMPLES_PER_SATURATED: u32 = 1000;
 /// Maximum swing of I and Q around their means when the converter has no input signal, units of a sample: its own
 /// rounding.
 const SILENT_SWING: u16 = 1;
@@ -51,9 +50,6 @@ const ECHO_ABOVE_NOISE: u8 = 40;
 /// Number of samples of a chirp that are compared with those of the chirp before: all equal means that the radar
 /// repeats a chirp.
 const PROBES: usize = 4;
-/// Maximum number of consecutive rows that are discarded as a burst of interference. After it the current noise becomes
-/// the new reference.
-const MAX_BURST_ROWS: u32 = 8;
 /// Cell interval of the histogram that gives one row's noise: every sixth cell is counted.
 const CELL_STRIDE: usize = 6;
 /// Width of a class of the histogram of one row's noise, as a power of two: 4 map units, 1.5 dB.
@@ -63,14 +59,9 @@ const CELL_VALUES: usize = 256;
 /// Number of steps per map unit in which the running mean of the noise counts, and per range bin in which the offset of
 /// the mirror's echo counts.
 const SIXTEENTHS: i32 = 16;
-/// Reciprocal of a new row's weight in the running mean of the noise.
-const RUNNING_MEAN: i32 = 4;
 /// Reciprocal of the quantile of a row's cells that is taken as its noise: the lower quartile, which echoes do not
 /// reach.
 const QUARTER: usize = 4;
-
-/// Maximum share of the rows, per cent, that may show an I/Q image of the mirror's echo.
-const MAX_IMAGE_SHARE: i32 = 75;
 
 /// Conditions of a scan under which some checks do not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

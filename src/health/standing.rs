@@ -7,6 +7,7 @@
 
 use super::check::{CheckResult, units};
 use crate::params::Numbers;
+use crate::params::health::MIN_COHERENCE;
 use crate::signal::grid::PolarMap;
 use crate::verdict::Reason;
 
@@ -14,9 +15,6 @@ use crate::verdict::Reason;
 const FOLLOWED: u8 = 8;
 /// Number of steps per degree in which phase changes are reported.
 const PER_DEGREE: f32 = 100.0;
-/// Minimum length of the mean of unit phasors of the phase changes, 0 to 1, of a standing chair: the phase changes have
-/// a standard deviation of at most 26 degrees.
-const MIN_COHERENCE: f32 = 0.9;
 
 /// Phase changes of echoes from row to row of one scan.
 #[derive(Clone, Debug)]

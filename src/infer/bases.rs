@@ -14,6 +14,10 @@ use crate::model::kinds::{PROPOSALS, Propose};
 use crate::model::treads::Descending;
 use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::generative::Generative;
+use crate::params::posterior::{
+    NEAREST_WALL_M, OTHER_MARGIN_NATS, OVERHANG_STARTS_M, PROPOSAL_MARGIN_NATS, SHORTEST_LANDING_M,
+    STRETCHES,
+};
 use crate::params::{Numbers, Rules};
 use crate::past::History;
 use crate::signal::echoes::Echo;
@@ -43,23 +47,8 @@ impl core::fmt::Debug for Posterior {
     }
 }
 
-/// Riser heights from which the refinement starts, as multiples of the search's riser height.
-const STRETCHES: [f32; 2] = [0.95, 1.05];
-/// Overhangs that are tried besides the measured one, metres.
-const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// Maximum score margin behind the search's best flight at which a flight is proposed, nats. With 5 nats, 8 of 2,014
-/// validation scenes fewer are exact; with 20 nats, 14 fewer.
-const PROPOSAL_MARGIN_NATS: f32 = 3.0;
-/// Maximum score margin behind the search's best flight, nats, for that flight in the other build (closed or open)
-/// and for hypotheses of earlier scans. It is wide, since the search does not model walls behind open treads or
-/// earlier scans.
-const OTHER_MARGIN_NATS: f32 = 12.0;
 /// Maximum number of refined flights, set by the computing time.
 const MAX_REFINED: usize = 6;
-/// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
-pub(super) const NEAREST_M: f32 = 0.3;
-/// Minimum distance of a wall from the last riser, metres: the shortest landing.
-pub(super) const LANDING_M: f32 = 0.28;
 /// Maximum number of rounds. Each round's answer is measured, and it and its variants join the particles. The first
 /// answer is final if it is still the likeliest outline, the second one in any case. With one round, 16 of 2,014
 /// validation scenes fewer are exact; with three, one.
@@ -138,7 +127,7 @@ impl Posterior {
                 self.refine_flight(&other, None);
             }
         }
-        self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_M);
+        self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_WALL_M);
         for propose in PROPOSALS {
             if let Some(best) = self.best_of(propose, rules) {
                 // Cannot fail: one place is reserved for each.
@@ -268,7 +257,7 @@ impl Posterior {
             }
         };
         let mut best = top;
-        for overhang_m in OVERHANGS_M
+        for overhang_m in OVERHANG_STARTS_M
             .into_iter()
             .filter(|_| !start.open && rules.overhang_starts)
         {
@@ -279,7 +268,7 @@ impl Posterior {
             best = Hypothesis::likelier(best, base(s, top.sigmas));
         }
         let open_air = best;
-        let behind_m = best.staircase.last_x() + LANDING_M;
+        let behind_m = best.staircase.last_x() + SHORTEST_LANDING_M;
         for &wall_m in walls(&self.model, behind_m)
             .iter()
             .skip(1)

@@ -8,17 +8,16 @@ use crate::math;
 use crate::model::cloud::{Cloud, ReportedAnswer};
 use crate::model::kinds::{SINGLE_RISES, Variation, drop};
 use crate::model::normal::ln;
-use crate::model::prior::{LANDING, P_CONTINUES, going, prior};
-use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
-use crate::params::posterior::{self, Limits, RiseOff};
+use crate::model::prior::{going, prior};
+use crate::model::{EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
+use crate::params::posterior::{
+    self, BEHIND_RISER_M, FACE_NEAR_M, IRREGULAR_M, LANDING_PER_M, Limits, P_CONTINUES,
+    PLACED_SIGMA_M, RiseOff, SPOT_DB, SPOTS_APART_M, TREAD_SIGMA_M,
+};
 use heapless::Vec;
 
 /// Maximum number of places that are tried for one more riser.
 const MAX_CANDIDATE_PLACES: usize = 40;
-/// Minimum SNR of an echo that may be a riser's place, dB.
-const SPOT_DB: f32 = 8.0;
-/// Minimum distance between two echoes that are both tried as a riser's place, metres.
-const APART_M: f32 = 0.015;
 
 /// Returns the log-weight of a staircase, nats: log-prior plus log-likelihood.
 pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
@@ -38,11 +37,6 @@ pub struct Hypothesis {
     /// Weight of the hypothesis: log-prior plus log-likelihood, nats.
     pub log_weight: f32,
 }
-
-/// Standard deviation of the height of a tread that a variant sets rather than measures, metres.
-const PLACED_M: f32 = 0.01;
-/// Standard deviation of the height of a tread that is seen from above, metres.
-const TREAD_M: f32 = 0.003;
 
 impl Hypothesis {
     /// Returns a hypothesis with its weight computed. `sigmas` are the standard deviations of its treads' heights,
@@ -68,7 +62,7 @@ impl Hypothesis {
     pub fn weighed(staircase: Staircase, log_weight: f32) -> Self {
         Self {
             staircase,
-            sigmas: [TREAD_M; MAX_STEPS],
+            sigmas: [TREAD_SIGMA_M; MAX_STEPS],
             steps: [0.0; MAX_STEPS + 1],
             log_weight,
         }
@@ -183,7 +177,7 @@ impl Variants<'_> {
         let mut last = f32::NEG_INFINITY;
         for e in &self.model.echoes {
             let within = e.x_m > from_m && e.x_m < to_m && e.snr_db > SPOT_DB;
-            if within && e.x_m > last + APART_M {
+            if within && e.x_m > last + SPOTS_APART_M {
                 last = e.x_m;
                 // Where there is no room, enough other places are near.
                 let _ = spots.push(CandidatePlace {
@@ -248,7 +242,7 @@ impl Variants<'_> {
             for place in near.iter().chain(far.iter().skip(1)) {
                 let at = place.x_m;
                 let landing = if at > x + posterior::LANDING_FROM_M {
-                    LANDING
+                    LANDING_PER_M
                 } else {
                     0.0
                 };
@@ -315,11 +309,11 @@ impl Variants<'_> {
                 beyond,
                 wall,
             }) => {
-                let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
+                let (from, to) = (x_m - FACE_NEAR_M, x_m + FACE_NEAR_M);
                 let at =
                     |sums: &EchoSums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
                 let start = if n > 0 {
-                    s.last_x() + BEHIND_M
+                    s.last_x() + BEHIND_RISER_M
                 } else {
                     f32::NEG_INFINITY
                 };
@@ -387,7 +381,11 @@ impl Variants<'_> {
                 - model.expected(&brink, 0)
                 + brink.ground_line(&model.surfaces);
             let weight = drop::log_odds() + part - base.log_likelihood_of_risers(0, 1);
-            self.add_variant(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
+            self.add_variant(
+                &brink,
+                base.log_weight + weight,
+                &[PLACED_SIGMA_M; MAX_STEPS],
+            );
         }
     }
 
@@ -400,7 +398,7 @@ impl Variants<'_> {
             high: farthest,
         } = posterior::FLOOR_FROM_TO_M;
         let end = math::min(farthest, s.wall_m - posterior::FLOOR_WALL_M);
-        let sigmas = [PLACED_M; MAX_STEPS];
+        let sigmas = [PLACED_SIGMA_M; MAX_STEPS];
         let spots = self.candidate_places(nearest, end, posterior::FLOOR_GRID_M, posterior::SPOT_M);
         let before = self.before(base, 0.0);
         for rise in SINGLE_RISES.into_iter().flatten() {
@@ -443,9 +441,6 @@ struct Split<'b> {
 const REGULAR_M: f32 = 0.03;
 /// Number of risers, from the nearest on, of which one may be irregular.
 const IRREGULAR_RISERS: usize = 4;
-/// Deviations of an irregular riser's height from that of its hypothesis, metres.
-const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
-/// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
-const NEAR_M: f32 = 0.10;
-/// Limit that tells a place at an echo, which represents a shorter length of way, from a place of the grid, metres.
+/// Limit that tells a place at an echo, which represents a shorter length of way ([`posterior::SPOT_M`], 6 mm), from a
+/// place of the grid (8 cm and more), metres.
 const ECHO_M: f32 = 0.02;

@@ -9,7 +9,9 @@ use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::model::{
     MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, Sigmas, Staircase, View,
 };
-use crate::params::posterior;
+use crate::params::posterior::{
+    self, MAX_LOG_ODDS, MAX_NEARER_PROBABILITY, MIN_DROP_PROBABILITY, MIN_LOG_ODDS,
+};
 use heapless::Vec;
 
 /// Maximum number of particles after resampling.
@@ -23,21 +25,11 @@ pub const CELLS: usize = 29;
 pub const FIRST_END_M: f32 = -0.3;
 /// Length of each way cell but the first, metres.
 pub const CELL_M: f32 = 0.1;
-/// Lower limit of the log-odds that an answer is first wrong in a way cell, nats.
-pub const MIN_LOG_ODDS: f32 = -9.0;
-/// Upper limit of the log-odds that an answer is first wrong in a way cell, nats.
-const MAX_LOG_ODDS: f32 = 4.0;
 /// Difference of log-weight below the heaviest particle from which on a particle is left out, nats: a thousand of such
 /// particles together do not reach [`MIN_LOG_ODDS`].
 const NEGLIGIBLE_NATS: f32 = 20.0;
 /// Number of 5 cm slots to each side of a slot in which ends of the ground count as ends at the same place.
 const NEAR_SLOTS: usize = 2;
-/// A drop is reported if the ground ends in one and the same place (within two slots of 5 cm) with at least this
-/// probability.
-const MIN_DROP_PROBABILITY: f32 = 0.5;
-/// Maximum probability that the ground ends nearer than a reported drop's distance less three standard deviations; the
-/// reported standard deviation is enlarged until this holds.
-const MAX_NEARER_PROBABILITY: f32 = 0.005;
 /// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 

@@ -6,13 +6,8 @@ use super::points::Model;
 use super::sight::sight_m;
 use super::staircase::Staircase;
 use crate::math;
-use crate::params::posterior;
+use crate::params::posterior::{self, FRESNEL_M, TREAD_THICK_M};
 use heapless::Vec;
-
-/// Thickness of an open tread, metres.
-const THICK_M: f32 = 0.045;
-/// Minimum extent of a face above and below the mirror's height for a full flash, metres.
-const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
     /// Whether a place at horizontal distance `x` and height `y` above the ground, metres, lies in the scanned sector
@@ -29,7 +24,7 @@ impl Model<'_> {
     pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
         if s.open {
-            return (top - THICK_M, top);
+            return (top - TREAD_THICK_M, top);
         }
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         (sight_m(self.height_m, s.x(k), base, edge), top)

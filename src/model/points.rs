@@ -19,41 +19,24 @@ use super::sight::sight_m;
 use super::staircase::{Staircase, View};
 use super::surfaces::Surfaces;
 use crate::math;
-use crate::params::Numbers;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
-use crate::params::posterior;
+use crate::params::posterior::{
+    self, BEHIND_RISER_M, CLEAN_WIDTH, CROSS_GATE_M, FACE_REACH, MAX_P_DETECTED, MIN_P_DETECTED,
+    NEAREST_ECHO_M, NOISE_EXTENT, RANGE_GATE_M, SECTOR_AREA_M2,
+};
+use crate::params::{Numbers, Params};
 use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Detection threshold of echoes, dB over the noise.
-pub const MIN_DB: f32 = 2.8;
+/// Detection threshold of echoes, dB over the noise: `echo_margin_db` of the released numbers, with which the model's
+/// parameters were counted.
+pub const MIN_DB: f32 = Params::DEFAULT.echo_margin_db;
 /// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
 pub const MAX_MODEL_ECHOES: usize = 32;
-/// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
-const NEAREST_M: f32 = 0.12;
-/// Width of an undisturbed echo's lobe over the angle, in units of a point scatterer's.
-const CLEAN_WIDTH: f32 = 1.03;
-/// Area of the scanned sector, m², over which echoes in the air and inside the solid are evenly distributed.
-const AREA_M2: f32 = 4.4;
-/// Extent of the scan, over which noise echoes are evenly distributed: range in metres times angle in radians.
-const EXTENT: f32 = 3.3;
-/// Distance behind a riser up to which echoes still belong to the tread before it, metres.
-pub const BEHIND_M: f32 = 0.02;
-/// Maximum range difference between a point feature and its echo, metres.
-const GATE_M: f32 = 0.06;
-/// Maximum distance across the line of sight between a point feature and its echo, metres.
-const CROSS_GATE_M: f32 = 0.20;
 /// Maximum number of echoes near one riser that are assigned to its point features.
 pub const NEAR: usize = 16;
-/// Squared deviation of an echo from a face, in squared standard deviations, beyond which the echo is not part of the
-/// face.
-const FACE_REACH: f32 = 100.0;
-/// Minimum probability of detection of a feature: scenes differ, however many were counted.
-pub const MIN_P_DETECTED: f32 = 0.02;
-/// Maximum probability of detection of a feature.
-pub const MAX_P_DETECTED: f32 = 0.985;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Minimum density of an echo, so that its logarithm is finite.
@@ -189,7 +172,7 @@ impl<'p> Model<'p> {
             *rate = math::exp(p.rate + p.rate_per_ten_db * self.q);
         }
         self.echoes.clear();
-        for e in echoes.iter().filter(|e| e.range_m > NEAREST_M) {
+        for e in echoes.iter().filter(|e| e.range_m > NEAREST_ECHO_M) {
             let seen = self.model_echo(e);
             if self.echoes.push(seen).is_err() {
                 break;
@@ -235,9 +218,11 @@ impl<'p> Model<'p> {
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
             noise: math::exp(noise.rate - (s - MIN_DB) / noise.snr_sigma_db)
-                / (EXTENT * math::max(e.range_m, posterior::NOISE_RANGE_M) * noise.snr_sigma_db),
-            air: level(air, 0.0, posterior::ANY_LEVEL) / AREA_M2,
-            inside: level(inside, 0.0, posterior::ANY_LEVEL_INSIDE) / AREA_M2,
+                / (NOISE_EXTENT
+                    * math::max(e.range_m, posterior::NOISE_RANGE_M)
+                    * noise.snr_sigma_db),
+            air: level(air, 0.0, posterior::ANY_LEVEL) / SECTOR_AREA_M2,
+            inside: level(inside, 0.0, posterior::ANY_LEVEL_INSIDE) / SECTOR_AREA_M2,
             tread: GAUSS * level(tread, 0.0, posterior::ANY_LEVEL_TREAD),
             floor: GAUSS
                 * level(
@@ -353,8 +338,8 @@ impl<'p> Model<'p> {
     #[inline(never)]
     pub fn within(&self, s: &Staircase, k: usize, from_m: f32, to_m: f32) -> f32 {
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
-        let from = math::max(start + BEHIND_M, from_m);
-        let to = math::min(s.x(k) + BEHIND_M, to_m);
+        let from = math::max(start + BEHIND_RISER_M, from_m);
+        let to = math::min(s.x(k) + BEHIND_RISER_M, to_m);
         let (mut total, mut product) = (0.0, 1.0);
         for e in self.between(from, to) {
             product *= self.background(s, k, e);
@@ -511,7 +496,11 @@ impl<'p> Model<'p> {
     /// Returns the density, per m² and dB, of an echo near riser `k`, before or behind it, from everything but point
     /// features.
     fn background_near(&self, s: &Staircase, k: usize, e: &ModelEcho) -> f32 {
-        let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+        let tread = if e.x_m > s.x(k) + BEHIND_RISER_M {
+            k + 1
+        } else {
+            k
+        };
         self.background(s, tread.min(s.len()), e)
     }
 
@@ -640,7 +629,7 @@ impl<'p> Model<'p> {
         level_sigma_m: f32,
     ) -> (f32, f32) {
         let dr = e.range_m - place.range_m - p.range_m;
-        if dr.abs() > GATE_M {
+        if dr.abs() > RANGE_GATE_M {
             return (f32::INFINITY, 1.0);
         }
         let across =

@@ -4,21 +4,14 @@ use super::kinds::{WAY_M, wall};
 use super::normal::{departure, ln, shoulder};
 use super::staircase::Staircase;
 use crate::math;
-use crate::params::posterior::{self, Limits};
+use crate::params::posterior::{
+    self, LANDING_PER_M, Limits, P_CONTINUES, P_IRREGULAR_GOING, P_OPEN,
+};
 
 /// Width of the posterior of each place, height and deviation of a hypothesis, metres: √(2π) times their standard
 /// deviation of 9 mm. It is the penalty of a hypothesis with one more of them. With less than half of it flights end
 /// too early, with twice as much they go on too long.
 const VOLUME_M: f32 = 0.0225;
-/// Prior probability that a flight goes on after a step.
-pub const P_CONTINUES: f32 = 0.87;
-/// Prior probability that a staircase has open treads.
-const P_OPEN: f32 = 0.2;
-/// Probability of a going that deviates from those of its flight, evenly distributed over 0.4 m.
-const P_IRREGULAR_GOING: f32 = 0.07;
-
-/// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
-pub const LANDING: f32 = 0.2;
 
 /// Returns the log-prior of an overhang, nats: a narrow normal density about 0, and an even density of large overhangs.
 #[inline(never)]
@@ -75,7 +68,7 @@ pub fn prior(s: &Staircase) -> f32 {
             let going_m = s.x(k) - s.x(k - 1);
             p += const { ln(P_CONTINUES * VOLUME_M) }
                 + if going_m > posterior::GOINGS_M.high {
-                    const { ln(LANDING) }
+                    const { ln(LANDING_PER_M) }
                 } else {
                     departure(going_m - going, posterior::GOING_DEPARTS)
                 };

@@ -2,16 +2,35 @@
 //!
 //! The table (`src/params/table.rs`) gives unit, meaning and origin of each number. `cargo study params` prints it;
 //! with `--sensitivity` it also prints how the accuracy on tuning seeds changes with a fifth more or less of each
-//! ([docs/generated/parameters.md](../../docs/generated/parameters.md)). Those of the posterior are constants ([`posterior`]). Numbers
-//! that are in neither are derived, and stand beside their derivation.
+//! ([docs/generated/parameters.md](../../docs/generated/parameters.md)). Numbers that nothing changes at run time are
+//! constants, in a file for each part of the program that uses them:
+//!
+//! | module | constants of |
+//! |---|---|
+//! | [`posterior`], [`descent`], [`drop_depth`] | the model of the echoes going up and going down, the prior and the answer |
+//! | [`ground_line`] | the power along the ground's line |
+//! | [`hazard`], [`carried`] | the horizon, and the evidence of earlier scans |
+//! | [`guard`], [`motion`], [`mounting`], [`health`] | guard, comparison of sweeps, calibration, health checks |
+//!
+//! The numbers of one kind of thing ahead stand in the file of the kind (`src/model/kinds`). All others are derived,
+//! and stand beside their derivation.
+//!
+//! A stage gets the tuned numbers as [`Numbers`] when it is made.
 
 pub mod carried;
 pub mod counted;
+pub mod descent;
+pub mod drop_depth;
 mod entry;
 pub mod fitted;
 pub mod generative;
+pub mod ground_line;
+pub mod guard;
 pub mod hazard;
+pub mod health;
 pub mod measured;
+pub mod motion;
+pub mod mounting;
 mod numbers;
 pub mod posterior;
 pub mod rules;

@@ -4,18 +4,14 @@ use crate::answer::Direction;
 use crate::math;
 use crate::model::{Edge, MAX_STEPS, Staircase, View};
 use crate::params::Numbers;
+use crate::params::carried::{VIEW_MARGIN_M, VIEW_MARGIN_SHARE};
+use crate::params::posterior::NEAREST_ECHO_M;
 use heapless::Vec;
 
 /// Maximum number of staircases that are carried on to the next scan.
 const CARRIED: usize = 4;
-/// Minimum distance of a riser that a scan can show, metres from the mirror.
-const NEAREST_M: f32 = 0.12;
-/// Length by which the maximum range of the scan before's field of view is reduced, metres: near that limit it is
-/// uncertain whether the earlier scan could see an edge.
-const MARGIN_M: f32 = 0.15;
-/// Factor on the slope (tangent of the angle) of the upper limit of the scan before's field of view, since near that
-/// limit it is uncertain whether the earlier scan could see an edge.
-const MARGIN_SHARE: f32 = 0.9;
+/// Minimum distance of a riser that a scan can show, metres from the mirror: the minimum range of an echo.
+const NEAREST_M: f32 = NEAREST_ECHO_M;
 
 /// A staircase of this or an earlier scan with its weight relative to the others.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +64,8 @@ impl CarriedHypotheses {
     /// Sets the fields of view of the scan before and of this one. The chair moved `moved_m` metres between them.
     pub(super) fn set_views(&mut self, past_view: View, view: View, moved_m: f32) {
         self.past_view = View {
-            highest: MARGIN_SHARE * past_view.highest,
-            farthest_m: past_view.farthest_m - MARGIN_M,
+            highest: VIEW_MARGIN_SHARE * past_view.highest,
+            farthest_m: past_view.farthest_m - VIEW_MARGIN_M,
             ..past_view
         };
         self.view = view;

@@ -5,19 +5,9 @@ use crate::math;
 use crate::model::MIN_EXPANDED_M;
 use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M};
 use crate::params::Numbers;
-use crate::params::carried::PastFeatures;
-
-/// Limit of the log-odds that the answer is first wrong in a way cell, nats, of either sign: odds of e^9 count as
-/// certain.
-const MAX_ODDS: f32 = 9.0;
-/// Distance from the mirror beyond which objects behind a landing are mostly too faint to be detected, metres.
-const FAR_M: f32 = 2.0;
-/// Unit of the feature that states how far a way cell lies beyond [`FAR_M`], metres.
-const FAR_CELLS_M: f32 = 0.5;
-/// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's height.
-const MAX_SIGMAS: f32 = 4.0;
-/// Maximum number of earlier scans that are counted for a way cell.
-const MAX_SCANS: f32 = 4.0;
+use crate::params::carried::{
+    FAR_CELLS_M, FAR_M, MAX_CARRIED_ODDS, MAX_SCANS, MAX_STEP_SIGMAS, PastFeatures,
+};
 
 /// Evidence of earlier scans about a way cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -220,9 +210,9 @@ impl CarriedOdds {
     ) -> Option<PastFeatures> {
         let step_m = step.map(|s| s.distance_m);
         let step_sure = step.map_or(0.0, |s| {
-            math::min(MIN_EXPANDED_M / s.height_sigma_m, MAX_SIGMAS)
+            math::min(MIN_EXPANDED_M / s.height_sigma_m, MAX_STEP_SIGMAS)
         });
-        let odds = odds.clamp(-MAX_ODDS, MAX_ODDS);
+        let odds = odds.clamp(-MAX_CARRIED_ODDS, MAX_CARRIED_ODDS);
         let differs = self.differing_cells.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
         let past = if differs {
             Past::NONE

@@ -1,4 +1,5 @@
 use super::*;
+use crate::math::RAD_PER_DEG;
 use std::vec::Vec;
 
 const MIRROR: MirrorEcho = MirrorEcho {

@@ -10,11 +10,11 @@ use std::ops::Deref;
 use heapless::Vec;
 use stairscan::math;
 use stairscan::model::{
-    BEHIND_M, Class, FeaturePlace, MAX_MODEL_ECHOES, MAX_P_DETECTED, MAX_STEPS, MIN_P_DETECTED,
-    Model, ModelEcho, NEAR, Staircase, excess_level, logistic,
+    Class, FeaturePlace, MAX_MODEL_ECHOES, MAX_STEPS, Model, ModelEcho, NEAR, Staircase,
+    excess_level, logistic,
 };
 use stairscan::params::generative::EXTENDED;
-use stairscan::params::posterior;
+use stairscan::params::posterior::{self, BEHIND_RISER_M, MAX_P_DETECTED, MIN_P_DETECTED};
 
 /// SNR of an echo, with the quantities on which its expected value depends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,7 +162,7 @@ impl Labeller<'_, '_> {
 
     /// Returns the index of the tread below an echo: the number of risers before it.
     fn tread_of(&self, s: &Staircase, e: &ModelEcho) -> usize {
-        let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
+        let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_RISER_M;
         (0..s.len()).take_while(behind).count()
     }
 
@@ -190,7 +190,11 @@ impl Labeller<'_, '_> {
             let seen = logistic(odds).clamp(MIN_P_DETECTED, MAX_P_DETECTED);
             let mut gains = [0f32; NEAR];
             for ((e, gain), used) in near.iter().zip(&mut gains).zip(&used) {
-                let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+                let tread = if e.x_m > s.x(k) + BEHIND_RISER_M {
+                    k + 1
+                } else {
+                    k
+                };
                 let b = self.background(s, tread.min(s.len()), e);
                 *gain = seen * self.density(s, k, &place, p, e) / b * (1.0 - used);
             }
