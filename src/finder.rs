@@ -9,7 +9,7 @@ use crate::infer::Likelihood;
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;
-use crate::params::current;
+use crate::params::Numbers;
 use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
@@ -35,21 +35,21 @@ enum Scratch {
 
 impl Scratch {
     /// Creates the estimator of `kind`, unless the memory already holds it.
-    fn choose(&mut self, kind: EstimatorKind) {
+    fn choose(&mut self, kind: EstimatorKind, numbers: Numbers) {
         match (&self, kind) {
             #[cfg(feature = "paper")]
             (Self::Paper(_), EstimatorKind::Paper) => {}
             #[cfg(feature = "paper")]
             (_, EstimatorKind::Paper) => *self = Self::Paper(Paper::new()),
             (Self::Likelihood(_), EstimatorKind::Likelihood) => {}
-            (_, EstimatorKind::Likelihood) => self.renew(),
+            (_, EstimatorKind::Likelihood) => self.renew(numbers),
         }
     }
 
     /// Creates the default estimator. Not inlined, because the new value passes over the stack.
     #[inline(never)]
-    fn renew(&mut self) {
-        *self = Self::Likelihood(Likelihood::with(current()));
+    fn renew(&mut self, numbers: Numbers) {
+        *self = Self::Likelihood(Likelihood::with(numbers));
     }
 
     /// Creates the guard, unless the memory already holds it. Not inlined, because the new value passes over the stack.
@@ -79,14 +79,16 @@ impl Scratch {
 pub struct StairFinder {
     map: PolarMap,
     scratch: Scratch,
+    numbers: Numbers,
 }
 
 impl StairFinder {
     /// Creates a finder without a scan.
-    pub const fn new() -> Self {
+    pub const fn new(numbers: Numbers) -> Self {
         Self {
             map: PolarMap::new(),
             scratch: Scratch::Idle,
+            numbers,
         }
     }
 
@@ -95,7 +97,7 @@ impl StairFinder {
     /// # Errors Returns the field that makes the scan larger than the map, or its sweep wider than the shaft can turn.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
-        self.scratch.choose(config.estimator);
+        self.scratch.choose(config.estimator, self.numbers);
         if let Some(estimator) = self.scratch.estimator() {
             estimator.begin(&self.map);
         }
@@ -184,6 +186,6 @@ impl StairFinder {
 
 impl Default for StairFinder {
     fn default() -> Self {
-        Self::new()
+        Self::new(Numbers::DEFAULT)
     }
 }

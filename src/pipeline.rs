@@ -9,7 +9,7 @@ use crate::health::{Expected, Health};
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
 use crate::observer::Observer;
-use crate::params::current;
+use crate::params::Numbers;
 use crate::past::History;
 use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
@@ -55,6 +55,7 @@ pub struct Pipeline {
     health: Health,
     /// Evidence of earlier scans of the same scene.
     past: History,
+    numbers: Numbers,
 }
 
 /// Maximum interval between two guard sweeps whose evidence is combined, seconds: in a longer one a person may have
@@ -72,14 +73,20 @@ impl Pipeline {
     /// Creates a data path without a configuration; [`DataPath::begin`] sets one. All bits are zero, so that a
     /// static of this type takes no flash.
     pub const fn new() -> Self {
+        Self::with(Numbers::DEFAULT)
+    }
+
+    /// Creates a data path as [`Pipeline::new`] does, whose stages have these tuned numbers.
+    pub const fn with(numbers: Numbers) -> Self {
         Self {
             samples: [Iq { i: 0, q: 0 }; MAX_SAMPLES],
             config: Config::EMPTY,
             scan: 0,
             range: RangeProcessor::idle(),
-            finder: StairFinder::new(),
-            health: Health::new(),
-            past: History::new(),
+            finder: StairFinder::new(numbers),
+            health: Health::new(numbers),
+            past: History::new(numbers),
+            numbers,
         }
     }
 
@@ -136,7 +143,7 @@ impl Pipeline {
         };
         if evidence.unusable.is_none() {
             let expected = Expected {
-                moving: drive.known().is_some_and(moves),
+                moving: drive.known().is_some_and(|track| self.moves(track)),
                 uncalibrated: false,
             };
             evidence.health_faults =
@@ -188,7 +195,7 @@ impl Pipeline {
         };
         self.range.configure_scan(&config)?;
         self.scan = scan;
-        self.health = Health::new();
+        self.health = Health::new(self.numbers);
         self.config = config;
         Ok(config)
     }
@@ -227,7 +234,12 @@ impl Pipeline {
     /// Returns whether the motion input and the echoes' phases agree that the chair stood during the last scan.
     pub fn stood(&self, drive: &Drive<'_>) -> bool {
         let mirror = self.config.mount.mirror_offset > 0;
-        mirror && drive.known().is_some_and(|track| !moves(track)) && self.health.stood()
+        mirror && drive.known().is_some_and(|track| !self.moves(track)) && self.health.stood()
+    }
+
+    /// Returns whether the chair moved along `track` by more than a standing chair's limits, `stood_m` and `stood_rad`.
+    fn moves(&self, track: &Track) -> bool {
+        track.moves(self.numbers.stood_m, self.numbers.stood_rad)
     }
 
     /// Returns the health checks of the last scan.
@@ -240,12 +252,6 @@ impl Default for Pipeline {
     fn default() -> Self {
         Self::new()
     }
-}
-
-/// Returns whether the chair moved along `track` by more than a standing chair's limits, `stood_m` and `stood_rad`.
-fn moves(track: &Track) -> bool {
-    let p = current();
-    track.moves(p.stood_m, p.stood_rad)
 }
 
 /// Returns the number of samples of a chirp of `config`, at most the size of the buffer.
@@ -309,10 +315,14 @@ impl DataPath for Pipeline {
             });
         }
         let (mirror, echoes) = (health.mirror_seen(config), self.finder.echoes(config));
-        calibrate(echoes, config, mirror, wall_m).map_err(|refusal| ConfigError {
+        calibrate(echoes, config, mirror, wall_m, &self.numbers).map_err(|refusal| ConfigError {
             field: "scene",
             expected: refusal.expected(),
         })
+    }
+
+    fn numbers(&self) -> Numbers {
+        self.numbers
     }
 
     fn self_test(&mut self) -> bool {

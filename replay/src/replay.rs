@@ -9,6 +9,7 @@ use stairscan::Iq;
 use stairscan::config::{Config, ConfigError};
 use stairscan::motion::{Drive, Mode, Odometry, Track};
 use stairscan::mount::Mounting;
+use stairscan::params::Numbers;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::scanner::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
@@ -45,6 +46,8 @@ pub struct Options {
     /// Whether motion sentences are sent with the triggers, as by `emulate`, instead of at the
     /// recording's times.
     pub by_trigger: bool,
+    /// Tuned numbers of the scanner's stages.
+    pub numbers: Numbers,
 }
 
 impl Options {
@@ -204,6 +207,10 @@ impl DataPath for DataPathWithMotion {
         self.pipeline.calibrate(wall_m)
     }
 
+    fn numbers(&self) -> Numbers {
+        self.pipeline.numbers()
+    }
+
     fn self_test(&mut self) -> bool {
         self.pipeline.self_test()
     }
@@ -305,7 +312,7 @@ fn run(
         settings.timing.settle = SHORTEST_SETTLE_US;
     }
     let data = DataPathWithMotion {
-        pipeline: Box::new(Pipeline::new()),
+        pipeline: Box::new(Pipeline::with(options.numbers)),
         drive: Drive::STANDING,
         track: None,
     };

@@ -2,6 +2,7 @@
 //! sees ground at some range.
 
 use crate::math;
+use crate::params::guard::QUANTILE;
 use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 
 /// Maximum angle between a cell's line of sight and that to the ground at the same range at which the cell may still
@@ -13,9 +14,6 @@ const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
 /// Step between the counted range bins of a row, bins: the noise of neighbouring bins is alike, because they share the
 /// window's main lobe.
 const STRIDE: usize = 2;
-/// Quantile of the levels (logarithmic power) of cells off the ground, from which the mean noise is computed: it is low
-/// enough not to depend on echoes of objects.
-const QUANTILE: f32 = 0.35;
 /// Ratio of the 35 % quantile ([`QUANTILE`]) to the mean, for noise whose power is exponentially distributed:
 /// -ln(1 - 0.35).
 const OF_MEAN: f32 = 0.4308;

@@ -10,26 +10,11 @@ use crate::model::Surfaces;
 use crate::model::above::Above;
 use crate::model::lines::Lines;
 use crate::model::surfaces::{SLOT_M, SLOTS};
+use crate::params::guard::{
+    ACROSS_PER_M, BESIDE_PER_M, FARTHEST_M, MARGIN_M, NAMED, NAMED_WITHIN_M, RISK,
+};
 use crate::verdict::{FreeGround, HazardKind};
 
-/// Density of rises, and of drops, ahead of a chair, per metre. No survey counts them; a factor of four either way
-/// changes the free distance of 3 % of the tuning sweeps (docs/design/guard.md).
-const ACROSS_PER_M: f32 = 0.3;
-/// Density of objects (rather than steps of the ground itself) beside which the ground is still visible, per metre.
-const BESIDE_PER_M: f32 = 0.0003;
-/// Maximum probability of a hazard nearer than the end of the free ground: a fifth of the 1 % that the contract allows;
-/// the rest is for errors of the model.
-const RISK: f32 = 0.002;
-/// Distance from the end of the free ground back to the reported free distance, metres: half a slot, and the length
-/// over which a beam's foot shows ground beyond an edge.
-const MARGIN_M: f32 = 0.08;
-/// Minimum probability at which the kind of the hazard (rise, drop or obstacle) is reported.
-const NAMED: f32 = 0.5;
-/// Maximum distance beyond the free distance of the hazards whose probabilities count for the reported kind, metres.
-const NAMED_WITHIN_M: f32 = 0.35;
-/// Distance from the mirror from which on the free ground ends without a hazard, at the end of the evaluated cells,
-/// metres.
-const FARTHEST_M: f32 = 1.6;
 /// Maximum log-likelihood ratio of a hazard, nats: its exponential and the weight of a slot stay finite.
 const MAX_NATS: f32 = 40.0;
 

@@ -3,7 +3,8 @@
 
 use super::check::{CheckResult, PER_CENT};
 use crate::Iq;
-use crate::params::current as p;
+use crate::params::health::MAX_CLIPPED_ROWS;
+use crate::params::{Numbers, Params};
 use crate::signal::range::RowStats;
 use crate::verdict::Reason;
 
@@ -41,6 +42,7 @@ pub struct Converter {
     /// Number of rows checked for clipping, and number of those whose I or Q is clipped.
     clipping_rows: u32,
     clipped: u32,
+    numbers: Numbers,
 }
 
 /// Returns the stuck bits of a chirp, I in the low half and Q in the high half: those that did not change between its
@@ -70,7 +72,7 @@ fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) ->
 
 impl Converter {
     /// Returns the state before a scan's first chirp. All bits are zero, so that a static of this type takes no flash.
-    pub const fn new() -> Self {
+    pub const fn new(numbers: Numbers) -> Self {
         Self {
             rows: 0,
             stuck: 0,
@@ -80,6 +82,7 @@ impl Converter {
             most: [0; 2],
             clipping_rows: 0,
             clipped: 0,
+            numbers,
         }
     }
 
@@ -118,7 +121,7 @@ impl Converter {
                 at_extremes(chirp, stats.extremes, |x| x.i)
             };
             let share = STRIDE as u32 * count * SHARE;
-            self.clipped += u32::from(share > clipped() * chirp.len() as u32);
+            self.clipped += u32::from(share > clipped(&self.numbers) * chirp.len() as u32);
         }
         self.rows += 1;
     }
@@ -132,7 +135,7 @@ impl Converter {
                 limit,
             });
         };
-        check(Reason::AdcBit, self.stuck as i32, stuck_rows());
+        check(Reason::AdcBit, self.stuck as i32, stuck_rows(&self.numbers));
         check(Reason::StaleChirp, self.stale as i32, 0);
         let walked = self
             .most
@@ -140,29 +143,26 @@ impl Converter {
             .zip(&self.least)
             .map(|(&most, &least)| i32::from(most) - i32::from(least))
             .fold(0, i32::max);
-        check(Reason::DcDrift, walked, max_offset_drift());
+        check(Reason::DcDrift, walked, max_offset_drift(&self.numbers));
         let clipped = PER_CENT * self.clipped / self.clipping_rows.max(1);
         check(Reason::Clipped, clipped as i32, MAX_CLIPPED_ROWS);
     }
 }
 
-/// Maximum share of the checked rows, per cent, that may be clipped. Checked rows look at I and Q in turn, so clipping
-/// of I alone shows in half of them.
-const MAX_CLIPPED_ROWS: i32 = 35;
 /// Fractions of one in which the share of a chirp's samples at its extreme is counted.
 const SHARE: u32 = 1000;
 /// Returns the maximum share of a chirp's samples, in 1/[`SHARE`], that may equal the chirp's own minimum or maximum; a
 /// chirp with more is clipped.
-fn clipped() -> u32 {
-    (p().clipped_share * SHARE as f32) as u32
+fn clipped(p: &Params) -> u32 {
+    (p.clipped_share * SHARE as f32) as u32
 }
 /// Returns the maximum number of rows of a scan that may have a stuck bit by chance.
-fn stuck_rows() -> i32 {
-    p().lame_rows as i32
+fn stuck_rows(p: &Params) -> i32 {
+    p.lame_rows as i32
 }
 /// Returns the maximum drift of the offset (mean of I or of Q) during a scan, units of a sample.
-fn max_offset_drift() -> i32 {
-    (p().offset_walk * FULL_SCALE) as i32
+fn max_offset_drift(p: &Params) -> i32 {
+    (p.offset_walk * FULL_SCALE) as i32
 }
 
 #[cfg(test)]
@@ -204,7 +204,7 @@ mod tests {
     }
 
     fn failed_checks(change: impl Fn(u32, &mut Vec<Iq>)) -> Reasons {
-        let mut converter = Converter::new();
+        let mut converter = Converter::new(Numbers::DEFAULT);
         for row in 0..64 {
             let mut chirp = chirp(row);
             change(row, &mut chirp);

@@ -2,7 +2,7 @@
 //! calibration.
 
 use crate::config::Config;
-use crate::params::current;
+use crate::params::Params;
 use crate::verdict::Reason;
 
 /// Unit of the mirror echo's range in settings and check results, metres.
@@ -28,8 +28,12 @@ impl MirrorEcho {
     /// configured mirror offset and against the calibrated range, in units of 0.01 mm; the level against the calibrated
     /// one, in 0.001 dB. Checks without a calibrated value are left out.
     #[inline(never)]
-    pub(super) fn report_checks(self, config: &Config, report: &mut dyn FnMut(Reason, i32, i32)) {
-        let p = current();
+    pub(super) fn report_checks(
+        self,
+        config: &Config,
+        p: &Params,
+        report: &mut dyn FnMut(Reason, i32, i32),
+    ) {
         // Wide limit against the mirror's offset, from which distances count; narrow limit against the
         // calibrated range.
         let mut place = |right_m: f32, within_m: f32| {

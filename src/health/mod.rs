@@ -22,8 +22,8 @@ mod turning;
 
 use crate::Iq;
 use crate::config::Config;
-
-use crate::params::current as p;
+use crate::params::Numbers;
+use crate::params::health::{MAX_BURST_ROWS, MAX_IMAGE_SHARE, RUNNING_MEAN, SAMPLES_PER_SATURATED};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
 use crate::verdict::{Reason, Reasons};
@@ -38,8 +38,6 @@ use turning::Turning;
 const NOISE_ROWS: u16 = 8;
 /// Cell interval of the scan's noise histogram: every third cell of a counted row.
 const NOISE_CELLS: usize = 3;
-/// Reciprocal of the share of a scan's samples that may be at full scale. A clipped chirp turns one echo into a comb.
-const SAMPLES_PER_SATURATED: u32 = 1000;
 /// Maximum swing of I and Q around their means when the converter has no input signal, units of a sample: its own
 /// rounding.
 const SILENT_SWING: u16 = 1;
@@ -52,9 +50,6 @@ const ECHO_ABOVE_NOISE: u8 = 40;
 /// Number of samples of a chirp that are compared with those of the chirp before: all equal means that the radar
 /// repeats a chirp.
 const PROBES: usize = 4;
-/// Maximum number of consecutive rows that are discarded as a burst of interference. After it the current noise becomes
-/// the new reference.
-const MAX_BURST_ROWS: u32 = 8;
 /// Cell interval of the histogram that gives one row's noise: every sixth cell is counted.
 const CELL_STRIDE: usize = 6;
 /// Width of a class of the histogram of one row's noise, as a power of two: 4 map units, 1.5 dB.
@@ -64,14 +59,9 @@ const CELL_VALUES: usize = 256;
 /// Number of steps per map unit in which the running mean of the noise counts, and per range bin in which the offset of
 /// the mirror's echo counts.
 const SIXTEENTHS: i32 = 16;
-/// Reciprocal of a new row's weight in the running mean of the noise.
-const RUNNING_MEAN: i32 = 4;
 /// Reciprocal of the quantile of a row's cells that is taken as its noise: the lower quartile, which echoes do not
 /// reach.
 const QUARTER: usize = 4;
-
-/// Maximum share of the rows, per cent, that may show an I/Q image of the mirror's echo.
-const MAX_IMAGE_SHARE: i32 = 75;
 
 /// Conditions of a scan under which some checks do not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -98,6 +88,7 @@ pub struct Health {
     standing: Standing,
     /// Histogram of the scan's noise: number of counted cells by value, from every [`NOISE_ROWS`]th row.
     cells: [u16; CELL_VALUES],
+    numbers: Numbers,
 }
 
 /// Checks of signal levels (logarithmic power) from row to row: noise, leakage and mirror echo; levels in map units.
@@ -121,10 +112,11 @@ struct Levels {
     place: i32,
     /// Number of rows with an obstruction: an echo between mirror and map's first bin that exceeds the mirror's own.
     blocked: u32,
+    numbers: Numbers,
 }
 
 impl Levels {
-    const fn new() -> Self {
+    const fn new(numbers: Numbers) -> Self {
         Self {
             self_echo: 0,
             self_echo_drifts: 0,
@@ -136,31 +128,33 @@ impl Levels {
             images: 0,
             place: 0,
             blocked: 0,
+            numbers,
         }
     }
 
     /// Adds one row to the checks of levels; `first`: the first of the scan. Returns whether its noise shows a burst of
     /// interference.
     fn row(&mut self, first: bool, stats: &RowStats, cells: &[u8]) -> bool {
+        let p = self.numbers;
         let (inside, noise) = (i32::from(stats.self_echo), row_noise(cells));
         if first {
             self.self_echo = inside;
             self.noise = SIXTEENTHS * noise;
         }
         self.self_echo_drifts +=
-            u32::from((inside - self.self_echo).abs() > units(p().inside_drift_db));
+            u32::from((inside - self.self_echo).abs() > units(p.inside_drift_db));
         self.place = self.place.saturating_add(stats.mirror_place.into());
         let mirror = i32::from(stats.mirror_echo);
         let image = i32::from(stats.image);
-        let clear = image.max(mirror) > noise + units(p().image_clear_db);
+        let clear = image.max(mirror) > noise + units(p.image_clear_db);
         let apart = image - mirror;
-        self.image_stronger += u32::from(clear && apart > units(p().twin_db));
-        self.image_equal += u32::from(clear && apart.abs() <= units(p().twin_db));
+        self.image_stronger += u32::from(clear && apart > units(p.twin_db));
+        self.image_equal += u32::from(clear && apart.abs() <= units(p.twin_db));
         self.images +=
-            u32::from(apart > -units(p().image_db) && image > noise + units(p().image_clear_db));
-        self.blocked += u32::from(i32::from(stats.before_window) > mirror + units(p().near_db));
+            u32::from(apart > -units(p.image_db) && image > noise + units(p.image_clear_db));
+        self.blocked += u32::from(i32::from(stats.before_window) > mirror + units(p.near_db));
         let above = SIXTEENTHS * noise - self.noise;
-        let burst = above > SIXTEENTHS * units(p().burst_db) && self.burst_rows < MAX_BURST_ROWS;
+        let burst = above > SIXTEENTHS * units(p.burst_db) && self.burst_rows < MAX_BURST_ROWS;
         if burst {
             self.burst_rows += 1;
             self.bursts += 1;
@@ -213,7 +207,7 @@ fn row_noise(cells: &[u8]) -> i32 {
 
 impl Health {
     /// Returns the state before a scan's first row.
-    pub const fn new() -> Self {
+    pub const fn new(numbers: Numbers) -> Self {
         Self {
             rows: 0,
             samples: 0,
@@ -222,11 +216,12 @@ impl Health {
             frozen: 0,
             mirror: 0,
             probes: [Iq { i: 0, q: 0 }; PROBES],
-            converter: Converter::new(),
-            levels: Levels::new(),
-            turning: Turning::new(),
-            standing: Standing::new(),
+            converter: Converter::new(numbers),
+            levels: Levels::new(numbers),
+            turning: Turning::new(numbers),
+            standing: Standing::new(numbers),
             cells: [0; CELL_VALUES],
+            numbers,
         }
     }
 
@@ -348,7 +343,7 @@ impl Health {
         expected: Expected,
         each: &mut dyn FnMut(CheckResult),
     ) {
-        let levels = &self.levels;
+        let (p, levels) = (&*self.numbers, &self.levels);
         let share = |rows: u32| (PER_CENT * rows / self.rows.max(1)) as i32;
         let mut check = |reason, value, limit| {
             each(CheckResult {
@@ -361,7 +356,7 @@ impl Health {
         check(
             Reason::GainDrift,
             levels.self_echo_drifts as i32,
-            p().strayed_rows as i32,
+            p.strayed_rows as i32,
         );
         check(Reason::Interference, levels.bursts as i32, 0);
         if config.mount.mirror_offset > 0 {
@@ -376,10 +371,11 @@ impl Health {
             check(
                 Reason::BlockedView,
                 levels.blocked as i32,
-                p().near_rows as i32,
+                p.near_rows as i32,
             );
             if !expected.uncalibrated {
-                self.mirror_seen(config).report_checks(config, &mut check);
+                self.mirror_seen(config)
+                    .report_checks(config, p, &mut check);
             }
         }
         self.converter.report_checks(each);
@@ -387,7 +383,7 @@ impl Health {
         if config.mount.mirror_offset > 0 && !expected.moving {
             self.standing.report_checks(each);
         }
-        turning::lines(map, config, self.noise(), each);
+        turning::lines(map, config, p, self.noise(), each);
     }
 
     /// Returns the reasons of the failed checks, which prevent `ok`; empty if the instrument works. `config` is the
@@ -396,7 +392,7 @@ impl Health {
     pub fn failed_checks(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
         let mut failed = Reasons::NONE;
         self.report_checks(config, map, expected, &mut |check| {
-            if check.value > check.limit && !p().rules.muted.has(check.reason) {
+            if check.value > check.limit && !self.numbers.rules.muted.has(check.reason) {
                 failed.add(check.reason);
             }
         });
@@ -406,7 +402,7 @@ impl Health {
 
 impl Default for Health {
     fn default() -> Self {
-        Self::new()
+        Self::new(Numbers::DEFAULT)
     }
 }
 
@@ -417,7 +413,7 @@ mod tests {
     /// Returns the health checks after a scan of 16 rows: `row(k)` gives for row k the sample and the cell, each
     /// repeated 64 times, and the statistics.
     fn scan(row: impl Fn(u16) -> (Iq, RowStats, u8)) -> Health {
-        let mut health = Health::new();
+        let mut health = Health::default();
         for k in 0..16 {
             let (sample, stats, cell) = row(k);
             health.row(k, &[sample; 64], &stats, &[cell; 64]);
@@ -440,7 +436,7 @@ mod tests {
     /// Returns the reasons that 64 good rows raise after `change` has altered the statistics and the cell value of
     /// each, and the number of rows left out as bursts; the map stays empty.
     fn failed_checks(change: impl Fn(u16, &mut RowStats, &mut u8)) -> (Reasons, u32) {
-        let mut health = Health::new();
+        let mut health = Health::default();
         let mut aside = 0;
         for k in 0..64 {
             let (_, mut stats, mut cell) = good(k);
@@ -498,7 +494,7 @@ mod tests {
 
     #[test]
     fn a_calibrated_mirror_is_held_to_its_place() {
-        let mut health = Health::new();
+        let mut health = Health::default();
         let (sample, mut stats, cell) = good(0);
         // 8/16: half a bin beyond the mirror's offset.
         stats.mirror_place = 8;
@@ -526,7 +522,11 @@ mod tests {
             stats.mirror_place = place;
             health.row(1, &[sample; 64], &stats, &[cell; 64]);
             let seen_m = health.mirror_echo_m(&config);
-            assert_eq!(seen_m - 0.22 > p().mirror_place_m, fails, "{seen_m}");
+            assert_eq!(
+                seen_m - 0.22 > Numbers::DEFAULT.mirror_place_m,
+                fails,
+                "{seen_m}"
+            );
             config.mount.mirror_echo = (seen_m * 1e5) as i32;
             let failed = health.failed_checks(&config, &map, Expected::default());
             assert_eq!(failed.has(Reason::RangeScale), fails);
@@ -577,6 +577,6 @@ mod tests {
 
     #[test]
     fn without_rows_there_is_no_answer() {
-        assert_eq!(Health::new().fault(false), Some(Reason::Silent));
+        assert_eq!(Health::default().fault(false), Some(Reason::Silent));
     }
 }

@@ -6,7 +6,8 @@
 //! check is the angle of the mean phasor of the phase changes between neighbouring rows.
 
 use super::check::{CheckResult, units};
-use crate::params::current as p;
+use crate::params::Numbers;
+use crate::params::health::MIN_COHERENCE;
 use crate::signal::grid::PolarMap;
 use crate::verdict::Reason;
 
@@ -14,13 +15,6 @@ use crate::verdict::Reason;
 const FOLLOWED: u8 = 8;
 /// Number of steps per degree in which phase changes are reported.
 const PER_DEGREE: f32 = 100.0;
-/// Returns the maximum mean phase change from row to row of a standing chair, 1/100 degree.
-fn limit() -> i32 {
-    (PER_DEGREE * p().phase_turned_deg) as i32
-}
-/// Minimum length of the mean of unit phasors of the phase changes, 0 to 1, of a standing chair: the phase changes have
-/// a standard deviation of at most 26 degrees.
-const MIN_COHERENCE: f32 = 0.9;
 
 /// Phase changes of echoes from row to row of one scan.
 #[derive(Clone, Debug)]
@@ -35,10 +29,11 @@ pub struct Standing {
     /// Sums of the cosines and of the sines of the phase changes, and number of phase changes.
     sum: [f32; 2],
     phase_changes: u16,
+    numbers: Numbers,
 }
 
 impl Standing {
-    pub const fn new() -> Self {
+    pub const fn new(numbers: Numbers) -> Self {
         Self {
             bin: 0,
             remaining: 0,
@@ -46,7 +41,13 @@ impl Standing {
             before: [0.0; 2],
             sum: [0.0; 2],
             phase_changes: 0,
+            numbers,
         }
+    }
+
+    /// Returns the maximum mean phase change from row to row of a standing chair, 1/100 degree.
+    fn limit(&self) -> i32 {
+        (PER_DEGREE * self.numbers.phase_turned_deg) as i32
     }
 
     /// Adds row `k` of `map`. `phasors` returns the phasors of a stored bin and of the mirror's echo, `strongest` is
@@ -61,7 +62,8 @@ impl Standing {
         strongest: u8,
         noise: i32,
     ) {
-        let seen = i32::from(map.cell(k.into(), self.bin.into())) > noise + units(p().phase_db);
+        let seen =
+            i32::from(map.cell(k.into(), self.bin.into())) > noise + units(self.numbers.phase_db);
         let now = if seen {
             let [echo, mirror] = phasors(self.bin);
             times_conjugate(echo, mirror)
@@ -89,7 +91,7 @@ impl Standing {
     fn phase_change(&self) -> Option<i32> {
         let [cos, sin] = self.sum;
         let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
-        let enough = self.phase_changes >= p().phase_turns as u16;
+        let enough = self.phase_changes >= self.numbers.phase_turns as u16;
         enough.then_some((PER_DEGREE * degrees) as i32)
     }
 
@@ -98,7 +100,10 @@ impl Standing {
     /// small.
     pub fn stood(&self) -> bool {
         let together = self.sum[0] >= MIN_COHERENCE * f32::from(self.phase_changes);
-        together && self.phase_change().is_some_and(|turned| turned < limit())
+        together
+            && self
+                .phase_change()
+                .is_some_and(|turned| turned < self.limit())
     }
 
     /// Calls `each` with the check's result: the magnitude of the mean phase change from row to row, 1/100 degree, 0
@@ -107,7 +112,7 @@ impl Standing {
         each(CheckResult {
             reason: Reason::Moving,
             value: self.phase_change().unwrap_or(0),
-            limit: limit(),
+            limit: self.limit(),
         });
     }
 }
@@ -128,7 +133,7 @@ mod tests {
     fn followed(rows: u16, phase: impl Fn(u16) -> f32) -> Standing {
         let mut map = Box::new(PolarMap::new());
         map.begin(&Config::default()).unwrap();
-        let mut standing = Standing::new();
+        let mut standing = Standing::new(Numbers::DEFAULT);
         for k in 0..rows {
             map.fill(k.into(), |row| row.cells[40] = 200);
             let begun = 1.7 * f32::from(k) % core::f32::consts::TAU;

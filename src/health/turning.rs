@@ -10,7 +10,7 @@
 
 use super::check::{CheckResult, units};
 use crate::config::Config;
-use crate::params::current as p;
+use crate::params::{Numbers, Params};
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::Reason;
 
@@ -45,6 +45,7 @@ pub struct Turning {
     max_difference: u16,
     /// Range bin of the strongest cell of the two neighbouring rows that were compared last.
     strongest: u8,
+    numbers: Numbers,
 }
 
 /// A cell (range bin) compared between two rows, which exceeds the noise clearly in at least one of them: its bin, the
@@ -70,7 +71,7 @@ struct Pairs {
 impl Pairs {
     /// Collects the cells whose level exceeds `floor`, map units, in at least one of two rows; `cells` gives bin, level
     /// in the one row and level in the other.
-    fn of(cells: impl Iterator<Item = (usize, u8, u8)>, floor: u8) -> Self {
+    fn of(cells: impl Iterator<Item = (usize, u8, u8)>, floor: u8, p: &Params) -> Self {
         let mut pairs = Self {
             list: heapless::Vec::new(),
             sum: 0,
@@ -88,7 +89,7 @@ impl Pairs {
             let pair = Pair {
                 bin: bin as u8,
                 stronger,
-                difference: a.abs_diff(b).min(units(p().jump_clip_db) as u8),
+                difference: a.abs_diff(b).min(units(p.jump_clip_db) as u8),
             };
             if pairs.list.push(pair).is_err() {
                 break;
@@ -113,7 +114,7 @@ fn beam(geometry: &Geometry) -> f32 {
 }
 
 impl Turning {
-    pub const fn new() -> Self {
+    pub const fn new(numbers: Numbers) -> Self {
         Self {
             rows: 0,
             before: 0,
@@ -121,6 +122,7 @@ impl Turning {
             max_still_rows: 0,
             max_difference: 0,
             strongest: 0,
+            numbers,
         }
     }
 
@@ -128,6 +130,7 @@ impl Turning {
     /// Returns the range bin of the strongest cell of the two neighbouring rows that were compared last.
     #[inline(never)]
     pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
+        let p = self.numbers.get();
         let up = k >= self.before;
         self.before = k;
         let back = |rows: usize| {
@@ -142,20 +145,20 @@ impl Turning {
         let Some(here) = back(0) else {
             return self.strongest;
         };
-        let floor = (noise + units(p().turning_db)).clamp(0, u8::MAX.into()) as u8;
+        let floor = (noise + units(p.turning_db)).clamp(0, u8::MAX.into()) as u8;
         let beam = beam(map.geometry());
         self.rows = self.rows.wrapping_add(1);
         // The cast saturates.
-        let lag = ((p().still_lag_beams * beam + 0.5) as usize).max(2);
+        let lag = ((p.still_lag_beams * beam + 0.5) as usize).max(2);
         // Every other row suffices for a standstill.
         if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
             let before = map.row(old);
             // Every other cell suffices, too.
             let hits = map.detections(here).step_by(2);
             let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
-            let Pairs { list, sum, .. } = Pairs::of(both, floor);
-            let unmoved = list.len() >= p().still_cells as usize
-                && sum < units(p().still_db) as u32 * list.len() as u32;
+            let Pairs { list, sum, .. } = Pairs::of(both, floor, p);
+            let unmoved = list.len() >= p.still_cells as usize
+                && sum < units(p.still_db) as u32 * list.len() as u32;
             self.still_rows = if unmoved {
                 self.still_rows + STILL_ROWS
             } else {
@@ -172,10 +175,11 @@ impl Turning {
     /// Updates the maximum difference from two neighbouring rows `a` and `b`, whose surrounding rows have arrived as
     /// well: cells above `floor`, map units, that do not lie in a null. `beam` is the beamwidth, rows.
     fn compare_neighbours(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
+        let p = self.numbers.get();
         // The flanks of a narrow beam are steeper.
         let scale = (REFERENCE_BEAM / beam.max(1.0)).max(1.0);
         let steepest = (f32::from(self.max_difference) * scale) as u32;
-        let found = Pairs::of(map.detections_of(a, b), floor);
+        let found = Pairs::of(map.detections_of(a, b), floor, p);
         if found.sum > 0 {
             self.strongest = found.strongest.bin;
         }
@@ -183,7 +187,7 @@ impl Turning {
         if found.sum <= steepest {
             return;
         }
-        let near = units(p().jump_near_db) as u8;
+        let near = units(p.jump_near_db) as u8;
         let around = [
             a.min(b).checked_sub(AROUND).map_or(&[][..], |k| map.row(k)),
             map.row(a.max(b) + AROUND),
@@ -198,8 +202,8 @@ impl Turning {
                 differ += u32::from(pair.difference);
             }
         }
-        if cells >= p().jump_cells as u32 {
-            let usual = units(p().jump_usual_db) as u32 * cells;
+        if cells >= p.jump_cells as u32 {
+            let usual = units(p.jump_usual_db) as u32 * cells;
             let beyond = (differ as f32 / scale) as u32;
             self.max_difference = self.max_difference.max(beyond.saturating_sub(usual) as u16);
         }
@@ -208,8 +212,9 @@ impl Turning {
     /// Calls `each` with the results of two checks: the longest standstill, 1/100 beamwidth, and the largest jump of
     /// the angle, map units.
     pub fn report_checks(&self, map: &PolarMap, each: &mut dyn FnMut(CheckResult)) {
+        let p = self.numbers.get();
         let beam = beam(map.geometry());
-        let max_still = ((p().still_beams * beam) as i32).max(p().still_rows as i32);
+        let max_still = ((p.still_beams * beam) as i32).max(p.still_rows as i32);
         each(CheckResult {
             reason: Reason::MirrorStuck,
             value: (f32::from(self.max_still_rows) * PER_BEAM / beam.max(1.0)) as i32,
@@ -218,7 +223,7 @@ impl Turning {
         each(CheckResult {
             reason: Reason::AngleJump,
             value: self.max_difference.into(),
-            limit: units(p().jump_db),
+            limit: units(p.jump_db),
         });
     }
 }
@@ -227,26 +232,32 @@ impl Turning {
 /// at the level of one bin: one check for ranges below `blocked_m` (blocked view), one for those beyond (interference).
 /// `noise` is the map's median cell, map units.
 #[inline(never)]
-pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(CheckResult)) {
+pub fn lines(
+    map: &PolarMap,
+    config: &Config,
+    p: &Params,
+    noise: u8,
+    each: &mut dyn FnMut(CheckResult),
+) {
     let (geometry, radar) = (map.geometry(), &config.radar);
     // From this range on lie the I/Q images of mirror and leakage.
     let axis_m = radar.fft_len() as f32 * geometry.bin_m;
-    let lobe_m = p().range_lobe_bins * radar.range_resolution_m();
+    let lobe_m = p.range_lobe_bins * radar.range_resolution_m();
     let end_m = axis_m - 2.0 * config.mount.mirror_offset_m() - 2.0 * lobe_m;
     let rows = |every: usize| (0..map.rows()).step_by(every).filter(|&k| map.present(k));
     let mean = |bin: usize, every: usize| {
         let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
         (sum / rows(every).count().max(1)) as i32
     };
-    let least = i32::from(noise) + units(p().line_db);
+    let least = i32::from(noise) + units(p.line_db);
     let count = rows(LINE_ROWS).count().max(1);
     let mut most = [0, 0];
     for bin in 0..map.bins() {
         let range_m = geometry.first_range_m + bin as f32 * geometry.bin_m;
         // The ground straight below is seen in every row through side lobes.
-        let below = (range_m - geometry.mount_height_m).abs() < p().plumb_m;
+        let below = (range_m - geometry.mount_height_m).abs() < p.plumb_m;
         // A few rows exclude a line in most bins.
-        let few = units(p().line_spread_db);
+        let few = units(p.line_spread_db);
         if below || range_m >= end_m || mean(bin, FEW_LINE_ROWS) + few <= least {
             continue;
         }
@@ -255,13 +266,13 @@ pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Ch
             continue;
         }
         let alike =
-            |k: &usize| (i32::from(map.cell(*k, bin)) - mean).abs() <= units(p().line_spread_db);
+            |k: &usize| (i32::from(map.cell(*k, bin)) - mean).abs() <= units(p.line_spread_db);
         let share = rows(LINE_ROWS).filter(alike).count() * PER_CENT / count;
         let [near, far] = &mut most;
-        let place = if range_m < p().blocked_m { near } else { far };
+        let place = if range_m < p.blocked_m { near } else { far };
         *place = share.max(*place);
     }
-    let limit = (p().line_share * PER_CENT as f32) as i32;
+    let limit = (p.line_share * PER_CENT as f32) as i32;
     for (reason, share) in [Reason::BlockedView, Reason::Interference]
         .into_iter()
         .zip(most)

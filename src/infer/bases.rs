@@ -14,7 +14,11 @@ use crate::model::kinds::{PROPOSALS, Propose};
 use crate::model::treads::Descending;
 use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::generative::Generative;
-use crate::params::{Rules, current};
+use crate::params::posterior::{
+    NEAREST_WALL_M, OTHER_MARGIN_NATS, OVERHANG_STARTS_M, PROPOSAL_MARGIN_NATS, SHORTEST_LANDING_M,
+    STRETCHES,
+};
+use crate::params::{Numbers, Rules};
 use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
@@ -43,23 +47,8 @@ impl core::fmt::Debug for Posterior {
     }
 }
 
-/// Riser heights from which the refinement starts, as multiples of the search's riser height.
-const STRETCHES: [f32; 2] = [0.95, 1.05];
-/// Overhangs that are tried besides the measured one, metres.
-const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// Maximum score margin behind the search's best flight at which a flight is proposed, nats. With 5 nats, 8 of 2,014
-/// validation scenes fewer are exact; with 20 nats, 14 fewer.
-const PROPOSAL_MARGIN_NATS: f32 = 3.0;
-/// Maximum score margin behind the search's best flight, nats, for that flight in the other build (closed or open)
-/// and for hypotheses of earlier scans. It is wide, since the search does not model walls behind open treads or
-/// earlier scans.
-const OTHER_MARGIN_NATS: f32 = 12.0;
 /// Maximum number of refined flights, set by the computing time.
 const MAX_REFINED: usize = 6;
-/// Minimum distance of anything ahead of the chair from the mirror, metres: nearer are the footrests.
-pub(super) const NEAREST_M: f32 = 0.3;
-/// Minimum distance of a wall from the last riser, metres: the shortest landing.
-pub(super) const LANDING_M: f32 = 0.28;
 /// Maximum number of rounds. Each round's answer is measured, and it and its variants join the particles. The first
 /// answer is final if it is still the likeliest outline, the second one in any case. With one round, 16 of 2,014
 /// validation scenes fewer are exact; with three, one.
@@ -94,9 +83,9 @@ pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
 
 impl Posterior {
     /// Returns a posterior without echoes.
-    pub const fn new(g: &'static Generative) -> Self {
+    pub const fn new(g: &'static Generative, numbers: Numbers) -> Self {
         Self {
-            model: Model::empty(g),
+            model: Model::empty(g, numbers),
             hypotheses: Hypotheses::new(),
             cloud: Cloud::new(),
         }
@@ -138,7 +127,7 @@ impl Posterior {
                 self.refine_flight(&other, None);
             }
         }
-        self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_M);
+        self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_WALL_M);
         for propose in PROPOSALS {
             if let Some(best) = self.best_of(propose, rules) {
                 // Cannot fail: one place is reserved for each.
@@ -154,8 +143,9 @@ impl Posterior {
         self.model.view = view;
         self.hypotheses.clear();
         model.set_echoes(echoes, view);
+        let rules = &self.model.numbers.get().rules;
         let bases = &mut self.hypotheses;
-        descending::propose(model, echoes, &current().rules, &mut |base| {
+        descending::propose(model, echoes, rules, &mut |base| {
             if let Err(base) = bases.push(base) {
                 // Level ground is kept: it is the reference of all others.
                 let stairs = bases.iter_mut().filter(|b| !b.staircase.is_empty());
@@ -243,8 +233,9 @@ impl Posterior {
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
         let mut refined = Refinement::default();
-        let rise = Estimate::new(s.rise(), current().flight_rise_sigma_m);
-        refine(&self.model, s, rise, current(), &mut refined);
+        let p = self.model.numbers.get();
+        let rise = Estimate::new(s.rise(), p.flight_rise_sigma_m);
+        refine(&self.model, s, rise, p, &mut refined);
         for (sigma, level) in sigmas.iter_mut().zip(&refined.levels) {
             *sigma = level.height.sigma();
         }
@@ -254,6 +245,7 @@ impl Posterior {
     /// the same staircase as refined by an earlier scan.
     #[inline(never)]
     fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Hypothesis {
+        let rules = &self.model.numbers.rules;
         let base = |s, sigmas| Hypothesis::new(&self.model, s, sigmas);
         let [low, high] = STRETCHES;
         let top = match carried {
@@ -265,9 +257,9 @@ impl Posterior {
             }
         };
         let mut best = top;
-        for overhang_m in OVERHANGS_M
+        for overhang_m in OVERHANG_STARTS_M
             .into_iter()
-            .filter(|_| !start.open && current().rules.overhang_starts)
+            .filter(|_| !start.open && rules.overhang_starts)
         {
             let s = Staircase {
                 overhang_m,
@@ -276,11 +268,11 @@ impl Posterior {
             best = Hypothesis::likelier(best, base(s, top.sigmas));
         }
         let open_air = best;
-        let behind_m = best.staircase.last_x() + LANDING_M;
+        let behind_m = best.staircase.last_x() + SHORTEST_LANDING_M;
         for &wall_m in walls(&self.model, behind_m)
             .iter()
             .skip(1)
-            .filter(|_| current().rules.walls_behind)
+            .filter(|_| rules.walls_behind)
         {
             best = Hypothesis::likelier(best, open_air.walled(&self.model, wall_m));
         }

@@ -9,7 +9,8 @@
 
 use crate::math;
 use crate::model::ModelEcho;
-use crate::params::posterior as number;
+use crate::params::drop_depth::{APART_M, GROUND_M, HALF_M, LEAST, MAX_M, ROUGH_M, SHARE, SLACK_M};
+use crate::params::posterior;
 
 /// Smallest depth below the ground of the grid of depths, metres: less than any drop.
 const FIRST_M: f32 = 0.04;
@@ -17,24 +18,6 @@ const FIRST_M: f32 = 0.04;
 const STEP_M: f32 = 0.005;
 /// Number of the grid's depths: up to 40 cm, so that the second tread of a flight competes with the first.
 const DEPTHS: usize = 73;
-/// Maximum reported depth, metres: two low risers of 11 cm. A deeper surface may be the second tread of a flight
-/// whose first one is hidden.
-const MAX_M: f32 = 0.22;
-/// Minimum probability at which a depth is reported, given a drop at the reported place.
-const LEAST: f32 = 0.9;
-/// Half-width of the window about the likeliest depth over which probabilities are added, metres.
-const HALF_M: f32 = 0.015;
-/// Depth below the ground down to which echoes count as the ground's own, metres.
-const GROUND_M: f32 = 0.03;
-/// Minimum horizontal distance between two echoes that both count, metres: nearer ones are not independent, but share a
-/// main lobe of the range window or a face of a wall.
-const APART_M: f32 = 0.025;
-/// Length by which the shadow behind the edge is shortened, metres, since the edge may be nearer than reported.
-const SLACK_M: f32 = 0.05;
-/// Standard deviation of a surface's scatterers about its depth, metres.
-const ROUGH_M: f32 = 0.007;
-/// Prior probability that an echo behind the shadow is the surface's.
-const SHARE: f32 = 0.5;
 /// Squared deviation of an echo's height from a surface, in squared standard deviations, beyond which the echo is not
 /// the surface's. Most echoes are beyond it for most depths, which saves their square root and exponential.
 const FAR: f32 = 25.0;
@@ -88,7 +71,7 @@ fn log_likelihood(echoes: &[ModelEcho], height_m: f32, edge_m: f32, depth_m: f32
         sum += if z2 > FAR {
             NOT_ITS_OWN
         } else {
-            let density = number::PER_ROOT_TAU / math::sqrt(variance_m2) * math::exp(-0.5 * z2);
+            let density = posterior::PER_ROOT_TAU / math::sqrt(variance_m2) * math::exp(-0.5 * z2);
             math::ln(1.0 - SHARE + SHARE * density)
         };
     }

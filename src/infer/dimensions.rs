@@ -14,11 +14,12 @@ use super::support::{Support, next_db};
 use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;
-use crate::model::treads::{Descending, OFF_M as TREAD_OFF_M, TreadAt, Treads};
+use crate::model::treads::{Descending, TreadAt, Treads};
 use crate::model::{GroundKind, Model, Staircase, tread_begins_m};
 use crate::observer::trace::{ChainLink, Role};
 use crate::params::Params;
-use crate::params::posterior::Limits;
+use crate::params::descent::TREAD_OFF_M;
+use crate::params::posterior::{Limits, PLUMB_FLASH_M, TREAD_END_M};
 use heapless::Vec;
 
 /// The steps of a flight, the evidence for each, and the role of each echo.
@@ -176,7 +177,7 @@ fn is_obstacle_or_threshold(
         return None;
     };
     let height = first.height;
-    if GroundKind::single(height.value).direction() == Direction::Up
+    if GroundKind::single(height.value, p).direction() == Direction::Up
         && rise.value >= p.lowest_step_m
     {
         return None;
@@ -185,11 +186,6 @@ fn is_obstacle_or_threshold(
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
     Some(height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m)
 }
-
-/// Maximum horizontal distance of a flash straight below the mirror, metres.
-const BELOW_M: f32 = 0.03;
-/// Maximum distance along a tread between one of its ends and an echo that counts as the echo of that end, metres.
-const END_M: f32 = 0.02;
 
 /// A tread seen from above: its height, negative below the ground, and the horizontal distances of both ends, metres.
 #[derive(Clone, Copy, Debug)]
@@ -219,15 +215,15 @@ impl SeenTread {
 
     /// Returns the role of a mark, if it lies on the tread.
     fn role(&self, m: &Mark) -> Option<Role> {
-        let inside = m.x_m > self.from_m - END_M && m.x_m < self.to_m + END_M;
+        let inside = m.x_m > self.from_m - TREAD_END_M && m.x_m < self.to_m + TREAD_END_M;
         if !inside || (m.y_m - self.tread.y_m).abs() > TREAD_OFF_M {
             return None;
         }
-        Some(if m.x_m.abs() < BELOW_M {
+        Some(if m.x_m.abs() < PLUMB_FLASH_M {
             Role::Flash
-        } else if (m.x_m - self.to_m).abs() < END_M {
+        } else if (m.x_m - self.to_m).abs() < TREAD_END_M {
             Role::Edge
-        } else if (m.x_m - self.from_m).abs() < END_M {
+        } else if (m.x_m - self.from_m).abs() < TREAD_END_M {
             Role::Corner
         } else {
             Role::Tread

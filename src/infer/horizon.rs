@@ -13,13 +13,17 @@ use crate::answer::{DropEdge, Step};
 use crate::config::Plane;
 use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
-use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M, MIN_LOG_ODDS};
+use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M};
 use crate::model::{MIN_EXPANDED_M, Surfaces};
 use crate::observer::trace::{Cell, Role};
 use crate::params::Params;
 use crate::params::counted;
 use crate::params::fitted_for;
-use crate::params::hazard::{FEATURES, Features, log_survival, probability};
+use crate::params::hazard::{
+    FEATURES, Features, MAX_FEATURE_DB, MAX_FEATURE_NATS, MAX_FEATURE_SIGMAS, MAX_NEXT_FACE,
+    MIN_FEATURE_MARGIN, NEAREST_END_M, TYPICAL_GOING_M, log_survival, probability,
+};
+use crate::params::posterior::{MIN_LOG_ODDS, TEN_DB};
 use crate::past::CarriedOdds;
 use crate::signal::grid::Geometry;
 use crate::verdict::{MIN_HORIZON_M, Validity};
@@ -49,29 +53,10 @@ const _: () = assert!(
     FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
 );
 
-/// Unit of the echoes' SNR in features, dB, so that all features are of the order of 1.
-const TEN_DB: f32 = 10.0;
-/// Upper limit of the echoes' SNR in features, dB: that of a corner at half a metre.
-const MAX_DB: f32 = 50.0;
-/// Limit of margins and log-odds in features, nats, of either sign: odds of e^10 count as certain.
-const MAX_NATS: f32 = 10.0;
 /// Half the length of a way cell, metres.
 const HALF_CELL_M: f32 = 0.5 * CELL_M;
-/// Minimum distance of a way cell's far end from the mirror, metres, at which a scan can show that the ground ends in
-/// the cell.
-const NEAREST_END_M: f32 = 0.45;
-/// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's distance.
-const MAX_SIGMAS: f32 = 4.0;
 /// Mounting height of the paper's instrument, metres above the ground: heights in features are relative to it.
 const PAPER_MOUNT_M: f32 = 0.4;
-/// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
-const TYPICAL_GOING_M: f32 = 0.29;
-/// Lower limit, as a feature of an answer without steps, of the margin by the search's scores: best flight less level
-/// ground, nats.
-const MIN_MARGIN: f32 = -2.0;
-/// Upper limit, as a feature, of the SNR that a further riser behind the last step would have at least, tens of dB; the
-/// lower limit is -1.
-const MAX_NEXT_FACE: f32 = 3.0;
 
 /// Whether an echo with this role lies on a tread, on its end, or on the floor, so that the echo's height is that
 /// surface's height.
@@ -167,7 +152,7 @@ impl HorizonInput<'_> {
     }
 
     /// Returns the SNR of the strongest echo between two horizontal distances, metres, whose role `is` accepts, tens of
-    /// dB, at most [`MAX_DB`]; 0 for none.
+    /// dB, at most [`MAX_FEATURE_DB`]; 0 for none.
     #[inline(never)]
     fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
         let marks = &self.scene.marks;
@@ -183,7 +168,7 @@ impl HorizonInput<'_> {
         let pairs = pairs.take(end).skip(first);
         let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(**role));
         let strongest = within.map(|(m, _)| m.snr_db).fold(0.0, math::max);
-        math::min(strongest, MAX_DB) / TEN_DB
+        math::min(strongest, MAX_FEATURE_DB) / TEN_DB
     }
 
     /// Returns the features of way cell `number`, which reaches from `start_m` to `end_m`, metres.
@@ -207,7 +192,7 @@ impl HorizonInput<'_> {
         let stray_so_far = self.strongest(f32::NEG_INFINITY, to, &unexplained);
         let stray_beyond = self.strongest(to, f32::INFINITY, &unexplained);
         let last = self.steps.last();
-        let lead = self.margin.clamp(-MAX_NATS, MAX_NATS);
+        let lead = self.margin.clamp(-MAX_FEATURE_NATS, MAX_FEATURE_NATS);
         let step = self.step_in(start_m, end_m);
         let inside = last.is_some_and(|s| s.distance_m > from);
         let kind = match (self.steps.is_empty(), step.is_some(), inside) {
@@ -226,7 +211,11 @@ impl HorizonInput<'_> {
         ]);
         out.put_if(kind == CellKind::Clear, || {
             let floor = self.floor(to);
-            let ends = |x_m: f32| self.surfaces.drop_at(x_m).clamp(-MAX_NATS, MAX_NATS);
+            let ends = |x_m: f32| {
+                self.surfaces
+                    .drop_at(x_m)
+                    .clamp(-MAX_FEATURE_NATS, MAX_FEATURE_NATS)
+            };
             let [gap, later] = [to - HALF_CELL_M, to].map(ends);
             let mut columns = self.scene.columns.iter();
             let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
@@ -236,7 +225,7 @@ impl HorizonInput<'_> {
                 stray,
                 stray_so_far,
                 stray_beyond,
-                math::max(lead, MIN_MARGIN),
+                math::max(lead, MIN_FEATURE_MARGIN),
                 self.strongest(to, f32::INFINITY, &shows_level),
                 floor.since_last_m,
                 floor.largest_gap_m,
@@ -367,7 +356,7 @@ impl HorizonInput<'_> {
             / math::max(self.going(), CELL_M);
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
         let next_db = (support.next_db / TEN_DB).clamp(-1.0, MAX_NEXT_FACE);
-        let lead = self.margin.clamp(0.0, MAX_NATS);
+        let lead = self.margin.clamp(0.0, MAX_FEATURE_NATS);
         [
             next,
             next_db * next,
@@ -393,9 +382,9 @@ impl HorizonInput<'_> {
         let distance_z = MIN_EXPANDED_M / step.distance_sigma_m;
         [
             1.0,
-            math::min(distance_z, MAX_SIGMAS),
-            support.snr_db.unwrap_or(0.0).clamp(0.0, MAX_DB) / TEN_DB,
-            self.margin.clamp(0.0, MAX_NATS),
+            math::min(distance_z, MAX_FEATURE_SIGMAS),
+            support.snr_db.unwrap_or(0.0).clamp(0.0, MAX_FEATURE_DB) / TEN_DB,
+            self.margin.clamp(0.0, MAX_FEATURE_NATS),
             f32::from(self.open),
             k as f32,
             stray_so_far,

@@ -1,7 +1,7 @@
 //! The methods of the posterior that evaluate the particles: the likeliest outline of stairs, log-odds of errors of an
 //! answer, and possible steps that are not part of the answer.
 
-use super::bases::{LANDING_M, Posterior, staircase};
+use super::bases::{Posterior, staircase};
 use super::dimensions::Measured;
 use super::propose::stairs::{Chain, Flight};
 use super::variants::{Hypothesis, Variants};
@@ -12,18 +12,16 @@ use crate::model::cloud::{CELLS, Cloud, ReportedAnswer};
 use crate::model::{Edge, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircase};
 use crate::observer::trace::{Candidate, ChainLink, Explanation};
 use crate::observer::{Event, Observer};
+use crate::params::posterior::SHORTEST_LANDING_M;
+use crate::params::posterior::{MIN_POSSIBLE_PROBABILITY, VARIED_WITHIN_NATS};
 use crate::past::{History, Weighed};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Maximum number of distinct places of possible steps that are collected from the particles.
 const MAX_PLACES: usize = 16;
-/// Minimum probability at which a possible step is reported.
-const MIN_PROBABILITY: f32 = 0.05;
 /// Maximum number of distinct hypotheses whose variants are added.
 const MAX_VARIED: usize = 2;
-/// Maximum distance in log-weight from the likeliest hypothesis at which variants are added, nats.
-const NEAR_NATS: f32 = 4.0;
 /// Maximum number of distinct outlines that are kept, the likeliest ones.
 const OUTLINES: usize = 6;
 
@@ -128,7 +126,7 @@ impl Posterior {
         };
         // Going down, the answer is already among the hypotheses.
         if answer.kind.direction() == Direction::Up {
-            self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
+            self.add(&answer, &sigmas, answer.last_x() + SHORTEST_LANDING_M);
         }
         self.fill_cloud(&reported);
         self.cloud.resample();
@@ -281,7 +279,7 @@ impl Posterior {
             let around = hypotheses
                 .iter()
                 .filter(|b| !b.staircase.kind.variations().is_empty());
-            let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
+            let near = around.filter(|b| b.log_weight > top - VARIED_WITHIN_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
             let Some(base) = next else { break };
@@ -346,7 +344,7 @@ fn possible_steps(
         }
     }
     let mut possible_steps = Vec::new();
-    let likely = |m: &&PossibleStep| m.probability >= MIN_PROBABILITY;
+    let likely = |m: &&PossibleStep| m.probability >= MIN_POSSIBLE_PROBABILITY;
     for m in sums.iter().filter(likely) {
         let step = PossibleStep {
             distance_m: m.distance_m / m.probability,

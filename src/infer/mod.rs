@@ -71,7 +71,7 @@ use crate::motion::{Agreement, Drive, MotionCompensation, Retention, SweepCompar
 use crate::mount::{GroundEvidence, online};
 use crate::observer::trace::Stage;
 use crate::observer::{Event, Observer};
-use crate::params::Params;
+use crate::params::Numbers;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::past::{History, NewScan};
@@ -93,7 +93,7 @@ pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
     sweeps: SweepComparison,
-    params: &'static Params,
+    numbers: Numbers,
     posterior: Posterior,
     /// Whether the posterior decides, rather than the search alone.
     particles: bool,
@@ -120,17 +120,17 @@ impl Default for Likelihood {
 impl Likelihood {
     /// Returns an estimator before the first scan.
     pub const fn new() -> Self {
-        Self::with(&Params::DEFAULT)
+        Self::with(Numbers::DEFAULT)
     }
 
-    /// Returns an estimator with other tuned numbers than the default ones, for experiments.
-    pub const fn with(params: &'static Params) -> Self {
+    /// Returns an estimator with these tuned numbers, before the first scan.
+    pub const fn with(numbers: Numbers) -> Self {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
             sweeps: SweepComparison::new(),
-            params,
-            posterior: Posterior::new(&measured::MODEL),
+            numbers,
+            posterior: Posterior::new(&measured::MODEL, numbers),
             particles: true,
         }
     }
@@ -148,7 +148,7 @@ impl Likelihood {
         self.echoes.clear();
         if let Phase::Rows(collector) = &mut self.phase {
             let echoes = &mut self.echoes;
-            collector.finish(map, config, self.params, &Drive::STANDING, echoes);
+            collector.finish(map, config, &self.numbers, &Drive::STANDING, echoes);
         }
         &self.echoes
     }
@@ -227,7 +227,7 @@ impl Likelihood {
         let MappedScan {
             map, config, drive, ..
         } = *scan;
-        let p = self.params;
+        let p = self.numbers.get();
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
@@ -275,7 +275,7 @@ impl Likelihood {
         observer: &mut dyn Observer,
         answer: &mut Answer,
     ) -> Option<AnswerQuality> {
-        let p = self.params;
+        let p = self.numbers.get();
         let geometry = scan.map.geometry();
         let found = online::calibrate(&mut self.echoes, geometry, p);
         observer.event(Event::Calibration(found));
@@ -320,7 +320,7 @@ impl Likelihood {
         let down = Descent {
             echoes: &self.echoes,
             geometry: scan.map.geometry(),
-            params: self.params,
+            params: self.numbers.get(),
         };
         Some(down.answer(memory, posterior, observer, answer))
     }
@@ -335,7 +335,7 @@ impl Likelihood {
         past: Option<&mut History>,
         drop_m: Option<f32>,
     ) -> Assessment {
-        let p = self.params;
+        let p = self.numbers.get();
         let floor_off = instrument.floor.is_some_and(|floor| !floor.in_place(p));
         let mounting_off = quality.mounting_off || floor_off;
         let lobe_width_off = instrument.lobes.is_some_and(|lobes| !lobes.fit(p));

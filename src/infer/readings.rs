@@ -5,7 +5,7 @@ use super::gauss::Fusion;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::{Class, MAX_STEPS, Model, ModelEcho, Staircase};
-use crate::params::posterior as number;
+use crate::params::posterior;
 use heapless::Vec;
 
 /// Measurements of one step (riser and tread behind it) from its own echoes.
@@ -88,11 +88,12 @@ impl Model<'_> {
         let per_rise = 0.5 * (distances * k as f32 + (k + 1) as f32);
         let fixed_m = 0.5 * self.height_m * (1.0 - distances);
         let (low_m, top_m) = self.face_span(s, k);
-        let span_m = math::max(top_m - low_m, number::MIN_FACE_M);
-        let across_m = e.across_m * e.range_m / math::max(e.x_m, number::MIN_RANGE_M);
+        let span_m = math::max(top_m - low_m, posterior::MIN_FACE_M);
+        let across_m = e.across_m * e.range_m / math::max(e.x_m, posterior::MIN_RANGE_M);
         // Variance of an even distribution over the visible part, of its ends, and of the echo.
-        let variance =
-            span_m * span_m * number::EVEN_VARIANCE + number::HIDDEN_END_M2 + across_m * across_m;
+        let variance = span_m * span_m * posterior::EVEN_VARIANCE
+            + posterior::HIDDEN_END_M2
+            + across_m * across_m;
         Some(Estimate {
             value: (e.y_m - fixed_m) / per_rise,
             variance: variance / (per_rise * per_rise),

@@ -6,10 +6,9 @@ use crate::answer::Step;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
+use crate::params::posterior::MIN_CONTRADICTING_ECHOES;
 use crate::verdict::{Reason, Reasons};
 
-/// Minimum number of echoes that contradict a flight at which `blocked-view` is reported: fewer may be chance.
-const MIN_CONTRADICTING_ECHOES: usize = 3;
 /// Maximum quality of a step, per cent.
 const FULL_QUALITY: f32 = 100.0;
 

@@ -8,19 +8,16 @@ use crate::math;
 use crate::model::cloud::{Cloud, ReportedAnswer};
 use crate::model::kinds::{SINGLE_RISES, Variation, drop};
 use crate::model::normal::ln;
-use crate::model::prior::{LANDING, P_CONTINUES, going, prior};
-use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
-use crate::params::current;
-use crate::params::posterior as number;
-use crate::params::posterior::{Limits, RiseOff};
+use crate::model::prior::{going, prior};
+use crate::model::{EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
+use crate::params::posterior::{
+    self, BEHIND_RISER_M, FACE_NEAR_M, IRREGULAR_M, LANDING_PER_M, Limits, P_CONTINUES,
+    PLACED_SIGMA_M, RiseOff, SPOT_DB, SPOTS_APART_M, TREAD_SIGMA_M,
+};
 use heapless::Vec;
 
 /// Maximum number of places that are tried for one more riser.
 const MAX_CANDIDATE_PLACES: usize = 40;
-/// Minimum SNR of an echo that may be a riser's place, dB.
-const SPOT_DB: f32 = 8.0;
-/// Minimum distance between two echoes that are both tried as a riser's place, metres.
-const APART_M: f32 = 0.015;
 
 /// Returns the log-weight of a staircase, nats: log-prior plus log-likelihood.
 pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
@@ -40,11 +37,6 @@ pub struct Hypothesis {
     /// Weight of the hypothesis: log-prior plus log-likelihood, nats.
     pub log_weight: f32,
 }
-
-/// Standard deviation of the height of a tread that a variant sets rather than measures, metres.
-const PLACED_M: f32 = 0.01;
-/// Standard deviation of the height of a tread that is seen from above, metres.
-const TREAD_M: f32 = 0.003;
 
 impl Hypothesis {
     /// Returns a hypothesis with its weight computed. `sigmas` are the standard deviations of its treads' heights,
@@ -70,7 +62,7 @@ impl Hypothesis {
     pub fn weighed(staircase: Staircase, log_weight: f32) -> Self {
         Self {
             staircase,
-            sigmas: [TREAD_M; MAX_STEPS],
+            sigmas: [TREAD_SIGMA_M; MAX_STEPS],
             steps: [0.0; MAX_STEPS + 1],
             log_weight,
         }
@@ -133,7 +125,7 @@ type CandidatePlaces = Vec<CandidatePlace, MAX_CANDIDATE_PLACES>;
 impl Variants<'_> {
     /// Adds all variants of a hypothesis to the cloud.
     pub fn add_variants(&mut self, base: &Hypothesis) {
-        let rules = &current().rules;
+        let rules = &self.model.numbers.rules;
         for variation in base.staircase.kind.variations() {
             match variation {
                 Variation::FewerRisers if rules.less => self.shorter(base),
@@ -185,7 +177,7 @@ impl Variants<'_> {
         let mut last = f32::NEG_INFINITY;
         for e in &self.model.echoes {
             let within = e.x_m > from_m && e.x_m < to_m && e.snr_db > SPOT_DB;
-            if within && e.x_m > last + APART_M {
+            if within && e.x_m > last + SPOTS_APART_M {
                 last = e.x_m;
                 // Where there is no room, enough other places are near.
                 let _ = spots.push(CandidatePlace {
@@ -220,16 +212,19 @@ impl Variants<'_> {
     fn longer(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
-        let end = math::min(x + number::BEHIND_TO_M, s.wall_m - number::BEHIND_WALL_M);
+        let end = math::min(
+            x + posterior::BEHIND_TO_M,
+            s.wall_m - posterior::BEHIND_WALL_M,
+        );
         let Limits {
             low: nearest,
             high: farthest,
-        } = number::BEHIND_GOINGS_M;
+        } = posterior::BEHIND_GOINGS_M;
         let mut near = self.candidate_places(
             x + nearest,
             math::min(x + farthest, end),
-            number::BEHIND_GRID_M,
-            number::SPOT_M,
+            posterior::BEHIND_GRID_M,
+            posterior::SPOT_M,
         );
         if let Some(mean) = mean.filter(|mean| x + mean < end) {
             // The mean going is a place of its own: it would be missed between the places of the grid.
@@ -239,20 +234,20 @@ impl Variants<'_> {
                 way_m: REGULAR_M,
             });
         }
-        let far = self.candidate_places(x + farthest, end, f32::INFINITY, number::SPOT_M);
+        let far = self.candidate_places(x + farthest, end, f32::INFINITY, posterior::SPOT_M);
         let top = s.level(s.len()) + s.rise();
-        let before = self.before(base, top - number::RISE_OFF_M);
-        for RiseOff { off_m, share } in number::BEHIND_RISES {
+        let before = self.before(base, top - posterior::RISE_OFF_M);
+        for RiseOff { off_m, share } in posterior::BEHIND_RISES {
             let more = self.extra_riser(base, top + off_m, GroundKind::Stairs, before.as_ref());
             for place in near.iter().chain(far.iter().skip(1)) {
                 let at = place.x_m;
-                let landing = if at > x + number::LANDING_FROM_M {
-                    LANDING
+                let landing = if at > x + posterior::LANDING_FROM_M {
+                    LANDING_PER_M
                 } else {
                     0.0
                 };
                 let odds = P_CONTINUES * (going(at - x, mean) + landing) * place.way_m * share;
-                if odds > number::MIN_ODDS {
+                if odds > posterior::MIN_ODDS {
                     let (new, weight) = self.added(base, &more, at);
                     self.add_variant(&new, weight + ln(odds), &base.sigmas);
                 }
@@ -314,11 +309,11 @@ impl Variants<'_> {
                 beyond,
                 wall,
             }) => {
-                let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
+                let (from, to) = (x_m - FACE_NEAR_M, x_m + FACE_NEAR_M);
                 let at =
                     |sums: &EchoSums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
                 let start = if n > 0 {
-                    s.last_x() + BEHIND_M
+                    s.last_x() + BEHIND_RISER_M
                 } else {
                     f32::NEG_INFINITY
                 };
@@ -347,7 +342,7 @@ impl Variants<'_> {
     fn irregular(&mut self, base: &Hypothesis) {
         let s = &base.staircase;
         let n = s.len();
-        let odds = ln(number::ODD_ODDS / n as f32 / (2 * IRREGULAR_M.len()) as f32);
+        let odds = ln(posterior::ODD_ODDS / n as f32 / (2 * IRREGULAR_M.len()) as f32);
         // Risers farther away mostly lie beyond the horizon.
         for k in 0..n.min(IRREGULAR_RISERS) {
             for off in IRREGULAR_M {
@@ -358,7 +353,7 @@ impl Variants<'_> {
                     let mut new = *s;
                     let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
                     tops.iter_mut().for_each(|top| *top += off);
-                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::MIN_RISE_M) {
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + posterior::MIN_RISE_M) {
                         continue;
                     }
                     let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;
@@ -386,7 +381,11 @@ impl Variants<'_> {
                 - model.expected(&brink, 0)
                 + brink.ground_line(&model.surfaces);
             let weight = drop::log_odds() + part - base.log_likelihood_of_risers(0, 1);
-            self.add_variant(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
+            self.add_variant(
+                &brink,
+                base.log_weight + weight,
+                &[PLACED_SIGMA_M; MAX_STEPS],
+            );
         }
     }
 
@@ -397,13 +396,13 @@ impl Variants<'_> {
         let Limits {
             low: nearest,
             high: farthest,
-        } = number::FLOOR_FROM_TO_M;
-        let end = math::min(farthest, s.wall_m - number::FLOOR_WALL_M);
-        let sigmas = [PLACED_M; MAX_STEPS];
-        let spots = self.candidate_places(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
+        } = posterior::FLOOR_FROM_TO_M;
+        let end = math::min(farthest, s.wall_m - posterior::FLOOR_WALL_M);
+        let sigmas = [PLACED_SIGMA_M; MAX_STEPS];
+        let spots = self.candidate_places(nearest, end, posterior::FLOOR_GRID_M, posterior::SPOT_M);
         let before = self.before(base, 0.0);
         for rise in SINGLE_RISES.into_iter().flatten() {
-            let kind = GroundKind::single(rise.height_m);
+            let kind = GroundKind::single(rise.height_m, &self.model.numbers);
             let more = self.extra_riser(base, rise.height_m, kind, before.as_ref());
             for spot in &spots {
                 let share = if spot.way_m < ECHO_M {
@@ -413,7 +412,7 @@ impl Variants<'_> {
                 };
                 if share > 0.0 {
                     let (new, weight) = self.added(base, &more, spot.x_m);
-                    let odds = number::FLOOR_ODDS * share * spot.way_m / number::FLOOR_WAY_M;
+                    let odds = posterior::FLOOR_ODDS * share * spot.way_m / posterior::FLOOR_WAY_M;
                     self.add_variant(&new, weight + ln(odds), &sigmas);
                 }
             }
@@ -442,9 +441,6 @@ struct Split<'b> {
 const REGULAR_M: f32 = 0.03;
 /// Number of risers, from the nearest on, of which one may be irregular.
 const IRREGULAR_RISERS: usize = 4;
-/// Deviations of an irregular riser's height from that of its hypothesis, metres.
-const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
-/// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
-const NEAR_M: f32 = 0.10;
-/// Limit that tells a place at an echo, which represents a shorter length of way, from a place of the grid, metres.
+/// Limit that tells a place at an echo, which represents a shorter length of way ([`posterior::SPOT_M`], 6 mm), from a
+/// place of the grid (8 cm and more), metres.
 const ECHO_M: f32 = 0.02;

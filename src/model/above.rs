@@ -3,6 +3,7 @@
 use super::chart::Chart;
 use super::lines::{CELLS, DEPTHS_M, FLANK, Gaze, Lines, LookedCell, Power, RangeCell, Shown};
 use crate::math;
+use crate::params::guard::{FIRST_DB, ODD, SIDE_LOBES, STEP_DB};
 
 /// Heights above the ground of the lines along which an object's power is evaluated, metres: from the lowest rise that
 /// matters to a wheelchair to the upper end of a sweep's sector at 1 m.
@@ -12,18 +13,8 @@ const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
 pub const DEPTHS: usize = 1;
 /// Maximum range of the lines, metres: a chair does not reach anything farther than 1.65 m within three seconds.
 const FARTHEST_M: f32 = 1.7;
-/// Power of a range cell's strongest row that shows in rows far from it, as a ratio: side lobes of an unknown antenna,
-/// and of a mirror that turns meanwhile. From tuning sweeps (docs/design/guard.md): with 0.02 objects are detected where none
-/// are.
-const SIDE_LOBES: f32 = 0.05;
-/// Lowest power that an object is assumed to have, dB over the noise.
-const FIRST_DB: f32 = 18.0;
-/// Step between the powers that an object is assumed to have, dB.
-const STEP_DB: f32 = 6.0;
 /// Number of powers that an object is assumed to have, equally probable.
 const POWERS: usize = 4;
-/// Probability that a range cell without an object shows power above the ground: ghosts, tiles on edge.
-const ODD: f32 = 0.001;
 
 /// Quantised power over the noise along the strongest of the lines above the ground, by range cell, the nearest first;
 /// dark where the ground is not seen.

@@ -9,7 +9,9 @@ use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::model::{
     MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, Sigmas, Staircase, View,
 };
-use crate::params::posterior as number;
+use crate::params::posterior::{
+    self, MAX_LOG_ODDS, MAX_NEARER_PROBABILITY, MIN_DROP_PROBABILITY, MIN_LOG_ODDS,
+};
 use heapless::Vec;
 
 /// Maximum number of particles after resampling.
@@ -23,21 +25,11 @@ pub const CELLS: usize = 29;
 pub const FIRST_END_M: f32 = -0.3;
 /// Length of each way cell but the first, metres.
 pub const CELL_M: f32 = 0.1;
-/// Lower limit of the log-odds that an answer is first wrong in a way cell, nats.
-pub const MIN_LOG_ODDS: f32 = -9.0;
-/// Upper limit of the log-odds that an answer is first wrong in a way cell, nats.
-const MAX_LOG_ODDS: f32 = 4.0;
 /// Difference of log-weight below the heaviest particle from which on a particle is left out, nats: a thousand of such
 /// particles together do not reach [`MIN_LOG_ODDS`].
 const NEGLIGIBLE_NATS: f32 = 20.0;
 /// Number of 5 cm slots to each side of a slot in which ends of the ground count as ends at the same place.
 const NEAR_SLOTS: usize = 2;
-/// A drop is reported if the ground ends in one and the same place (within two slots of 5 cm) with at least this
-/// probability.
-const MIN_DROP_PROBABILITY: f32 = 0.5;
-/// Maximum probability that the ground ends nearer than a reported drop's distance less three standard deviations; the
-/// reported standard deviation is enlarged until this holds.
-const MAX_NEARER_PROBABILITY: f32 = 0.005;
 /// Number of bisections for the threshold of resampling: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 
@@ -285,7 +277,7 @@ impl Cloud {
         };
         let distance_m = mean(&|x| x);
         let spread_m2 = mean(&|x| (x - distance_m) * (x - distance_m))
-            + SLOT_M * SLOT_M * number::EVEN_VARIANCE;
+            + SLOT_M * SLOT_M * posterior::EVEN_VARIANCE;
         // One-sided: an end nearer than three standard deviations is as rare as `ok` promises.
         let mut before = 0.0;
         let nearest = self.ends.iter().position(|w| {
@@ -312,8 +304,8 @@ impl Cloud {
         let mut out = [0.0; CELLS];
         for (out, cell) in out.iter_mut().zip(&self.conflicts) {
             left -= cell;
-            let odds = math::max(*cell, number::MIN_PROBABILITY)
-                / math::max(left, number::MIN_PROBABILITY);
+            let odds = math::max(*cell, posterior::MIN_PROBABILITY)
+                / math::max(left, posterior::MIN_PROBABILITY);
             *out = ln(odds).clamp(MIN_LOG_ODDS, MAX_LOG_ODDS);
         }
         out

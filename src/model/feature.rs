@@ -1,7 +1,7 @@
 //! Point features: their classes and expected places.
 
 use crate::math;
-use crate::params::posterior as number;
+use crate::params::posterior;
 
 /// Classes of point features: features of a staircase that give one echo each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,5 +56,5 @@ pub struct FeaturePlace {
 
 /// Returns `shown_db`, the SNR of the riser before, limited to 35 dB, less that of a faint riser, 15 dB; in tens of dB.
 pub fn excess_level(shown_db: f32) -> f32 {
-    number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
+    posterior::PER_TEN_DB * (math::min(shown_db, posterior::OUTSHINES_DB) - posterior::FAINT_DB)
 }

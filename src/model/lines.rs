@@ -15,25 +15,19 @@
 
 use super::chart::Chart;
 use crate::math;
+use crate::params::ground_line::{
+    FARTHEST_M, ITSELF, LINE_REACH, MAX_NATS, MIN_SHARE, NEAREST_M, OFF_M, SIDE_LOBES,
+};
 use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 
 /// Depths below the ground of the lines of lower ground, metres: from the smallest drop that matters to a wheelchair
 /// to a step.
 pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
-/// Tolerance of the ground's height, metres: joints, slopes, the remaining error of the mounting.
-const OFF_M: f32 = 0.01;
 /// Spacing of the evaluated range cells, metres, or a range bin if that is longer: nearer ones share the window's main
 /// lobe.
 const CELL_M: f32 = 0.0235;
 /// Maximum number of evaluated range cells.
 pub const CELLS: usize = 64;
-/// Minimum horizontal distance of evaluated ground from the mirror, metres.
-const NEAREST_M: f32 = 0.36;
-/// Maximum range of evaluated ground from the mirror, metres.
-const FARTHEST_M: f32 = 2.0;
-/// Half-width of the window of rows over which the power along a line is averaged, standard deviations of the two-way
-/// beam.
-const REACH: f32 = 2.5;
 /// Sum of the rows' weights (1 - t²)² in the mean along a line, per row of its half-width; t is a row's offset from the
 /// line over the half-width.
 const WEIGHTS: f32 = 16.0 / 15.0;
@@ -43,19 +37,12 @@ const WORTH: f32 = 1.4;
 const SHOWN: f32 = 0.709;
 /// Factor of a surface's power S in the variance of each row, Σw²g / Σw².
 const SHOWN_IN_VARIANCE: f32 = 0.792;
-/// Minimum share of the rows around a line, by weight, that must have been received for the line to count as seen.
-const MIN_SHARE: f32 = 0.5;
-/// Power that side lobes put into all other rows of a range cell, as a ratio to the power of its strongest row.
-const SIDE_LOBES: f32 = 0.02;
 /// Maximum step of the search for a cell's strongest row, rows; the step is one standard deviation of the beam if that
 /// is less.
 const STRIDE: usize = 4;
 /// Minimum power of a range cell's strongest row that counts as an echo, as a ratio to the noise: twice ln 70, about
 /// the maximum of 70 rows of noise.
 const FAINT: f32 = 8.0;
-/// Maximum distance of a cell's strongest row from a surface's line at which it counts as the surface's own echo,
-/// standard deviations of the beam.
-const ITSELF: f32 = 1.0;
 /// Exponent of a Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
 pub(super) const FLANK: f32 = 0.25;
 /// Minimum squared cosine of a line's angle below the horizontal: no scan looks down more steeply.
@@ -66,9 +53,6 @@ const FIRST_DB: f32 = -20.0;
 const STEP_DB: f32 = 2.0;
 /// Number of powers S of a surface in the table of coefficients of the log-likelihood ratio.
 const POWERS: usize = 20;
-/// Maximum log-likelihood ratio of one cell, nats: neighbouring cells share the window's main lobe, and the beam's
-/// shape is not known better.
-const MAX_NATS: f32 = 12.0;
 
 /// Number n of independent rows, with the summand of the log-likelihood ratio that depends on n alone.
 #[derive(Clone, Copy, Debug)]
@@ -247,7 +231,7 @@ impl Lines {
     ) {
         let chart = gaze.chart;
         let geometry = chart.map.geometry();
-        self.rows = WORTH * REACH * gaze.sigma_rows;
+        self.rows = WORTH * LINE_REACH * gaze.sigma_rows;
         self.cells.clear();
         self.height_m = gaze.height_m;
         // `as` saturates.
@@ -411,7 +395,7 @@ impl<'c> Gaze<'c> {
     /// two-way beam; `None` if too few rows were received.
     #[inline(never)]
     fn along(&self, bin: usize, middle: f32) -> Option<f32> {
-        let reach = REACH * self.sigma_rows;
+        let reach = LINE_REACH * self.sigma_rows;
         let per_reach = 1.0 / math::max(reach, f32::MIN_POSITIVE);
         let (mut power, mut weight) = (0.0, 0.0);
         // `as` saturates.
@@ -549,7 +533,7 @@ mod tests {
     }
 
     /// Number of independent rows that see a line with the paper's instrument.
-    const ROWS: f32 = WORTH * REACH * 6.0;
+    const ROWS: f32 = WORTH * LINE_REACH * 6.0;
 
     fn nats(term: Term, t: f32) -> f32 {
         let (least_t, least_ln_t) = term.least;
@@ -598,7 +582,7 @@ mod tests {
             all.sum::<f64>() / f64::from(steps)
         };
         let w = |t: f64| (1.0 - t * t).powi(2);
-        let beam = |t: f64| (-0.5 * (t * f64::from(REACH)).powi(2)).exp();
+        let beam = |t: f64| (-0.5 * (t * f64::from(LINE_REACH)).powi(2)).exp();
         let (sum, squares) = (mean(&w), mean(&|t| w(t) * w(t)));
         let close = |a: f64, b: f32| (a - f64::from(b)).abs() < 1e-3;
         assert!(close(2.0 * sum, WEIGHTS));

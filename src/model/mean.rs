@@ -7,12 +7,8 @@
 use super::above::{Above, DEPTHS};
 use super::lines::{CELLS, Lines, Power};
 use crate::math;
+use crate::params::guard::{KEPT, KEPT_UNPLACED};
 
-/// Factor on the weight of earlier sweeps at each new sweep, if the chair's travel in between is known. From tuning
-/// sweeps (docs/design/guard.md): with 0.5 and 0.8 more answers are wrong.
-const KEPT: f32 = 0.7;
-/// Factor on the weight of earlier sweeps at each new sweep, if the travel is unknown: objects that have moved blur.
-const KEPT_UNPLACED: f32 = 0.3;
 /// Travel beyond which the speckle is independent, metres: more than half a wavelength.
 const OTHER_SPECKLE_M: f32 = 0.002;
 /// Number of lines of a range cell: along the ground, above it, and below it.

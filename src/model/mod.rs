@@ -37,10 +37,7 @@ pub(crate) mod tests;
 pub use feature::{Class, FeaturePlace, excess_level};
 pub use kinds::GroundKind;
 pub use normal::{logistic, tailed};
-pub use points::{
-    BEHIND_M, EchoSums, MAX_MODEL_ECHOES, MAX_P_DETECTED, MIN_DB, MIN_P_DETECTED, Model, ModelEcho,
-    NEAR, level_density,
-};
+pub use points::{EchoSums, MAX_MODEL_ECHOES, MIN_DB, Model, ModelEcho, NEAR, level_density};
 pub use sight::{sight_m, tread_begins_m};
 pub use staircase::{
     Edge, MAX_STEPS, MIN_EXPANDED_M, ReportedDrop, ReportedStep, SAME_M, Sigmas, Staircase, View,

@@ -2,8 +2,7 @@
 //! may be 0.
 
 use crate::math;
-use crate::params::posterior as number;
-use crate::params::posterior::{Deviations, Limits};
+use crate::params::posterior::{self, Deviations, Limits};
 
 /// Number of standard deviations beyond which the normal distribution's tail counts as 0.
 const SURE: f32 = 6.0;
@@ -21,26 +20,26 @@ pub fn above(z: f32) -> f32 {
     if z.abs() > SURE {
         return if z > 0.0 { 0.0 } else { 1.0 };
     }
-    logistic(-number::NORMAL_SLOPE * z)
+    logistic(-posterior::NORMAL_SLOPE * z)
 }
 
 /// Returns a Gaussian density with heavy tails over the squared deviation in standard deviations. It must be divided
 /// by the standard deviations and √(2π).
 pub fn tailed(z2: f32) -> f32 {
-    if z2 > number::TAIL_END_Z2 {
-        return number::TAIL_END;
+    if z2 > posterior::TAIL_END_Z2 {
+        return posterior::TAIL_END;
     }
-    let wide = 1.0 / (1.0 + z2 / number::TAIL_Z2);
-    let wide = number::TAIL_SHARE * (wide * wide) * (wide * wide);
+    let wide = 1.0 / (1.0 + z2 / posterior::TAIL_Z2);
+    let wide = posterior::TAIL_SHARE * (wide * wide) * (wide * wide);
     if z2 > CORE {
         return wide;
     }
-    number::CORE_SHARE * math::exp(-0.5 * z2) + wide
+    posterior::CORE_SHARE * math::exp(-0.5 * z2) + wide
 }
 
 /// Returns the natural logarithm of `x`; that of 10^-30 for smaller arguments.
 pub const fn ln(x: f32) -> f32 {
-    math::ln(math::max(x, number::MIN_PROBABILITY))
+    math::ln(math::max(x, posterior::MIN_PROBABILITY))
 }
 
 /// Returns the logarithm, nats, of a density that is even, 1, between two limits and falls outside as a Gaussian of
@@ -54,5 +53,5 @@ pub fn shoulder(v: f32, even: Limits, sigma: f32) -> f32 {
 pub fn departure(z: f32, of: Deviations) -> f32 {
     let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
     ln((1.0 - of.wide_share) * gauss(of.core_m) + of.wide_share * gauss(of.wide_m))
-        - number::LN_ROOT_TAU
+        - posterior::LN_ROOT_TAU
 }

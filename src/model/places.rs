@@ -6,19 +6,14 @@ use super::points::Model;
 use super::sight::sight_m;
 use super::staircase::Staircase;
 use crate::math;
-use crate::params::posterior as number;
+use crate::params::posterior::{self, FRESNEL_M, TREAD_THICK_M};
 use heapless::Vec;
-
-/// Thickness of an open tread, metres.
-const THICK_M: f32 = 0.045;
-/// Minimum extent of a face above and below the mirror's height for a full flash, metres.
-const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
     /// Whether a place at horizontal distance `x` and height `y` above the ground, metres, lies in the scanned sector
     /// and range.
     pub fn in_scan(&self, x: f32, y: f32) -> bool {
-        let slope = (y - self.height_m) / math::max(x, number::MIN_X_M);
+        let slope = (y - self.height_m) / math::max(x, posterior::MIN_X_M);
         slope < self.view.highest
             && slope > self.view.lowest
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
@@ -29,7 +24,7 @@ impl Model<'_> {
     pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
         if s.open {
-            return (top - THICK_M, top);
+            return (top - TREAD_THICK_M, top);
         }
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         (sight_m(self.height_m, s.x(k), base, edge), top)
@@ -38,7 +33,7 @@ impl Model<'_> {
     /// Returns the expected places of riser `k`'s point features that lie in the scanned sector; `k` may be the wall
     /// behind the last riser.
     #[inline(never)]
-    pub fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, { number::FEATURES }> {
+    pub fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, { posterior::FEATURES }> {
         let mut places = Vec::new();
         let h = self.height_m;
         let (x, b, t) = (s.x(k), s.level(k), s.level(k + 1));
@@ -73,13 +68,13 @@ impl Model<'_> {
                 Class::EdgeAbove
             };
             push(class, x, t, 2.0);
-        } else if b < h - number::SEES_FOOT_M {
+        } else if b < h - posterior::SEES_FOOT_M {
             let edge = x - s.overhang_m;
             if t > h {
                 push(Class::Corner, x, b, self.separation_cells(x, b, x, h));
                 let margin = math::min(t - h, h - b) / FRESNEL_M;
                 push(Class::Flash, x, h, math::min(margin, 2.0));
-                if t > h + number::TOP_ABOVE_M {
+                if t > h + posterior::TOP_ABOVE_M {
                     push(Class::Top, edge, t, self.separation_cells(edge, t, x, h));
                 }
             } else {
@@ -90,7 +85,7 @@ impl Model<'_> {
         } else {
             let (low, top) = self.face_span(s, k);
             if top > low {
-                let room = math::min((top - low) / number::HIDDEN_ROOM_M, 2.0);
+                let room = math::min((top - low) / posterior::HIDDEN_ROOM_M, 2.0);
                 push(Class::Hidden, x, 0.5 * (low + top), room);
             }
         }
@@ -107,9 +102,9 @@ impl Model<'_> {
     fn separation_cells(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
         let cross = self.cross_m2(Spot::new(x, y), Spot::new(other_x, other_y))
-            / math::max(range, number::MIN_RANGE_M);
+            / math::max(range, posterior::MIN_RANGE_M);
         let other = math::hypot(other_x, other_y - self.height_m);
-        let angle = cross / math::max(range, number::MIN_RANGE_M) / self.beam_rad;
+        let angle = cross / math::max(range, posterior::MIN_RANGE_M) / self.beam_rad;
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 
@@ -117,15 +112,15 @@ impl Model<'_> {
     /// before, the SNR of a faint riser.
     pub fn level_before(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
-            return number::FAINT_DB;
+            return posterior::FAINT_DB;
         }
         let x = s.x(k - 1);
         let near = self
-            .between(x - number::SHOWN_WITHIN_M, x + number::SHOWN_WITHIN_M)
+            .between(x - posterior::SHOWN_WITHIN_M, x + posterior::SHOWN_WITHIN_M)
             .iter();
-        let apart = near.filter(|e| (e.y_m - self.height_m).abs() > number::FLASH_WITHIN_M);
+        let apart = near.filter(|e| (e.y_m - self.height_m).abs() > posterior::FLASH_WITHIN_M);
         apart
             .map(|e| e.snr_db)
-            .fold(number::SHOWS_NOTHING_DB, math::max)
+            .fold(posterior::SHOWS_NOTHING_DB, math::max)
     }
 }

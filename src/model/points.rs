@@ -19,41 +19,24 @@ use super::sight::sight_m;
 use super::staircase::{Staircase, View};
 use super::surfaces::Surfaces;
 use crate::math;
-use crate::params::current;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
-use crate::params::posterior as number;
+use crate::params::posterior::{
+    self, BEHIND_RISER_M, CLEAN_WIDTH, CROSS_GATE_M, FACE_REACH, MAX_P_DETECTED, MIN_P_DETECTED,
+    NEAREST_ECHO_M, NOISE_EXTENT, RANGE_GATE_M, SECTOR_AREA_M2,
+};
+use crate::params::{Numbers, Params};
 use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Detection threshold of echoes, dB over the noise.
-pub const MIN_DB: f32 = 2.8;
+/// Detection threshold of echoes, dB over the noise: `echo_margin_db` of the released numbers, with which the model's
+/// parameters were counted.
+pub const MIN_DB: f32 = Params::DEFAULT.echo_margin_db;
 /// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
 pub const MAX_MODEL_ECHOES: usize = 32;
-/// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
-const NEAREST_M: f32 = 0.12;
-/// Width of an undisturbed echo's lobe over the angle, in units of a point scatterer's.
-const CLEAN_WIDTH: f32 = 1.03;
-/// Area of the scanned sector, m², over which echoes in the air and inside the solid are evenly distributed.
-const AREA_M2: f32 = 4.4;
-/// Extent of the scan, over which noise echoes are evenly distributed: range in metres times angle in radians.
-const EXTENT: f32 = 3.3;
-/// Distance behind a riser up to which echoes still belong to the tread before it, metres.
-pub const BEHIND_M: f32 = 0.02;
-/// Maximum range difference between a point feature and its echo, metres.
-const GATE_M: f32 = 0.06;
-/// Maximum distance across the line of sight between a point feature and its echo, metres.
-const CROSS_GATE_M: f32 = 0.20;
 /// Maximum number of echoes near one riser that are assigned to its point features.
 pub const NEAR: usize = 16;
-/// Squared deviation of an echo from a face, in squared standard deviations, beyond which the echo is not part of the
-/// face.
-const FACE_REACH: f32 = 100.0;
-/// Minimum probability of detection of a feature: scenes differ, however many were counted.
-pub const MIN_P_DETECTED: f32 = 0.02;
-/// Maximum probability of detection of a feature.
-pub const MAX_P_DETECTED: f32 = 0.985;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Minimum density of an echo, so that its logarithm is finite.
@@ -116,6 +99,8 @@ pub struct Model<'p> {
     rates: [f32; EXTENDED],
     /// Parameters of the model, counted from simulated scans.
     pub g: &'p Generative,
+    /// Tuned numbers.
+    pub numbers: Numbers,
 }
 
 /// The most probable echo of a feature, as a reading of the feature's height.
@@ -137,13 +122,16 @@ pub struct LevelReading<'e> {
 /// cut off at the detection threshold, with share `flat` evenly distributed.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
-    let tail = math::max(above((MIN_DB - mean) / sigma), number::MIN_DETECTED_SHARE);
-    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / number::LEVELS_DB
+    let tail = math::max(
+        above((MIN_DB - mean) / sigma),
+        posterior::MIN_DETECTED_SHARE,
+    );
+    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / posterior::LEVELS_DB
 }
 
 impl<'p> Model<'p> {
     /// Returns the model without echoes.
-    pub const fn empty(g: &'p Generative) -> Self {
+    pub const fn empty(g: &'p Generative, numbers: Numbers) -> Self {
         Self {
             echoes: Vec::new(),
             surfaces: Surfaces::NOTHING,
@@ -154,12 +142,19 @@ impl<'p> Model<'p> {
             cell_m: 0.0,
             rates: [0.0; EXTENDED],
             g,
+            numbers,
         }
     }
 
     /// Returns the model with these echoes.
-    pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
-        let mut model = Self::empty(g);
+    pub fn new(
+        echoes: &[Echo],
+        view: View,
+        geometry: &Geometry,
+        g: &'p Generative,
+        numbers: Numbers,
+    ) -> Self {
+        let mut model = Self::empty(g, numbers);
         model.set_echoes(echoes, view, geometry);
         model
     }
@@ -170,14 +165,14 @@ impl<'p> Model<'p> {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         self.view = view;
         self.height_m = view.height_m;
-        self.q = (strongest - number::REFERENCE_DB) / number::TEN_DB;
-        self.beam_rad = number::APART_BEAMS * geometry.beamwidth_rad;
-        self.cell_m = number::APART_RANGE_M * geometry.bin_m / number::BIN_M;
+        self.q = (strongest - posterior::REFERENCE_DB) / posterior::TEN_DB;
+        self.beam_rad = posterior::APART_BEAMS * geometry.beamwidth_rad;
+        self.cell_m = posterior::APART_RANGE_M * geometry.bin_m / posterior::BIN_M;
         for (rate, p) in self.rates.iter_mut().zip(&self.g.extended) {
             *rate = math::exp(p.rate + p.rate_per_ten_db * self.q);
         }
         self.echoes.clear();
-        for e in echoes.iter().filter(|e| e.range_m > NEAREST_M) {
+        for e in echoes.iter().filter(|e| e.range_m > NEAREST_ECHO_M) {
             let seen = self.model_echo(e);
             if self.echoes.push(seen).is_err() {
                 break;
@@ -194,26 +189,26 @@ impl<'p> Model<'p> {
         let [face, tread, floor, air, inside, noise] = &self.g.extended;
         let s = e.snr_db;
         let level = |x: &Extended, off: f32, flat: f32| {
-            let mean = x.snr_db + x.snr_per_db * number::TEN_DB * self.q + off;
+            let mean = x.snr_db + x.snr_per_db * posterior::TEN_DB * self.q + off;
             math::exp(x.rate + x.rate_per_ten_db * self.q)
                 * level_density(s, mean, x.snr_sigma_db, flat)
         };
-        let far = math::max(e.x_m - number::FLOOR_M, -number::FLOOR_NEARER_M);
+        let far = math::max(e.x_m - posterior::FLOOR_M, -posterior::FLOOR_NEARER_M);
         let mut point = [0.0; POINTS];
         for (value, p) in point.iter_mut().zip(&self.g.points) {
             *value = level_density(
                 s,
                 self.level(p, e.range_m),
                 p.snr_sigma_db,
-                number::ANY_LEVEL,
+                posterior::ANY_LEVEL,
             );
         }
         let across_m = e.range_m
             * math::hypot(
-                number::ANGLE_SIGMAS * e.angle_sigma_rad,
-                number::MIN_ANGLE_SIGMA_RAD,
+                posterior::ANGLE_SIGMAS * e.angle_sigma_rad,
+                posterior::MIN_ANGLE_SIGMA_RAD,
             );
-        let per_range = across_m / math::max(e.range_m, number::MIN_RANGE_M);
+        let per_range = across_m / math::max(e.range_m, posterior::MIN_RANGE_M);
         let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
         ModelEcho {
             x_m: e.x_m,
@@ -223,14 +218,20 @@ impl<'p> Model<'p> {
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
             noise: math::exp(noise.rate - (s - MIN_DB) / noise.snr_sigma_db)
-                / (EXTENT * math::max(e.range_m, number::NOISE_RANGE_M) * noise.snr_sigma_db),
-            air: level(air, 0.0, number::ANY_LEVEL) / AREA_M2,
-            inside: level(inside, 0.0, number::ANY_LEVEL_INSIDE) / AREA_M2,
-            tread: GAUSS * level(tread, 0.0, number::ANY_LEVEL_TREAD),
+                / (NOISE_EXTENT
+                    * math::max(e.range_m, posterior::NOISE_RANGE_M)
+                    * noise.snr_sigma_db),
+            air: level(air, 0.0, posterior::ANY_LEVEL) / SECTOR_AREA_M2,
+            inside: level(inside, 0.0, posterior::ANY_LEVEL_INSIDE) / SECTOR_AREA_M2,
+            tread: GAUSS * level(tread, 0.0, posterior::ANY_LEVEL_TREAD),
             floor: GAUSS
-                * level(floor, -number::FLOOR_FALL_DB * far, number::ANY_LEVEL_FLOOR)
-                * math::exp(-number::FLOOR_FALL * far),
-            face: GAUSS * number::FACES_PER_M * level(face, 0.0, number::ANY_LEVEL),
+                * level(
+                    floor,
+                    -posterior::FLOOR_FALL_DB * far,
+                    posterior::ANY_LEVEL_FLOOR,
+                )
+                * math::exp(-posterior::FLOOR_FALL * far),
+            face: GAUSS * posterior::FACES_PER_M * level(face, 0.0, posterior::ANY_LEVEL),
             point,
             per_tread: 1.0 / math::hypot(tread.off_sigma_m, up_m),
             per_floor: 1.0 / math::hypot(floor.off_sigma_m, up_m),
@@ -239,16 +240,18 @@ impl<'p> Model<'p> {
     }
 
     fn level(&self, p: &Point, range_m: f32) -> f32 {
-        p.snr_db + p.snr_per_db * number::TEN_DB * self.q
-            - number::FADE_DB
+        p.snr_db + p.snr_per_db * posterior::TEN_DB * self.q
+            - posterior::FADE_DB
                 * core::f32::consts::LOG10_2
-                * math::log2(math::max(range_m, number::FADE_FROM_M))
+                * math::log2(math::max(range_m, posterior::FADE_FROM_M))
     }
 
     /// Returns the SNR at a range, metres, that the strongest echo predicts, less 30 dB, in tens of dB.
     pub fn expected_q(&self, range_m: f32) -> f32 {
         self.q
-            - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, number::FADE_FROM_M))
+            - 2.0
+                * core::f32::consts::LOG10_2
+                * math::log2(math::max(range_m, posterior::FADE_FROM_M))
     }
 
     /// Returns the density of an echo before riser `k` (or on the landing) from everything but point features, per m²
@@ -271,9 +274,9 @@ impl<'p> Model<'p> {
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         let low = sight_m(self.height_m, e.x_m, base, edge);
         let mut inside =
-            above((e.y_m - low + number::INSIDE_M) / (number::INSIDE_SIGMA_M + e.across_m));
+            above((e.y_m - low + posterior::INSIDE_M) / (posterior::INSIDE_SIGMA_M + e.across_m));
         if s.open && k > 0 {
-            inside *= number::INSIDE_OPEN;
+            inside *= posterior::INSIDE_OPEN;
         }
         let mut parts = [
             0.0,
@@ -290,12 +293,12 @@ impl<'p> Model<'p> {
         }
         if k == 0 || s.open {
             let z = (e.y_m - if k == 0 { base } else { 0.0 }) * e.per_floor;
-            let share = if k == 0 { 1.0 } else { number::FLOOR_UNDER };
+            let share = if k == 0 { 1.0 } else { posterior::FLOOR_UNDER };
             *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
         }
         // Faces of the riser before and of this one.
         for i in k.saturating_sub(1)..s.len().min(k + 1) {
-            let z = (e.x_m - (s.x(i) - number::FACE_BEFORE * s.overhang_m)) * e.per_face;
+            let z = (e.x_m - (s.x(i) - posterior::FACE_BEFORE * s.overhang_m)) * e.per_face;
             if z * z <= FACE_REACH {
                 let (b, t) = self.face_span(s, i);
                 *on_face += Self::face(e, z * z, b, t);
@@ -316,10 +319,10 @@ impl<'p> Model<'p> {
     /// Returns the density, per m² and dB, of an echo as part of a face from height `b` to height `t` above the ground,
     /// metres. `z2` is the echo's squared deviation from the face, in squared standard deviations.
     fn face(e: &ModelEcho, z2: f32, b: f32, t: f32) -> f32 {
-        if t <= b + number::MIN_FACE_M {
+        if t <= b + posterior::MIN_FACE_M {
             return 0.0;
         }
-        let soft = number::FACE_END_SIGMA_M + e.across_m;
+        let soft = posterior::FACE_END_SIGMA_M + e.across_m;
         let within = above((b - e.y_m) / soft) - above((t - e.y_m) / soft);
         e.face * math::max(within, 0.0) * tailed(z2) * e.per_face
     }
@@ -335,8 +338,8 @@ impl<'p> Model<'p> {
     #[inline(never)]
     pub fn within(&self, s: &Staircase, k: usize, from_m: f32, to_m: f32) -> f32 {
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
-        let from = math::max(start + BEHIND_M, from_m);
-        let to = math::min(s.x(k) + BEHIND_M, to_m);
+        let from = math::max(start + BEHIND_RISER_M, from_m);
+        let to = math::min(s.x(k) + BEHIND_RISER_M, to_m);
         let (mut total, mut product) = (0.0, 1.0);
         for e in self.between(from, to) {
             product *= self.background(s, k, e);
@@ -378,10 +381,10 @@ impl<'p> Model<'p> {
     /// by its rate.
     pub fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
         let n = s.len();
-        let mut out = [0.0; number::SURFACES];
+        let mut out = [0.0; posterior::SURFACES];
         let [face, tread, floor] = &mut out;
         if k == 0 {
-            let mut end = number::FLOOR_ENDS_M;
+            let mut end = posterior::FLOOR_ENDS_M;
             if n == 0 {
                 end = math::min(end, s.wall_m);
             }
@@ -391,23 +394,23 @@ impl<'p> Model<'p> {
             if !s.open {
                 end = math::min(end, s.x(0));
             }
-            let reach = |x: f32| math::exp(-number::FLOOR_FALL * (x - number::FLOOR_M));
-            *floor = (reach(number::FLOOR_BEGINS_M)
-                - reach(math::max(end, number::FLOOR_BEGINS_M)))
-                / number::FLOOR_FALL;
+            let reach = |x: f32| math::exp(-posterior::FLOOR_FALL * (x - posterior::FLOOR_M));
+            *floor = (reach(posterior::FLOOR_BEGINS_M)
+                - reach(math::max(end, posterior::FLOOR_BEGINS_M)))
+                / posterior::FLOOR_FALL;
         } else if s.level(k) < self.height_m {
             let x = s.x(k - 1);
             let next = if k < n {
                 s.x(k)
             } else {
-                math::min(x + number::LAST_TREAD_M, number::LAST_TREAD_ENDS_M)
+                math::min(x + posterior::LAST_TREAD_M, posterior::LAST_TREAD_ENDS_M)
             };
             *tread = math::max(next - x, 0.0);
         }
         if k < n {
             let (b, t) = self.face_span(s, k);
             if t > b && self.in_scan(s.x(k), t) {
-                *face = number::FACES_PER_M * (t - b);
+                *face = posterior::FACES_PER_M * (t - b);
             }
         }
         out
@@ -436,7 +439,7 @@ impl<'p> Model<'p> {
         let (mut gone, mut found) = (1.0f32, 0.0f32);
         let mut odds = 0.0;
         let x = if wall { s.wall_m } else { s.x(k) };
-        let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
+        let near = self.between(x - posterior::RISER_BEFORE_M, x + posterior::RISER_BEHIND_M);
         let mut backgrounds = [0f32; NEAR];
         for (i, place) in places.iter().enumerate() {
             let Some(p) = self.g.points.get(place.class as usize) else {
@@ -479,13 +482,13 @@ impl<'p> Model<'p> {
             found += ln(z);
             for (used, gain) in used.iter_mut().zip(&gains) {
                 *used = math::min(
-                    *used + number::MAX_USED_SHARE * gain / z,
-                    number::MAX_USED_SHARE,
+                    *used + posterior::MAX_USED_SHARE * gain / z,
+                    posterior::MAX_USED_SHARE,
                 );
             }
         }
         let nothing = if wall { wall::HIDDEN } else { logistic(odds) };
-        let left = math::exp(-found.min(number::MAX_FOUND_LLR));
+        let left = math::exp(-found.min(posterior::MAX_FOUND_LLR));
         let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
         found + ln(math::max(share, MIN_DENSITY))
     }
@@ -493,7 +496,11 @@ impl<'p> Model<'p> {
     /// Returns the density, per m² and dB, of an echo near riser `k`, before or behind it, from everything but point
     /// features.
     fn background_near(&self, s: &Staircase, k: usize, e: &ModelEcho) -> f32 {
-        let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+        let tread = if e.x_m > s.x(k) + BEHIND_RISER_M {
+            k + 1
+        } else {
+            k
+        };
         self.background(s, tread.min(s.len()), e)
     }
 
@@ -507,8 +514,8 @@ impl<'p> Model<'p> {
         mut each: impl FnMut(Class, &LevelReading<'_>),
     ) {
         let near = self.between(
-            s.x(k) - number::RISER_BEFORE_M,
-            s.x(k) + number::RISER_BEHIND_M,
+            s.x(k) - posterior::RISER_BEFORE_M,
+            s.x(k) + posterior::RISER_BEHIND_M,
         );
         let flash = self.flash(near);
         for place in &self.places(s, k) {
@@ -531,7 +538,7 @@ impl<'p> Model<'p> {
                 }
             }
             if let (odds, Some(echo)) = best {
-                let lever = math::max(echo.x_m, number::MIN_RANGE_M) / echo.range_m;
+                let lever = math::max(echo.x_m, posterior::MIN_RANGE_M) / echo.range_m;
                 let off_m = p.across_m + p.across_per_width_m * echo.wide;
                 let wide = math::hypot(p.sigma_per_width_m * echo.wide, echo.across_m);
                 let sigma_m = math::hypot(p.across_sigma_m, wide) / lever;
@@ -539,8 +546,8 @@ impl<'p> Model<'p> {
                 let reading = LevelReading {
                     echo,
                     level_m: echo.y_m - off_m / lever,
-                    sigma_m: sigma_m / math::sqrt(math::max(share, number::MIN_PROBABILITY)),
-                    masked: current().rules.masks
+                    sigma_m: sigma_m / math::sqrt(math::max(share, posterior::MIN_PROBABILITY)),
+                    masked: self.numbers.rules.masks
                         && flash.is_some_and(|flash| self.masks(flash, place.class, echo)),
                 };
                 each(place.class, &reading);
@@ -553,7 +560,7 @@ impl<'p> Model<'p> {
     fn flash<'e>(&self, near: &'e [ModelEcho]) -> Option<&'e ModelEcho> {
         let level = near
             .iter()
-            .filter(|e| (e.y_m - self.height_m).abs() < number::FLASH_WITHIN_M);
+            .filter(|e| (e.y_m - self.height_m).abs() < posterior::FLASH_WITHIN_M);
         level.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
     }
 
@@ -564,9 +571,10 @@ impl<'p> Model<'p> {
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
         match class {
             Class::Corner => {
-                apart < number::MASKS_CORNER && flash.snr_db > e.snr_db - number::MASKS_WEAKER_DB
+                apart < posterior::MASKS_CORNER
+                    && flash.snr_db > e.snr_db - posterior::MASKS_WEAKER_DB
             }
-            Class::Nosing => apart < number::MASKS_EDGE,
+            Class::Nosing => apart < posterior::MASKS_EDGE,
             Class::Flash | Class::Top | Class::Hidden | Class::EdgeBelow | Class::EdgeAbove => {
                 false
             }
@@ -577,10 +585,10 @@ impl<'p> Model<'p> {
     /// feature.
     fn core(&self, place: &FeaturePlace, p: &Point, e: &ModelEcho) -> f32 {
         let (z2, root) = self.deviation(place, p, e, 0.0);
-        let (odd_z2, odd_root) = self.deviation(place, p, e, current().odd_rise_sigma_m);
-        let odd = number::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
-        let core = number::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
-        core / (tailed(z2) + number::CORE_SHARE * odd)
+        let (odd_z2, odd_root) = self.deviation(place, p, e, self.numbers.odd_rise_sigma_m);
+        let odd = posterior::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
+        let core = posterior::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
+        core / (tailed(z2) + posterior::CORE_SHARE * odd)
     }
 
     /// Returns the density of an echo as one of riser `k`'s point features, of class `p` at `place`, per m² and dB; 0
@@ -598,7 +606,7 @@ impl<'p> Model<'p> {
             self.hidden(s, k, e, place.x_m)
         } else {
             let (z2, root) = self.deviation(place, p, e, 0.0);
-            if z2 <= number::POINT_REACH {
+            if z2 <= posterior::POINT_REACH {
                 tailed(z2) * GAUSS * GAUSS / root
             } else {
                 0.0
@@ -621,7 +629,7 @@ impl<'p> Model<'p> {
         level_sigma_m: f32,
     ) -> (f32, f32) {
         let dr = e.range_m - place.range_m - p.range_m;
-        if dr.abs() > GATE_M {
+        if dr.abs() > RANGE_GATE_M {
             return (f32::INFINITY, 1.0);
         }
         let across =
@@ -644,9 +652,9 @@ impl<'p> Model<'p> {
     /// riser's distance, metres.
     fn hidden(&self, s: &Staircase, k: usize, e: &ModelEcho, x: f32) -> f32 {
         let (low, top) = self.face_span(s, k);
-        if (e.x_m - x).abs() > number::HIDDEN_X_M
-            || e.y_m < low - number::HIDDEN_Y_M
-            || e.y_m > top + number::HIDDEN_Y_M
+        if (e.x_m - x).abs() > posterior::HIDDEN_X_M
+            || e.y_m < low - posterior::HIDDEN_Y_M
+            || e.y_m > top + posterior::HIDDEN_Y_M
         {
             return 0.0;
         }
@@ -666,9 +674,9 @@ impl<'p> Model<'p> {
             let y = (e.y_m - at - off) / ca;
             total += share * tailed(dx * dx / vr + y * y / v) * GAUSS * GAUSS / math::sqrt(vr * v);
         }
-        let soft = math::sqrt(number::HIDDEN_END_M2 + va);
+        let soft = math::sqrt(posterior::HIDDEN_END_M2 + va);
         let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
-        let even = math::max(within, 0.0) / math::max(top - low, number::MIN_FACE_M);
+        let even = math::max(within, 0.0) / math::max(top - low, posterior::MIN_FACE_M);
         total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 

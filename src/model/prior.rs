@@ -4,28 +4,20 @@ use super::kinds::{WAY_M, wall};
 use super::normal::{departure, ln, shoulder};
 use super::staircase::Staircase;
 use crate::math;
-use crate::params::posterior as number;
-use crate::params::posterior::Limits;
+use crate::params::posterior::{
+    self, LANDING_PER_M, Limits, P_CONTINUES, P_IRREGULAR_GOING, P_OPEN,
+};
 
 /// Width of the posterior of each place, height and deviation of a hypothesis, metres: √(2π) times their standard
 /// deviation of 9 mm. It is the penalty of a hypothesis with one more of them. With less than half of it flights end
 /// too early, with twice as much they go on too long.
 const VOLUME_M: f32 = 0.0225;
-/// Prior probability that a flight goes on after a step.
-pub const P_CONTINUES: f32 = 0.87;
-/// Prior probability that a staircase has open treads.
-const P_OPEN: f32 = 0.2;
-/// Probability of a going that deviates from those of its flight, evenly distributed over 0.4 m.
-const P_IRREGULAR_GOING: f32 = 0.07;
-
-/// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
-pub const LANDING: f32 = 0.2;
 
 /// Returns the log-prior of an overhang, nats: a narrow normal density about 0, and an even density of large overhangs.
 #[inline(never)]
 pub fn overhang(overhang_m: f32) -> f32 {
-    let z = overhang_m / number::OVERHANG_SIGMA_M;
-    ln(0.5 * math::exp(-0.5 * z * z) + 0.5 * number::OVERHANG_LARGE)
+    let z = overhang_m / posterior::OVERHANG_SIGMA_M;
+    ln(0.5 * math::exp(-0.5 * z * z) + 0.5 * posterior::OVERHANG_LARGE)
 }
 
 /// Returns the density of the going to one more riser, per metre. `mean_m` is the mean going of the flight, if known.
@@ -38,12 +30,12 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
             0.0
         }
     };
-    let wide = within(number::GOINGS_M);
+    let wide = within(posterior::GOINGS_M);
     let usual = match mean_m {
-        None => within(number::USUAL_GOINGS_M),
+        None => within(posterior::USUAL_GOINGS_M),
         Some(mean_m) => {
-            let z = (going_m - mean_m) / number::GOING_SIGMA_M;
-            number::PER_ROOT_TAU / number::GOING_SIGMA_M * math::exp(-0.5 * z * z)
+            let z = (going_m - mean_m) / posterior::GOING_SIGMA_M;
+            posterior::PER_ROOT_TAU / posterior::GOING_SIGMA_M * math::exp(-0.5 * z * z)
         }
     };
     (1.0 - P_IRREGULAR_GOING) * usual + P_IRREGULAR_GOING * wide
@@ -67,20 +59,23 @@ pub fn prior(s: &Staircase) -> f32 {
     let rise = s.rise();
     p += s.kind.log_prior_of_rise(n, rise);
     if let Some(going) = s.going() {
-        p += shoulder(going, number::USUAL_GOINGS_M, number::GOING_SHOULDER_M)
-            + const { ln(VOLUME_M / number::GOING_VOLUME_M) };
+        p += shoulder(
+            going,
+            posterior::USUAL_GOINGS_M,
+            posterior::GOING_SHOULDER_M,
+        ) + const { ln(VOLUME_M / posterior::GOING_VOLUME_M) };
         for k in 1..n {
             let going_m = s.x(k) - s.x(k - 1);
             p += const { ln(P_CONTINUES * VOLUME_M) }
-                + if going_m > number::GOINGS_M.high {
-                    const { ln(LANDING) }
+                + if going_m > posterior::GOINGS_M.high {
+                    const { ln(LANDING_PER_M) }
                 } else {
-                    departure(going_m - going, number::GOING_DEPARTS)
+                    departure(going_m - going, posterior::GOING_DEPARTS)
                 };
         }
         for k in 0..n {
             let off = s.level(k + 1) - s.level(k) - rise;
-            p += const { ln(VOLUME_M) } + departure(off, number::RISE_DEPARTS);
+            p += const { ln(VOLUME_M) } + departure(off, posterior::RISE_DEPARTS);
         }
     }
     if !s.open {

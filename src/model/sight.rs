@@ -1,14 +1,14 @@
 //! Visibility behind an edge, going up, and below it, going down.
 
 use crate::math;
-use crate::params::posterior as number;
+use crate::params::posterior;
 
 /// Returns the lowest visible height at distance `x_m` over an edge at distance `edge_m`, behind which the surface is
 /// at height `base_m`, from a mirror at height `height_m`: metres, heights above the ground. An infinite `edge_m`
 /// stands for no edge before.
 pub fn sight_m(height_m: f32, x_m: f32, base_m: f32, edge_m: f32) -> f32 {
     if base_m > height_m && edge_m.is_finite() && edge_m > 0.0 {
-        height_m + (base_m - height_m) * x_m / math::max(edge_m, number::MIN_RANGE_M)
+        height_m + (base_m - height_m) * x_m / math::max(edge_m, posterior::MIN_RANGE_M)
     } else {
         base_m
     }

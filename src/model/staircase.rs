@@ -10,7 +10,7 @@ use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::MIN_EXPANDED_M;
 use crate::estimate::{MAX_EXPANDED_M, expanded};
 use crate::math;
-use crate::params::posterior as number;
+use crate::params::posterior;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
@@ -271,7 +271,7 @@ impl Staircase {
         let (mut sum, mut spans) = (0.0, 0.0);
         for k in 1..self.len() {
             let going_m = self.x(k) - self.x(k - 1);
-            if going_m < number::GOINGS_M.high {
+            if going_m < posterior::GOINGS_M.high {
                 sum += going_m;
                 spans += 1.0;
             }
@@ -430,6 +430,6 @@ impl Staircase {
 /// Returns the probability that a normal variable of mean `off_m` and standard deviation `sigma_m` exceeds `within_m`
 /// in magnitude.
 fn exceedance_probability(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
-    let sigma_m = math::max(sigma_m, number::MIN_SIGMA_M);
+    let sigma_m = math::max(sigma_m, posterior::MIN_SIGMA_M);
     above((within_m - off_m) / sigma_m) + above((within_m + off_m) / sigma_m)
 }

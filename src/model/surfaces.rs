@@ -14,6 +14,10 @@
 
 use super::lines::{CELLS, DEPTHS_M, Lines, Power};
 use crate::math;
+use crate::params::ground_line::{
+    AGAIN, ANY_DB, DARK_AT_RISER, FIRST_STATE_DB, HOLE_M, JUMPS, LIES_LOW, LOW_ENDS, LOWER, ODD,
+    REFERENCE_M, STATE_DB, WALKS,
+};
 
 /// Number of slots into which the way ahead is divided for the results.
 pub const SLOTS: usize = 48;
@@ -23,40 +27,14 @@ pub const SLOT_M: f32 = 0.05;
 const MIN_CELLS: usize = 10;
 /// Number of states of the ground's reflectivity in the Markov chain.
 const STATES: usize = 12;
-/// Power S of the ground in the first (weakest) state at [`REFERENCE_M`], dB over the noise.
-const FIRST_DB: f32 = -16.0;
-/// Step of the power S from state to state, dB.
-const STATE_DB: f32 = 4.0;
-/// Range to which the powers of the states refer, metres.
-const REFERENCE_M: f32 = 0.7;
-/// Probability per range cell that the ground's reflectivity goes to a neighbouring state.
-const WALKS: f32 = 0.05;
-/// Probability per range cell that the ground's reflectivity goes to any state: the ground is of another material.
-const JUMPS: f32 = 0.006;
-/// Probability that the power of a range cell does not depend on the reflectivity state: joints, patches.
-const ODD: f32 = 0.03;
-/// Step between the powers that a surface of unknown power may have, dB; the first is 0 dB over the noise.
-const ANY_DB: f32 = 6.0;
 /// Number of powers that a surface of unknown power may have, equally probable.
 const ANY_POWERS: usize = 5;
-/// Prior probability that a range cell around a riser is dark; otherwise it has any power.
-const DARK_AT_RISER: f32 = 0.4;
 /// Number of range cells before a riser that show it on the ground's line.
 const BEFORE: usize = 3;
 /// Number of range cells behind a riser that show it on the ground's line: double bounces.
 const BEHIND: usize = 1;
 /// Maximum distance by which the evidence for a riser may lie behind its place, half slots of 2.5 cm.
 const SHOWS_BEHIND: usize = 3;
-/// Probability per range cell behind an edge that a low object begins.
-const LIES_LOW: f32 = 0.006;
-/// Probability per range cell that a low object behind an edge ends.
-const LOW_ENDS: f32 = 0.2;
-/// Probability per range cell behind an edge that the ground begins again.
-const AGAIN: f32 = 0.004;
-/// Minimum length of a hole, metres: a wheel crosses shorter ones.
-const HOLE_M: f32 = 0.2;
-/// Probability that lower ground is visible behind an edge, over all depths.
-const LOWER: f32 = 0.5;
 /// Range by which a range cell shows ground beyond its end, metres: half the window's main lobe.
 const SPREAD_M: f32 = 0.02;
 /// Exponent of the range r in the decline of the ground's power S, (h - y)²/r⁵.
@@ -188,7 +166,7 @@ impl Decline {
     /// noise.
     fn first_state_db(&self, range_m: f32) -> f32 {
         let here = self.height - RANGE_POWER * math::log2(math::max(range_m, MIN_RANGE_M));
-        FIRST_DB + math::DB_PER_OCTAVE * (here - self.reference)
+        FIRST_STATE_DB + math::DB_PER_OCTAVE * (here - self.reference)
     }
 }
 

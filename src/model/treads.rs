@@ -26,9 +26,12 @@ use super::sight::tread_begins_m;
 use super::staircase::{MAX_STEPS, View};
 use crate::estimate::Estimate;
 use crate::math;
+use crate::params::descent::{
+    END_AROUND_M, END_BEYOND_M, MIN_RATIO, NOISE_DB, TREAD_OFF_M, USUAL_ECHOES, WIDE_FACTOR,
+    WIDE_SHARE,
+};
 use crate::params::generative::{LEVELS, TreadEnd, TreadNumbers};
-use crate::params::posterior as number;
-use crate::params::posterior::Limits;
+use crate::params::posterior::{self, Limits};
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use heapless::Vec;
 
@@ -37,18 +40,6 @@ pub const MAX_TREADS: usize = 8;
 const _: () = assert!(MAX_TREADS <= MAX_STEPS);
 /// Standard deviation of an even distribution over one place of an edge (1 cm), metres.
 const HALF_PLACE_M: f32 = PLACE_M * 0.29;
-/// Maximum height difference between a tread and an echo that counts as the tread's, metres.
-pub const OFF_M: f32 = 0.03;
-/// Minimum likelihood ratio, of a tread to everything else, at which an echo counts as the tread's.
-const MIN_RATIO: f32 = 0.05;
-/// Share of a tread's echoes whose height has the larger of two standard deviations.
-const WIDE: f32 = 0.15;
-/// Ratio of the larger standard deviation of echo heights to the smaller one.
-const WIDER: f32 = 3.0;
-/// Horizontal distance from a tread's end beyond which an echo is clearly on the tread or off it, metres.
-const AROUND_M: f32 = 0.05;
-/// Mean distance beyond a tread's ends up to which its echoes lie, metres: a lobe's peak is not at the scatterer.
-pub const BEYOND_M: f32 = 0.009;
 /// Spacing of the sight lines up to which the expected number of echoes is summed, as tangents of the angle from the
 /// vertical.
 const TANGENT_STEP: f32 = 0.02;
@@ -58,11 +49,6 @@ const FIRST_TANGENT: f32 = -0.6;
 const TANGENTS: usize = 116;
 /// Degrees per radian.
 const DEG_PER_RAD: f32 = 180.0 / core::f32::consts::PI;
-/// Number of echoes that is added to both the counted and the expected number, so that their ratio stays near 1 in
-/// scenes of few echoes.
-const USUAL_ECHOES: f32 = 4.0;
-/// SNR below which echoes are mostly noise, dB.
-const NOISE_DB: f32 = 5.0;
 /// Width of the SNR classes in the table of density ratios, dB.
 pub const LEVEL_DB: f32 = 1.0;
 /// Unit of the angle from the vertical in the rates of echoes, degrees.
@@ -88,7 +74,7 @@ impl TreadEcho {
     /// not the tread's.
     fn ratio_m(&self, y_m: f32) -> f32 {
         let off_m = self.y_m - y_m;
-        if off_m.abs() > OFF_M {
+        if off_m.abs() > TREAD_OFF_M {
             return 0.0;
         }
         let density = height_density(off_m, self.y_sigma_m);
@@ -106,9 +92,9 @@ impl TreadEcho {
 pub fn height_density(off_m: f32, sigma_m: f32) -> f32 {
     let gauss = |sigma_m: f32| {
         let z = off_m / sigma_m;
-        number::PER_ROOT_TAU / sigma_m * math::exp(-0.5 * z * z)
+        posterior::PER_ROOT_TAU / sigma_m * math::exp(-0.5 * z * z)
     };
-    (1.0 - WIDE) * gauss(sigma_m) + WIDE * gauss(WIDER * sigma_m)
+    (1.0 - WIDE_SHARE) * gauss(sigma_m) + WIDE_SHARE * gauss(WIDE_FACTOR * sigma_m)
 }
 
 /// A tread of a hypothesis.
@@ -172,7 +158,7 @@ impl Descending {
     pub fn set_echoes(&mut self, echoes: &[Echo], view: View) {
         let strongest_db = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         let [start, per_q, per_angle, per_both] = self.numbers.rate;
-        let q = (strongest_db - number::REFERENCE_DB) * number::PER_TEN_DB;
+        let q = (strongest_db - posterior::REFERENCE_DB) * posterior::PER_TEN_DB;
         let fall = (per_angle + per_both * q) / TEN_DEG;
         let usual = |angle_deg: f32| math::exp(start + per_q * q + fall * angle_deg.abs());
         let mut sum = 0.0;
@@ -210,7 +196,7 @@ impl Descending {
 
     /// Returns the depth below the mirror of a surface at height `y_m` above the ground, metres.
     pub fn depth_m(&self, y_m: f32) -> f32 {
-        math::max(self.view.height_m - y_m, number::MIN_RANGE_M)
+        math::max(self.view.height_m - y_m, posterior::MIN_RANGE_M)
     }
 
     /// Returns the expected number of echoes on a horizontal surface one metre below the mirror, up to a sight line
@@ -356,8 +342,8 @@ impl Descending {
                 continue;
             }
             let endless = math::ln(1.0 + ratio_m * e.rate);
-            let first = place_beyond(edge_of(e.x_m - AROUND_M));
-            let last = place_beyond(edge_of(e.x_m + AROUND_M));
+            let first = place_beyond(edge_of(e.x_m - END_AROUND_M));
+            let last = place_beyond(edge_of(e.x_m + END_AROUND_M));
             let off = if begins.is_none() {
                 0..first
             } else {
@@ -387,7 +373,7 @@ impl Descending {
     pub fn level(&self, tread: TreadAt, ends_m: Limits) -> Option<Estimate> {
         let (mut weight, mut sum) = (0.0, 0.0);
         for e in self.echoes.iter().filter(|_| tread.has_echoes) {
-            let inside = e.x_m > ends_m.low - AROUND_M && e.x_m < ends_m.high + AROUND_M;
+            let inside = e.x_m > ends_m.low - END_AROUND_M && e.x_m < ends_m.high + END_AROUND_M;
             if inside && e.ratio_m(tread.y_m) * e.rate > 1.0 {
                 let w = 1.0 / (e.y_sigma_m * e.y_sigma_m);
                 weight += w;
@@ -414,7 +400,7 @@ impl EndEcho {
         let per_sigma = 1.0 / sigma_m;
         Self {
             off_m: end.off_m,
-            number: end.number * number::PER_ROOT_TAU * per_sigma,
+            number: end.number * posterior::PER_ROOT_TAU * per_sigma,
             per_sigma,
         }
     }
@@ -423,7 +409,7 @@ impl EndEcho {
     /// end's own echoes per metre.
     fn at(&self, on_m: f32) -> (f32, f32) {
         let z = (on_m - self.off_m) * self.per_sigma;
-        let on = above(-(on_m + BEYOND_M) * self.per_sigma);
+        let on = above(-(on_m + END_BEYOND_M) * self.per_sigma);
         (on, self.number * math::exp(-0.5 * z * z))
     }
 }

@@ -19,6 +19,6 @@ mod tests;
 pub use crate::drive::{Agreement, Drive, Finding, Input, Mode, Retention};
 pub use crate::signal::echoes::MotionCompensation;
 pub use crate::track::{RowPose, Track};
-pub use odometer::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, SAME_PLACE_M, same_place_m};
+pub use odometer::same_place_m;
 pub use odometry::{Odometry, Reading};
 pub use sweeps::SweepComparison;

@@ -1,11 +1,6 @@
 //! Errors of the chair's odometer, and the maximum distance between two sweeps' echoes of one scatterer.
 
-/// Scale error of the odometer, which the tyres cause, as a share of the distance travelled.
-pub const ODOMETER_SCALE_ERROR: f32 = 0.02;
-/// Error of the odometer that does not grow with the distance travelled, metres.
-pub const ODOMETER_WANDER_M: f32 = 0.002;
-/// Maximum distance between two sweeps' echoes of one scatterer where the travel is known exactly, metres.
-pub const SAME_PLACE_M: f32 = 0.012;
+use crate::params::motion::{ODOMETER_SCALE_ERROR, SAME_PLACE_M};
 
 /// Returns the maximum distance between two sweeps' echoes of one scatterer after `moved_m` metres of travel by
 /// odometry, metres: [`SAME_PLACE_M`] plus one and a half times the scale error.

@@ -6,10 +6,14 @@
 //! drive can explain votes for a speed. Ground echoes look alike everywhere and change with every centimetre,
 //! so strong echoes have more weight.
 
-use super::odometer::{SAME_PLACE_M, same_place_m};
+use super::odometer::same_place_m;
 use crate::config::{Config, Plane};
 use crate::drive::{Agreement, Drive, Finding, Input, Mode, Retention};
 use crate::math;
+use crate::params::motion::{
+    DRIVING_SHARE, FROM_DB, MAX_DB, MIN_MARGIN, MIN_SHARE, SAME_HEIGHT_M, SAME_HEIGHT_RAD,
+    SAME_PLACE_M, STANDING_M, STANDING_SHARE, STEADY_SHARE,
+};
 use crate::signal::echoes::{Echo, MotionCompensation, row_of};
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
@@ -39,45 +43,15 @@ pub struct SweepComparison {
     placed: bool,
 }
 
-/// SNR from which an echo has a weight in the comparison, dB; the weight is the SNR less this.
-const FROM_DB: f32 = 8.0;
-/// Maximum weight of an echo in the comparison: dB above [`FROM_DB`].
-const MAX_DB: f32 = 25.0;
-
-/// Maximum height difference of two sweeps' echoes of one scatterer at range 0, metres.
-const SAME_HEIGHT_M: f32 = 0.012;
-/// Increase of the maximum height difference with range, radians: one step of the scan and the shift of the
-/// main lobe. The limit along the ground is [`SAME_PLACE_M`].
-const SAME_HEIGHT_RAD: f32 = 0.008;
-
 /// Bin width of the histogram of distances between two sweeps' echoes, metres.
 const BIN_M: f32 = 0.01;
 /// Number of bins of the histogram of distances to each side of zero.
 const BINS: usize = 60;
 
-/// Minimum share of the echoes' weight that agrees in two sweeps from one position. Of 60 simulated pairs from
-/// standing chairs all but those without echoes have 0.82 or more, of 70 from moving ones none has more than
-/// 0.65.
-const STANDING_SHARE: f32 = 0.75;
-/// Maximum travel from sweep to sweep of a chair that stands, metres: a sixth of the tolerance that `ok`
-/// guarantees.
-const STANDING_M: f32 = 0.005;
-/// Minimum share of the echoes' weight that agrees where the travel between the sweeps is known: 0.34 and more
-/// in the pairs that were simulated for [`STANDING_SHARE`].
-const DRIVING_SHARE: f32 = 0.33;
-/// Minimum weight (dB above [`FROM_DB`], summed over echoes) by which the agreement for the reported travel
-/// exceeds that for any other: two echoes of 17 dB. With it none of 200 pairs with reversed or frozen travel
-/// counted as agreeing.
-const MIN_MARGIN: f32 = 18.0;
 /// Number of travels to each side of the reported one that are tested beside it.
 const OTHER_TRAVELS: usize = 12;
 /// Distance between the travels that are tested beside the reported one, metres.
 const OTHER_TRAVEL_STEP_M: f32 = 0.05;
-/// Minimum share of the echoes' weight that agrees on one steady speed without motion input.
-const STEADY_SHARE: f32 = 0.5;
-/// Minimum time between an echo's two observations, as a share of the sweep interval, from which a speed is
-/// estimated.
-const MIN_SHARE: f32 = 0.25;
 
 impl Default for SweepComparison {
     fn default() -> Self {

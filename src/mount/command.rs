@@ -16,59 +16,28 @@
 //! Weighted least squares over all of them, linearised a few times, gives h, b and s; echoes off the ground
 //! lose weight (Cauchy). A scene that does not fit is refused with a reason.
 
+use crate::params::mounting::{
+    CORNER_DB, CORNER_M, CORNER_MARGIN_M, CORNER_OFF_M, CORNER_OFF_RAD, FLASH_DB, LESSER_DB,
+    MAX_HEIGHT_ERROR_M, MAX_OFFSET_RAD, MAX_SCALE_ERROR, MIN_GROUND_ECHOES, OUTLIER_SHARE,
+    OUTLIER_SIGMAS, RANGE_MODEL_M, SAME_M, TAPE_M,
+};
 use core::fmt;
 
 use super::floor::floor_variance;
 use crate::config::{Config, Plane};
 use crate::estimate::Estimate;
 use crate::health::MirrorEcho;
-use crate::math::{self, RAD_PER_DEG};
-use crate::params::{Params, current};
+use crate::math;
+use crate::params::Params;
 use crate::signal::echoes::Echo;
 
 /// Permitted distance of the wall, metres: beyond the mirror's own echo with ground before it, and within the
 /// range of 3 m.
 pub const WALL_M: core::ops::RangeInclusive<f32> = 0.6..=2.5;
 
-/// Maximum angle offset that calibration accepts for a mounting, radians: more is a wrong bracket or a
-/// misplaced switch.
-const MAX_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
-/// Maximum error of the range scale, as a share of the range: five times the drift of a chirp's slope.
-const MAX_SCALE_ERROR: f32 = 0.05;
-/// Maximum difference of the fitted mounting height from the configured one, metres.
-const MAX_HEIGHT_ERROR_M: f32 = 0.15;
-/// Minimum SNR of a wall's flash (specular reflection), dB: that of a plaster wall at 1.5 m is 50.
-const FLASH_DB: f32 = 25.0;
-/// Minimum SNR of the echo of the corner of wall and ground, dB: that of plaster and concrete is 49.
-const CORNER_DB: f32 = 20.0;
-/// Maximum difference, dB, by which an echo may be weaker than the wall's flash and still count as a second reflector:
-/// weaker ones may be side lobes or multiple reflections of the flash.
-const LESSER_DB: f32 = 30.0;
-/// Maximum range difference of echoes of one wall, metres: two range bins.
-const SAME_M: f32 = 0.03;
-/// Maximum horizontal distance of the corner's echo from the measured wall before the fit, metres.
-const CORNER_M: f32 = 0.08;
 /// Maximum distance of a ground echo above or below the ground, metres, with the angle offset that the flash shows and
 /// the configured mounting height: it leaves room for the error of that height.
 const FLOOR_M: f32 = MAX_HEIGHT_ERROR_M;
-/// Minimum horizontal distance of a ground echo from the wall, metres: nearer echoes belong to the corner.
-const CORNER_MARGIN_M: f32 = 0.1;
-/// Minimum number of ground echoes for a calibration.
-const MIN_GROUND_ECHOES: u8 = 5;
-/// Distance from the fitted ground, in standard deviations, beyond which a ground echo is an outlier.
-const OUTLIER_SIGMAS: f32 = 4.0;
-/// Maximum share of outliers among the ground echoes of a calibration.
-const OUTLIER_SHARE: f32 = 0.34;
-/// Maximum range error of the corner's echo after the fit, metres: the shape of the main lobe, and the wall's
-/// base.
-const CORNER_OFF_M: f32 = 0.01;
-/// Maximum angle error of the corner's echo after the fit, radians.
-const CORNER_OFF_RAD: f32 = 0.5 * RAD_PER_DEG;
-/// Standard deviation of the range of the flash or the corner in addition to that by noise, metres: the chirp's
-/// slope.
-const RANGE_MODEL_M: f32 = 0.0005;
-/// Standard deviation of the wall's measured distance, metres: a steel tape from the mirror to the wall.
-const TAPE_M: f32 = 0.001;
 /// Standard deviation of the range of the mirror's own echo, bins of the transform: resolution of 1/16 bin,
 /// half of it over √3.
 const MIRROR_BINS: f32 = 0.018;
@@ -436,8 +405,8 @@ pub fn calibrate(
     config: &Config,
     mirror: MirrorEcho,
     wall_m: f32,
+    p: &Params,
 ) -> Result<Mounting, Refusal> {
-    let p = current();
     if config.mount.plane.first() != Plane::Depth {
         return Err(Refusal::Plane);
     }

@@ -1,4 +1,4 @@
-//! Types of the horizon's fitted weights.
+//! Types of the horizon's fitted weights, and limits of the features, tuned by hand, with which they were fitted.
 
 use crate::math;
 
@@ -92,3 +92,23 @@ pub fn probability([clear, steps]: &[PlattMap; 2], log_right: f32, stairs: bool)
     let log_wrong = math::ln(wrong.max(f32::EPSILON));
     map.at(log_right - log_wrong)
 }
+
+// Limits of features.
+
+/// Upper limit of the echoes' SNR in features, dB: that of a corner at half a metre.
+pub const MAX_FEATURE_DB: f32 = 50.0;
+/// Limit of margins and log-odds in features, nats, of either sign: odds of e^10 count as certain.
+pub const MAX_FEATURE_NATS: f32 = 10.0;
+/// Upper limit of the feature `model::MIN_EXPANDED_M` divided by the standard deviation of a step's distance.
+pub const MAX_FEATURE_SIGMAS: f32 = 4.0;
+/// Lower limit, as a feature of an answer without steps, of the margin by the search's scores: best flight less level
+/// ground, nats.
+pub const MIN_FEATURE_MARGIN: f32 = -2.0;
+/// Upper limit, as a feature, of the SNR that a further riser behind the last step would have at least, tens of dB; the
+/// lower limit is -1.
+pub const MAX_NEXT_FACE: f32 = 3.0;
+/// Minimum distance of a way cell's far end from the mirror, metres, at which a scan can show that the ground ends in
+/// the cell.
+pub const NEAREST_END_M: f32 = 0.45;
+/// Going of stairs of which only one step is known, metres: by Blondel's rule for a rise of 17 cm.
+pub const TYPICAL_GOING_M: f32 = 0.29;

@@ -2,22 +2,43 @@
 //!
 //! The table (`src/params/table.rs`) gives unit, meaning and origin of each number. `cargo study params` prints it;
 //! with `--sensitivity` it also prints how the accuracy on tuning seeds changes with a fifth more or less of each
-//! ([docs/generated/parameters.md](../../docs/generated/parameters.md)). Those of the posterior are constants ([`posterior`]). Numbers
-//! that are in neither are derived, and stand beside their derivation.
+//! ([docs/generated/parameters.md](../../docs/generated/parameters.md)). Numbers that nothing changes at run time are
+//! constants, in a file for each part of the program that uses them:
+//!
+//! | module | constants of |
+//! |---|---|
+//! | [`posterior`], [`descent`], [`drop_depth`] | the model of the echoes going up and going down, the prior and the answer |
+//! | [`ground_line`] | the power along the ground's line |
+//! | [`hazard`], [`carried`] | the horizon, and the evidence of earlier scans |
+//! | [`guard`], [`motion`], [`mounting`], [`health`] | guard, comparison of sweeps, calibration, health checks |
+//!
+//! The numbers of one kind of thing ahead stand in the file of the kind (`src/model/kinds`). All others are derived,
+//! and stand beside their derivation.
+//!
+//! A stage gets the tuned numbers as [`Numbers`] when it is made.
 
 pub mod carried;
 pub mod counted;
+pub mod descent;
+pub mod drop_depth;
 mod entry;
 pub mod fitted;
 pub mod generative;
+pub mod ground_line;
+pub mod guard;
 pub mod hazard;
+pub mod health;
 pub mod measured;
+pub mod motion;
+pub mod mounting;
+mod numbers;
 pub mod posterior;
 pub mod rules;
 pub mod switches;
 mod table;
 
 pub use entry::{Entry, Origin};
+pub use numbers::Numbers;
 pub use rules::{Rule, rules};
 pub use switches::Rules;
 pub use table::Params;
@@ -30,57 +51,6 @@ pub const fn fitted_for(plane: Plane) -> &'static Weights {
     match plane {
         Plane::Depth => &fitted::UP,
         Plane::Height => &fitted::DOWN,
-    }
-}
-
-/// Returns the tuned numbers in use.
-#[cfg(not(feature = "ablation"))]
-pub const fn current() -> &'static Params {
-    &Params::DEFAULT
-}
-
-#[cfg(all(feature = "ablation", target_os = "none"))]
-pub use patched::current;
-#[cfg(all(feature = "ablation", not(target_os = "none")))]
-pub use replaced::{current, replace};
-
-/// Replaceable numbers in an image for the emulator. The host writes other numbers into its ELF file in place of
-/// `NUMBERS`, to measure the effect of each rule.
-#[cfg(all(feature = "ablation", target_os = "none"))]
-mod patched {
-    use super::Params;
-    use core::hint::black_box;
-
-    static NUMBERS: Params = Params::DEFAULT;
-
-    /// Returns the tuned numbers in use.
-    pub fn current() -> &'static Params {
-        // Keeps the compiler from using the static's initial value, which the host replaces.
-        black_box(&NUMBERS)
-    }
-}
-
-/// Replaceable numbers for the whole program, to measure the effect of each.
-#[cfg(all(feature = "ablation", not(target_os = "none")))]
-mod replaced {
-    extern crate std;
-
-    use super::Params;
-    use std::sync::RwLock;
-
-    static CURRENT: RwLock<&'static Params> = RwLock::new(&Params::DEFAULT);
-
-    /// Returns the tuned numbers in use.
-    pub fn current() -> &'static Params {
-        // Cannot be poisoned: nothing panics while it is locked.
-        CURRENT.read().map_or(&Params::DEFAULT, |params| *params)
-    }
-
-    /// Replaces the numbers for all threads. Estimators that are made later use them.
-    pub fn replace(params: &'static Params) {
-        if let Ok(mut current) = CURRENT.write() {
-            *current = params;
-        }
     }
 }
 

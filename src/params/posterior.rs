@@ -269,3 +269,109 @@ pub const FLOOR_GRID_M: f32 = 0.16;
 pub const FLOOR_ODDS: f32 = 0.8;
 /// Length of way over which a single step or a drop is evenly distributed, metres.
 pub const FLOOR_WAY_M: f32 = 2.5;
+
+// Echoes and their features.
+
+/// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
+pub const NEAREST_ECHO_M: f32 = 0.12;
+/// Width of an undisturbed echo's lobe over the angle, in units of a point scatterer's.
+pub const CLEAN_WIDTH: f32 = 1.03;
+/// Area of the scanned sector, m², over which echoes in the air and inside the solid are evenly distributed.
+pub const SECTOR_AREA_M2: f32 = 4.4;
+/// Extent of the scan, over which noise echoes are evenly distributed: range in metres times angle in radians.
+pub const NOISE_EXTENT: f32 = 3.3;
+/// Distance behind a riser up to which echoes still belong to the tread before it, metres.
+pub const BEHIND_RISER_M: f32 = 0.02;
+/// Maximum range difference between a point feature and its echo, metres.
+pub const RANGE_GATE_M: f32 = 0.06;
+/// Maximum distance across the line of sight between a point feature and its echo, metres.
+pub const CROSS_GATE_M: f32 = 0.20;
+/// Squared deviation of an echo from a face, in squared standard deviations, beyond which the echo is not part of the
+/// face.
+pub const FACE_REACH: f32 = 100.0;
+/// Minimum probability of detection of a feature: scenes differ, however many were counted.
+pub const MIN_P_DETECTED: f32 = 0.02;
+/// Maximum probability of detection of a feature.
+pub const MAX_P_DETECTED: f32 = 0.985;
+
+// Places of features.
+
+/// Thickness of an open tread, metres.
+pub const TREAD_THICK_M: f32 = 0.045;
+/// Minimum extent of a face above and below the mirror's height for a full flash, metres.
+pub const FRESNEL_M: f32 = 0.04;
+
+// The prior of flights.
+
+/// Prior probability that a flight goes on after a step.
+pub const P_CONTINUES: f32 = 0.87;
+/// Prior probability that a staircase has open treads.
+pub const P_OPEN: f32 = 0.2;
+/// Probability of a going that deviates from those of its flight, evenly distributed over 0.4 m.
+pub const P_IRREGULAR_GOING: f32 = 0.07;
+/// Density of a landing's length, per metre. One in five flights goes on after a landing, of up to a metre and more.
+pub const LANDING_PER_M: f32 = 0.2;
+
+// Initial hypotheses.
+
+/// Riser heights from which the refinement starts, as multiples of the search's riser height.
+pub const STRETCHES: [f32; 2] = [0.95, 1.05];
+/// Overhangs that are tried besides the measured one, metres.
+pub const OVERHANG_STARTS_M: [f32; 2] = [0.0, 0.03];
+/// Maximum score margin behind the search's best flight at which a flight is proposed, nats. With 5 nats, 8 of 2,014
+/// validation scenes fewer are exact; with 20 nats, 14 fewer.
+pub const PROPOSAL_MARGIN_NATS: f32 = 3.0;
+/// Maximum score margin behind the search's best flight, nats, for that flight in the other build (closed or open)
+/// and for hypotheses of earlier scans. It is wide, since the search does not model walls behind open treads or
+/// earlier scans.
+pub const OTHER_MARGIN_NATS: f32 = 12.0;
+/// Minimum distance of a wall on level ground from the mirror, metres: nearer are the footrests.
+pub const NEAREST_WALL_M: f32 = 0.3;
+/// Minimum distance of a wall from the last riser, metres: the shortest landing.
+pub const SHORTEST_LANDING_M: f32 = 0.28;
+
+// Places and heights of variants.
+
+/// Minimum SNR of an echo that may be a riser's place, dB.
+pub const SPOT_DB: f32 = 8.0;
+/// Minimum distance between two echoes that are both tried as a riser's place, metres.
+pub const SPOTS_APART_M: f32 = 0.015;
+/// Standard deviation of the height of a tread that a variant sets rather than measures, metres.
+pub const PLACED_SIGMA_M: f32 = 0.01;
+/// Standard deviation of the height of a tread that is seen from above, metres.
+pub const TREAD_SIGMA_M: f32 = 0.003;
+/// Deviations of an irregular riser's height from that of its hypothesis, metres.
+pub const IRREGULAR_M: [f32; 2] = [-0.03, 0.03];
+/// Distance from a riser beyond which its face does not change an echo's likelihood, metres.
+pub const FACE_NEAR_M: f32 = 0.10;
+
+// Reports of the particles.
+
+/// Minimum probability at which a possible step is reported.
+pub const MIN_POSSIBLE_PROBABILITY: f32 = 0.05;
+/// Maximum distance in log-weight from the likeliest hypothesis at which variants are added, nats.
+pub const VARIED_WITHIN_NATS: f32 = 4.0;
+
+/// A drop is reported if the ground ends in one and the same place (within two slots of 5 cm) with at least this
+/// probability.
+pub const MIN_DROP_PROBABILITY: f32 = 0.5;
+/// Maximum probability that the ground ends nearer than a reported drop's distance less three standard deviations; the
+/// reported standard deviation is enlarged until this holds.
+pub const MAX_NEARER_PROBABILITY: f32 = 0.005;
+
+// Steps of the answer.
+
+/// Maximum horizontal distance of a flash straight below the mirror, metres.
+pub const PLUMB_FLASH_M: f32 = 0.03;
+/// Maximum distance along a tread between one of its ends and an echo that counts as the echo of that end, metres.
+pub const TREAD_END_M: f32 = 0.02;
+
+/// Minimum number of echoes that contradict a flight at which `blocked-view` is reported: fewer may be chance.
+pub const MIN_CONTRADICTING_ECHOES: usize = 3;
+
+// Log-odds of way cells.
+
+/// Lower limit of the log-odds that an answer is first wrong in a way cell, nats.
+pub const MIN_LOG_ODDS: f32 = -9.0;
+/// Upper limit of the log-odds that an answer is first wrong in a way cell, nats.
+pub const MAX_LOG_ODDS: f32 = 4.0;

@@ -3,19 +3,15 @@
 use crate::answer::Direction;
 use crate::math;
 use crate::model::{Edge, MAX_STEPS, Staircase, View};
-use crate::params::current;
+use crate::params::Numbers;
+use crate::params::carried::{VIEW_MARGIN_M, VIEW_MARGIN_SHARE};
+use crate::params::posterior::NEAREST_ECHO_M;
 use heapless::Vec;
 
 /// Maximum number of staircases that are carried on to the next scan.
 const CARRIED: usize = 4;
-/// Minimum distance of a riser that a scan can show, metres from the mirror.
-const NEAREST_M: f32 = 0.12;
-/// Length by which the maximum range of the scan before's field of view is reduced, metres: near that limit it is
-/// uncertain whether the earlier scan could see an edge.
-const MARGIN_M: f32 = 0.15;
-/// Factor on the slope (tangent of the angle) of the upper limit of the scan before's field of view, since near that
-/// limit it is uncertain whether the earlier scan could see an edge.
-const MARGIN_SHARE: f32 = 0.9;
+/// Minimum distance of a riser that a scan can show, metres from the mirror: the minimum range of an echo.
+const NEAREST_M: f32 = NEAREST_ECHO_M;
 
 /// A staircase of this or an earlier scan with its weight relative to the others.
 #[derive(Clone, Copy, Debug)]
@@ -35,17 +31,19 @@ pub struct CarriedHypotheses {
     past_view: View,
     view: View,
     moved_m: f32,
+    numbers: Numbers,
 }
 
 impl CarriedHypotheses {
     /// Returns a set without staircases.
-    pub(super) const fn new() -> Self {
+    pub(super) const fn new(numbers: Numbers) -> Self {
         Self {
             past: Vec::new(),
             present: Vec::new(),
             past_view: View::NOTHING,
             view: View::NOTHING,
             moved_m: 0.0,
+            numbers,
         }
     }
 
@@ -66,8 +64,8 @@ impl CarriedHypotheses {
     /// Sets the fields of view of the scan before and of this one. The chair moved `moved_m` metres between them.
     pub(super) fn set_views(&mut self, past_view: View, view: View, moved_m: f32) {
         self.past_view = View {
-            highest: MARGIN_SHARE * past_view.highest,
-            farthest_m: past_view.farthest_m - MARGIN_M,
+            highest: VIEW_MARGIN_SHARE * past_view.highest,
+            farthest_m: past_view.farthest_m - VIEW_MARGIN_M,
             ..past_view
         };
         self.view = view;
@@ -113,7 +111,10 @@ impl CarriedHypotheses {
         let best = like
             .map(|h| h.log_weight)
             .fold(f32::NEG_INFINITY, math::max);
-        math::max(current().carried_share * best, -current().carried_most_nats)
+        math::max(
+            self.numbers.carried_share * best,
+            -self.numbers.carried_most_nats,
+        )
     }
 
     /// Whether two staircases have the same steps, among those that were in view from the chair's earlier place.
@@ -138,7 +139,7 @@ impl CarriedHypotheses {
         let mut seen = wanted.iter().filter(|e| e.seen);
         seen.all(|e| {
             has.iter()
-                .any(|other| (other.x_m - e.x_m).abs() <= current().same_step_m)
+                .any(|other| (other.x_m - e.x_m).abs() <= self.numbers.same_step_m)
         })
     }
 
@@ -150,9 +151,10 @@ impl CarriedHypotheses {
             staircase: *staircase,
             log_weight,
         };
+        let same_step_m = self.numbers.same_step_m;
         let like = |h: &&mut Weighed| {
             let (a, b) = (&h.staircase, staircase);
-            a.steps == b.steps && a.open == b.open && self_alike(a, b)
+            a.steps == b.steps && a.open == b.open && self_alike(a, b, same_step_m)
         };
         if let Some(h) = self.present.iter_mut().find(like) {
             if h.log_weight < log_weight {
@@ -190,12 +192,12 @@ fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
     edges
 }
 
-/// Whether all risers of `a` have the same distances as those of `b`, to within the parameter `same_step_m`.
-fn self_alike(a: &Staircase, b: &Staircase) -> bool {
+/// Whether all risers of `a` have the same distances as those of `b`, to within `same_step_m`, metres.
+fn self_alike(a: &Staircase, b: &Staircase, same_step_m: f32) -> bool {
     let places = a.x_m.iter().zip(&b.x_m).take(a.len());
     places
         .map(|(a, b)| (a - b).abs())
-        .all(|off| off < current().same_step_m)
+        .all(|off| off < same_step_m)
 }
 
 /// Returns the staircase as seen from `by_m` metres farther back: all its distances are larger by `by_m`.

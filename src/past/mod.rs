@@ -22,7 +22,7 @@ use crate::answer::Step;
 use crate::config::{Config, MountConfig, RadarConfig};
 use crate::math;
 use crate::model::View;
-use crate::params::current;
+use crate::params::Numbers;
 
 /// The evidence of earlier scans, moved along with the chair.
 #[derive(Debug)]
@@ -45,6 +45,7 @@ pub struct History {
     pub tracks: Tracks,
     /// Log-odds that the answer is wrong, by way cell.
     pub carried_odds: CarriedOdds,
+    numbers: Numbers,
 }
 
 /// A scan that begins: its number, its instrument, and the chair's motion since the scan before.
@@ -66,13 +67,13 @@ pub struct NewScan {
 
 impl Default for History {
     fn default() -> Self {
-        Self::new()
+        Self::new(Numbers::DEFAULT)
     }
 }
 
 impl History {
     /// Returns a history without scans.
-    pub const fn new() -> Self {
+    pub const fn new(numbers: Numbers) -> Self {
         Self {
             scan: None,
             mount: Config::EMPTY.mount,
@@ -80,9 +81,10 @@ impl History {
             view: View::NOTHING,
             moved_m: 0.0,
             changed: false,
-            hypotheses: CarriedHypotheses::new(),
-            tracks: Tracks::new(),
-            carried_odds: CarriedOdds::new(),
+            hypotheses: CarriedHypotheses::new(numbers),
+            tracks: Tracks::new(numbers),
+            carried_odds: CarriedOdds::new(numbers),
+            numbers,
         }
     }
 
@@ -152,13 +154,14 @@ impl History {
     /// the earlier ones, their evidence is discarded first.
     #[inline(never)]
     pub fn keep(&mut self, outlines: &[Weighed]) {
-        let expected =
-            |o: &&Weighed| self.hypotheses.log_prior(&o.staircase) > -current().carried_most_nats;
+        let expected = |o: &&Weighed| {
+            self.hypotheses.log_prior(&o.staircase) > -self.numbers.carried_most_nats
+        };
         let most =
             |weights: &mut dyn Iterator<Item = f32>| weights.fold(f32::NEG_INFINITY, math::max);
         let alone = most(&mut outlines.iter().map(|o| o.log_weight));
         let known = most(&mut outlines.iter().filter(expected).map(|o| o.log_weight));
-        if !self.is_empty() && alone > known + current().scene_changed_nats {
+        if !self.is_empty() && alone > known + self.numbers.scene_changed_nats {
             self.changed = true;
             self.clear_carried();
         }

@@ -4,20 +4,10 @@ use crate::answer::Step;
 use crate::math;
 use crate::model::MIN_EXPANDED_M;
 use crate::model::cloud::{CELL_M, CELLS, FIRST_END_M};
-use crate::params::carried::PastFeatures;
-use crate::params::current;
-
-/// Limit of the log-odds that the answer is first wrong in a way cell, nats, of either sign: odds of e^9 count as
-/// certain.
-const MAX_ODDS: f32 = 9.0;
-/// Distance from the mirror beyond which objects behind a landing are mostly too faint to be detected, metres.
-const FAR_M: f32 = 2.0;
-/// Unit of the feature that states how far a way cell lies beyond [`FAR_M`], metres.
-const FAR_CELLS_M: f32 = 0.5;
-/// Upper limit of the feature [`MIN_EXPANDED_M`] divided by the standard deviation of a step's height.
-const MAX_SIGMAS: f32 = 4.0;
-/// Maximum number of earlier scans that are counted for a way cell.
-const MAX_SCANS: f32 = 4.0;
+use crate::params::Numbers;
+use crate::params::carried::{
+    FAR_CELLS_M, FAR_M, MAX_CARRIED_ODDS, MAX_SCANS, MAX_STEP_SIGMAS, PastFeatures,
+};
 
 /// Evidence of earlier scans about a way cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -100,6 +90,7 @@ pub struct CarriedOdds {
     moved_m: Option<f32>,
     /// Cells in which this answer differs from the one before: bit k for cell k.
     differing_cells: u32,
+    numbers: Numbers,
 }
 
 const _: () = assert!(CELLS <= u32::BITS as usize);
@@ -112,12 +103,13 @@ fn cell(x_m: f32) -> usize {
 
 impl CarriedOdds {
     /// Returns the state without evidence of earlier scans.
-    pub(super) const fn new() -> Self {
+    pub(super) const fn new(numbers: Numbers) -> Self {
         Self {
             past: [PackedOdds::NONE; CELLS],
             present: [PackedOdds::NONE; CELLS],
             moved_m: None,
             differing_cells: 0,
+            numbers,
         }
     }
 
@@ -143,6 +135,7 @@ impl CarriedOdds {
         steps: &[Step],
         seen: impl Fn(f32, f32) -> bool,
     ) {
+        let same_step_m = self.numbers.same_step_m;
         let mut differs = 0;
         let mut mark = |x_m: f32| {
             differs |= 1_u32
@@ -151,7 +144,7 @@ impl CarriedOdds {
         };
         for step in steps {
             let same = |(x, y): (f32, f32)| {
-                (x - step.distance_m).abs() <= current().same_step_m
+                (x - step.distance_m).abs() <= same_step_m
                     && (y - step.height_m).abs() <= MIN_EXPANDED_M
             };
             if seen(step.distance_m, step.height_m) && !reported.clone().any(same) {
@@ -161,7 +154,7 @@ impl CarriedOdds {
         for (x_m, _) in reported {
             if !steps
                 .iter()
-                .any(|s| (x_m - s.distance_m).abs() <= current().same_step_m)
+                .any(|s| (x_m - s.distance_m).abs() <= same_step_m)
             {
                 mark(x_m);
             }
@@ -217,9 +210,9 @@ impl CarriedOdds {
     ) -> Option<PastFeatures> {
         let step_m = step.map(|s| s.distance_m);
         let step_sure = step.map_or(0.0, |s| {
-            math::min(MIN_EXPANDED_M / s.height_sigma_m, MAX_SIGMAS)
+            math::min(MIN_EXPANDED_M / s.height_sigma_m, MAX_STEP_SIGMAS)
         });
-        let odds = odds.clamp(-MAX_ODDS, MAX_ODDS);
+        let odds = odds.clamp(-MAX_CARRIED_ODDS, MAX_CARRIED_ODDS);
         let differs = self.differing_cells.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
         let past = if differs {
             Past::NONE

@@ -2,7 +2,7 @@ use super::*;
 use crate::config::Config;
 use crate::model::Staircase;
 use crate::model::cloud::CELLS;
-use crate::params::current;
+use crate::params::Params;
 
 const VIEW: View = View {
     plane: crate::config::Plane::Depth,
@@ -64,7 +64,7 @@ fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [S
 
 #[test]
 fn first_scan_is_not_changed() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     let reported = scan(&mut memory, 1, 1.2, None);
     assert_eq!(reported, steps(1.2, 0.01));
     assert!(memory.is_empty() && !memory.confirms_motion() && !memory.changed());
@@ -73,12 +73,12 @@ fn first_scan_is_not_changed() {
 
 #[test]
 fn steps_of_earlier_scans_are_moved_by_the_displacement() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     let reported = scan(&mut memory, 2, 1.1, Some(0.1));
     assert!(memory.confirms_motion());
     assert_eq!(memory.hypotheses.log_prior(&flight(1.1)), 0.0);
-    let worst = -current().carried_most_nats;
+    let worst = -Params::DEFAULT.carried_most_nats;
     assert_eq!(memory.hypotheses.log_prior(&flight(1.2)), worst);
     assert_eq!(memory.hypotheses.log_prior(&Staircase::nothing()), worst);
     for (reported, alone) in reported.iter().zip(&steps(1.1, 0.01)) {
@@ -92,7 +92,7 @@ fn steps_of_earlier_scans_are_moved_by_the_displacement() {
 
 #[test]
 fn step_out_of_earlier_view_has_log_prior_zero() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 2.0, None);
     memory.begin(&new(2, Some(0.2)));
     // The third step came into view in this scan; a fourth is not in view yet.
@@ -104,13 +104,13 @@ fn step_out_of_earlier_view_has_log_prior_zero() {
 #[test]
 fn evidence_is_discarded_where_the_displacement_is_unknown() {
     for (number, moved_m) in [(2, None), (3, Some(0.1))] {
-        let mut memory = History::new();
+        let mut memory = History::default();
         scan(&mut memory, 1, 1.2, None);
         let reported = scan(&mut memory, number, 1.1, moved_m);
         assert_eq!(reported, steps(1.1, 0.01), "{number} {moved_m:?}");
         assert!(memory.is_empty());
     }
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     let mut other = new(2, Some(0.1));
     other.mount.mount_height += 100;
@@ -120,7 +120,7 @@ fn evidence_is_discarded_where_the_displacement_is_unknown() {
 
 #[test]
 fn an_odometer_that_stands_still_is_not_confirmed() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     for (k, x_m) in (2..).zip([1.16, 1.12, 1.08]) {
         scan(&mut memory, k, x_m, Some(0.0));
@@ -130,7 +130,7 @@ fn an_odometer_that_stands_still_is_not_confirmed() {
 
 #[test]
 fn five_scans_from_one_place_are_little_surer_than_one() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     let mut last = 0.01;
     for number in 2..=5 {
@@ -143,7 +143,7 @@ fn five_scans_from_one_place_are_little_surer_than_one() {
 
 #[test]
 fn readings_that_disagree_make_no_one_surer() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(&new(2, Some(0.1)));
     let mut reported = steps(1.1, 0.01);
@@ -159,7 +159,7 @@ fn readings_that_disagree_make_no_one_surer() {
 
 #[test]
 fn a_contradicted_memory_is_a_first_scan() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(&new(2, Some(0.1)));
     memory.keep(&outlines(1.4));
@@ -172,7 +172,7 @@ fn a_contradicted_memory_is_a_first_scan() {
 
 #[test]
 fn cell_counts_the_earlier_scans_that_agree() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     for k in 0..CELLS {
         memory.carried_odds.features(k, -4.0, None, true);
@@ -186,7 +186,7 @@ fn cell_counts_the_earlier_scans_that_agree() {
 
 #[test]
 fn contradicted_evidence_is_not_kept_in_the_log_weights() {
-    let mut memory = History::new();
+    let mut memory = History::default();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(&new(2, Some(0.1)));
     let like_before = Weighed {
@@ -202,8 +202,8 @@ fn contradicted_evidence_is_not_kept_in_the_log_weights() {
     memory.begin(&new(3, Some(0.0)));
     let word = memory.hypotheses.log_prior(&like_before.staircase);
     let alone = math::max(
-        current().carried_share * like_before.log_weight,
-        -current().carried_most_nats,
+        Params::DEFAULT.carried_share * like_before.log_weight,
+        -Params::DEFAULT.carried_most_nats,
     );
     assert!((word - alone).abs() < 1e-5, "{word} {alone}");
 }

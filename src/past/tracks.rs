@@ -15,15 +15,12 @@ use crate::answer::Step;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::MAX_STEPS;
-use crate::motion::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, same_place_m};
-use crate::params::carried::Correlation;
+use crate::motion::same_place_m;
+use crate::params::Numbers;
+use crate::params::carried::{Correlation, MAX_READING_SIGMAS};
 use crate::params::counted;
-use crate::params::current;
+use crate::params::motion::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M};
 use heapless::Vec;
-
-/// Difference of a reading from the mean of earlier ones, in standard deviations, beyond which both variances are
-/// enlarged.
-const MAX_SIGMAS: f32 = 2.0;
 
 /// Weighted mean over scans of one length of a step, its distance or its height above the ground, metres.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +56,10 @@ impl Mean {
         let w = ((v - q) / spread).clamp(0.0, 1.0);
         let off = reading.value - self.value;
         // A difference beyond the limit enlarges the variance (Birge 1932).
-        let excess = math::max(off * off / (MAX_SIGMAS * MAX_SIGMAS * (v + u)), 1.0);
+        let excess = math::max(
+            off * off / (MAX_READING_SIGMAS * MAX_READING_SIGMAS * (v + u)),
+            1.0,
+        );
         let rest = 1.0 - w;
         Self {
             value: self.value + w * off,
@@ -102,16 +102,18 @@ pub struct Tracks {
     /// Maximum distance between a step of this scan and the same step of earlier scans, metres; none if none is the
     /// same.
     off_m: Option<f32>,
+    numbers: Numbers,
 }
 
 impl Tracks {
     /// Returns a set without steps.
-    pub(super) const fn new() -> Self {
+    pub(super) const fn new(numbers: Numbers) -> Self {
         Self {
             past: Vec::new(),
             moved_m: 0.0,
             moved_during_scan_m: 0.0,
             off_m: None,
+            numbers,
         }
     }
 
@@ -146,7 +148,8 @@ impl Tracks {
     #[inline(never)]
     fn of(&self, step: &Step) -> Option<&StepTrack> {
         let off = |t: &StepTrack| (t.place.value - step.distance_m).abs();
-        let near = self.past.iter().filter(|t| off(t) <= current().same_step_m);
+        let same_step_m = self.numbers.same_step_m;
+        let near = self.past.iter().filter(|t| off(t) <= same_step_m);
         near.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 

@@ -4,6 +4,7 @@ use crate::Iq;
 use crate::config::{Config, ConfigError};
 use crate::drive::Drive;
 use crate::mount::Mounting;
+use crate::params::Numbers;
 use crate::verdict::{Conditions, GuardResult, Outcome};
 
 /// Data path from samples to steps.
@@ -44,6 +45,10 @@ pub trait DataPath {
     /// # Errors
     /// Names the property of instrument or scene that is out of its limits.
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError>;
+    /// Returns the tuned numbers that the data path has.
+    fn numbers(&self) -> Numbers {
+        Numbers::DEFAULT
+    }
     /// Runs the known-answer test of the arithmetic; returns whether it has passed.
     fn self_test(&mut self) -> bool;
 }
@@ -80,6 +85,10 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
 
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         (**self).calibrate(wall_m)
+    }
+
+    fn numbers(&self) -> Numbers {
+        (**self).numbers()
     }
 
     fn self_test(&mut self) -> bool {

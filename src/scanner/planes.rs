@@ -10,7 +10,7 @@
 use crate::config::{Config, ConfigError, EstimatorKind, Plane, Planes, check};
 use crate::drive::{Drive, Input, Mode};
 use crate::math;
-use crate::params::current;
+use crate::params::Params;
 use crate::schedule::Schedule;
 use crate::signal::grid::BinWindow;
 use crate::verdict::{Outcome, Reason};
@@ -84,22 +84,26 @@ pub(super) fn reach_m(config: &Config) -> f32 {
 
 /// Whether an answer of the depth plane requests a scan in the height plane: it reports a drop within the
 /// height plane's reach, and the chair stands.
-pub(super) fn requests_height_plane(config: &Config, outcome: &Outcome, drive: &Drive<'_>) -> bool {
+pub(super) fn requests_height_plane(
+    config: &Config,
+    outcome: &Outcome,
+    drive: &Drive<'_>,
+    p: &Params,
+) -> bool {
     let near = |m: f32| m <= reach_m(config);
     let edge = outcome.answer.drop.as_ref();
-    edge.is_some_and(|edge| near(edge.distance_m)) && stands(outcome, drive)
+    edge.is_some_and(|edge| near(edge.distance_m)) && stands(outcome, drive, p)
 }
 
 /// Whether the chair stands: it is known to, or its controller reports it, or, without any motion input, two
 /// sweeps from one position agree.
-fn stands(outcome: &Outcome, drive: &Drive<'_>) -> bool {
+fn stands(outcome: &Outcome, drive: &Drive<'_>, p: &Params) -> bool {
     let reasons = outcome.reasons();
     match (drive.mode, drive.input) {
         (Mode::Standing, _) => true,
-        (_, Input::Good) => drive.track.is_some_and(|track| {
-            let p = current();
-            !track.moves(p.stood_m, p.stood_rad)
-        }),
+        (_, Input::Good) => drive
+            .track
+            .is_some_and(|track| !track.moves(p.stood_m, p.stood_rad)),
         (Mode::Auto, Input::Absent) => {
             !reasons.has(Reason::Unconfirmed) && !reasons.has(Reason::Moving)
         }

@@ -626,8 +626,9 @@ impl<'a, H: Parts> Machine<'a, H> {
         }
         self.guard.note(now, &outcome);
         let may = planes == Planes::Both && !aside;
+        let config = &self.settings.get().config;
         self.height_requested =
-            may && requests_height_plane(&self.settings.get().config, &outcome, &drive);
+            may && requests_height_plane(config, &outcome, &drive, &self.data.numbers());
         self.enter_reporting(outcome, rows.lost, false);
     }
 

@@ -20,6 +20,8 @@ mod image {
     use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
     use stairscan::motion::Drive;
     use stairscan::observer::{Event, Observer};
+    #[cfg(feature = "ablation")]
+    use stairscan::params::Numbers;
     use stairscan::pipeline::Pipeline;
     use stairscan::report::sentence::write_scan;
     use stairscan::scanner::DataPath;
@@ -179,8 +181,20 @@ mod image {
         hprintln!("cfar {}", count);
     }
 
+    #[cfg(not(feature = "ablation"))]
     static mut PIPELINE: Pipeline = Pipeline::new();
+    #[cfg(feature = "ablation")]
+    static mut PIPELINE: Pipeline = Pipeline::with(Numbers::of(&patched::NUMBERS));
     static mut RANGE: RangeProcessor = RangeProcessor::idle();
+
+    /// Tuned numbers of an image for the emulator: the host writes others into its ELF file in place of `NUMBERS`, to
+    /// measure the effect of each rule.
+    #[cfg(feature = "ablation")]
+    mod patched {
+        use stairscan::params::Params;
+
+        pub static NUMBERS: Params = Params::DEFAULT;
+    }
 
     /// Observer that counts the instructions of each stage after the last row.
     struct Laps<'c> {

@@ -105,7 +105,7 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
     collector.finish(map, config, &Params::DEFAULT, &Drive::STANDING, &mut echoes);
     let mirror = health.mirror_seen(config);
     let refused = |refusal: Refusal| anyhow::anyhow!("{refusal}");
-    calibrate(&echoes, config, mirror, wall_m).map_err(refused)
+    calibrate(&echoes, config, mirror, wall_m, &Params::DEFAULT).map_err(refused)
 }
 
 /// Returns the `set` commands, with CRC, that give a scanner the estimated mounting. `home_angle` is its present

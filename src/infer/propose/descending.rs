@@ -12,25 +12,15 @@ use crate::model::kinds::PROPOSALS_DOWN;
 use crate::model::prior::prior;
 use crate::model::treads::{Descending, MAX_TREADS, TreadAt, Treads};
 use crate::params::Rules;
+use crate::params::descent::{
+    ALIKE_M, BELOW_GROUND_M, FIRST_RISES_M, ROW_M, ROW_SIGMAS, SKIPPED_ALIKE_M,
+};
 use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Maximum number of distinct heights at which echoes suggest a tread.
 const LEVELS: usize = 16;
-/// Minimum half-height of the band about a tread's strongest echo in which echoes belong to the same tread, metres.
-const ROW_M: f32 = 0.015;
-/// Half-height of the band about a tread's strongest echo in which echoes belong to the same tread, in standard
-/// deviations of that strongest echo's height.
-const ROW_SIGMAS: f32 = 1.5;
-/// Minimum depth below the ground of a tread, metres: higher echoes are the ground's.
-const BELOW_GROUND_M: f32 = 0.035;
-/// Rises of the first step, metres: from the lowest to the highest that is built.
-const RISES_M: core::ops::RangeInclusive<f32> = 0.05..=0.27;
-/// Maximum deviation of a rise from the mean rise of its flight, metres.
-const ALIKE_M: f32 = 0.05;
-/// Maximum deviation of two rises from twice the mean rise, metres, where the tread between them has no echoes.
-const SKIPPED_ALIKE_M: f32 = 0.025;
 /// Beam width of the search: number of chains of treads that grow by one more tread at a time.
 const GROWING: usize = 6;
 /// Maximum number of chains of treads that are weighted as hypotheses, with all their beginnings.
@@ -74,8 +64,8 @@ impl LevelChain {
     fn with(&self, row: usize, LevelRow { y_m, nats }: LevelRow) -> Option<Self> {
         let rise_m = self.last_m - y_m;
         let skipped = match self.rise_m() {
-            None if RISES_M.contains(&rise_m) => false,
-            None if RISES_M.contains(&(0.5 * rise_m)) => true,
+            None if FIRST_RISES_M.contains(&rise_m) => false,
+            None if FIRST_RISES_M.contains(&(0.5 * rise_m)) => true,
             Some(usual_m) if (rise_m - usual_m).abs() < ALIKE_M => false,
             Some(usual_m) if (rise_m - 2.0 * usual_m).abs() < SKIPPED_ALIKE_M => true,
             _ => return None,

@@ -8,7 +8,7 @@ use super::scene::{Mark, Scene, gain};
 use crate::math;
 use crate::model::sight_m;
 use crate::observer::trace::Role;
-use crate::params::posterior as number;
+use crate::params::posterior;
 use crate::signal::echoes::MAX_ECHOES;
 use heapless::Vec;
 
@@ -87,7 +87,7 @@ impl Scene<'_> {
 
     /// Whether the nosing before a riser hides its foot.
     pub fn hides_foot(&self, riser: &Riser) -> bool {
-        riser.base_m > self.mount_height_m - number::SEES_FOOT_M
+        riser.base_m > self.mount_height_m - posterior::SEES_FOOT_M
     }
 
     /// Whether a riser's face is at right angles to a line of sight: the mirror's height lies within it.

@@ -12,7 +12,7 @@ use crate::infer::propose::stairs::{Flight, FlightShape};
 use crate::model::cloud::{CELL_M, FIRST_END_M, ReportedAnswer};
 use crate::model::tests::{Dice, VIEW, echoes, geometry, model, regular};
 use crate::model::{GroundKind, MAX_STEPS, Staircase};
-use crate::params::{Params, measured};
+use crate::params::{Numbers, Params, measured};
 
 /// Mean squares of error / σ over the steps of many scans.
 #[derive(Debug, Default)]
@@ -72,7 +72,7 @@ fn errors_of_steps_are_as_large_as_their_standard_deviations_say() {
 
 /// Returns the likeliest explanation where stairs outweigh level ground by `lead`, nats.
 fn likeliest(lead: f32) -> Likeliest {
-    let mut posterior = std::boxed::Box::new(Posterior::new(&measured::MODEL));
+    let mut posterior = std::boxed::Box::new(Posterior::new(&measured::MODEL, Numbers::DEFAULT));
     posterior.model.view = VIEW;
     let none = ReportedAnswer {
         edges: &[],
@@ -115,7 +115,8 @@ fn the_search_alone_accepts_a_flight_from_a_score_of_zero_on() {
 #[test]
 fn a_drop_is_reported_from_a_probability_of_one_half_on() {
     let end = |probability: f32| {
-        let mut posterior = std::boxed::Box::new(Posterior::new(&measured::MODEL));
+        let mut posterior =
+            std::boxed::Box::new(Posterior::new(&measured::MODEL, Numbers::DEFAULT));
         let none = ReportedAnswer {
             edges: &[],
             drop: None,
@@ -137,7 +138,7 @@ fn a_drop_is_reported_from_a_probability_of_one_half_on() {
 
 #[test]
 fn a_single_rise_is_a_step_from_55_mm_to_30_cm() {
-    let kind = |height_m: f32| GroundKind::single(height_m);
+    let kind = |height_m: f32| GroundKind::single(height_m, &Params::DEFAULT);
     assert_eq!(kind(0.054), GroundKind::Threshold);
     assert_eq!(kind(0.056), GroundKind::Stairs);
     assert_eq!(kind(0.299), GroundKind::Stairs);

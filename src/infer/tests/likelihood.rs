@@ -4,6 +4,7 @@ use crate::answer::{Direction, PossibleStep};
 use crate::estimate::expanded;
 use crate::infer::propose::scene::Scene;
 use crate::infer::*;
+use crate::params::Params;
 use crate::signal::echoes::tests::{map, noise, scene};
 use crate::verdict::{Outcome, Reasons, Status};
 use proptest::prelude::*;

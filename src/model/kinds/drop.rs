@@ -2,7 +2,7 @@
 
 use crate::model::normal::ln;
 use crate::model::surfaces::{SLOT_M, SLOTS, Surfaces};
-use crate::params::posterior as number;
+use crate::params::posterior;
 
 /// Prior probability of a drop.
 const DROP: f32 = 0.03;
@@ -38,5 +38,5 @@ pub fn places(wall_m: f32) -> impl Iterator<Item = f32> {
 
 /// Returns the logarithm of the prior odds of a drop at one of these places against level ground, nats.
 pub fn log_odds() -> f32 {
-    ln(ODDS * SLOT_M / number::FLOOR_WAY_M)
+    ln(ODDS * SLOT_M / posterior::FLOOR_WAY_M)
 }

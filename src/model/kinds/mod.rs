@@ -27,7 +27,7 @@ pub mod wall;
 
 use super::surfaces::Surfaces;
 use crate::answer::Direction;
-use crate::params::{Rules, current};
+use crate::params::{Params, Rules};
 use ramp::Slope;
 pub use variation::{SingleRise, Variation};
 
@@ -98,9 +98,8 @@ pub struct FirstRise {
 }
 
 impl GroundKind {
-    /// Returns the kind of a single object of this height on the ground, metres.
-    pub fn single(height_m: f32) -> Self {
-        let p = current();
+    /// Returns the kind of a single object of this height on the ground, metres, by the limits of a step's height in `p`.
+    pub fn single(height_m: f32, p: &Params) -> Self {
         if height_m < p.lowest_step_m {
             Self::Threshold
         } else if height_m <= p.highest_step_m {

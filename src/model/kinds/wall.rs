@@ -2,7 +2,7 @@
 
 use crate::model::feature::Class;
 use crate::model::normal::{ln, tailed};
-use crate::params::posterior as number;
+use crate::params::posterior;
 use heapless::Vec;
 
 /// Width of the posterior of a wall's place, metres, √(2π) included: its strong echo determines it to millimetres.
@@ -60,7 +60,7 @@ pub fn features(foot_m: f32, mirror_m: f32) -> Option<[WallFeature; 2]> {
         y_m,
         separation_cells: SEPARATION_CELLS,
     };
-    let visible = foot_m < mirror_m - number::SEES_FOOT_M;
+    let visible = foot_m < mirror_m - posterior::SEES_FOOT_M;
     visible.then(|| {
         [
             feature(Class::Corner, foot_m),

@@ -9,7 +9,7 @@ use super::points::Model;
 use super::staircase::{ReportedStep, Staircase, View};
 use crate::answer::Step;
 use crate::config::Config;
-use crate::params::measured;
+use crate::params::{Numbers, measured};
 use crate::signal::echoes::Echo;
 use crate::signal::grid::{Geometry, PolarMap};
 use rand_core::{Rng, SeedableRng};
@@ -60,7 +60,7 @@ pub(crate) fn geometry() -> Geometry {
 
 /// Returns the measurement model with these echoes, as of a default scan.
 pub(crate) fn model<'a>(echoes: &[Echo], geometry: &Geometry) -> Model<'a> {
-    Model::new(echoes, VIEW, geometry, &measured::MODEL)
+    Model::new(echoes, VIEW, geometry, &measured::MODEL, Numbers::DEFAULT)
 }
 
 /// Returns an undisturbed echo at a distance and height, metres.

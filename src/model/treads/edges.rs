@@ -1,6 +1,7 @@
 //! Grid of places at which an edge may lie, 1 cm apart; densities over it; the deviations of edges from equal goings.
 
 use crate::math;
+use crate::params::descent::{BESIDE_SHARE, ODD_SHARE};
 
 /// Number of places at which an edge may lie: from behind the mirror of a chair that stands before the stairs to the
 /// end of the scanned sector.
@@ -17,14 +18,10 @@ pub(super) const PER_NAT: f32 = 64.0;
 pub(super) const MIN_NATS: f32 = -20.0;
 /// Density of an edge, relative to its largest one, at [`MIN_NATS`].
 const MIN_DENSITY: f32 = 2e-9;
-/// Share of edges that deviate from equal goings by up to [`ODD_PLACES`].
-const ODD: f32 = 0.05;
 /// Maximum deviation of an edge from equal goings, in places of 1 cm.
 const ODD_PLACES: usize = 7;
 /// Share of all edges, by those that deviate, at each place within [`ODD_PLACES`] of equal goings.
-const EACH_ODD: f32 = ODD / (2 * ODD_PLACES + 1) as f32;
-/// Share of the other edges at each of both neighbouring places: they deviate by 6 mm, half a place included.
-const BESIDE: f32 = 0.166;
+const EACH_ODD: f32 = ODD_SHARE / (2 * ODD_PLACES + 1) as f32;
 
 /// Returns the horizontal distance of place `k` from the mirror, metres.
 pub(super) fn place_m(k: usize) -> f32 {
@@ -58,11 +55,11 @@ impl EdgeSpread<'_> {
         let near = self.density.iter().enumerate().skip(first);
         for (k, &density) in near.take(place + ODD_PLACES + 1 - first) {
             let small = match k.abs_diff(place) {
-                0 => 1.0 - 2.0 * BESIDE,
-                1 => BESIDE,
+                0 => 1.0 - 2.0 * BESIDE_SHARE,
+                1 => BESIDE_SHARE,
                 _ => 0.0,
             };
-            part(k, density * ((1.0 - ODD) * small + EACH_ODD));
+            part(k, density * ((1.0 - ODD_SHARE) * small + EACH_ODD));
         }
     }
 }
@@ -76,8 +73,8 @@ pub(super) fn spread_all(density: &[f32; PLACES], out: &mut EdgeDensity) {
     for (place, value) in out.iter_mut().enumerate() {
         around += at(Some(place + ODD_PLACES)) - at(place.checked_sub(ODD_PLACES + 1));
         let beside = at(place.checked_sub(1)) + at(Some(place + 1));
-        let small = (1.0 - 2.0 * BESIDE) * at(Some(place)) + BESIDE * beside;
-        let sum = (1.0 - ODD) * small + EACH_ODD * math::max(around, 0.0);
+        let small = (1.0 - 2.0 * BESIDE_SHARE) * at(Some(place)) + BESIDE_SHARE * beside;
+        let sum = (1.0 - ODD_SHARE) * small + EACH_ODD * math::max(around, 0.0);
         let nats = if sum > MIN_DENSITY {
             math::ln(sum)
         } else {

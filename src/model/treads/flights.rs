@@ -8,8 +8,9 @@ use super::{Descending, TreadAt, WeighedTreads};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
 use crate::model::normal::{departure, ln};
-use crate::model::prior::P_CONTINUES;
-use crate::params::posterior as number;
+use crate::params::descent::{FIRST_RISES_WIDTH_M, OUTSIDE_SHARE};
+use crate::params::posterior;
+use crate::params::posterior::P_CONTINUES;
 
 /// Places of the first edge, as indices of the grid: up to 28 cm behind the mirror and 8 cm before it.
 const FIRST_EDGES: core::ops::Range<usize> = 2..39;
@@ -17,14 +18,10 @@ const FIRST_EDGES: core::ops::Range<usize> = 2..39;
 const GOINGS: core::ops::Range<usize> = 20..63;
 /// Distance below the likeliest flight at which flights are left out: 9 nats, in 1/64 nat.
 const UNREACHABLE: i32 = 9 * 64;
-/// Maximum probability that an edge lies beyond three standard deviations.
-const OUTSIDE: f32 = 0.005;
 /// Stands for no flight: below any log-density, 1/64 nat.
 pub(super) const NONE: i32 = i32::MIN / 2;
 /// Width of the posterior of a tread's height, metres: √(2π) times its standard deviation of 3 mm.
 const VOLUME_M: f32 = 0.0075;
-/// Length of the range of first rises, metres, over which they are evenly distributed.
-const RISES_M: f32 = 0.16;
 /// Mean of 2 rise + going of a flight, metres: Blondel 1675.
 const STRIDE_M: f32 = 0.63;
 /// Standard deviation of 2 rise + going, metres: codes allow 3 cm, and older or lower stairs deviate by as much
@@ -155,11 +152,11 @@ impl Descending {
         let value = mean_of(&|x_m| x_m) / sum;
         let scale = self.numbers.edge_sigma_scale;
         let spread = mean_of(&|x_m| (x_m - value) * (x_m - value)) / sum;
-        let variance = scale * scale * (spread + number::EVEN_VARIANCE * PLACE_M * PLACE_M);
+        let variance = scale * scale * (spread + posterior::EVEN_VARIANCE * PLACE_M * PLACE_M);
         let outside = |reach_m: f32| mean_of(&|x_m| f32::from((x_m - value).abs() > reach_m)) / sum;
         let reaches = (0u8..).map(|k| PLACE_M * f32::from(k)).take(PLACES);
         let reach_m = reaches
-            .map_while(|m| (outside(m) > OUTSIDE).then_some(m))
+            .map_while(|m| (outside(m) > OUTSIDE_SHARE).then_some(m))
             .last();
         let tail_m = reach_m.unwrap_or(0.0) / COVERAGE_FACTOR;
         Estimate {
@@ -200,9 +197,9 @@ fn prior(treads: &[TreadAt]) -> f32 {
         if lower.has_echoes {
             sum += if k > 0 {
                 let off_m = upper.y_m - lower.y_m - rise_m;
-                departure(off_m, number::RISE_DEPARTS) + const { ln(VOLUME_M) }
+                departure(off_m, posterior::RISE_DEPARTS) + const { ln(VOLUME_M) }
             } else {
-                const { ln(VOLUME_M / RISES_M) }
+                const { ln(VOLUME_M / FIRST_RISES_WIDTH_M) }
             };
         }
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::math::RAD_PER_DEG;
 use std::vec::Vec;
 
 const MIRROR: MirrorEcho = MirrorEcho {
@@ -52,7 +53,7 @@ fn scene(wall_m: f32, real: Real) -> Vec<Echo> {
 }
 
 fn of(echoes: &[Echo], wall_m: f32) -> Result<Mounting, Refusal> {
-    calibrate(echoes, &Config::default(), MIRROR, wall_m)
+    calibrate(echoes, &Config::default(), MIRROR, wall_m, &Params::DEFAULT)
 }
 
 #[test]
@@ -156,7 +157,10 @@ fn scenes_that_do_not_fit_are_refused() {
     );
     let mut config = Config::default();
     config.mount.plane = crate::config::Planes::Height;
-    assert_eq!(calibrate(&whole, &config, MIRROR, 1.5), Err(Refusal::Plane));
+    assert_eq!(
+        calibrate(&whole, &config, MIRROR, 1.5, &Params::DEFAULT),
+        Err(Refusal::Plane)
+    );
 }
 
 #[test]

@@ -95,7 +95,12 @@ fn the_document_says_how_far_the_height_plane_sees() {
 fn a_near_drop_before_a_standing_chair_asks_for_it() {
     let config = both(120_000);
     let asks = |distance_m, finding, drive: &Drive<'_>| {
-        requests_height_plane(&config, &reported(distance_m, finding), drive)
+        requests_height_plane(
+            &config,
+            &reported(distance_m, finding),
+            drive,
+            &Params::DEFAULT,
+        )
     };
     let standing = Drive::STANDING;
     assert!(asks(1.1, Finding::Agreed, &standing));
@@ -103,7 +108,8 @@ fn a_near_drop_before_a_standing_chair_asks_for_it() {
     assert!(!requests_height_plane(
         &config,
         &Outcome::silent(),
-        &standing
+        &standing,
+        &Params::DEFAULT
     ));
     let auto = Drive {
         mode: Mode::Auto,
@@ -150,7 +156,7 @@ fn a_chair_that_moves_gets_none() {
         };
         let outcome = reported(1.1, Finding::Agreed);
         assert_eq!(
-            requests_height_plane(&config, &outcome, &drive),
+            requests_height_plane(&config, &outcome, &drive, &Params::DEFAULT),
             stands,
             "{way_m}"
         );

@@ -6,7 +6,7 @@ use std::ops::Range;
 use anyhow::Result;
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
-use stairscan::params::{self, Params};
+use stairscan::params::{Numbers, Params};
 
 use super::instrument::Instrument;
 use super::progress;
@@ -89,12 +89,13 @@ pub fn each<J: Sync, R: Send>(
 /// # Errors
 /// A scan cannot be processed; the message names it.
 pub fn answers(scans: &[Recording], params: &'static Params) -> Result<Vec<SceneScore>> {
-    params::replace(params);
-    let scored = each(scans, |recording| {
+    let options = Options {
+        numbers: Numbers::of(params),
+        ..Options::default()
+    };
+    each(scans, |recording| {
         let truth = recording.meta.truth.clone().unwrap_or_default();
-        let answer = replay::answer(recording, &Options::default())?;
+        let answer = replay::answer(recording, &options)?;
         Ok(score::scene(&answer, &truth))
-    });
-    params::replace(&Params::DEFAULT);
-    scored
+    })
 }

@@ -117,7 +117,7 @@ fn step_errors(step: &Step, truth: &Truth, travel_m: f64) -> Option<StepErrors> 
 pub fn sequence_samples(recording: &Recording) -> Result<SequenceSamples> {
     let mut sequence_samples = SequenceSamples::default();
     let mut carrying = Box::new(Likelihood::new());
-    let mut past = History::new();
+    let mut past = History::default();
     let mut trouble = None;
     let mut before: Vec<Vec<StepErrors>> = Vec::new();
     let mut scans = 0;

@@ -9,7 +9,7 @@ use stairscan::health::{CheckResult, Expected};
 use stairscan::infer::Likelihood;
 use stairscan::mount::{Calibration, GroundEvidence};
 use stairscan::observer::{Event, Observer};
-use stairscan::params::Params;
+use stairscan::params::{Numbers, Params};
 use stairscan::signal::echoes::Lobes;
 use stairscan::verdict::Status;
 
@@ -72,7 +72,7 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValu
         let (health, map) = (scanned.pipeline.health(), scanned.pipeline.map());
         let (config, scan) = (scanned.config, scanned.answer.scan.scan);
         let mut witness = TraceObserver::default();
-        let believing = Likelihood::with(&CHECKS_OFF);
+        let believing = Likelihood::with(Numbers::of(&CHECKS_OFF));
         let drive = &scanned.drive;
         let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut witness);
         let blind = health.fault(config.mount.mirror_offset > 0).is_some();

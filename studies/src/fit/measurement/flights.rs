@@ -2,6 +2,8 @@
 
 use stairscan::infer::weight;
 use stairscan::model::{GroundKind, Model, Staircase, View};
+use stairscan::params::Numbers;
+use stairscan::params::generative::Generative;
 use stairscan::signal::echoes::Echo;
 use stairscan::signal::grid::Geometry;
 
@@ -166,7 +168,7 @@ pub struct MeasurementSample {
 
 impl MeasurementSample {
     /// Returns the likelihood model of the echoes with the parameters `g`.
-    pub fn model<'g>(&self, g: &'g stairscan::params::generative::Generative) -> Model<'g> {
-        Model::new(&self.echoes, self.view, &self.geometry, g)
+    pub fn model<'g>(&self, g: &'g Generative) -> Model<'g> {
+        Model::new(&self.echoes, self.view, &self.geometry, g, Numbers::DEFAULT)
     }
 }

@@ -10,11 +10,11 @@ use std::ops::Deref;
 use heapless::Vec;
 use stairscan::math;
 use stairscan::model::{
-    BEHIND_M, Class, FeaturePlace, MAX_MODEL_ECHOES, MAX_P_DETECTED, MAX_STEPS, MIN_P_DETECTED,
-    Model, ModelEcho, NEAR, Staircase, excess_level, logistic,
+    Class, FeaturePlace, MAX_MODEL_ECHOES, MAX_STEPS, Model, ModelEcho, NEAR, Staircase,
+    excess_level, logistic,
 };
 use stairscan::params::generative::EXTENDED;
-use stairscan::params::posterior as number;
+use stairscan::params::posterior::{self, BEHIND_RISER_M, MAX_P_DETECTED, MIN_P_DETECTED};
 
 /// SNR of an echo, with the quantities on which its expected value depends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,7 +118,7 @@ pub fn label(model: &Model<'_>, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> 
 
 impl Labeller<'_, '_> {
     fn label(&self, s: &Staircase, emit: &mut dyn FnMut(Sample)) -> [f32; 3] {
-        let mut assignments: Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }> =
+        let mut assignments: Vec<EchoAssignment, { posterior::FEATURES * (MAX_STEPS + 1) }> =
             Vec::new();
         for k in 0..=s.len() {
             self.claim(s, k, &mut assignments);
@@ -137,7 +137,7 @@ impl Labeller<'_, '_> {
         for k in 0..s.len() {
             self.label_riser(s, k, &assignments, &owner, emit);
         }
-        let mut exposure = [0.0; number::SURFACES];
+        let mut exposure = [0.0; posterior::SURFACES];
         for k in 0..=s.len() {
             for (sum, more) in exposure.iter_mut().zip(self.exposure(s, k)) {
                 *sum += more;
@@ -162,7 +162,7 @@ impl Labeller<'_, '_> {
 
     /// Returns the index of the tread below an echo: the number of risers before it.
     fn tread_of(&self, s: &Staircase, e: &ModelEcho) -> usize {
-        let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
+        let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_RISER_M;
         (0..s.len()).take_while(behind).count()
     }
 
@@ -172,13 +172,13 @@ impl Labeller<'_, '_> {
         &self,
         s: &Staircase,
         k: usize,
-        assignments: &mut Vec<EchoAssignment, { number::FEATURES * (MAX_STEPS + 1) }>,
+        assignments: &mut Vec<EchoAssignment, { posterior::FEATURES * (MAX_STEPS + 1) }>,
     ) {
         let x = if k < s.len() { s.x(k) } else { s.wall_m };
-        let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
+        let near = self.between(x - posterior::RISER_BEFORE_M, x + posterior::RISER_BEHIND_M);
         let first = self
             .echoes
-            .partition_point(|e| e.x_m <= x - number::RISER_BEFORE_M);
+            .partition_point(|e| e.x_m <= x - posterior::RISER_BEFORE_M);
         let mut used = [0f32; NEAR];
         for place in self.places(s, k) {
             let Some(p) = self.g.points.get(place.class as usize) else {
@@ -190,15 +190,19 @@ impl Labeller<'_, '_> {
             let seen = logistic(odds).clamp(MIN_P_DETECTED, MAX_P_DETECTED);
             let mut gains = [0f32; NEAR];
             for ((e, gain), used) in near.iter().zip(&mut gains).zip(&used) {
-                let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+                let tread = if e.x_m > s.x(k) + BEHIND_RISER_M {
+                    k + 1
+                } else {
+                    k
+                };
                 let b = self.background(s, tread.min(s.len()), e);
                 *gain = seen * self.density(s, k, &place, p, e) / b * (1.0 - used);
             }
             let z = 1.0 - seen + gains.iter().sum::<f32>();
             for (used, gain) in used.iter_mut().zip(&gains) {
                 *used = math::min(
-                    *used + number::MAX_USED_SHARE * gain / z,
-                    number::MAX_USED_SHARE,
+                    *used + posterior::MAX_USED_SHARE * gain / z,
+                    posterior::MAX_USED_SHARE,
                 );
             }
             let shares = gains.iter().enumerate();
@@ -267,7 +271,7 @@ impl Labeller<'_, '_> {
         };
         let level = Level {
             snr_db: e.snr_db,
-            fade_db: number::TEN_DB * (self.expected_q(e.range_m) - self.q),
+            fade_db: posterior::TEN_DB * (self.expected_q(e.range_m) - self.q),
             q: self.q,
         };
         (hit, level)
@@ -278,9 +282,9 @@ impl Labeller<'_, '_> {
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let class = largest.map_or(EXTENDED - 1, |(class, _)| class);
-        let up = e.across_m * e.x_m / math::max(e.range_m, number::MIN_RANGE_M);
+        let up = e.across_m * e.x_m / math::max(e.range_m, posterior::MIN_RANGE_M);
         let along =
-            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, number::MIN_RANGE_M);
+            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, posterior::MIN_RANGE_M);
         let mut level = Level {
             snr_db: e.snr_db,
             fade_db: 0.0,
@@ -289,7 +293,7 @@ impl Labeller<'_, '_> {
         let (off_m, noise_m) = match class {
             0 => {
                 let faces = [k.checked_sub(1), Some(k).filter(|k| *k < s.len())];
-                let off = |k: usize| e.x_m - s.x(k) + number::FACE_BEFORE * s.overhang_m;
+                let off = |k: usize| e.x_m - s.x(k) + posterior::FACE_BEFORE * s.overhang_m;
                 let offs = faces.into_iter().flatten().map(off);
                 let Some(off) = offs.min_by(|a, b| a.abs().total_cmp(&b.abs())) else {
                     return;
@@ -302,8 +306,8 @@ impl Labeller<'_, '_> {
             }
             1 => (e.y_m - s.level(k), up),
             2 => {
-                level.fade_db = -number::FLOOR_FALL_DB
-                    * math::max(e.x_m - number::FLOOR_M, -number::FLOOR_NEARER_M);
+                level.fade_db = -posterior::FLOOR_FALL_DB
+                    * math::max(e.x_m - posterior::FLOOR_M, -posterior::FLOOR_NEARER_M);
                 let level = if k == 0 { self.base(s, 0, e.x_m) } else { 0.0 };
                 (e.y_m - level, up)
             }

@@ -6,7 +6,8 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 use stairscan::config::Plane;
-use stairscan::model::treads::{BEYOND_M, Descending, LEVEL_DB, MAX_TREADS, OFF_M, height_density};
+use stairscan::model::treads::{Descending, LEVEL_DB, MAX_TREADS, height_density};
+use stairscan::params::descent::{END_BEYOND_M, TREAD_OFF_M};
 use stairscan::params::generative::{LEVELS, TreadEnd, TreadNumbers};
 use stairscan::signal::echoes::Echo;
 
@@ -87,7 +88,7 @@ impl<'s> SeenScan<'s> {
         let on = |t: &&TrueTread| {
             let (x_m, y_m) = (f64::from(e.x_m), f64::from(e.y_m));
             let inside = x_m > t.from_m - 2.0 * OTHER_M && x_m < t.to_m + 2.0 * OTHER_M;
-            (y_m - t.y_m).abs() < f64::from(OFF_M) && inside
+            (y_m - t.y_m).abs() < f64::from(TREAD_OFF_M) && inside
         };
         self.treads.iter().find(on)
     }
@@ -187,7 +188,7 @@ impl TreadCounts {
             let echoes = scan.measurement_sample.echoes.iter().filter(|e| {
                 let here = f64::from(e.angle_rad) * DEG_PER_RAD;
                 let off_m = (f64::from(e.y_m) - tread.y_m).abs();
-                (angle_deg..end_deg).contains(&here) && off_m < f64::from(OFF_M)
+                (angle_deg..end_deg).contains(&here) && off_m < f64::from(TREAD_OFF_M)
             });
             self.stretches.push(Stretch {
                 on: on(scan.q, 0.5 * (angle_deg + end_deg)),
@@ -214,7 +215,7 @@ impl TreadCounts {
                         x_m - tread.from_m
                     };
                     let off_m = (f64::from(e.y_m) - tread.y_m).abs();
-                    if on_m.abs() < WINDOW_M && off_m < f64::from(OFF_M) {
+                    if on_m.abs() < WINDOW_M && off_m < f64::from(TREAD_OFF_M) {
                         let angle_deg = f64::from(e.angle_rad) * DEG_PER_RAD;
                         let arc_m = f64::from(e.range_m * e.angle_sigma_rad);
                         let noise_m = arc_m * f64::from(e.angle_rad).cos();
@@ -384,7 +385,7 @@ fn end_log_likelihood(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
     let sigma_m = 0.01 * p[2].exp_portable();
     let each = echoes.iter().map(|&[on_m, noise_m, rate]| {
         let sigma_m = sigma_m.hypot(noise_m);
-        let on = 1.0 / (1.0 + (-1.702 * (on_m + f64::from(BEYOND_M)) / sigma_m).exp_portable());
+        let on = 1.0 / (1.0 + (-1.702 * (on_m + f64::from(END_BEYOND_M)) / sigma_m).exp_portable());
         let density = rate * on + number * gauss(on_m - off_m, sigma_m);
         density.max(1e-12).ln_portable()
     });
