@@ -73,6 +73,9 @@ pub mod schedule;
 pub mod setting;
 pub mod signal;
 pub mod sort;
+#[cfg(test)]
+#[allow(dead_code, reason = "tests outside of this crate use more of it")]
+mod testing;
 pub mod time;
 pub mod track;
 pub mod verdict;

@@ -160,7 +160,7 @@ impl<'a> Life<'a> {
             world.now
         };
         run.boots += 1;
-        let saved = Store::new(handle()).load();
+        let saved = Store::new(&mut run.world.borrow_mut().flash).load();
         let clock = run.world.borrow().clock();
         let hardware = Hardware {
             mirror: Stepper::new(handle()),
@@ -285,7 +285,7 @@ impl<'a> Life<'a> {
     /// does.
     fn attend(&mut self) {
         let instant = self.run.instant();
-        let erasure = std::mem::take(&mut self.run.world.borrow_mut().flash.erased);
+        let erasure = std::mem::take(&mut self.run.world.borrow_mut().erased);
         if erasure {
             self.run.watch.blocked(instant);
             // Sentences that have arrived meanwhile are read at once.

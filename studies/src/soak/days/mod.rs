@@ -7,7 +7,6 @@
 
 mod controller;
 mod data;
-mod flash;
 mod gaps;
 mod life;
 mod module;

@@ -2,10 +2,10 @@
 
 use stairscan::scanner::store::SLOT;
 
-use super::flash::{ENDURANCE, SECTOR};
 use super::gaps::{DAY_US, Gap};
 use super::life::Run;
 use super::watch::Counts;
+use super::world::{ENDURANCE, SECTOR};
 
 /// Result of an endurance run.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ impl Summary {
     pub fn of(run: Run) -> Self {
         let world = run.world.borrow();
         let mut failures = run.watch.failures;
-        let refused = world.flash.refused;
+        let refused = world.flash.misused;
         if refused > 0 {
             failures.push(format!("the flash refused {refused} operations"));
         }
@@ -55,7 +55,7 @@ impl Summary {
             wraps: [run.wraps, run.controller.wraps, run.controller.restarts],
             gaps: [run.watch.live_gap, run.watch.sweep_gap, run.watch.recovery],
             saves: run.saves,
-            erasures: world.flash.erasures,
+            erasures: [0, 1].map(|sector| world.flash.erasures[sector]),
             refused,
         }
     }

@@ -5,7 +5,6 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::task::Poll;
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::scanner::command::Measure;
@@ -16,12 +15,22 @@ use stairscan::scanner::{Board, BytePort, Micros, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::RowTimes;
 use stairscan::signal::radar::{LinkError, RadarModule};
+use testbed::{Flash, Power};
 
-use super::flash::{FlashModel, SECTOR, WORD};
 use super::gaps::{Instant, SPAN_US};
 use super::module::ModuleModel;
 use super::shaft::ShaftModel;
 use super::wire::ReportWire;
+
+/// Size of a sector, bytes: sectors 1 and 2 of the STM32F405 (RM0090, table 5).
+pub const SECTOR: usize = 16 * 1024;
+/// Number of erasures that a sector endures (STM32F405 datasheet DS8626, flash memory endurance: at least 10 kcycles).
+pub const ENDURANCE: u64 = 10_000;
+/// Minimum and maximum duration of erasing a sector, µs (DS8626, table 42: 250 ms typical, 500 ms at most, 32 bits at a
+/// time).
+const ERASE_US: [u64; 2] = [250_000, 500_000];
+/// Duration of writing a word, µs (DS8626, table 42: 16 typical).
+const WORD_US: u64 = 16;
 
 /// State that the board retains over a reset.
 #[derive(Clone, Copy, Debug, Default)]
@@ -56,7 +65,9 @@ pub struct World {
     /// The serial wire of the report port.
     pub wire: ReportWire,
     /// Flash with the settings.
-    pub flash: FlashModel,
+    pub flash: Flash<SECTOR>,
+    /// Whether a sector has been erased in the present pass of the scanner's loop; the erasure blocks that pass.
+    pub erased: bool,
     /// State that survives a reset.
     pub retained: Retained,
     /// Texts of the data path's failed checks that have not been recorded yet.
@@ -77,7 +88,11 @@ impl World {
             shaft: ShaftModel::new(),
             module: ModuleModel::default(),
             wire: ReportWire::default(),
-            flash: FlashModel::new(),
+            flash: Flash {
+                counts_misuse: true,
+                ..Flash::new(2, &Power::new(seed))
+            },
+            erased: false,
             retained: Retained::default(),
             failed: Vec::new(),
             state: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
@@ -110,6 +125,24 @@ impl World {
     pub fn next_event(&mut self, seen: u64) -> u64 {
         let module = self.module.next_event(seen).min(self.wire.next_event(seen));
         self.shaft.next_event(seen).min(module)
+    }
+
+    /// Saves `settings`, and blocks the present pass for as long as the flash takes.
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        let (erasures, words) = (self.erasures(), self.flash.words);
+        let saved = Store::new(&mut self.flash).save(settings);
+        for _ in erasures..self.erasures() {
+            let unit = self.jitter(1_000) as f64 * 1e-3;
+            let [least, most] = ERASE_US;
+            self.busy_us += least + ((most - least) as f64 * unit) as u64;
+            self.erased = true;
+        }
+        self.busy_us += WORD_US * (self.flash.words - words);
+        saved
+    }
+
+    fn erasures(&self) -> u64 {
+        self.flash.erasures.iter().sum()
     }
 
     fn deadline(&self, now: Micros, timeout_us: u32) -> (Micros, u64) {
@@ -204,40 +237,6 @@ impl BytePort for Handle {
     }
 }
 
-impl ErrorType for Handle {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Handle {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        self.0.borrow_mut().flash.read(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.borrow().flash.capacity()
-    }
-}
-
-impl NorFlash for Handle {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        let world = &mut *self.0.borrow_mut();
-        let unit = world.jitter(1_000) as f64 * 1e-3;
-        world.busy_us += world.flash.erase(from, to, unit)?;
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let world = &mut *self.0.borrow_mut();
-        world.busy_us += world.flash.write(offset, bytes)?;
-        Ok(())
-    }
-}
-
 impl Board for Handle {
     fn stopped(&self) -> bool {
         self.0.borrow().retained.stopped
@@ -256,7 +255,7 @@ impl Board for Handle {
     }
 
     fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        Store::new(self.clone()).save(settings)
+        self.0.borrow_mut().save(settings)
     }
 
     fn clear_crashes(&mut self) {}

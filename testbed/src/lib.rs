@@ -1,0 +1,10 @@
+//! Simulated hardware of the stair scanner, each part with faults on command, for tests, fuzz targets and studies.
+//!
+//! Time and seeds are arguments: the same calls give the same results on every host. The unit tests of `stairscan` itself
+//! compile the files that they need as part of that crate (`src/testing.rs`), so that the parts implement its own traits.
+
+#[cfg(feature = "boot")]
+mod boot;
+pub mod flash;
+
+pub use flash::{Flash, FlashFault, Power, SharedPower};
