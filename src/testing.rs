@@ -3,3 +3,11 @@
 
 #[path = "../testbed/src/flash.rs"]
 pub mod flash;
+#[path = "../testbed/src/framed.rs"]
+pub mod framed;
+#[path = "../testbed/src/port.rs"]
+pub mod port;
+#[path = "../testbed/src/shared.rs"]
+pub mod shared;
+#[path = "../testbed/src/tmc2209.rs"]
+pub mod tmc2209;

@@ -6,5 +6,12 @@
 #[cfg(feature = "boot")]
 mod boot;
 pub mod flash;
+pub mod framed;
+pub mod port;
+pub mod shared;
+pub mod tmc2209;
 
 pub use flash::{Flash, FlashFault, Power, SharedPower};
+pub use framed::{AnswerFault, FramedModule};
+pub use port::Port;
+pub use shared::Shared;

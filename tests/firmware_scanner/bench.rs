@@ -15,8 +15,8 @@ use stairscan::scanner::command::{Measure, framed};
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{
-    Board, BoardHealth, BootInfo, BytePort, DataPath, Hardware, Micros, Mirror, MirrorError,
-    Motion, Scanner, SecondMemory, Settings,
+    Board, BoardHealth, BootInfo, DataPath, Hardware, Micros, Mirror, MirrorError, Motion, Scanner,
+    SecondMemory, Settings,
 };
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::{RowTimes, Wire};
@@ -25,13 +25,13 @@ use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
     Outcome,
 };
+use testbed::Port;
 
 /// Everything outside the scanner, shared between the implementations of its traits and the test.
 #[derive(Default)]
 pub struct World {
-    pub typed: VecDeque<u8>,
-    pub printed: Vec<u8>,
-    pub port_stuck: bool,
+    /// Report port, which takes a few bytes at once.
+    pub port: testbed::Shared<Port>,
     pub stopped: bool,
     pub before: Option<u32>,
     pub saved: Option<Settings>,
@@ -67,6 +67,13 @@ pub struct World {
     pub ground: Option<FreeGround>,
     pub arithmetic_broken: bool,
     pub row_worked_while_still: bool,
+}
+
+impl World {
+    /// Lets the report port take nothing, or a few bytes at once.
+    pub fn stick_port(&mut self, stuck: bool) {
+        self.port.get().wires.room = if stuck { 0 } else { 7 };
+    }
 }
 
 /// Motion of a continuous sweep between two polls, microsteps.
@@ -156,18 +163,6 @@ impl RadarModule for Shared {
             None => Poll::Ready(Ok(())),
             Some(error) => Poll::Ready(Err(error)),
         }
-    }
-}
-
-impl BytePort for Shared {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().typed.pop_front()
-    }
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let mut w = self.0.borrow_mut();
-        let n = if w.port_stuck { 0 } else { bytes.len().min(7) };
-        w.printed.extend(&bytes[..n]);
-        n
     }
 }
 
@@ -275,7 +270,7 @@ impl DataPath for Data {
 
 pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<'static, (Hardware<M, Shared, Shared, Shared>, Data)>,
+    pub scanner: Scanner<'static, (Hardware<M, Shared, testbed::Shared<Port>, Shared>, Data)>,
     pub now: Micros,
 }
 
@@ -334,12 +329,13 @@ impl<M: Mirror> Bench<M> {
             requested: RequestedSettings::DEFAULT,
             ..World::default()
         };
+        world.stick_port(false);
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
         let hardware = Hardware {
             mirror: mirror(&world),
             link: world.clone(),
-            port: world.clone(),
+            port: world.0.borrow().port.clone(),
             board: world.clone(),
         };
         // Leaked: the scanner borrows them for the whole test.
@@ -363,15 +359,7 @@ impl<M: Mirror> Bench<M> {
     }
 
     pub fn take_lines(&mut self) -> Vec<String> {
-        let mut world = self.world.0.borrow_mut();
-        let printed = std::mem::take(&mut world.printed);
-        let (whole, rest) = match printed.iter().rposition(|&b| b == b'\n') {
-            Some(end) => printed.split_at(end + 1),
-            None => (&[][..], &printed[..]),
-        };
-        world.printed = rest.to_vec();
-        let text = String::from_utf8(whole.to_vec()).unwrap();
-        text.lines().map(String::from).collect()
+        self.world.0.borrow().port.get().take_lines()
     }
 
     /// Runs steps until a sentence satisfies `wanted`; returns everything printed up to it.
@@ -402,8 +390,8 @@ impl<M: Mirror> Bench<M> {
     }
 
     pub fn type_line(&mut self, line: &str) {
-        let bytes = format!("{line}\r\n");
-        self.world.0.borrow_mut().typed.extend(bytes.bytes());
+        let world = self.world.0.borrow();
+        world.port.get().type_in(format!("{line}\r\n"));
     }
 
     /// Sends a command as a sentence; returns its reply.

@@ -280,13 +280,13 @@ fn a_failed_self_test_answers_its_command() {
 
 #[test]
 fn a_port_that_takes_nothing_stops_neither_scan_nor_watchdog() {
-    let mut bench = Bench::new(|w| w.port_stuck = true);
+    let mut bench = Bench::new(|w| w.stick_port(true));
     for _ in 0..60_000 {
         bench.step();
     }
     let scans = bench.scanner.scans();
     assert!(scans > 2);
-    bench.world.0.borrow_mut().port_stuck = false;
+    bench.world.0.borrow_mut().stick_port(false);
     assert_eq!(bench.scan().scan, 1);
 }
 
@@ -390,9 +390,12 @@ fn live_tells_the_age_of_the_answer_and_what_went_wrong() {
 
 #[test]
 fn a_stuck_port_is_owed_one_live_at_most() {
-    let mut bench = Bench::new(|w| (w.stopped, w.port_stuck) = (true, true));
+    let mut bench = Bench::new(|w| {
+        w.stopped = true;
+        w.stick_port(true);
+    });
     (0..10_000).for_each(|_| bench.step());
-    bench.world.0.borrow_mut().port_stuck = false;
+    bench.world.0.borrow_mut().stick_port(false);
     let reported = live(&mut bench, 100);
     assert!(reported.len() <= 1, "{reported:?}");
 }

@@ -66,7 +66,7 @@ fn no_damaged_line_changes_a_setting() {
                 continue;
             }
             bytes.extend(b"\r\n");
-            bench.world.0.borrow_mut().typed.extend(bytes);
+            bench.world.0.borrow().port.get().type_in(bytes);
             for _ in 0..40 {
                 bench.step();
             }

@@ -156,7 +156,8 @@ impl<'a> Life<'a> {
             let world = &mut *run.world.borrow_mut();
             (world.booted, world.clock_error) = (world.now, 0);
             world.retained.boots += 1;
-            world.wire.cut();
+            world.port.device.clear();
+            world.port.wires.waiting = false;
             world.now
         };
         run.boots += 1;
@@ -249,7 +250,7 @@ impl<'a> Life<'a> {
         let world = &mut *self.run.world.borrow_mut();
         match self.run.defect {
             Some(Defect::ClockJumps) => world.clock_error = JUMP_US,
-            Some(Defect::ByteChanges) => match world.wire.printed.last_mut() {
+            Some(Defect::ByteChanges) => match world.port.device.last_mut() {
                 Some(byte) => *byte ^= 1,
                 None => return,
             },
@@ -270,7 +271,8 @@ impl<'a> Life<'a> {
                 self.motion_disturbed(at);
             }
             if let Some(line) = line {
-                self.run.world.borrow_mut().wire.send(at, line);
+                let world = &mut *self.run.world.borrow_mut();
+                world.port.wires.type_in(at, line.as_bytes());
             }
         }
     }
@@ -312,17 +314,15 @@ impl<'a> Life<'a> {
         let (printed, failed, heard, booted) = {
             let world = &mut *self.run.world.borrow_mut();
             let failed = std::mem::take(&mut world.failed);
-            let end = world.wire.printed.iter().rposition(|&b| b == b'\n');
-            let printed = end.map(|end| world.wire.printed.drain(..=end).collect::<Vec<u8>>());
+            let printed = world.port.take_lines();
             (printed, failed, world.heard, world.booted)
         };
         for message in failed {
             self.run.watch.fail(instant, &message, "none");
         }
-        let Some(printed) = printed else { return };
         let from = self.run.motion_from;
         let input = |queued: u64| expected_input(&heard, booted, booted + queued, from);
-        for line in String::from_utf8_lossy(&printed).lines() {
+        for line in &printed {
             let answered = *self.answered.borrow();
             self.run.watch.hear(instant, line, answered, input);
         }
@@ -378,7 +378,8 @@ impl<'a> Life<'a> {
     /// Sends the scanner a framed command without waiting for its reply.
     pub fn send(&mut self, words: &[&str]) {
         let now = self.now();
-        self.run.world.borrow_mut().wire.send(now, framed(words));
+        let world = &mut *self.run.world.borrow_mut();
+        world.port.wires.type_in(now, framed(words).as_bytes());
     }
 
     /// Sends a command and waits for its reply; returns whether it was executed.

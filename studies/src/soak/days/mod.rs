@@ -14,7 +14,6 @@ mod plan;
 mod shaft;
 mod summary;
 mod watch;
-mod wire;
 mod world;
 
 #[cfg(test)]

@@ -15,12 +15,11 @@ use stairscan::scanner::{Board, BytePort, Micros, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::RowTimes;
 use stairscan::signal::radar::{LinkError, RadarModule};
-use testbed::{Flash, Power};
+use testbed::{Flash, Port, Power};
 
 use super::gaps::{Instant, SPAN_US};
 use super::module::ModuleModel;
 use super::shaft::ShaftModel;
-use super::wire::ReportWire;
 
 /// Size of a sector, bytes: sectors 1 and 2 of the STM32F405 (RM0090, table 5).
 pub const SECTOR: usize = 16 * 1024;
@@ -31,6 +30,21 @@ pub const ENDURANCE: u64 = 10_000;
 const ERASE_US: [u64; 2] = [250_000, 500_000];
 /// Duration of writing a word, µs (DS8626, table 42: 16 typical).
 const WORD_US: u64 = 16;
+
+/// Bit rate of the report port, baud.
+const REPORT_BAUD: u32 = 115_200;
+/// Maximum time for which bytes have left since the loop's last pass, µs. The chip's loop passes every few
+/// microseconds; here it skips time up to this, and while it is blocked nothing is handed to the port.
+const SKIPPED_US: u64 = 3_000;
+
+/// Returns the report port, on a clock in µs.
+fn report_port() -> Port {
+    let mut port = Port::default();
+    port.wires.ticks = Some(1_000_000);
+    port.wires.rates = [REPORT_BAUD; 2];
+    port.wires.skipped = SKIPPED_US;
+    port
+}
 
 /// State that the board retains over a reset.
 #[derive(Clone, Copy, Debug, Default)]
@@ -62,8 +76,10 @@ pub struct World {
     pub shaft: ShaftModel,
     /// The radar module.
     pub module: ModuleModel,
-    /// The serial wire of the report port.
-    pub wire: ReportWire,
+    /// The report port at 115,200 baud: command lines arrive at given times, and sent bytes leave one after the other.
+    pub port: Port,
+    /// Bytes of the incoming line that the scanner has read.
+    line: Vec<u8>,
     /// Flash with the settings.
     pub flash: Flash<SECTOR>,
     /// Whether a sector has been erased in the present pass of the scanner's loop; the erasure blocks that pass.
@@ -87,7 +103,8 @@ impl World {
             heard: [0; 4],
             shaft: ShaftModel::new(),
             module: ModuleModel::default(),
-            wire: ReportWire::default(),
+            port: report_port(),
+            line: Vec::new(),
             flash: Flash {
                 counts_misuse: true,
                 ..Flash::new(2, &Power::new(seed))
@@ -123,8 +140,41 @@ impl World {
 
     /// Returns the first time after `seen` at which module, report wire or shaft have an event, µs of the run.
     pub fn next_event(&mut self, seen: u64) -> u64 {
-        let module = self.module.next_event(seen).min(self.wire.next_event(seen));
+        let module = self.module.next_event(seen).min(self.next_port_event(seen));
         self.shaft.next_event(seen).min(module)
+    }
+
+    /// Returns the first time after `seen` at which a line arrives at the report port, or bytes that did not fit can be
+    /// written, µs of the run.
+    fn next_port_event(&self, seen: u64) -> u64 {
+        let wires = &self.port.wires;
+        let arrival = wires.incoming.front().map(|byte| byte.at);
+        let arrives = arrival.filter(|&at| at > seen).unwrap_or(u64::MAX);
+        let leaves = match wires.waiting {
+            true => wires.busy_until() + SKIPPED_US / 2,
+            false => u64::MAX,
+        };
+        arrives.min(leaves)
+    }
+
+    /// Returns the next byte of a line that has arrived at the report port, and notes when a motion sentence has been
+    /// read.
+    fn read(&mut self) -> Option<u8> {
+        self.port.wires.now = self.now;
+        let byte = self.port.read()?;
+        self.touched = true;
+        self.line.push(byte);
+        if byte == b'\n' {
+            if self
+                .line
+                .starts_with(stairscan::report::motion::PREFIX.as_bytes())
+            {
+                self.heard.rotate_left(1);
+                self.heard[3] = self.now;
+            }
+            self.line.clear();
+        }
+        Some(byte)
     }
 
     /// Saves `settings`, and blocks the present pass for as long as the flash takes.
@@ -221,19 +271,13 @@ impl RadarModule for Handle {
 
 impl BytePort for Handle {
     fn read(&mut self) -> Option<u8> {
-        let world = &mut *self.0.borrow_mut();
-        let (byte, motion) = world.wire.read(world.now)?;
-        world.touched = true;
-        if motion {
-            world.heard.rotate_left(1);
-            world.heard[3] = world.now;
-        }
-        Some(byte)
+        self.0.borrow_mut().read()
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         let world = &mut *self.0.borrow_mut();
-        world.wire.write(world.now, bytes)
+        world.port.wires.now = world.now;
+        world.port.write(bytes)
     }
 }
 
