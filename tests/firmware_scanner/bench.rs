@@ -11,11 +11,10 @@ use stairscan::config::{Config, ConfigError, Plane, RadarConfig};
 use stairscan::motion::{Agreement, Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scanner::command::{Measure, framed};
+use stairscan::scanner::command::framed;
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
-use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{
-    Board, BoardHealth, BootInfo, DataPath, Hardware, Micros, Mirror, MirrorError, Motion, Scanner,
+    BoardHealth, BootInfo, DataPath, Hardware, Micros, Mirror, MirrorError, Motion, Scanner,
     SecondMemory, Settings,
 };
 use stairscan::signal::radar::module::RequestedSettings;
@@ -25,20 +24,16 @@ use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
     Outcome,
 };
-use testbed::Port;
+use testbed::{Board, Port};
 
 /// Everything outside the scanner, shared between the implementations of its traits and the test.
 #[derive(Default)]
 pub struct World {
     /// Report port, which takes a few bytes at once.
     pub port: testbed::Shared<Port>,
-    pub stopped: bool,
-    pub before: Option<u32>,
-    pub saved: Option<Settings>,
+    pub board: testbed::Shared<Board>,
     /// Result of a calibration.
     pub mounting: Option<Mounting>,
-    pub flash_broken: bool,
-    pub survived: bool,
     // Mirror.
     pub homed: bool,
     pub enabled: bool,
@@ -166,35 +161,6 @@ impl RadarModule for Shared {
     }
 }
 
-impl Board for Shared {
-    fn stopped(&self) -> bool {
-        self.0.borrow().stopped
-    }
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().stopped = stopped;
-    }
-    fn retained_settings_hash(&self) -> Option<u32> {
-        self.0.borrow().before
-    }
-    fn retain_settings_hash(&mut self, hash: u32) {
-        self.0.borrow_mut().before = Some(hash);
-    }
-    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        let mut w = self.0.borrow_mut();
-        if w.flash_broken {
-            return Err(StoreError::Controller);
-        }
-        w.saved = Some(*settings);
-        Ok(())
-    }
-    fn clear_crashes(&mut self) {
-        self.0.borrow_mut().survived = true;
-    }
-    fn measure(&self, _: Measure) -> u32 {
-        4321
-    }
-}
-
 pub struct Data(Shared, [Iq; 200]);
 
 impl DataPath for Data {
@@ -270,7 +236,13 @@ impl DataPath for Data {
 
 pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<'static, (Hardware<M, Shared, testbed::Shared<Port>, Shared>, Data)>,
+    pub scanner: Scanner<
+        'static,
+        (
+            Hardware<M, Shared, testbed::Shared<Port>, testbed::Shared<Board>>,
+            Data,
+        ),
+    >,
     pub now: Micros,
 }
 
@@ -310,9 +282,8 @@ impl Bench {
     /// Resets the chip. Flash, and memory that a reset does not clear, keep their contents.
     pub fn reset(self) -> Self {
         let old = self.world.0.take();
-        Self::boot(old.saved, IDENTITY, |w| {
-            (w.stopped, w.before, w.saved) = (old.stopped, old.before, old.saved);
-        })
+        let saved = old.board.get().load();
+        Self::boot(saved, IDENTITY, |w| w.board = old.board)
     }
 }
 
@@ -330,13 +301,14 @@ impl<M: Mirror> Bench<M> {
             ..World::default()
         };
         world.stick_port(false);
+        world.board.get().measured = 4321;
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
         let hardware = Hardware {
             mirror: mirror(&world),
             link: world.clone(),
             port: world.0.borrow().port.clone(),
-            board: world.clone(),
+            board: world.0.borrow().board.clone(),
         };
         // Leaked: the scanner borrows them for the whole test.
         let reports = Box::leak(Box::default());

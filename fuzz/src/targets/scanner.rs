@@ -55,6 +55,7 @@ pub fn run(data: &[u8]) {
             _ => {
                 let what = input.byte();
                 bench.world(|w| (w.broken, w.verdict) = (what & 1 != 0, what >> 1));
+                bench.board.get().break_flash(what & 1 != 0);
             }
         }
         bench.steps(1);

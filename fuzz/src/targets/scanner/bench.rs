@@ -13,7 +13,7 @@ use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
 use stairscan::verdict::{Reasons, Status};
 
-use testbed::Port;
+use testbed::{Board, Port};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 
@@ -27,13 +27,21 @@ const ROUNDS: u32 = 3;
 
 type Mirror = EncodedMirror<Stepper<Shared>, Shared>;
 type Link = FrameLink<testbed::Shared<Port<Module>>>;
-type Parts<'a> = Scanner<'a, (Hardware<Mirror, Link, testbed::Shared<Port>, Shared>, Rows)>;
+type Parts<'a> = Scanner<
+    'a,
+    (
+        Hardware<Mirror, Link, testbed::Shared<Port>, testbed::Shared<Board>>,
+        Rows,
+    ),
+>;
 
 /// Scanner and environment, and the scanner's output.
 pub struct Bench<'a> {
     world: Shared,
     /// Report port.
     pub port: testbed::Shared<Port>,
+    /// Board, whose flash may be broken.
+    pub board: testbed::Shared<Board>,
     /// Port of the radar module, and the module.
     pub link: testbed::Shared<Port<Module>>,
     scanner: Parts<'a>,
@@ -60,11 +68,12 @@ impl<'a> Bench<'a> {
         let world = Shared(Rc::new(RefCell::new(World::new())));
         let port = testbed::Shared::<Port>::default();
         let link = testbed::Shared::new(Port::new(Module::new(&world)));
+        let board = testbed::Shared::<Board>::default();
         let hardware = Hardware {
             mirror: EncodedMirror::new(Stepper::new(world.clone()), world.clone()),
             link: FrameLink::new(link.clone()),
             port: port.clone(),
-            board: world.clone(),
+            board: board.clone(),
         };
         let now = Micros(u32::MAX - 1_000_000);
         let data = Rows::new(world.clone());
@@ -79,6 +88,7 @@ impl<'a> Bench<'a> {
             ),
             world,
             port,
+            board,
             link,
             now,
             scan: 0,
@@ -154,6 +164,7 @@ impl<'a> Bench<'a> {
     pub fn recovers(&mut self) {
         self.world(World::heal);
         self.port.get().wires.room = usize::MAX;
+        self.board.get().break_flash(false);
         self.link.get().device.framed.fault = None;
         for _ in 0..ROUNDS {
             // The first line end completes a partially typed line.

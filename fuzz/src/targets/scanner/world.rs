@@ -9,13 +9,11 @@ use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::estimate::Estimate;
 use stairscan::motion::{Agreement, Drive};
 use stairscan::mount::Mounting;
-use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::settings::MotorConfig;
-use stairscan::scanner::store::StoreError;
-use stairscan::scanner::{Board, DataPath, MICROSTEPS_PER_TURN, Settings};
+use stairscan::scanner::{DataPath, MICROSTEPS_PER_TURN};
 use stairscan::signal::radar::frame::Ability;
 use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, HazardKind,
@@ -55,7 +53,6 @@ pub fn fault(byte: u8) -> Option<AnswerFault> {
 
 /// Motor and arithmetic.
 pub struct World {
-    pub stopped: bool,
     // The shaft; the switch is pressed at and below 0 of its own place.
     place: i32,
     position: i32,
@@ -76,7 +73,6 @@ pub struct World {
 impl World {
     pub fn new() -> Self {
         Self {
-            stopped: false,
             place: 9_000,
             position: 0,
             target: 0,
@@ -204,35 +200,6 @@ impl Device for Module {
             assert!(still || w.sweeping, "fired while the mirror turns");
             assert!(w.enabled, "fired without a driver");
         }
-    }
-}
-
-impl Board for Shared {
-    fn stopped(&self) -> bool {
-        self.0.borrow().stopped
-    }
-
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().stopped = stopped;
-    }
-
-    fn retained_settings_hash(&self) -> Option<u32> {
-        None
-    }
-
-    fn retain_settings_hash(&mut self, _: u32) {}
-
-    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
-        match self.0.borrow().broken {
-            true => Err(StoreError::Write),
-            false => Ok(()),
-        }
-    }
-
-    fn clear_crashes(&mut self) {}
-
-    fn measure(&self, _: Measure) -> u32 {
-        0
     }
 }
 

@@ -15,8 +15,9 @@ use stairscan::scanner::command::framed;
 use stairscan::scanner::mirror::Stepper;
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::settings::SweepMode;
-use stairscan::scanner::store::Store;
 use stairscan::scanner::{BootInfo, Hardware, Reports, Scanner, Schedule, Settings};
+
+use testbed::{Board, Shared};
 
 use super::controller::Controller;
 use super::data::StubPath;
@@ -133,7 +134,7 @@ impl LifeMemory {
 }
 
 /// Hardware of the scanner under test.
-type Simulated = Hardware<Stepper<Handle>, Handle, Handle, Handle>;
+type Simulated = Hardware<Stepper<Handle>, Handle, Handle, Shared<Board>>;
 
 /// A running scanner, from one reset to the next.
 pub struct Life<'a> {
@@ -155,25 +156,26 @@ impl<'a> Life<'a> {
         let now = {
             let world = &mut *run.world.borrow_mut();
             (world.booted, world.clock_error) = (world.now, 0);
-            world.retained.boots += 1;
+            world.board.get().boots += 1;
             world.port.device.clear();
             world.port.wires.waiting = false;
             world.now
         };
         run.boots += 1;
-        let saved = Store::new(&mut run.world.borrow_mut().flash).load();
+        let board = run.world.borrow().board.clone();
+        let saved = board.get().load();
         let clock = run.world.borrow().clock();
         let hardware = Hardware {
             mirror: Stepper::new(handle()),
             link: handle(),
             port: handle(),
-            board: handle(),
+            board: board.clone(),
         };
         let data = StubPath::new(run.world.clone(), run.controller.true_travel());
         let answered = data.answered.clone();
         let identity = BootInfo {
             reset,
-            boots: run.world.borrow().retained.boots,
+            boots: board.get().boots,
             ..identity("soak")
         };
         run.watch.boot(run.world.borrow().instant());
@@ -238,6 +240,7 @@ impl<'a> Life<'a> {
         self.scanner.step(clock);
         {
             let world = &mut *self.run.world.borrow_mut();
+            world.pass_flash_time();
             world.now += std::mem::take(&mut world.busy_us);
         }
         self.attend();

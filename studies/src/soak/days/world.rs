@@ -7,22 +7,18 @@ use std::task::Poll;
 
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::scanner::command::Measure;
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::ramp::Ramp;
-use stairscan::scanner::store::{Store, StoreError};
-use stairscan::scanner::{Board, BytePort, Micros, Settings};
+use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::RowTimes;
 use stairscan::signal::radar::{LinkError, RadarModule};
-use testbed::{Flash, Port, Power};
+use testbed::{Board, Port, Shared};
 
 use super::gaps::{Instant, SPAN_US};
 use super::module::ModuleModel;
 use super::shaft::ShaftModel;
 
-/// Size of a sector, bytes: sectors 1 and 2 of the STM32F405 (RM0090, table 5).
-pub const SECTOR: usize = 16 * 1024;
 /// Number of erasures that a sector endures (STM32F405 datasheet DS8626, flash memory endurance: at least 10 kcycles).
 pub const ENDURANCE: u64 = 10_000;
 /// Minimum and maximum duration of erasing a sector, µs (DS8626, table 42: 250 ms typical, 500 ms at most, 32 bits at a
@@ -44,17 +40,6 @@ fn report_port() -> Port {
     port.wires.rates = [REPORT_BAUD; 2];
     port.wires.skipped = SKIPPED_US;
     port
-}
-
-/// State that the board retains over a reset.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Retained {
-    /// Whether `stop` was the last of `start` and `stop`.
-    pub stopped: bool,
-    /// Hash of the settings in force; `None` before it is retained first.
-    pub settings: Option<u32>,
-    /// Number of boots since power-up.
-    pub boots: u32,
 }
 
 /// Simulated hardware and clock around the scanner.
@@ -80,12 +65,12 @@ pub struct World {
     pub port: Port,
     /// Bytes of the incoming line that the scanner has read.
     line: Vec<u8>,
-    /// Flash with the settings.
-    pub flash: Flash<SECTOR>,
+    /// The board, with the flash of settings.
+    pub board: Shared<Board>,
+    /// Numbers of erasures and of words written whose time has passed.
+    flash_done: [u64; 2],
     /// Whether a sector has been erased in the present pass of the scanner's loop; the erasure blocks that pass.
     pub erased: bool,
-    /// State that survives a reset.
-    pub retained: Retained,
     /// Texts of the data path's failed checks that have not been recorded yet.
     pub failed: Vec<String>,
     state: u64,
@@ -94,6 +79,8 @@ pub struct World {
 impl World {
     /// Creates the hardware before its first boot; `seed` selects the random delays.
     pub fn new(seed: u64) -> Self {
+        let mut board = Board::new(seed);
+        board.flash.counts_misuse = true;
         Self {
             now: 0,
             booted: 0,
@@ -105,12 +92,9 @@ impl World {
             module: ModuleModel::default(),
             port: report_port(),
             line: Vec::new(),
-            flash: Flash {
-                counts_misuse: true,
-                ..Flash::new(2, &Power::new(seed))
-            },
+            board: Shared::new(board),
+            flash_done: [0; 2],
             erased: false,
-            retained: Retained::default(),
             failed: Vec::new(),
             state: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
         }
@@ -177,22 +161,21 @@ impl World {
         Some(byte)
     }
 
-    /// Saves `settings`, and blocks the present pass for as long as the flash takes.
-    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        let (erasures, words) = (self.erasures(), self.flash.words);
-        let saved = Store::new(&mut self.flash).save(settings);
-        for _ in erasures..self.erasures() {
+    /// Blocks the present pass for as long as the flash has taken since the last call.
+    pub fn pass_flash_time(&mut self) {
+        let (erasures, words) = {
+            let flash = &self.board.get().flash;
+            (flash.erasures.iter().sum(), flash.words)
+        };
+        let [erasures_before, words_before] =
+            std::mem::replace(&mut self.flash_done, [erasures, words]);
+        for _ in erasures_before..erasures {
             let unit = self.jitter(1_000) as f64 * 1e-3;
             let [least, most] = ERASE_US;
             self.busy_us += least + ((most - least) as f64 * unit) as u64;
             self.erased = true;
         }
-        self.busy_us += WORD_US * (self.flash.words - words);
-        saved
-    }
-
-    fn erasures(&self) -> u64 {
-        self.flash.erasures.iter().sum()
+        self.busy_us += WORD_US * (words - words_before);
     }
 
     fn deadline(&self, now: Micros, timeout_us: u32) -> (Micros, u64) {
@@ -278,33 +261,5 @@ impl BytePort for Handle {
         let world = &mut *self.0.borrow_mut();
         world.port.wires.now = world.now;
         world.port.write(bytes)
-    }
-}
-
-impl Board for Handle {
-    fn stopped(&self) -> bool {
-        self.0.borrow().retained.stopped
-    }
-
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().retained.stopped = stopped;
-    }
-
-    fn retained_settings_hash(&self) -> Option<u32> {
-        self.0.borrow().retained.settings
-    }
-
-    fn retain_settings_hash(&mut self, hash: u32) {
-        self.0.borrow_mut().retained.settings = Some(hash);
-    }
-
-    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        self.0.borrow_mut().save(settings)
-    }
-
-    fn clear_crashes(&mut self) {}
-
-    fn measure(&self, _: Measure) -> u32 {
-        0
     }
 }
