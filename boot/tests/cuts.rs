@@ -7,7 +7,7 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{Image, Modelled, Quick, SharedPower, ask, flash, loader, power, send, stands};
+use common::{Image, Modelled, Quick, ask, flash, loader, send, stands};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use stairscan_boot::frame::Kind;
@@ -15,6 +15,7 @@ use stairscan_boot::receive::{Effect, Receiver};
 use stairscan_boot::refusal::Refusal;
 use stairscan_boot::slot::{Slot, TRIES};
 use stairscan_boot::start::{Asked, Start};
+use testbed::{Power, SharedPower};
 
 /// Bytes of the images: all of a slot but some words, which ends in the third sector.
 const LENGTH: usize = 2300;
@@ -48,7 +49,7 @@ struct Life {
 
 impl Life {
     fn new(seed: u64) -> Self {
-        let power = power(seed);
+        let power = Power::new(seed);
         let mut device = loader(&power, Quick);
         let first = Image::quick(1, LENGTH, Slot::A, 1);
         flash(&mut device, Slot::A, &first);

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Image, SECTOR, ask, flash, loader, power, public, send, stands, unsigned};
+use common::{Image, SECTOR, ask, flash, loader, public, send, stands, unsigned};
 use ed25519_dalek::SigningKey;
 use stairscan::scanner::option_bytes::OptionBytes;
 use stairscan_boot::floor::Floor;
@@ -13,6 +13,7 @@ use stairscan_boot::receive::{Effect, Info, Receiver};
 use stairscan_boot::refusal::Refusal;
 use stairscan_boot::slot::{Slot, TRIES};
 use stairscan_boot::start::Asked;
+use testbed::{FlashFault, Power};
 
 const LENGTH: usize = 2300;
 
@@ -32,7 +33,7 @@ fn image(key: &SigningKey, change: impl FnOnce(&mut Header)) -> Image {
 /// A scanner with an image of number 5 in slot A.
 fn scanner() -> (common::Modelled<PublicKey>, Receiver, Image) {
     let key = maker();
-    let mut device = loader(&power(1), public(&key));
+    let mut device = loader(&Power::new(1), public(&key));
     let payload = common::payload(1, LENGTH);
     let header = unsigned(&payload, common::address(Slot::A), 5, public(&key).id());
     let first = Image::signed(payload, header, &key);
@@ -229,15 +230,15 @@ fn a_flash_that_takes_nothing_is_named() {
 fn a_supply_too_low_to_write_is_named_and_costs_nothing() {
     let (mut device, mut receiver, _) = scanner();
     let new = image(&maker(), |_| ());
-    device.slots.flash_mut().low = true;
+    device.slots.flash_mut().refuses = Some(FlashFault::LowSupply);
     let got = send(&mut receiver, &mut device, &new, usize::MAX);
     assert_eq!(got, Err(Refusal::Supply));
-    device.slots.flash_mut().low = false;
+    device.slots.flash_mut().refuses = None;
     send(&mut receiver, &mut device, &new, usize::MAX).unwrap();
     assert_eq!(ask(&mut receiver, &mut device, Kind::Finish, &[]).0, Ok(0));
-    device.slots.flash_mut().low = true;
+    device.slots.flash_mut().refuses = Some(FlashFault::LowSupply);
     assert_eq!(device.start(Asked::Nothing).unwrap().slot, Slot::A);
-    device.slots.flash_mut().low = false;
+    device.slots.flash_mut().refuses = None;
     let start = device.start(Asked::Nothing).unwrap();
     assert_eq!((start.slot, start.trial), (Slot::B, Some(1)));
 }
@@ -272,7 +273,7 @@ fn the_greeting_is_answered_in_the_version_of_the_older_side() {
 #[test]
 fn the_counter_survives_a_full_log_and_cuts_in_it() {
     for seed in 0..200 {
-        let power = power(seed);
+        let power = Power::new(seed);
         let mut floor = Floor::new(common::Model::new(1, &power));
         for number in 1..300 {
             power.borrow_mut().left = Some(1 + (seed as u32 + number) % 7);

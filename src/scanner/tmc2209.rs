@@ -372,6 +372,4 @@ impl<P: BytePort> MotorDriver for Tmc2209<P> {
 }
 
 #[cfg(test)]
-mod chip;
-#[cfg(test)]
 mod tests;

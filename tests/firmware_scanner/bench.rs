@@ -11,12 +11,11 @@ use stairscan::config::{Config, ConfigError, Plane, RadarConfig};
 use stairscan::motion::{Agreement, Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scanner::command::{Measure, framed};
+use stairscan::scanner::command::framed;
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
-use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{
-    Board, BoardHealth, BootInfo, BytePort, DataPath, Hardware, Micros, Mirror, MirrorError,
-    Motion, Scanner, SecondMemory, Settings,
+    BoardHealth, BootInfo, DataPath, Hardware, Micros, Mirror, MirrorError, Motion, Scanner,
+    SecondMemory, Settings,
 };
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::{RowTimes, Wire};
@@ -25,20 +24,16 @@ use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
     Outcome,
 };
+use testbed::{Board, Port};
 
 /// Everything outside the scanner, shared between the implementations of its traits and the test.
 #[derive(Default)]
 pub struct World {
-    pub typed: VecDeque<u8>,
-    pub printed: Vec<u8>,
-    pub port_stuck: bool,
-    pub stopped: bool,
-    pub before: Option<u32>,
-    pub saved: Option<Settings>,
+    /// Report port, which takes a few bytes at once.
+    pub port: testbed::Shared<Port>,
+    pub board: testbed::Shared<Board>,
     /// Result of a calibration.
     pub mounting: Option<Mounting>,
-    pub flash_broken: bool,
-    pub survived: bool,
     // Mirror.
     pub homed: bool,
     pub enabled: bool,
@@ -67,6 +62,13 @@ pub struct World {
     pub ground: Option<FreeGround>,
     pub arithmetic_broken: bool,
     pub row_worked_while_still: bool,
+}
+
+impl World {
+    /// Lets the report port take nothing, or a few bytes at once.
+    pub fn stick_port(&mut self, stuck: bool) {
+        self.port.get().wires.room = if stuck { 0 } else { 7 };
+    }
 }
 
 /// Motion of a continuous sweep between two polls, microsteps.
@@ -159,47 +161,6 @@ impl RadarModule for Shared {
     }
 }
 
-impl BytePort for Shared {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().typed.pop_front()
-    }
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let mut w = self.0.borrow_mut();
-        let n = if w.port_stuck { 0 } else { bytes.len().min(7) };
-        w.printed.extend(&bytes[..n]);
-        n
-    }
-}
-
-impl Board for Shared {
-    fn stopped(&self) -> bool {
-        self.0.borrow().stopped
-    }
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().stopped = stopped;
-    }
-    fn retained_settings_hash(&self) -> Option<u32> {
-        self.0.borrow().before
-    }
-    fn retain_settings_hash(&mut self, hash: u32) {
-        self.0.borrow_mut().before = Some(hash);
-    }
-    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        let mut w = self.0.borrow_mut();
-        if w.flash_broken {
-            return Err(StoreError::Controller);
-        }
-        w.saved = Some(*settings);
-        Ok(())
-    }
-    fn clear_crashes(&mut self) {
-        self.0.borrow_mut().survived = true;
-    }
-    fn measure(&self, _: Measure) -> u32 {
-        4321
-    }
-}
-
 pub struct Data(Shared, [Iq; 200]);
 
 impl DataPath for Data {
@@ -275,7 +236,13 @@ impl DataPath for Data {
 
 pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<'static, (Hardware<M, Shared, Shared, Shared>, Data)>,
+    pub scanner: Scanner<
+        'static,
+        (
+            Hardware<M, Shared, testbed::Shared<Port>, testbed::Shared<Board>>,
+            Data,
+        ),
+    >,
     pub now: Micros,
 }
 
@@ -315,9 +282,8 @@ impl Bench {
     /// Resets the chip. Flash, and memory that a reset does not clear, keep their contents.
     pub fn reset(self) -> Self {
         let old = self.world.0.take();
-        Self::boot(old.saved, IDENTITY, |w| {
-            (w.stopped, w.before, w.saved) = (old.stopped, old.before, old.saved);
-        })
+        let saved = old.board.get().load();
+        Self::boot(saved, IDENTITY, |w| w.board = old.board)
     }
 }
 
@@ -334,13 +300,15 @@ impl<M: Mirror> Bench<M> {
             requested: RequestedSettings::DEFAULT,
             ..World::default()
         };
+        world.stick_port(false);
+        world.board.get().measured = 4321;
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
         let hardware = Hardware {
             mirror: mirror(&world),
             link: world.clone(),
-            port: world.clone(),
-            board: world.clone(),
+            port: world.0.borrow().port.clone(),
+            board: world.0.borrow().board.clone(),
         };
         // Leaked: the scanner borrows them for the whole test.
         let reports = Box::leak(Box::default());
@@ -363,15 +331,7 @@ impl<M: Mirror> Bench<M> {
     }
 
     pub fn take_lines(&mut self) -> Vec<String> {
-        let mut world = self.world.0.borrow_mut();
-        let printed = std::mem::take(&mut world.printed);
-        let (whole, rest) = match printed.iter().rposition(|&b| b == b'\n') {
-            Some(end) => printed.split_at(end + 1),
-            None => (&[][..], &printed[..]),
-        };
-        world.printed = rest.to_vec();
-        let text = String::from_utf8(whole.to_vec()).unwrap();
-        text.lines().map(String::from).collect()
+        self.world.0.borrow().port.get().take_lines()
     }
 
     /// Runs steps until a sentence satisfies `wanted`; returns everything printed up to it.
@@ -402,8 +362,8 @@ impl<M: Mirror> Bench<M> {
     }
 
     pub fn type_line(&mut self, line: &str) {
-        let bytes = format!("{line}\r\n");
-        self.world.0.borrow_mut().typed.extend(bytes.bytes());
+        let world = self.world.0.borrow();
+        world.port.get().type_in(format!("{line}\r\n"));
     }
 
     /// Sends a command as a sentence; returns its reply.

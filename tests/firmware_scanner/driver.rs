@@ -1,25 +1,25 @@
 //! Tests of the scanner with a simulated TMC2209 on its single-wire UART.
 
-#[path = "../../src/scanner/tmc2209/chip.rs"]
-#[allow(dead_code, reason = "the driver's own tests need more of it")]
-mod chip;
-
-use std::cell::RefCell;
+use std::cell::{RefCell, RefMut};
 use std::rc::Rc;
 
 use crate::bench::{Bench, IDENTITY};
-use chip::{Chip, ChipFault};
 use stairscan::report::Sentence;
+use stairscan::scanner::Settings;
 use stairscan::scanner::mirror::{PulseState, StepPort, Stepper};
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::tmc2209::Tmc2209;
-use stairscan::scanner::{BytePort, Settings};
 use stairscan::verdict::{Reason, Status};
+use testbed::Port;
+use testbed::tmc2209::{Chip, ChipFault};
 
-/// The driver chip, its UART, and its motor.
+/// The driver chip on its UART, and its motor.
 #[derive(Clone)]
-struct Motor(Rc<RefCell<(Chip, Shaft)>>);
+struct Motor {
+    wire: testbed::Shared<Port<Chip>>,
+    shaft: Rc<RefCell<Shaft>>,
+}
 
 /// A shaft that moves without delay; the home switch is pressed at and below 0.
 #[derive(Default)]
@@ -30,21 +30,15 @@ struct Shaft {
     homings: u32,
 }
 
-impl BytePort for Motor {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().0.say()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let chip = &mut self.0.borrow_mut().0;
-        bytes.iter().for_each(|&byte| chip.receive(byte));
-        bytes.len()
+impl Motor {
+    fn chip(&self) -> RefMut<'_, Chip> {
+        RefMut::map(self.wire.get(), |port| &mut port.device)
     }
 }
 
 impl StepPort for Motor {
     fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
-        let (chip, shaft) = &mut *self.0.borrow_mut();
+        let (chip, mut shaft) = (self.chip(), self.shaft.borrow_mut());
         assert!(shaft.enabled, "a move with the driver off");
         assert_eq!(chip.register(0x00), 0x1c0, "a move before the set-up");
         let mut way = target - shaft.pulses.position;
@@ -57,19 +51,19 @@ impl StepPort for Motor {
     }
 
     fn state(&mut self) -> PulseState {
-        self.0.borrow().1.pulses
+        self.shaft.borrow().pulses
     }
 
     fn home_pressed(&mut self) -> bool {
-        self.0.borrow().1.place <= 0
+        self.shaft.borrow().place <= 0
     }
 
     fn set_position(&mut self, position: i32) {
-        self.0.borrow_mut().1.pulses.position = position;
+        self.shaft.borrow_mut().pulses.position = position;
     }
 
     fn set_enabled(&mut self, on: bool) {
-        let shaft = &mut self.0.borrow_mut().1;
+        let shaft = &mut *self.shaft.borrow_mut();
         shaft.homings += u32::from(on);
         shaft.enabled = on;
     }
@@ -84,16 +78,19 @@ fn settings() -> Settings {
     settings
 }
 
-type Over = Bench<Stepper<Motor, Tmc2209<Motor>>>;
+type Over = Bench<Stepper<Motor, Tmc2209<testbed::Shared<Port<Chip>>>>>;
 
 fn boot(settings: Settings, prepare: impl FnOnce(&mut Chip)) -> (Over, Motor) {
     let shaft = Shaft {
         place: 5_000,
         ..Shaft::default()
     };
-    let motor = Motor(Rc::new(RefCell::new((Chip::default(), shaft))));
-    prepare(&mut motor.0.borrow_mut().0);
-    let mirror = Stepper::with_driver(motor.clone(), Tmc2209::new(motor.clone()));
+    let motor = Motor {
+        wire: testbed::Shared::new(Port::new(Chip::default())),
+        shaft: Rc::new(RefCell::new(shaft)),
+    };
+    prepare(&mut motor.chip());
+    let mirror = Stepper::with_driver(motor.clone(), Tmc2209::new(motor.wire.clone()));
     let bench = Bench::over(|_| mirror, Some(settings), IDENTITY, |_| ());
     (bench, motor)
 }
@@ -105,10 +102,10 @@ fn a_sound_driver_is_set_up_and_read_before_each_scan() {
         let reported = bench.scan();
         assert_eq!((reported.scan, reported.status), (scan, Status::Ok));
         // Four reads in the set-up, then flags and status for each scan; the next one may have begun.
-        let reads = motor.0.borrow().0.reads;
+        let reads = motor.chip().reads;
         assert!((4 + 2 * scan..=6 + 2 * scan).contains(&reads), "{reads}");
     }
-    assert_eq!(motor.0.borrow().1.homings, 1);
+    assert_eq!(motor.shaft.borrow().homings, 1);
 }
 
 #[test]
@@ -127,9 +124,9 @@ fn a_silent_driver_is_a_fault_and_nothing_moves() {
             "{fault:?}"
         );
         assert!(reported.reasons.has(Reason::MotorDriver), "{reported:?}");
-        assert_eq!(motor.0.borrow().1.homings, 0, "EN stayed off");
+        assert_eq!(motor.shaft.borrow().homings, 0, "EN stayed off");
         // The scanner tries again by itself.
-        motor.0.borrow_mut().0.fault = ChipFault::Well;
+        motor.chip().fault = ChipFault::Well;
         assert_eq!(bench.scan().status, Status::Ok);
     }
 }
@@ -139,7 +136,7 @@ fn the_self_test_names_the_driver() {
     let (mut bench, motor) = boot(settings(), |_| ());
     bench.scan();
     assert_eq!(bench.ask("stop"), "DONE,stop");
-    motor.0.borrow_mut().0.fault = ChipFault::Silent;
+    motor.chip().fault = ChipFault::Silent;
     bench.type_line("selftest");
     let refused = |s: &Sentence<'_>| matches!(s, Sentence::Fail { field, .. } if *field == Reason::MotorDriver.as_str());
     bench.until(refused);
@@ -156,15 +153,15 @@ fn a_driver_that_was_reset_is_noticed_before_the_next_answer() {
         bench.step();
     }
     let scan = bench.scanner.scans();
-    motor.0.borrow_mut().0.reset();
+    motor.chip().reset();
     let before = bench.scan();
     assert_eq!((before.scan, before.status), (scan, Status::Ok));
     let fault = bench.scan();
     assert_eq!((fault.scan, fault.status), (scan + 1, Status::Fault));
     assert!(fault.reasons.has(Reason::MotorDriver), "{fault:?}");
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.0.borrow().1.homings, 2, "set up and homed again");
-    assert_eq!(motor.0.borrow().0.register(0x00), 0x1c0);
+    assert_eq!(motor.shaft.borrow().homings, 2, "set up and homed again");
+    assert_eq!(motor.chip().register(0x00), 0x1c0);
 }
 
 #[test]
@@ -176,12 +173,12 @@ fn another_driver_by_command_is_set_up_before_it_moves() {
         chip.registers.insert(0x00, 0x1c0);
     });
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.0.borrow().0.reads, 0, "the wire is not used");
+    assert_eq!(motor.chip().reads, 0, "the wire is not used");
     bench.send("set,driver,tmc2209");
     bench.scan();
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.0.borrow().1.homings, 2);
-    assert!(motor.0.borrow().0.writes >= 7);
+    assert_eq!(motor.shaft.borrow().homings, 2);
+    assert!(motor.chip().writes >= 7);
 }
 
 /// With `home-check` a sweep that ends near the switch tests it. If the shaft has slipped since homing
@@ -203,13 +200,13 @@ fn a_shaft_that_slipped_is_noticed_where_the_sweep_ends_at_home() {
     while bench.scanner.scans() < 5 {
         bench.step();
     }
-    motor.0.borrow_mut().1.place += 40;
+    motor.shaft.borrow_mut().place += 40;
     assert_eq!(bench.scan().status, Status::Ok);
     let fault = bench.scan();
     assert_eq!((fault.scan, fault.status), (6, Status::Fault));
     assert!(fault.reasons.has(Reason::MirrorSlipped), "{fault:?}");
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.0.borrow().1.homings, 2, "homed again");
+    assert_eq!(motor.shaft.borrow().homings, 2, "homed again");
 }
 
 #[test]

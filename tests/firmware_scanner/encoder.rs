@@ -56,7 +56,9 @@ fn boot(settings: Settings, stopped: bool) -> (Over, Rc<Seen>) {
         seen: seen.clone(),
     };
     let mirror = |world: &Shared| EncodedMirror::new(world.clone(), sensor(world));
-    let bench = Bench::over(mirror, Some(settings), IDENTITY, |w| w.stopped = stopped);
+    let bench = Bench::over(mirror, Some(settings), IDENTITY, |w| {
+        w.board.get().stopped = stopped
+    });
     (bench, seen)
 }
 
@@ -152,7 +154,7 @@ fn calibration_keeps_what_the_encoder_reads_at_home() {
     });
     bench.type_line(framed(&["calibrate", "1500", "20261122"]).trim_end());
     bench.until(|s| matches!(s, Sentence::Done { .. }));
-    let saved = bench.world.0.borrow().saved.unwrap();
+    let saved = bench.world.0.borrow().board.get().load().unwrap();
     // The simulated home is 165.002 degrees above the horizontal; the encoder reads 100 degrees more.
     let kept = saved.motor.encoder.home;
     assert!((294_850..=295_000).contains(&kept), "{kept}");

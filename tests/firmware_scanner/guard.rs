@@ -31,7 +31,8 @@ fn settings(sweep_mode: SweepMode) -> Settings {
 /// A stopped scanner in front of a rise.
 fn bench(settings: Settings, prepare: impl FnOnce(&mut World)) -> Bench {
     Bench::boot(Some(settings), IDENTITY, |w| {
-        (w.stopped, w.ground) = (true, Some(RISE));
+        w.board.get().stopped = true;
+        w.ground = Some(RISE);
         prepare(w);
     })
 }

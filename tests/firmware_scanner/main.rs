@@ -206,7 +206,7 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
 
 #[test]
 fn a_grid_of_other_rows_is_scanned_whole() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     for set in [
         "cfar-near-margin,40000",
         "first-angle,-20000",
@@ -222,7 +222,7 @@ fn a_grid_of_other_rows_is_scanned_whole() {
 
 #[test]
 fn listing_is_complete_even_through_a_slow_port() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     bench.type_line("get");
     let lines = bench.until(|s| matches!(s, Sentence::Done { command: "get" }));
     let keys = lines.iter().filter(|l| l.contains(",CONF,")).count();
@@ -234,8 +234,8 @@ fn stop_survives_a_reset_and_single_scans_return_to_idle() {
     let mut bench = Bench::new(|_| ());
     bench.scan();
     assert_eq!(bench.ask("stop"), "DONE,stop");
-    assert!(bench.world.0.borrow().stopped);
-    let mut bench = Bench::new(|w| w.stopped = true);
+    assert!(bench.world.0.borrow().board.get().stopped);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     for _ in 0..1000 {
         bench.step();
     }
@@ -259,7 +259,7 @@ fn stop_survives_a_reset_and_single_scans_return_to_idle() {
 #[test]
 fn a_failed_self_test_answers_its_command() {
     let mut bench = Bench::new(|w| {
-        w.stopped = true;
+        w.board.get().stopped = true;
         w.no_home = true;
     });
     assert_eq!(
@@ -280,13 +280,13 @@ fn a_failed_self_test_answers_its_command() {
 
 #[test]
 fn a_port_that_takes_nothing_stops_neither_scan_nor_watchdog() {
-    let mut bench = Bench::new(|w| w.port_stuck = true);
+    let mut bench = Bench::new(|w| w.stick_port(true));
     for _ in 0..60_000 {
         bench.step();
     }
     let scans = bench.scanner.scans();
     assert!(scans > 2);
-    bench.world.0.borrow_mut().port_stuck = false;
+    bench.world.0.borrow_mut().stick_port(false);
     assert_eq!(bench.scan().scan, 1);
 }
 
@@ -320,13 +320,18 @@ fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
     assert!(!bench.world.0.borrow().enabled);
     assert_eq!(bench.ask("start"), "DONE,start");
     assert_eq!(bench.scan().status, Status::Ok);
-    assert!(!bench.world.0.borrow().survived, "not a minute yet");
+    assert!(
+        !bench.world.0.borrow().board.get().crashes_cleared,
+        "not a minute yet"
+    );
     for _ in 0..60_000 {
         bench.step();
     }
-    assert!(bench.world.0.borrow().survived);
+    assert!(bench.world.0.borrow().board.get().crashes_cleared);
     // A stopped scanner stays stopped, also in a crash loop.
-    let mut bench = Bench::boot(Some(Settings::default()), identity, |w| w.stopped = true);
+    let mut bench = Bench::boot(Some(Settings::default()), identity, |w| {
+        w.board.get().stopped = true
+    });
     for _ in 0..100 {
         bench.step();
     }
@@ -343,7 +348,7 @@ fn live(bench: &mut Bench, ms: u32) -> Vec<String> {
 
 #[test]
 fn live_comes_five_times_a_second_in_every_state() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     for (command, state) in [("stop", "idle"), ("start", "scanning")] {
         bench.ask(command);
         (0..500).for_each(|_| bench.step());
@@ -390,9 +395,12 @@ fn live_tells_the_age_of_the_answer_and_what_went_wrong() {
 
 #[test]
 fn a_stuck_port_is_owed_one_live_at_most() {
-    let mut bench = Bench::new(|w| (w.stopped, w.port_stuck) = (true, true));
+    let mut bench = Bench::new(|w| {
+        w.board.get().stopped = true;
+        w.stick_port(true);
+    });
     (0..10_000).for_each(|_| bench.step());
-    bench.world.0.borrow_mut().port_stuck = false;
+    bench.world.0.borrow_mut().stick_port(false);
     let reported = live(&mut bench, 100);
     assert!(reported.len() <= 1, "{reported:?}");
 }

@@ -80,7 +80,7 @@ fn a_scanner_of_one_plane_does_not_tell_it() {
 
 #[test]
 fn one_scan_on_command_brings_the_one_that_its_drop_asks_for() {
-    let mut bench = bench(|w| w.stopped = true);
+    let mut bench = bench(|w| w.board.get().stopped = true);
     for first in [1, 3] {
         assert_eq!(bench.ask("scan"), "DONE,scan");
         assert_eq!(planes(&scans(&mut bench, 2)), [DEPTH, HEIGHT]);

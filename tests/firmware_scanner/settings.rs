@@ -19,7 +19,7 @@ fn offered(answer: &str) -> &str {
 
 #[test]
 fn what_changes_settings_counts_only_inside_a_sentence_which_is_offered() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     let answer = bench.ask("set mount-height 41000");
     let offer = "FAIL,set,crc,send $PSTC,set,mount-height,41000*";
     assert!(answer.starts_with(offer), "{answer}");
@@ -28,15 +28,15 @@ fn what_changes_settings_counts_only_inside_a_sentence_which_is_offered() {
     // An invalid command is reported at once.
     assert!(bench.ask("set seed x").starts_with("FAIL,set,seed,"));
     let answer = bench.ask("save");
-    assert!(bench.world.0.borrow().saved.is_none());
+    assert!(bench.world.0.borrow().board.get().load().is_none());
     assert_eq!(bench.ask(offered(&answer)), "DONE,save");
-    assert!(bench.world.0.borrow().saved.is_some());
+    assert!(bench.world.0.borrow().board.get().load().is_some());
 }
 
 /// `update` counts inside a sentence, and from a standstill; the boards of the host have no boot loader.
 #[test]
 fn the_boot_loader_is_entered_from_a_standstill_by_a_whole_sentence() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     let answer = bench.ask("update");
     assert!(
         answer.starts_with("FAIL,update,crc,send $PSTC,update*"),
@@ -54,7 +54,7 @@ fn the_boot_loader_is_entered_from_a_standstill_by_a_whole_sentence() {
 /// Flips each bit of each character of framed and plain commands, one at a time.
 #[test]
 fn no_damaged_line_changes_a_setting() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     let before = bench.ask("status");
     let sentence = framed(&["set", "angle-count", "101"]);
     for line in [sentence.trim_end(), "set,angle-count,101", "set seed 1"] {
@@ -66,7 +66,7 @@ fn no_damaged_line_changes_a_setting() {
                 continue;
             }
             bytes.extend(b"\r\n");
-            bench.world.0.borrow_mut().typed.extend(bytes);
+            bench.world.0.borrow().port.get().type_in(bytes);
             for _ in 0..40 {
                 bench.step();
             }
@@ -97,7 +97,7 @@ fn without_saved_settings_nothing_is_ok_until_the_mounting_has_come() {
 
 #[test]
 fn settings_outlive_a_reset_in_mid_scan_if_they_were_saved() {
-    let mut bench = Bench::new(|w| w.stopped = true);
+    let mut bench = Bench::new(|w| w.board.get().stopped = true);
     assert_eq!(
         bench.send("set,mount-height,41000"),
         "CONF,mount-height,41000"
@@ -117,7 +117,7 @@ fn settings_outlive_a_reset_in_mid_scan_if_they_were_saved() {
 
 #[test]
 fn settings_that_a_reset_lost_are_reported_again_and_again() {
-    let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
+    let mut bench = Bench::boot(None, IDENTITY, |w| w.board.get().stopped = true);
     let height = |bench: &mut Bench| bench.send("set,mount-height,41000");
     for key in MOUNTING {
         let value = Settings::default().get(key).unwrap();
@@ -146,13 +146,13 @@ fn settings_that_a_reset_lost_are_reported_again_and_again() {
 
 #[test]
 fn save_is_refused_where_it_would_do_harm_or_cannot_be_done() {
-    let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
+    let mut bench = Bench::boot(None, IDENTITY, |w| w.board.get().stopped = true);
     let answer = bench.send("save");
     assert!(
         answer.starts_with("FAIL,save,plane,to be set first"),
         "{answer}"
     );
-    let mut bench = Bench::new(|w| w.flash_broken = true);
+    let mut bench = Bench::new(|w| w.board.get().break_flash(true));
     for _ in 0..200 {
         bench.step();
     }
@@ -192,7 +192,10 @@ const CALIBRATE: [&str; 3] = ["calibrate", "1500", "20261122"];
 
 #[test]
 fn a_calibration_is_saved_with_its_date_and_the_chip() {
-    let mut bench = Bench::new(|w| (w.stopped, w.mounting) = (true, Some(FOUND)));
+    let mut bench = Bench::new(|w| {
+        w.board.get().stopped = true;
+        w.mounting = Some(FOUND);
+    });
     let answer = bench.ask("calibrate 1500 20261122");
     assert!(answer.starts_with("FAIL,calibrate,crc,send $PSTC,calibrate,1500,20261122*"));
     let home: i32 = bench
@@ -208,7 +211,7 @@ fn a_calibration_is_saved_with_its_date_and_the_chip() {
     let mut reported = done.iter().filter(|line| !line.contains(",LIVE,"));
     let scale = reported.next().unwrap();
     assert!(scale.contains("CONF,range-scale,12500*"), "{done:?}");
-    let saved = bench.world.0.borrow().saved.unwrap();
+    let saved = bench.world.0.borrow().board.get().load().unwrap();
     assert_eq!(saved.config.mount.mount_height, 39_800);
     assert_eq!(saved.config.mount.mirror_echo, 22_050);
     assert_eq!(saved.config.mount.mirror_level, -31_250);
@@ -234,7 +237,8 @@ fn a_calibration_that_fails_changes_nothing() {
     let line = framed(&CALIBRATE);
     let refused = |prepare: &dyn Fn(&mut World), field: &str| {
         let mut bench = Bench::new(|w| {
-            (w.stopped, w.mounting) = (true, Some(FOUND));
+            w.board.get().stopped = true;
+            w.mounting = Some(FOUND);
             prepare(w);
         });
         let before = bench.ask("status");
@@ -245,21 +249,21 @@ fn a_calibration_that_fails_changes_nothing() {
         );
         let hash = |status: &str| status.split(',').next_back().unwrap().to_owned();
         assert_eq!(hash(&bench.ask("status")), hash(&before), "{field}");
-        assert!(bench.world.0.borrow().saved.is_none());
+        assert!(bench.world.0.borrow().board.get().load().is_none());
         assert_eq!(
             bench.world.0.borrow().begun.is_empty(),
             field == "self-test"
         );
     };
     refused(&|w| w.mounting = None, "scene");
-    refused(&|w| w.flash_broken = true, "flash");
+    refused(&|w| w.board.get().break_flash(true), "flash");
     refused(&|w| w.errors = [Some(LinkError::Timeout); 3].into(), "rows");
     refused(&|w| w.arithmetic_broken = true, "self-test");
     // Only while stopped, and only if the mounting is approximately known.
     let mut bench = Bench::new(|w| w.mounting = Some(FOUND));
     let answer = bench.ask(line.trim_end());
     assert!(answer.starts_with("FAIL,calibrate,state,"), "{answer}");
-    let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
+    let mut bench = Bench::boot(None, IDENTITY, |w| w.board.get().stopped = true);
     let answer = bench.ask(line.trim_end());
     assert!(answer.starts_with("FAIL,calibrate,plane,"), "{answer}");
 }

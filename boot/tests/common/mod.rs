@@ -5,13 +5,7 @@
     reason = "each test takes what it needs of these"
 )]
 
-use std::cell::RefCell;
-use std::rc::Rc;
-
 use ed25519_dalek::{Signer, SigningKey};
-use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use sha2::{Digest, Sha256};
@@ -24,6 +18,7 @@ use stairscan_boot::receive::{Effect, Receiver};
 use stairscan_boot::refusal::Refusal;
 use stairscan_boot::slot::{Slot, Slots};
 use stairscan_boot::start::Loader;
+use testbed::{Flash, SharedPower};
 
 /// Bytes of a sector of the model.
 pub const SECTOR: usize = 1024;
@@ -32,159 +27,8 @@ pub const BASE: u32 = 0x1000;
 /// Bytes of a slot of the model: three sectors.
 pub const SLOT: u32 = 3 * SECTOR as u32;
 
-/// The supply of all flash of a model.
-#[derive(Debug)]
-pub struct Power {
-    /// Words and sectors that may still be written and erased before it goes.
-    pub left: Option<u32>,
-    pub operations: u32,
-    pub random: Xoshiro128PlusPlus,
-}
-
-pub type SharedPower = Rc<RefCell<Power>>;
-
-pub fn power(seed: u64) -> SharedPower {
-    Rc::new(RefCell::new(Power {
-        left: None,
-        operations: 0,
-        random: Xoshiro128PlusPlus::seed_from_u64(seed),
-    }))
-}
-
-/// NOR flash: writing clears bits, erasing sets all of a sector; what is under way when the power goes is done in part.
-#[derive(Clone, Debug)]
-pub struct Model {
-    pub bytes: Vec<u8>,
-    pub power: SharedPower,
-    /// Writes are taken and do nothing.
-    pub deaf: bool,
-    /// The supply is too low to write or erase.
-    pub low: bool,
-}
-
-/// Why an operation failed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Failure {
-    PowerLost,
-    LowSupply,
-}
-
-impl From<Failure> for Refusal {
-    fn from(failure: Failure) -> Self {
-        match failure {
-            Failure::PowerLost => Refusal::Flash,
-            Failure::LowSupply => Refusal::Supply,
-        }
-    }
-}
-
-impl NorFlashError for Failure {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
-impl Model {
-    pub fn new(sectors: usize, power: &SharedPower) -> Self {
-        Self {
-            bytes: vec![0xff; sectors * SECTOR],
-            power: power.clone(),
-            deaf: false,
-            low: false,
-        }
-    }
-
-    /// Whether the operation that begins now is cut short; an error once the power is gone.
-    fn cut(&mut self) -> Result<bool, Failure> {
-        if self.low {
-            return Err(Failure::LowSupply);
-        }
-        let mut power = self.power.borrow_mut();
-        power.operations += 1;
-        match &mut power.left {
-            None => Ok(false),
-            Some(0) => Err(Failure::PowerLost),
-            Some(left) => {
-                *left -= 1;
-                Ok(*left == 0)
-            }
-        }
-    }
-}
-
-impl ErrorType for Model {
-    type Error = Failure;
-}
-
-impl ReadNorFlash for Model {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        let from = (offset as usize).min(self.bytes.len());
-        let count = bytes.len().min(self.bytes.len() - from);
-        bytes.fill(0xff);
-        bytes[..count].copy_from_slice(&self.bytes[from..from + count]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Model {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
-        assert!((from as usize).is_multiple_of(SECTOR) && to - from == SECTOR as u32);
-        let short = self.cut()?;
-        let mut power = self.power.borrow_mut();
-        // What an erasure that is cut short leaves: of each byte some bits, none, or all are set.
-        let depth = power.random.next_u32() % 3;
-        for byte in &mut self.bytes[from as usize..to as usize] {
-            *byte |= match (short, depth) {
-                (false, _) | (true, 2) => 0xff,
-                (true, 1) => power.random.next_u32() as u8,
-                (true, _) => (power.random.next_u32() & power.random.next_u32()) as u8 & 0x11,
-            };
-        }
-        if short {
-            Err(Failure::PowerLost)
-        } else {
-            Ok(())
-        }
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
-        assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
-        for (k, word) in bytes.chunks(4).enumerate() {
-            let short = self.cut()?;
-            if self.deaf {
-                continue;
-            }
-            let at = offset as usize + 4 * k;
-            let places = &mut self.bytes[at..at + 4];
-            assert!(
-                places.iter().all(|&byte| byte == 0xff),
-                "written twice without an erasure: 0x{at:x}"
-            );
-            let mut power = self.power.borrow_mut();
-            for (place, &byte) in places.iter_mut().zip(word) {
-                let kept = if short {
-                    power.random.next_u32() as u8
-                } else {
-                    0
-                };
-                *place &= byte | kept;
-            }
-            if short {
-                return Err(Failure::PowerLost);
-            }
-        }
-        Ok(())
-    }
-}
+/// Flash of the model.
+pub type Model = Flash<SECTOR>;
 
 /// A signature that costs next to nothing: SHA-256 behind a secret. For the many boots of the power cuts.
 #[derive(Clone, Copy, Debug)]

@@ -10,18 +10,16 @@
 //! | 3 | i8, kind, count, payload | delivers a frame with a correct CRC; the offset is added to the request's number |
 //! | 4 | u16 | advances the time, ms |
 
-use std::cell::RefCell;
-use std::collections::VecDeque;
-use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::scanner::{BytePort, Micros};
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::FrameLink;
 use stairscan::signal::radar::RadarModule;
 use stairscan::signal::radar::frame::{self, Decoder, FrameKind, MAX_FRAME, Progress};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::TRAILER;
+use testbed::{Port, Shared};
 
 use crate::input::Input;
 
@@ -29,21 +27,6 @@ use crate::input::Input;
 const SAMPLES: usize = 4;
 /// All kinds of frames, and one invalid kind.
 pub const KINDS: [u8; 9] = [0x81, 0x82, 0xE0, 0x01, 0x02, 0x77, 0x84, 0x03, 0x04];
-
-/// Bytes that have been delivered but not read.
-#[derive(Clone, Default)]
-struct Wire(Rc<RefCell<VecDeque<u8>>>);
-
-impl BytePort for Wire {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        // A port with a small buffer: requests are sent in pieces.
-        bytes.len().min(5)
-    }
-}
 
 /// Pending request of the scanner.
 #[derive(Clone, Copy, PartialEq)]
@@ -55,8 +38,8 @@ enum Waiting {
 
 /// The link, and the module's view of it.
 struct Bench {
-    link: FrameLink<Wire>,
-    wire: Wire,
+    link: FrameLink<Shared<Port>>,
+    wire: Shared<Port>,
     now: Micros,
     waiting: Waiting,
     until: Micros,
@@ -88,7 +71,10 @@ impl Bench {
                 .link
                 .program(self.now, &RequestedSettings::DEFAULT, timeout),
         }
-        assert!(self.wire.0.borrow().is_empty(), "an old answer is kept");
+        assert!(
+            self.wire.get().wires.incoming.is_empty(),
+            "an old answer is kept"
+        );
     }
 
     /// Polls until all input is processed. An answer or the timeout ends the request.
@@ -114,11 +100,8 @@ impl Bench {
     fn answer(&mut self, off: i8, kind: u8, payload: &[u8]) {
         let sequence = self.sequence.wrapping_add_signed(off.into());
         // Earlier bytes may be the beginning of a frame that includes this one.
-        let clean = self.wire.0.borrow().is_empty();
-        self.wire
-            .0
-            .borrow_mut()
-            .extend(encode(kind, sequence, payload));
+        let clean = self.wire.get().wires.incoming.is_empty();
+        self.wire.get().type_in(encode(kind, sequence, payload));
         let waiting = self.waiting;
         self.poll();
         let wanted = match waiting {
@@ -151,7 +134,9 @@ fn decode(bytes: &[u8]) {
 /// Runs the operations.
 pub fn run(data: &[u8]) {
     decode(data);
-    let wire = Wire::default();
+    let wire: Shared<Port> = Shared::default();
+    // Requests are sent in pieces.
+    wire.get().wires.room = 5;
     let mut bench = Bench {
         link: FrameLink::new(wire.clone()),
         wire,
@@ -167,7 +152,7 @@ pub fn run(data: &[u8]) {
             1 => bench.ask(Waiting::Chirp, input.short()),
             2 => {
                 let bytes = input.counted();
-                bench.wire.0.borrow_mut().extend(bytes);
+                bench.wire.get().type_in(bytes);
             }
             3 => {
                 let (off, kind) = (input.byte() as i8, input.byte());

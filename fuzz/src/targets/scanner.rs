@@ -11,7 +11,7 @@
 //! | 1 | u16 | advances the time, ms, in one step |
 //! | 2 | count, bytes | types these bytes |
 //! | 3 | count, text | types this text within a frame with its CRC |
-//! | 4 | u8 | sets the module's [`Mood`] |
+//! | 4 | u8 | sets the fault of the module's answers |
 //! | 5 | u8 | bit 0: a stall; bits 1 and 2: the home switch works, is dead, or is stuck |
 //! | 6 | u8 | bytes that the report port takes in each step |
 //! | 7 | u8 | bit 0: the self-test fails; bits 1 and 2: scans end `ok`, as faults, or with steps |
@@ -25,7 +25,6 @@ use stairscan::scanner::Reports;
 
 use crate::input::Input;
 use bench::Bench;
-pub use world::Mood;
 
 /// Runs the operations, then checks that a scan becomes `ok`.
 pub fn run(data: &[u8]) {
@@ -43,7 +42,7 @@ pub fn run(data: &[u8]) {
                     bench.type_in(&line);
                 }
             }
-            4 => bench.world(|w| w.mood = Mood::of(input.byte())),
+            4 => bench.link.get().device.framed.fault = world::fault(input.byte()),
             5 => {
                 let what = input.byte();
                 bench.world(|w| {
@@ -51,11 +50,12 @@ pub fn run(data: &[u8]) {
                     w.switch = what >> 1;
                 });
             }
-            6 => bench.world(|w| w.room = input.byte().into()),
+            6 => bench.port.get().wires.room = input.byte().into(),
             8 => bench.world(|w| w.encoder = input.byte()),
             _ => {
                 let what = input.byte();
                 bench.world(|w| (w.broken, w.verdict) = (what & 1 != 0, what >> 1));
+                bench.board.get().break_flash(what & 1 != 0);
             }
         }
         bench.steps(1);

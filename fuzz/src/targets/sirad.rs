@@ -12,14 +12,14 @@
 //! | 5 | | delivers the module's identity |
 //! | 6 | u16 | advances the time, ms |
 
-use std::collections::VecDeque;
 use std::task::Poll;
 
 use host_sim::modules::sirad::{binary, table};
 use stairscan::Iq;
-use stairscan::scanner::{BytePort, Micros};
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
 use stairscan::signal::radar::sirad::SiRad;
+use testbed::Port;
 
 use crate::input::Input;
 
@@ -30,42 +30,6 @@ const TRIGGER: &[u8] = b"!N\r\n";
 
 /// Size of the scanner's input buffer, bytes; further bytes are lost and counted.
 const ROOM: usize = 2047;
-
-#[derive(Default)]
-struct Port {
-    from: VecDeque<u8>,
-    lost: u16,
-    /// Bytes sent since the last request.
-    to: Vec<u8>,
-}
-
-impl Port {
-    fn hear(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            match self.from.len() < ROOM {
-                true => self.from.push_back(byte),
-                false => self.lost = self.lost.wrapping_add(1),
-            }
-        }
-    }
-}
-
-impl BytePort for Port {
-    fn read(&mut self) -> Option<u8> {
-        self.from.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        // A port with a small buffer: commands are sent in pieces.
-        let taken = bytes.len().min(5);
-        self.to.extend(&bytes[..taken]);
-        taken
-    }
-
-    fn errors(&self) -> u16 {
-        self.lost
-    }
-}
 
 /// Pending request of the scanner.
 #[derive(Clone, Copy, PartialEq)]
@@ -93,15 +57,15 @@ impl Bench {
         let timeout = 1000 * u32::from(timeout_ms).max(1);
         self.until = self.now.plus(timeout);
         self.waiting = waiting;
-        self.port.to.clear();
+        self.port.device.clear();
         self.answered = false;
         timeout
     }
 
     fn frame(&mut self, bytes: &[u8], numbers: usize) {
-        let fired = self.port.to.ends_with(TRIGGER);
+        let fired = self.port.device.ends_with(TRIGGER);
         self.answered |= fired && numbers == 2 * SAMPLES && self.waiting == Waiting::Chirp;
-        self.port.hear(bytes);
+        self.port.type_in(bytes);
     }
 
     fn poll(&mut self) {
@@ -129,7 +93,7 @@ impl Bench {
         };
         match ready {
             Poll::Ready(()) => self.waiting = Waiting::Nothing,
-            Poll::Pending if self.port.from.is_empty() => {
+            Poll::Pending if self.port.wires.incoming.is_empty() => {
                 assert!(!self.now.reached(self.until), "waits for ever");
             }
             Poll::Pending => {}
@@ -150,9 +114,13 @@ fn numbers(input: &mut Input<'_>, count: u8) -> Vec<[i16; 2]> {
 
 /// Runs the operations.
 pub fn run(data: &[u8]) {
+    let mut port = Port::default();
+    port.wires.capacity = ROOM;
+    // Commands are sent in pieces.
+    port.wires.room = 5;
     let mut bench = Bench {
         module: SiRad::new(),
-        port: Port::default(),
+        port,
         now: Micros(u32::MAX - 500_000),
         until: Micros(0),
         waiting: Waiting::Nothing,
@@ -180,7 +148,7 @@ pub fn run(data: &[u8]) {
             }
             2 => {
                 bench.noise = true;
-                bench.port.hear(input.counted());
+                bench.port.type_in(input.counted());
             }
             op @ (3 | 4) => {
                 let (counter, count) = (input.short(), input.byte());
@@ -191,7 +159,7 @@ pub fn run(data: &[u8]) {
                 };
                 bench.frame(&bytes, 2 * samples.len());
             }
-            5 => bench.port.hear(b"!IDocile\r\n"),
+            5 => bench.port.type_in(b"!IDocile\r\n"),
             _ => bench.now = bench.now.plus(1000 * u32::from(input.short())),
         }
         // Commands that are sent in pieces need several calls.

@@ -11,7 +11,6 @@
 //!
 //! An image of another payload, or of another key, is never executed, and the first one always can be.
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use host_sim::update::keys;
 use host_sim::update::package::Package;
 use stairscan_boot::floor::Floor;
@@ -22,56 +21,14 @@ use stairscan_boot::layout::SLOTS;
 use stairscan_boot::receive::{Effect, Receiver};
 use stairscan_boot::slot::{Slot, Slots};
 use stairscan_boot::start::{Asked, Loader};
+use testbed::{Flash, Power};
 
 use crate::input::Input;
 
 /// Bytes of a sector of the model.
 const SECTOR: usize = 1024;
 
-/// NOR flash in memory.
-struct Nor(Vec<u8>);
-
-impl ErrorType for Nor {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Nor {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        bytes.fill(0xff);
-        let from = (offset as usize).min(self.0.len());
-        let count = bytes.len().min(self.0.len() - from);
-        bytes[..count].copy_from_slice(&self.0[from..from + count]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Nor {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        self.0[from as usize..to as usize].fill(0xff);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let places = &mut self.0[offset as usize..offset as usize + bytes.len()];
-        assert!(
-            places.iter().all(|&byte| byte == 0xff),
-            "written twice without an erasure"
-        );
-        places.copy_from_slice(bytes);
-        Ok(())
-    }
-}
-
-type Model = Loader<Nor, Nor, PublicKey>;
+type Model = Loader<Flash<SECTOR>, Flash<SECTOR>, PublicKey>;
 
 /// The image that stands in slot A.
 fn first() -> Package {
@@ -90,9 +47,10 @@ fn scanner() -> Model {
     let slot = first().image(Slot::A).slot(1);
     flash[..slot.len()].copy_from_slice(&slot);
     let key = keys::development().expect("the repository's key");
+    let power = Power::new(0);
     Loader {
-        slots: Slots::new(Nor(flash), SLOTS),
-        floor: Floor::new(Nor(vec![0xff; SECTOR])),
+        slots: Slots::new(Flash::with(flash, &power), SLOTS),
+        floor: Floor::new(Flash::new(1, &power)),
         keys: PublicKey(key.verifying_key().to_bytes()),
     }
 }

@@ -1,7 +1,6 @@
 //! Tests of one scanner with three radar modules: each setting uses the module's own protocol.
 
 use std::cell::Cell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 use std::task::Poll;
 
@@ -13,12 +12,14 @@ use stairscan::config::RadarConfig;
 use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::any::AnyModule;
-use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::signal::radar::frame::Ability;
 use stairscan::signal::radar::module::{ModuleKind, RadarModule, RequestedSettings};
+use testbed::{FramedModule, Port};
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 20;
-/// Sample in the chirps of the module with frames.
+/// Shaft angle of the triggers, 0.001°, and the samples of a chirp there by the module with frames.
+const ANGLE: i32 = -262_127;
 const TOLD: Iq = Iq { i: 17, q: -4 };
 
 /// The connected module, and the time.
@@ -32,36 +33,13 @@ struct Bench {
 struct Line<'a> {
     bench: Bench,
     sirad: SiRadPort<'a>,
-    decoder: Decoder,
-    out: VecDeque<u8>,
-}
-
-impl Line<'_> {
-    fn hear(&mut self, byte: u8) {
-        if self.decoder.push(byte) != Ok(Progress::Complete) {
-            return;
-        }
-        let frame = self.decoder.frame().unwrap();
-        let (kind, payload) = match frame.kind {
-            FrameKind::Trigger => {
-                let [i, q] = [TOLD.i, TOLD.q].map(i16::to_le_bytes);
-                (FrameKind::Chirp, [i, q].concat().repeat(200))
-            }
-            _ => {
-                let payload = frame::settings_payload(&RadarConfig::DEFAULT, Ability::NONE);
-                (FrameKind::Settings, payload.to_vec())
-            }
-        };
-        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
-        frame::encode(kind, frame.sequence, &payload, &mut out);
-        self.out.extend(out);
-    }
+    framed: Port<FramedModule>,
 }
 
 impl BytePort for Line<'_> {
     fn read(&mut self) -> Option<u8> {
         match self.bench.plugged.get() {
-            ModuleKind::Pstr => self.out.pop_front(),
+            ModuleKind::Pstr => self.framed.read(),
             ModuleKind::SiRad => self.sirad.read(),
             ModuleKind::Bgt60 => None,
         }
@@ -69,11 +47,10 @@ impl BytePort for Line<'_> {
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         match self.bench.plugged.get() {
-            ModuleKind::Pstr => bytes.iter().for_each(|&byte| self.hear(byte)),
-            ModuleKind::SiRad => return self.sirad.write(bytes),
-            ModuleKind::Bgt60 => {}
+            ModuleKind::Pstr => self.framed.write(bytes),
+            ModuleKind::SiRad => self.sirad.write(bytes),
+            ModuleKind::Bgt60 => bytes.len(),
         }
-        bytes.len()
     }
 }
 
@@ -132,7 +109,7 @@ impl Bench {
 
     fn chirp(&self, module: &mut dyn RadarModule, samples: u16) -> Result<Vec<Iq>, LinkError> {
         let mut chirp = vec![Iq::default(); samples.into()];
-        module.trigger(self.now.get(), 1_000, TIMEOUT_US);
+        module.trigger(self.now.get(), ANGLE, TIMEOUT_US);
         self.wait(|now| module.poll(now, &mut chirp))?;
         Ok(chirp)
     }
@@ -142,8 +119,7 @@ fn any(bench: &Bench) -> AnyModule<Line<'static>, Spi> {
     let line = Line {
         bench: bench.clone(),
         sirad: SiRadPort::new(Box::new(|samples| Some(vec![[100, -50]; samples]))),
-        decoder: Decoder::new(),
-        out: VecDeque::new(),
+        framed: Port::new(FramedModule::new(RadarConfig::DEFAULT, Ability::NONE, 0)),
     };
     let mut chip = Chip::new();
     chip.echo = (0..1024).map(|k| 2048 + k % 100).collect();

@@ -19,10 +19,11 @@ use stairscan::motion::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::{ScanLine, Sentence, StepLine};
 use stairscan::scanner::command::framed;
-use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 use stairscan::verdict::{Reason, Status};
+use testbed::Port;
 
 /// Renders a scene 0.4 m below the mirror in one plane. The angles go from 20° above the horizontal, or behind
 /// straight down, to 70°.
@@ -83,24 +84,6 @@ impl RadarModule for TwoPlanes<'_> {
     }
 }
 
-/// The report port: received and sent bytes.
-#[derive(Default)]
-struct Lines {
-    typed: Vec<u8>,
-    said: Vec<u8>,
-}
-
-impl BytePort for Lines {
-    fn read(&mut self) -> Option<u8> {
-        (!self.typed.is_empty()).then(|| self.typed.remove(0))
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        self.said.extend(bytes);
-        bytes.len()
-    }
-}
-
 /// An answer: its head and its steps.
 type ScanLines = (ScanLine, Vec<StepLine>);
 
@@ -149,7 +132,7 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
     let hardware = Hardware {
         mirror: SimShaft::default(),
         link,
-        port: Lines::default(),
+        port: Port::default(),
         board: Volatile::SCANNING,
     };
     let mut scanner = Scanner::new(
@@ -167,7 +150,7 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
             let travel = if chair == Chair::Driving { sequence } else { 0 };
             let [number, way] = [sequence.to_string(), format!("{travel}.0")];
             let line = framed(&["MOTION", &number, &way, ""]);
-            scanner.port_mut().typed.extend(line.bytes());
+            scanner.port_mut().type_in(&*line);
             sequence += 1;
         }
         scanner.step(now);
@@ -175,7 +158,7 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
             break;
         }
     }
-    let said = String::from_utf8(std::mem::take(&mut scanner.port_mut().said)).unwrap();
+    let said = String::from_utf8(std::mem::take(&mut scanner.port_mut().device)).unwrap();
     let mut printed: Vec<ScanLines> = Vec::new();
     for line in said.lines() {
         match Sentence::parse(line).unwrap() {

@@ -13,7 +13,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use host_sim::emulate::image::{self, workspace};
 use host_sim::emulate::qemu::Qemu;
 use host_sim::emulate::tools::{TARGET, Tool};
@@ -36,6 +35,7 @@ use stairscan_boot::receive::{Effect, Receiver};
 use stairscan_boot::slot::{Slot, Slots};
 use stairscan_boot::start::{Asked, Loader};
 use stairscan_boot::tell;
+use testbed::{Flash, Power};
 
 use crate::common::{Scratch, elf, sim, tools};
 
@@ -103,46 +103,6 @@ fn a_secret_key_is_its_owner_s_alone_and_never_replaced_unasked() {
     assert!(keys::read(&public).is_err());
 }
 
-/// NOR flash in memory.
-struct Nor<const SECTOR: usize>(Vec<u8>);
-
-impl<const SECTOR: usize> ErrorType for Nor<SECTOR> {
-    type Error = NorFlashErrorKind;
-}
-
-impl<const SECTOR: usize> ReadNorFlash for Nor<SECTOR> {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        bytes.fill(0xff);
-        let from = offset as usize;
-        let count = bytes.len().min(self.0.len() - from);
-        bytes[..count].copy_from_slice(&self.0[from..from + count]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl<const SECTOR: usize> NorFlash for Nor<SECTOR> {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        self.0[from as usize..to as usize].fill(0xff);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let places = &mut self.0[offset as usize..offset as usize + bytes.len()];
-        assert!(places.iter().all(|&b| b == 0xff), "written twice");
-        places.copy_from_slice(bytes);
-        Ok(())
-    }
-}
-
 /// What a scanner at work says five times a second.
 const LIVE: LiveLine<'_> = LiveLine {
     state: "scanning",
@@ -167,7 +127,7 @@ struct Device {
 
 struct Inside {
     port: TTYPort,
-    loader: Loader<Nor<{ layout::SLOT_SECTOR }>, Nor<{ layout::FLOOR_SECTOR }>, PublicKey>,
+    loader: Loader<Flash<{ layout::SLOT_SECTOR }>, Flash<{ layout::FLOOR_SECTOR }>, PublicKey>,
     in_loader: bool,
     on_trial: bool,
     /// Number of resets as the loader counts them.
@@ -311,11 +271,12 @@ impl Device {
         let (ended, left) = (pulled.clone(), supply.clone());
         let thread = std::thread::spawn(move || {
             let _slave = slave;
+            let power = Power::new(0);
             let mut inside = Inside {
                 port: master,
                 loader: Loader {
-                    slots: Slots::new(Nor(flash), layout::SLOTS),
-                    floor: Floor::new(Nor(vec![0xff; layout::FLOOR_SECTOR])),
+                    slots: Slots::new(Flash::with(flash, &power), layout::SLOTS),
+                    floor: Floor::new(Flash::new(1, &power)),
                     keys: key,
                 },
                 in_loader: false,

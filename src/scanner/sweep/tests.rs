@@ -6,7 +6,8 @@ mod chip;
 
 use super::*;
 use crate::scanner::settings::SweepMode;
-use bench::{Bench, Fate, Outcome, SPARE};
+use crate::testing::framed::AnswerFault;
+use bench::{Bench, Outcome, SPARE};
 use proptest::prelude::*;
 
 fn settings(mode: SweepMode) -> Settings {
@@ -93,7 +94,7 @@ fn a_chirp_of_unknown_length_keeps_the_mirror_until_it_has_come() {
     let mut settings = settings(SweepMode::Stop);
     settings.timing.chirp_duration = 0;
     let mut bench = Bench::new(1_000_000);
-    bench.set_chirp_us(3_000);
+    bench.module(|module| module.chirp_us = 3_000);
     let outcome = bench.scan(&settings, false);
     assert_whole(&outcome, 281);
     assert_still(&outcome);
@@ -109,14 +110,16 @@ fn a_chirp_of_unknown_length_keeps_the_mirror_until_it_has_come() {
 fn a_lost_row_is_gone_back_for() {
     let settings = settings(SweepMode::Stop);
     for fate in [
-        Fate::Lost,
-        Fate::Corrupt,
-        Fate::Late,
-        Fate::Error,
-        Fate::Repeat,
+        AnswerFault::Lost,
+        AnswerFault::Corrupt,
+        AnswerFault::Late,
+        AnswerFault::Error,
+        AnswerFault::Repeat,
     ] {
         let mut bench = Bench::new(1_000_000);
-        bench.fates = [(3, fate), (4, fate), (20, fate), (285, fate)].into();
+        bench.module(|module| {
+            module.faults = [(3, fate), (4, fate), (20, fate), (285, fate)].into()
+        });
         let outcome = bench.scan(&settings, false);
         assert_eq!((outcome.fault, outcome.lost.len()), (None, 0), "{fate:?}");
         assert_whole(&outcome, 281);
@@ -126,7 +129,7 @@ fn a_lost_row_is_gone_back_for() {
     }
     // The same row three times: reported as lost.
     let mut bench = Bench::new(1_000_000);
-    bench.fates = (7..10).map(|k| (k, Fate::Lost)).collect();
+    bench.module(|module| module.faults = (7..10).map(|k| (k, AnswerFault::Lost)).collect());
     let outcome = bench.scan(&settings, false);
     assert_eq!((outcome.fault, &outcome.lost[..]), (None, &[7][..]));
     assert_whole(&outcome, 281);
@@ -190,7 +193,7 @@ fn a_chip_that_wakes_up_first_sees_every_row_in_mid_chirp() {
 fn a_module_without_a_second_buffer_is_swept_more_slowly() {
     let settings = settings(SweepMode::Continuous);
     let mut bench = Bench::new(2_000_000);
-    bench.ahead = false;
+    bench.module(|module| module.ability.ahead = false);
     let outcome = bench.scan(&settings, false);
     assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
     assert_whole(&outcome, 281);
@@ -200,16 +203,18 @@ fn a_module_without_a_second_buffer_is_swept_more_slowly() {
 #[test]
 fn a_continuous_sweep_tells_what_it_lost_and_does_not_stop() {
     let settings = settings(SweepMode::Continuous);
-    for fate in [Fate::Corrupt, Fate::Lost, Fate::Error] {
+    for fate in [AnswerFault::Corrupt, AnswerFault::Lost, AnswerFault::Error] {
         let mut bench = Bench::new(2_000_000);
-        bench.fates = [(3, fate), (100, fate), (101, fate), (280, fate)].into();
+        bench.module(|module| {
+            module.faults = [(3, fate), (100, fate), (101, fate), (280, fate)].into()
+        });
         let outcome = bench.scan(&settings, false);
         let lost = &outcome.lost;
         assert_eq!(outcome.fault, None, "{fate:?}");
         // A missing chirp occupies its buffer until its timeout, so another row may be lost, too.
-        let most = if fate == Fate::Lost { 8 } else { 4 };
+        let most = if fate == AnswerFault::Lost { 8 } else { 4 };
         assert!((4..=most).contains(&lost.len()), "{fate:?}: {lost:?}");
-        let own: &[u16] = if fate == Fate::Lost {
+        let own: &[u16] = if fate == AnswerFault::Lost {
             &[3]
         } else {
             &[3, 100, 101, 280]
@@ -228,7 +233,7 @@ fn a_continuous_sweep_tells_what_it_lost_and_does_not_stop() {
 fn a_continuous_sweep_outlives_what_comes_twice() {
     let settings = settings(SweepMode::Continuous);
     let mut bench = Bench::new(2_000_000);
-    bench.fates = [3, 100, 200].map(|k| (k, Fate::Repeat)).into();
+    bench.module(|module| module.faults = [3, 100, 200].map(|k| (k, AnswerFault::Repeat)).into());
     let outcome = bench.scan(&settings, false);
     assert_eq!(outcome.fault, None, "{:?}", outcome.lost);
     assert!(outcome.lost.len() < 25, "{:?}", outcome.lost);
@@ -240,7 +245,9 @@ fn a_mute_module_ends_either_sweep() {
     for mode in [SweepMode::Stop, SweepMode::Continuous] {
         for baud in [1_000_000, 3_000_000] {
             let mut bench = Bench::new(baud);
-            bench.fates = (60..400).map(|k| (k, Fate::Lost)).collect();
+            bench.module(|module| {
+                module.faults = (60..400).map(|k| (k, AnswerFault::Lost)).collect()
+            });
             let outcome = bench.scan(&settings(mode), false);
             assert_eq!(
                 outcome.fault,
@@ -259,7 +266,7 @@ fn a_pin_triggers_on_the_spot() {
         let mut settings = settings(mode);
         settings.module.pin = true;
         let mut bench = Bench::new(1_000_000);
-        bench.pin = true;
+        bench.module(|module| module.ability.pin = true);
         let outcome = bench.scan(&settings, false);
         assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
         assert_eq!(outcome.without_edge, 0);
@@ -285,13 +292,13 @@ fn a_pin_triggers_on_the_spot() {
 fn a_module_that_forgets_its_rate_is_found_again_or_reported() {
     for rate in [2_000_000, 3_000_000] {
         let mut bench = Bench::new(rate);
-        bench.reset_at = Some(100);
+        bench.module(|module| module.reset_at = Some(100));
         let outcome = bench.scan(&settings(SweepMode::Stop), false);
         assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
         assert_whole(&outcome, 281);
         assert_still(&outcome);
         let mut bench = Bench::new(rate);
-        bench.reset_at = Some(100);
+        bench.module(|module| module.reset_at = Some(100));
         let outcome = bench.scan(&settings(SweepMode::Continuous), false);
         assert_eq!(outcome.fault, Some(Reason::LinkSilent));
         assert_eq!(outcome.mixed_up, 0);
@@ -310,13 +317,13 @@ fn a_sector_at_the_end_of_the_shaft_is_stopped_in() {
     assert_still(&outcome);
 }
 
-fn fate() -> impl Strategy<Value = Fate> {
+fn fate() -> impl Strategy<Value = AnswerFault> {
     prop_oneof![
-        Just(Fate::Lost),
-        Just(Fate::Corrupt),
-        Just(Fate::Late),
-        Just(Fate::Error),
-        Just(Fate::Repeat),
+        Just(AnswerFault::Lost),
+        Just(AnswerFault::Corrupt),
+        Just(AnswerFault::Late),
+        Just(AnswerFault::Error),
+        Just(AnswerFault::Repeat),
     ]
 }
 
@@ -338,9 +345,9 @@ proptest! {
         settings.config.sweep.angle_count = 70;
         settings.timing.chirp_duration = chirp_us;
         let mut bench = Bench::new(baud);
-        bench.set_chirp_us(chirp_us);
-        bench.ahead = ahead;
-        bench.fates = fates;
+        bench.module(|module| module.chirp_us = chirp_us.into());
+        bench.module(|module| module.ability.ahead = ahead);
+        bench.module(|module| module.faults = fates);
         bench.busy_us = busy;
         let outcome = bench.scan(&settings, backward);
         prop_assert_eq!(outcome.mixed_up, 0);

@@ -1,29 +1,25 @@
 //! Tests of set-up and status with a chip that works, has a fault, or is reset in between.
 
-use super::chip::{Chip, ChipFault};
 use super::*;
 use crate::scanner::settings::Driver;
+use crate::testing::port::{Device, Port, Wires};
+use crate::testing::shared::Shared;
+use crate::testing::tmc2209::{Chip, ChipFault};
 use proptest::prelude::*;
-use std::cell::RefCell;
-use std::rc::Rc;
+use std::cell::RefMut;
 use std::vec::Vec;
 
-/// The wire to the simulated chip: transfers one byte at a time in each direction.
-#[derive(Clone, Default)]
-struct Wire(Rc<RefCell<Chip>>);
+/// The wire to the simulated chip: takes one byte at a time.
+type Wire = Shared<Port<Chip>>;
 
-impl BytePort for Wire {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().say()
-    }
+fn wire() -> Wire {
+    let mut port = Port::new(Chip::default());
+    port.wires.room = 1;
+    Shared::new(port)
+}
 
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let first = bytes.first();
-        first.map_or(0, |&byte| {
-            self.0.borrow_mut().receive(byte);
-            1
-        })
-    }
+fn chip_of(wire: &Wire) -> RefMut<'_, Chip> {
+    RefMut::map(wire.get(), |port| &mut port.device)
 }
 
 fn motor() -> MotorConfig {
@@ -47,8 +43,8 @@ fn finish<P: BytePort>(driver: &mut Tmc2209<P>) -> (Result<(), DriverError>, u32
 }
 
 fn set_up(prepare: impl FnOnce(&mut Chip)) -> (Tmc2209<Wire>, Wire, Result<(), DriverError>) {
-    let wire = Wire::default();
-    prepare(&mut wire.0.borrow_mut());
+    let wire = wire();
+    prepare(&mut chip_of(&wire));
     let mut driver = Tmc2209::new(wire.clone());
     assert_eq!(driver.poll(Micros(0)), Poll::Ready(Ok(())), "idle");
     driver.set_up(&motor());
@@ -77,7 +73,7 @@ fn a_sound_chip_is_set_up_and_read() {
     let (mut driver, wire, done) = set_up(|_| {});
     assert_eq!(done, Ok(()));
     {
-        let chip = wire.0.borrow();
+        let chip = chip_of(&wire);
         assert_eq!(chip.register(0x00), 0x1c0);
         assert_eq!(chip.register(0x01), 0, "its reset at power-up is forgotten");
         // 600 mA with 0.98 A at full scale: 19 steps of 32.
@@ -88,7 +84,7 @@ fn a_sound_chip_is_set_up_and_read() {
         assert_eq!((chip.writes, chip.reads), (7, 4));
     }
     assert_eq!(look(&mut driver), Ok(()));
-    assert_eq!(wire.0.borrow().reads, 6);
+    assert_eq!(chip_of(&wire).reads, 6);
     assert_eq!(driver.poll(Micros(5)), Poll::Ready(Ok(())), "idle again");
 }
 
@@ -98,11 +94,11 @@ fn settings_become_registers() {
     motor.driver.stall_threshold = 0;
     motor.driver.microsteps = 3200;
     motor.driver.current = 1200;
-    let wire = Wire::default();
+    let wire = wire();
     let mut driver = Tmc2209::new(wire.clone());
     driver.set_up(&motor);
     assert_eq!(finish(&mut driver).0, Ok(()));
-    let chip = wire.0.borrow();
+    let chip = chip_of(&wire);
     assert_eq!(chip.register(0x14), 0, "no stall is reported at any speed");
     // 16 microsteps are MRES 4; 1.2 A are beyond the finer range.
     assert_eq!(chip.register(0x6c), 0x1400_0053);
@@ -153,7 +149,7 @@ fn each_misbehaviour_is_reported() {
     for (what, wrong, error) in later {
         let (mut driver, wire, done) = set_up(|_| {});
         assert_eq!(done, Ok(()));
-        wrong(&mut wire.0.borrow_mut());
+        wrong(&mut chip_of(&wire));
         assert_eq!(look(&mut driver), Err(error), "{what}");
         assert_eq!(driver.poll(Micros(5)), Poll::Ready(Ok(())), "idle again");
     }
@@ -164,7 +160,7 @@ fn warnings_and_open_loads_are_no_faults() {
     let (mut driver, wire, _) = set_up(|_| {});
     // DRV_STATUS: otpw, ola, olb, stst.
     let warnings = 1 | 1 << 6 | 1 << 7 | 1 << 31;
-    wire.0.borrow_mut().registers.insert(0x6f, warnings);
+    chip_of(&wire).registers.insert(0x6f, warnings);
     assert_eq!(look(&mut driver), Ok(()));
 }
 
@@ -173,7 +169,7 @@ fn a_reset_in_the_midst_of_the_set_up_leaves_no_register_out() {
     for after in 1..=7 {
         let (_, wire, done) = set_up(|chip| chip.resets_after = Some(after));
         assert_eq!(done, Ok(()), "{after}");
-        let chip = wire.0.borrow();
+        let chip = chip_of(&wire);
         assert_eq!(chip.register(0x00), 0x1c0);
         assert_eq!(chip.register(0x40), 60);
         assert_eq!(chip.register(0x01), 0);
@@ -186,7 +182,7 @@ fn any_lost_byte_is_made_good() {
     for lost in 0..72 {
         let (_, wire, done) = set_up(|chip| chip.loses.push(lost));
         assert_eq!(done, Ok(()), "byte {lost}");
-        let chip = wire.0.borrow();
+        let chip = chip_of(&wire);
         assert_eq!(chip.register(0x00), 0x1c0, "byte {lost}");
         assert_eq!(chip.register(0x6c), 0x1002_0053, "byte {lost}");
     }
@@ -195,36 +191,38 @@ fn any_lost_byte_is_made_good() {
 #[test]
 fn what_a_chip_forgets_is_not_forgotten_by_a_new_set_up() {
     let (mut driver, wire, _) = set_up(|_| {});
-    wire.0.borrow_mut().reset();
+    chip_of(&wire).reset();
     assert_eq!(look(&mut driver), Err(DriverError::Reset));
     driver.set_up(&motor());
     assert_eq!(finish(&mut driver).0, Ok(()));
-    assert_eq!(wire.0.borrow().register(0x40), 60);
+    assert_eq!(chip_of(&wire).register(0x40), 60);
     assert_eq!(look(&mut driver), Ok(()));
 }
 
-/// A port with arbitrary input that takes any number of bytes.
+/// A device that sends arbitrary bytes, on a port that takes any number.
 struct Noise {
     bytes: Vec<u8>,
     at: usize,
 }
 
-impl BytePort for Noise {
-    fn read(&mut self) -> Option<u8> {
+impl Device for Noise {
+    fn receive(&mut self, _: u8, _: u64, _: &mut Wires) {}
+
+    fn send(&mut self) -> Option<u8> {
         self.at += 1;
         let byte = self.bytes.get(self.at % (self.bytes.len() + 1));
         byte.copied()
     }
 
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        bytes.len().min(self.at % 5)
+    fn room(&self) -> usize {
+        self.at % 5
     }
 }
 
 proptest! {
     #[test]
     fn anything_on_the_wire_comes_to_an_end(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-        let mut driver = Tmc2209::new(Noise { bytes, at: 0 });
+        let mut driver = Tmc2209::new(Port::new(Noise { bytes, at: 0 }));
         driver.set_up(&motor());
         let (done, _) = finish(&mut driver);
         // Random bytes do not form four valid answers.
@@ -236,8 +234,8 @@ proptest! {
     #[test]
     fn any_status_is_judged(flags in any::<u32>(), status in any::<u32>()) {
         let (mut driver, wire, _) = set_up(|_| {});
-        wire.0.borrow_mut().registers.insert(0x01, flags);
-        wire.0.borrow_mut().registers.insert(0x6f, status);
+        chip_of(&wire).registers.insert(0x01, flags);
+        chip_of(&wire).registers.insert(0x6f, status);
         let well = flags & 7 == 0 && status & 0x3e == 0;
         prop_assert_eq!(look(&mut driver).is_ok(), well);
     }

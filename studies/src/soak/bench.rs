@@ -10,6 +10,8 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
+use testbed::Port;
+
 use super::stage::{Environment, Link, Shaft, Shared};
 use host_sim::volatile::{Volatile, identity};
 
@@ -53,12 +55,13 @@ pub struct ReportedScan {
 }
 
 /// Hardware of the scanner under test.
-type Bench = Hardware<Shaft, Link, Shared, Volatile>;
+type Bench = Hardware<Shaft, Link, testbed::Shared<Port>, Volatile>;
 
 /// The scanner and its simulated environment.
 pub struct ScannerBench<'a> {
-    /// The scanner's simulated environment: radar module, mirror and report port.
+    /// The scanner's simulated environment: radar module and mirror.
     pub stage: Rc<RefCell<Environment>>,
+    port: testbed::Shared<Port>,
     scanner: Scanner<'a, (Bench, &'a mut Pipeline)>,
     now: Micros,
     /// The scan whose report has begun and is not yet complete.
@@ -73,10 +76,11 @@ impl<'a> ScannerBench<'a> {
     pub fn new(memory: &'a mut ScannerMemory, stage: Environment, settings: Settings) -> Self {
         let stage = Rc::new(RefCell::new(stage));
         let shared = Shared(stage.clone());
+        let port = testbed::Shared::<Port>::default();
         let hardware = Hardware {
             mirror: Shaft::new(shared.clone()),
-            link: Link::new(shared.clone()),
-            port: shared,
+            link: Link::new(shared),
+            port: port.clone(),
             board: Volatile::STOPPED,
         };
         let now = Micros(0);
@@ -85,6 +89,7 @@ impl<'a> ScannerBench<'a> {
         Self {
             scanner: Scanner::new(hardware, data, lent, Some(settings), identity("soak"), now),
             stage,
+            port,
             now,
             receiving: None,
             to_come: 0,
@@ -107,13 +112,8 @@ impl<'a> ScannerBench<'a> {
         self.now = self.now.plus(STEP_US);
         let (state, healthy) = (self.scanner.state(), self.scanner.healthy(self.now));
         ensure!(healthy, "deadline missed in {state}");
-        let printed = std::mem::take(&mut self.stage.borrow_mut().printed);
-        let text = String::from_utf8(printed)?;
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        text[..whole].lines().try_for_each(|line| self.hear(line))?;
-        let mut stage = self.stage.borrow_mut();
-        stage.printed.extend(text[whole..].bytes());
-        Ok(())
+        let lines = self.port.get().take_lines();
+        lines.iter().try_for_each(|line| self.hear(line))
     }
 
     fn hear(&mut self, line: &str) -> Result<()> {
@@ -161,7 +161,7 @@ impl<'a> ScannerBench<'a> {
 
     /// Sends a line to the scanner without waiting for a reply.
     pub fn type_in(&mut self, line: &str) {
-        self.stage.borrow_mut().typed.extend(line.bytes());
+        self.port.get().type_in(line);
     }
 
     /// Sends a command. Returns whether it was executed and not refused. Earlier commands are answered
@@ -170,7 +170,7 @@ impl<'a> ScannerBench<'a> {
     /// # Errors
     /// Those of [`ScannerBench::until`].
     pub fn command(&mut self, command: &str) -> Result<bool> {
-        self.until(|bench| bench.stage.borrow().typed.is_empty())?;
+        self.until(|bench| bench.port.get().wires.incoming.is_empty())?;
         (0..100).try_for_each(|_| self.step())?;
         self.replies.clear();
         self.type_in(&framed(&[command]));

@@ -2,7 +2,7 @@
 //! during a scan.
 
 use std::cell::RefCell;
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::rc::Rc;
 use std::task::Poll;
 
@@ -10,7 +10,7 @@ use anyhow::{Result, anyhow};
 use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::scanner::settings::MotorConfig;
-use stairscan::scanner::{BytePort, Micros, Mirror, MirrorError, Motion, Settings};
+use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
@@ -73,7 +73,7 @@ pub struct Plan {
     pub stalls_at: Option<usize>,
 }
 
-/// Simulated radar module, mirror and report port of one scanner.
+/// Simulated radar module and mirror of one scanner.
 pub struct Environment {
     /// The recording that is scanned.
     pub chirps: Rc<ScanChirps>,
@@ -81,10 +81,6 @@ pub struct Environment {
     pub plan: Plan,
     /// Row indices of the current scan in the order of measurement, each with whether its chirp was delivered.
     pub shown: Vec<(usize, bool)>,
-    /// Bytes that were sent to the scanner's report port and that it has not read yet.
-    pub typed: VecDeque<u8>,
-    /// Bytes from the scanner's report port that are not processed yet; between steps, those of an incomplete line.
-    pub printed: Vec<u8>,
     /// Whether the module has been programmed for a scan of which no chirp has been requested yet.
     asked: bool,
 }
@@ -96,8 +92,6 @@ impl Environment {
             chirps,
             plan: Plan::default(),
             shown: Vec::new(),
-            typed: VecDeque::new(),
-            printed: Vec::new(),
             asked: true,
         }
     }
@@ -118,7 +112,7 @@ impl Environment {
     }
 }
 
-/// Shared environment of module, mirror and report port; implements the report port.
+/// Shared environment of module and mirror.
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<Environment>>);
 
@@ -215,16 +209,5 @@ impl Mirror for Shaft {
 
     fn disable(&mut self) {
         self.shaft.disable();
-    }
-}
-
-impl BytePort for Shared {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().typed.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        self.0.borrow_mut().printed.extend(bytes);
-        bytes.len()
     }
 }

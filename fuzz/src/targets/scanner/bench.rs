@@ -13,6 +13,8 @@ use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
 use stairscan::verdict::{Reasons, Status};
 
+use testbed::{Board, Port};
+
 use super::world::{Module, RADAR, Rows, Shared, World};
 
 /// Number of angles of a scan.
@@ -24,11 +26,24 @@ const PATIENCE: u32 = 4_000;
 const ROUNDS: u32 = 3;
 
 type Mirror = EncodedMirror<Stepper<Shared>, Shared>;
-type Parts<'a> = Scanner<'a, (Hardware<Mirror, FrameLink<Module>, Shared, Shared>, Rows)>;
+type Link = FrameLink<testbed::Shared<Port<Module>>>;
+type Parts<'a> = Scanner<
+    'a,
+    (
+        Hardware<Mirror, Link, testbed::Shared<Port>, testbed::Shared<Board>>,
+        Rows,
+    ),
+>;
 
 /// Scanner and environment, and the scanner's output.
 pub struct Bench<'a> {
     world: Shared,
+    /// Report port.
+    pub port: testbed::Shared<Port>,
+    /// Board, whose flash may be broken.
+    pub board: testbed::Shared<Board>,
+    /// Port of the radar module, and the module.
+    pub link: testbed::Shared<Port<Module>>,
     scanner: Parts<'a>,
     now: Micros,
     /// Number of the last reported scan.
@@ -51,11 +66,14 @@ impl<'a> Bench<'a> {
     /// A scanner that has just booted.
     pub fn new(memory: (&'a mut Reports, &'a mut Odometry)) -> Self {
         let world = Shared(Rc::new(RefCell::new(World::new())));
+        let port = testbed::Shared::<Port>::default();
+        let link = testbed::Shared::new(Port::new(Module::new(&world)));
+        let board = testbed::Shared::<Board>::default();
         let hardware = Hardware {
             mirror: EncodedMirror::new(Stepper::new(world.clone()), world.clone()),
-            link: FrameLink::new(Module(world.clone())),
-            port: world.clone(),
-            board: world.clone(),
+            link: FrameLink::new(link.clone()),
+            port: port.clone(),
+            board: board.clone(),
         };
         let now = Micros(u32::MAX - 1_000_000);
         let data = Rows::new(world.clone());
@@ -69,6 +87,9 @@ impl<'a> Bench<'a> {
                 now,
             ),
             world,
+            port,
+            board,
+            link,
             now,
             scan: 0,
             to_come: 0,
@@ -83,7 +104,7 @@ impl<'a> Bench<'a> {
 
     /// Types bytes.
     pub fn type_in(&mut self, bytes: &[u8]) {
-        self.world(|w| w.typed.extend(bytes));
+        self.port.get().type_in(bytes);
     }
 
     /// Advances the time by `ms` in one step.
@@ -112,13 +133,10 @@ impl<'a> Bench<'a> {
 
     /// Parses the output.
     fn read(&mut self) {
-        let mut printed = std::mem::take(&mut self.world.0.borrow_mut().printed);
-        while let Some(end) = printed.iter().position(|&b| b == b'\n') {
-            let line: Vec<u8> = printed.drain(..=end).collect();
-            let line = str::from_utf8(&line).expect("a line of text");
+        let lines = self.port.get().take_lines();
+        for line in &lines {
             self.hear(Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}")));
         }
-        self.world.0.borrow_mut().printed = printed;
     }
 
     fn hear(&mut self, sentence: Sentence<'_>) {
@@ -145,6 +163,9 @@ impl<'a> Bench<'a> {
     /// Checks that without faults the default settings lead to scans that are `ok`.
     pub fn recovers(&mut self) {
         self.world(World::heal);
+        self.port.get().wires.room = usize::MAX;
+        self.board.get().break_flash(false);
+        self.link.get().device.framed.fault = None;
         for _ in 0..ROUNDS {
             // The first line end completes a partially typed line.
             self.tell("\n");

@@ -1,7 +1,6 @@
 //! Everything outside the scanner, shared by the implementations of its traits.
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 
 use stairscan::Iq;
@@ -10,18 +9,18 @@ use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::estimate::Estimate;
 use stairscan::motion::{Agreement, Drive};
 use stairscan::mount::Mounting;
-use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::settings::MotorConfig;
-use stairscan::scanner::store::StoreError;
-use stairscan::scanner::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
-use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::scanner::{DataPath, MICROSTEPS_PER_TURN};
+use stairscan::signal::radar::frame::Ability;
 use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, HazardKind,
     MotionQuality, Outcome,
 };
+use testbed::port::{Device, Wires};
+use testbed::{AnswerFault, FramedModule};
 
 /// Settings of the module: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
@@ -35,61 +34,25 @@ const WAY: i32 = 4_000;
 /// Mechanical limits of the shaft, microsteps from the switch; pulses beyond them are lost.
 const ENDS: (i32, i32) = (-600, 49_000);
 
-/// Behaviour of the module.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mood {
-    /// Normal answers.
-    #[default]
-    Well,
-    /// No answer.
-    Silent,
-    /// Error answer.
-    Error,
-    /// Damaged answer.
-    Damaged,
-    /// Answer to an older request.
-    Stale,
-    /// Answer that is too short.
-    Short,
-    /// Another kind of frame.
-    Other,
-    /// Other settings with which scanning is possible.
-    Changed,
-    /// Settings with which scanning is impossible.
-    Absurd,
-    /// Random bytes before the answer.
-    Babbling,
-}
-
-impl Mood {
-    const ALL: [Mood; 10] = [
-        Mood::Well,
-        Mood::Silent,
-        Mood::Error,
-        Mood::Damaged,
-        Mood::Stale,
-        Mood::Short,
-        Mood::Other,
-        Mood::Changed,
-        Mood::Absurd,
-        Mood::Babbling,
+/// Returns the fault of the module's answers for a byte; `None`: normal answers.
+pub fn fault(byte: u8) -> Option<AnswerFault> {
+    const ALL: [Option<AnswerFault>; 10] = [
+        None,
+        Some(AnswerFault::Lost),
+        Some(AnswerFault::Error),
+        Some(AnswerFault::Corrupt),
+        Some(AnswerFault::Stale),
+        Some(AnswerFault::Short),
+        Some(AnswerFault::Other),
+        Some(AnswerFault::Changed),
+        Some(AnswerFault::Absurd),
+        Some(AnswerFault::Babbling),
     ];
-
-    /// Returns the behaviour for a byte.
-    pub fn of(byte: u8) -> Self {
-        Self::ALL[usize::from(byte) % Self::ALL.len()]
-    }
+    ALL[usize::from(byte) % ALL.len()]
 }
 
-/// Module, motor, report port, arithmetic.
+/// Motor and arithmetic.
 pub struct World {
-    pub typed: VecDeque<u8>,
-    pub printed: Vec<u8>,
-    pub room: usize,
-    pub stopped: bool,
-    pub mood: Mood,
-    requests: Decoder,
-    answers: VecDeque<u8>,
     // The shaft; the switch is pressed at and below 0 of its own place.
     place: i32,
     position: i32,
@@ -110,13 +73,6 @@ pub struct World {
 impl World {
     pub fn new() -> Self {
         Self {
-            typed: VecDeque::new(),
-            printed: Vec::new(),
-            room: usize::MAX,
-            stopped: false,
-            mood: Mood::Well,
-            requests: Decoder::new(),
-            answers: VecDeque::new(),
             place: 9_000,
             position: 0,
             target: 0,
@@ -134,10 +90,8 @@ impl World {
 
     /// Removes all faults.
     pub fn heal(&mut self) {
-        self.mood = Mood::Well;
         (self.stalled, self.broken) = (false, false);
         (self.switch, self.encoder, self.verdict) = (0, 0, 0);
-        self.room = usize::MAX;
     }
 
     fn pressed(&self) -> bool {
@@ -166,66 +120,6 @@ impl World {
             self.edge = true;
             self.target = self.position;
         }
-    }
-
-    /// Processes a byte from the scanner.
-    fn request(&mut self, byte: u8) {
-        if self.requests.push(byte) != Ok(Progress::Complete) {
-            return;
-        }
-        let Some(frame) = self.requests.frame() else {
-            return;
-        };
-        let (kind, sequence) = (frame.kind, frame.sequence);
-        if kind == FrameKind::Trigger {
-            let still = self.position == self.target;
-            assert!(still || self.sweeping, "fired while the mirror turns");
-            assert!(self.enabled, "fired without a driver");
-        }
-        let radar = match self.mood {
-            Mood::Changed => RadarConfig {
-                samples: 128,
-                ..RADAR
-            },
-            Mood::Absurd => RadarConfig {
-                samples: 257,
-                bandwidth_khz: 0,
-                ..RADAR
-            },
-            _ => RADAR,
-        };
-        let settings = frame::settings_payload(&radar, Ability::NONE);
-        let chirp = vec![1_u8; 4 * usize::from(radar.samples)];
-        let (kind, payload) = match kind {
-            FrameKind::Configure => (FrameKind::Settings, &settings[..]),
-            _ => (FrameKind::Chirp, &chirp[..]),
-        };
-        self.answer(kind, sequence, payload);
-    }
-
-    fn answer(&mut self, kind: FrameKind, sequence: u16, payload: &[u8]) {
-        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
-        match self.mood {
-            Mood::Silent => return,
-            Mood::Error => frame::encode(FrameKind::Error, sequence, &[2], &mut out),
-            Mood::Stale => frame::encode(kind, sequence.wrapping_sub(1), payload, &mut out),
-            Mood::Short => {
-                let half = &payload[..payload.len() / 2];
-                frame::encode(kind, sequence, half, &mut out);
-            }
-            Mood::Other => frame::encode(FrameKind::Configure, sequence, payload, &mut out),
-            _ => frame::encode(kind, sequence, payload, &mut out),
-        }
-        if self.mood == Mood::Damaged
-            && let Some(byte) = out.get_mut(9)
-        {
-            *byte ^= 4;
-        }
-        if self.mood == Mood::Babbling {
-            self.answers
-                .extend([0x53, 0x52, 9, 0x53, 0, 0x53, 0x52, 1, 1]);
-        }
-        self.answers.extend(out);
     }
 }
 
@@ -281,60 +175,31 @@ impl StepPort for Shared {
     }
 }
 
-/// The scanner's side of the module's serial port.
-pub struct Module(pub Shared);
-
-impl BytePort for Module {
-    fn read(&mut self) -> Option<u8> {
-        self.0.0.borrow_mut().answers.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let mut w = self.0.0.borrow_mut();
-        bytes.iter().for_each(|&byte| w.request(byte));
-        bytes.len()
-    }
+/// The module at the other end of its serial port, with checks of when it is triggered.
+pub struct Module {
+    pub framed: FramedModule,
+    world: Shared,
 }
 
-impl BytePort for Shared {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().typed.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let mut w = self.0.borrow_mut();
-        let taken = bytes.len().min(w.room);
-        w.printed.extend(&bytes[..taken]);
-        taken
-    }
-}
-
-impl Board for Shared {
-    fn stopped(&self) -> bool {
-        self.0.borrow().stopped
-    }
-
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().stopped = stopped;
-    }
-
-    fn retained_settings_hash(&self) -> Option<u32> {
-        None
-    }
-
-    fn retain_settings_hash(&mut self, _: u32) {}
-
-    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
-        match self.0.borrow().broken {
-            true => Err(StoreError::Write),
-            false => Ok(()),
+impl Module {
+    pub fn new(world: &Shared) -> Self {
+        Self {
+            framed: FramedModule::new(RADAR, Ability::NONE, 0),
+            world: world.clone(),
         }
     }
+}
 
-    fn clear_crashes(&mut self) {}
-
-    fn measure(&self, _: Measure) -> u32 {
-        0
+impl Device for Module {
+    fn receive(&mut self, byte: u8, at: u64, wires: &mut Wires) {
+        let triggers = self.framed.triggers;
+        self.framed.receive(byte, at, wires);
+        if self.framed.triggers > triggers {
+            let w = self.world.0.borrow();
+            let still = w.position == w.target;
+            assert!(still || w.sweeping, "fired while the mirror turns");
+            assert!(w.enabled, "fired without a driver");
+        }
     }
 }
 

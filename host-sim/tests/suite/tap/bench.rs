@@ -1,9 +1,5 @@
 //! A scanner on the host with the real link's frames, and a tap on them.
 
-use std::cell::RefCell;
-use std::collections::VecDeque;
-use std::rc::Rc;
-
 use host_sim::emulate::{Fault, Module, image};
 use host_sim::live::lines::Splitter;
 use host_sim::playback::{Playback, SimShaft};
@@ -17,8 +13,10 @@ use stairscan::config::Config;
 use stairscan::motion::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner};
 use stairscan::signal::radar::FrameLink;
+use testbed::port::{Device, Wires};
+use testbed::{Port, Shared};
 
 use crate::common::Scratch;
 
@@ -29,50 +27,30 @@ pub fn read(name: &str) -> Recording {
     Recording::read(&image::workspace().join("recordings").join(name)).unwrap()
 }
 
-/// The link: a radar module at its end, and a record of all bytes.
-pub struct Line<'a> {
+/// The radar module at the end of the link, and a record of all bytes.
+pub struct Recorded<'a> {
     module: Module<'a>,
-    answers: VecDeque<u8>,
     traffic: Traffic,
-    now: u64,
 }
 
-/// The scanner's end of the link.
-pub struct LinkPort<'a>(Rc<RefCell<Line<'a>>>);
-
-impl BytePort for LinkPort<'_> {
-    fn read(&mut self) -> Option<u8> {
-        self.0.borrow_mut().answers.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let mut line = self.0.borrow_mut();
-        let now = line.now;
-        line.traffic.push((now, Wire::ToModule, bytes.to_vec()));
-        let (answer, _) = line.module.receive(bytes);
-        if !answer.is_empty() {
-            line.traffic.push((now, Wire::FromModule, answer.clone()));
+impl Recorded<'_> {
+    /// Adds bytes at time `now` to the record; those of one direction make one entry.
+    fn record(&mut self, now: u64, wire: Wire, bytes: &[u8]) {
+        match self.traffic.last_mut() {
+            Some((at, last, before)) if *at == now && *last == wire => before.extend(bytes),
+            _ => self.traffic.push((now, wire, bytes.to_vec())),
         }
-        line.answers.extend(answer);
-        bytes.len()
     }
 }
 
-/// The scanner's report port, which also takes commands.
-#[derive(Default)]
-pub struct Console {
-    typed: VecDeque<u8>,
-    said: Vec<u8>,
-}
-
-impl BytePort for Console {
-    fn read(&mut self) -> Option<u8> {
-        self.typed.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        self.said.extend(bytes);
-        bytes.len()
+impl Device for Recorded<'_> {
+    fn receive(&mut self, byte: u8, at: u64, wires: &mut Wires) {
+        self.record(at, Wire::ToModule, &[byte]);
+        let (answer, _) = self.module.receive(&[byte]);
+        if !answer.is_empty() {
+            self.record(at, Wire::FromModule, &answer);
+        }
+        wires.send(at, &answer);
     }
 }
 
@@ -92,21 +70,18 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
     module.get_ready();
     let faults: Vec<Fault> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
     module.set_faults(&faults);
-    let line = Rc::new(RefCell::new(Line {
+    let line = Shared::new(Port::new(Recorded {
         module,
-        answers: VecDeque::new(),
         traffic: Vec::new(),
-        now: 0,
     }));
+    let port = Shared::<Port>::default();
+    port.get().type_in("get\r\n");
     let mut pipeline = Box::new(Pipeline::new());
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
     let hardware = Hardware {
         mirror: SimShaft::default(),
-        link: FrameLink::new(LinkPort(line.clone())),
-        port: Console {
-            typed: b"get\r\n".iter().copied().collect(),
-            said: Vec::new(),
-        },
+        link: FrameLink::new(line.clone()),
+        port: port.clone(),
         board: Volatile::SCANNING,
     };
     let mut scanner = Scanner::new(
@@ -132,9 +107,9 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
     while !done(&answers) {
         now += 1;
         assert!(now < 1_000_000, "no answer");
-        line.borrow_mut().now = now;
+        line.get().wires.now = now;
         scanner.step(Micros(1_000 * now as u32));
-        for said in splitter.push(&std::mem::take(&mut scanner.port_mut().said)) {
+        for said in splitter.push(&std::mem::take(&mut port.get().device)) {
             beside.line(now, &said);
             match Sentence::parse(&said).unwrap() {
                 Sentence::Scan(_) => answers.push(vec![said]),
@@ -146,7 +121,7 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
         }
     }
     drop(scanner);
-    let traffic = std::mem::take(&mut line.borrow_mut().traffic);
+    let traffic = std::mem::take(&mut line.get().device.traffic);
     Scanned {
         beside,
         answers,

@@ -1,7 +1,6 @@
 //! Simulation of mirror shaft, serial wire and radar module on one clock.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
 use std::rc::Rc;
 use std::vec::Vec;
@@ -14,12 +13,13 @@ use crate::Iq;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
 use crate::mount::Mounting;
-use crate::port::BytePort;
 use crate::scanner::mirror::MirrorError;
 use crate::scanner::pulser::Pulser;
 use crate::scanner::settings::MotorConfig;
 use crate::signal::radar::FrameLink;
-use crate::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use crate::signal::radar::frame::Ability;
+use crate::testing;
+use crate::testing::framed::{FramedModule, RATES};
 use crate::verdict::Conditions;
 
 /// Core clocks in a microsecond.
@@ -28,22 +28,6 @@ pub const MHZ: u64 = 168;
 pub const SPARE: u32 = 5;
 /// Time for which the simulated data path processes a row, µs.
 const WORK: u64 = 150;
-/// Index of the scanner's end in pairs of both ends of the wire; below, that of the module's end.
-const SCANNER: usize = 0;
-const MODULE: usize = 1;
-/// Time by which the answer with a late chirp is delayed, µs.
-const LATE_US: u64 = 70_000;
-
-/// Fault of the answer to one trigger.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
-    Lost,
-    Corrupt,
-    Late,
-    Error,
-    Repeat,
-}
-
 /// Position of the shaft at begin, middle and end of a captured chirp, microsteps.
 #[derive(Clone, Copy, Debug)]
 pub struct Capture {
@@ -93,49 +77,14 @@ pub struct World {
     next_step: Option<u64>,
     /// Time, core clocks, and position, microsteps, after every step, in order.
     way: Vec<(u64, i32)>,
-    /// Baud rates of the scanner's end and of the module's, Mbaud.
-    rates: [u8; 2],
-    /// Maximum baud rate of the module, Mbaud.
-    fastest: u8,
-    /// Number, from 0, of the trigger after which the module falls back to 1 Mbaud; `None`: it never does.
-    reset_at: Option<u32>,
-    ahead: bool,
-    pin: bool,
-    /// Time of the last rising edge of TRIG, core clocks; `None` once a trigger has used it.
-    edge: Option<u64>,
-    /// Number of chirps whose trigger came without an edge.
-    without_edge: u32,
-    chirp_us: u64,
-    /// Time until which the scanner's transmitter is busy, core clocks.
-    sending: u64,
-    to_module: VecDeque<(u64, u8, u8)>,
-    /// Time until which the module's transmitter is busy, core clocks.
-    answering: u64,
-    to_scanner: VecDeque<(u64, u8, u8)>,
-    decoder: Decoder,
-    fates: BTreeMap<u32, Fate>,
-    triggers: u32,
-    /// Shaft angle in the trigger (0.001°), start and end (core clocks) of every captured chirp, in order.
-    pub captures: Vec<(i32, u64, u64)>,
-    before: Vec<u8>,
+    /// Serial wire, and the radar module at its other end.
+    pub port: Port,
 }
 
+/// Serial port of the scanner, with the module.
+type Port = testing::shared::Shared<testing::port::Port<FramedModule>>;
+
 impl World {
-    /// Returns the duration of a byte at the baud rate of end `end` of the wire, core clocks.
-    fn byte(&self, end: usize) -> u64 {
-        10 * MHZ / u64::from(self.rates[end])
-    }
-
-    /// Returns the byte that end `end` of the wire receives if one is sent at `rate`, Mbaud; `None` if its port
-    /// drops it.
-    fn heard(&self, byte: u8, rate: u8, end: usize) -> Option<u8> {
-        match self.rates[end] {
-            own if own == rate => Some(byte),
-            // The port drops framing errors, except for bit patterns that look like a byte.
-            _ => (byte & 1 == 1).then_some(byte.rotate_left(3)),
-        }
-    }
-
     fn advance(&mut self, by: u64) {
         self.now += by;
         while let Some(at) = self.next_step.filter(|&at| at <= self.now) {
@@ -143,94 +92,14 @@ impl World {
             self.way.push((at, self.pulser.position()));
             self.next_step = ticks.map(|ticks| at + u64::from(ticks));
         }
-        while let Some((at, byte, rate)) = self.to_module.pop_front_if(|b| b.0 <= self.now) {
-            if byte == 0 && rate < self.rates[MODULE] {
-                // A break on the line.
-                self.rates[MODULE] = 1;
-                self.decoder.reset();
-            }
-            let heard = self.heard(byte, rate, MODULE);
-            if heard.map(|byte| self.decoder.push(byte)) == Some(Ok(Progress::Complete)) {
-                self.request(at);
-            }
-        }
+        self.port.get().advance(self.now);
     }
 
     /// Returns the time of the next interrupt, by a motor step or a received byte, core clocks.
     fn next_interrupt(&self) -> Option<u64> {
-        let bytes = self.to_scanner.iter().map(|&(at, ..)| at);
-        let later = bytes.chain(self.next_step).filter(|&at| at > self.now);
-        later.min()
-    }
-
-    /// Handles a complete request that the module has received at `at`, core clocks.
-    fn request(&mut self, at: u64) {
-        let Some(frame) = self.decoder.frame() else {
-            return;
-        };
-        let (kind, sequence) = (frame.kind, frame.sequence);
-        match kind {
-            FrameKind::Configure | FrameKind::Program => {
-                let ability = Ability {
-                    fastest: self.fastest,
-                    ahead: self.ahead,
-                    pin: self.pin,
-                };
-                let payload = frame::settings_payload(&RadarConfig::default(), ability);
-                return self.answer(at, encode(FrameKind::Settings, sequence, &payload));
-            }
-            FrameKind::Rate => {
-                let rate = frame.payload[0];
-                self.answer(at, encode(FrameKind::RateSet, sequence, &[rate]));
-                self.rates[MODULE] = rate;
-                return;
-            }
-            _ => {}
-        }
-        let angle = i32::from_le_bytes(frame.payload.try_into().unwrap());
-        let at = match (self.pin, self.edge.take()) {
-            (true, Some(edge)) if at - edge < 1_000 * MHZ => edge,
-            (true, _) => {
-                self.without_edge += 1;
-                at
-            }
-            (false, _) => at,
-        };
-        let end = at + self.chirp_us * MHZ;
-        self.captures.push((angle, at, end));
-        if self.reset_at == Some(self.triggers) {
-            self.rates[MODULE] = 1;
-        }
-        let fate = self.fates.get(&self.triggers).copied();
-        self.triggers += 1;
-        // The samples contain the angle for which they were captured.
-        let samples = angle.to_le_bytes().repeat(200);
-        let chirp = encode(FrameKind::Chirp, sequence, &samples);
-        let before = std::mem::replace(&mut self.before, chirp.clone());
-        match fate {
-            Some(Fate::Lost) => {}
-            Some(Fate::Late) => self.answer(end + LATE_US * MHZ, chirp),
-            Some(Fate::Error) => self.answer(end, encode(FrameKind::Error, sequence, &[2])),
-            Some(Fate::Corrupt) => {
-                let mut chirp = chirp;
-                chirp[300] ^= 8;
-                self.answer(end, chirp);
-            }
-            Some(Fate::Repeat) => {
-                self.answer(end, before);
-                self.answer(end, chirp);
-            }
-            None => self.answer(end, chirp),
-        }
-    }
-
-    fn answer(&mut self, from: u64, bytes: Vec<u8>) {
-        let mut at = self.answering.max(from);
-        for byte in bytes {
-            at += self.byte(MODULE);
-            self.to_scanner.push_back((at, byte, self.rates[MODULE]));
-        }
-        self.answering = at;
+        let arrival = self.port.get().wires.next_arrival(self.now);
+        let step = self.next_step.filter(|&at| at > self.now);
+        arrival.into_iter().chain(step).min()
     }
 
     /// Returns the position of the shaft at `time` (core clocks), interpolated between steps, microsteps.
@@ -247,57 +116,8 @@ impl World {
     }
 }
 
-fn encode(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
-    let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
-    frame::encode(kind, sequence, payload, &mut out);
-    out.to_vec()
-}
-
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<World>>);
-
-impl BytePort for Shared {
-    fn read(&mut self) -> Option<u8> {
-        let mut w = self.0.borrow_mut();
-        let now = w.now;
-        while let Some((_, byte, rate)) = w.to_scanner.pop_front_if(|b| b.0 <= now) {
-            if let Some(byte) = w.heard(byte, rate, SCANNER) {
-                return Some(byte);
-            }
-        }
-        None
-    }
-
-    /// Accepts one byte on the wire and one waiting behind it.
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let mut w = self.0.borrow_mut();
-        let mut taken = 0;
-        for &byte in bytes {
-            if w.sending > w.now + w.byte(SCANNER) {
-                break;
-            }
-            w.sending = w.sending.max(w.now) + w.byte(SCANNER);
-            let (at, rate) = (w.sending, w.rates[SCANNER]);
-            w.to_module.push_back((at, byte, rate));
-            taken += 1;
-        }
-        taken
-    }
-
-    fn has_rate(&self, baud: u32) -> bool {
-        matches!(baud, 1_000_000 | 2_000_000 | 3_000_000)
-    }
-
-    fn set_rate(&mut self, baud: u32) {
-        let mut w = self.0.borrow_mut();
-        w.rates[SCANNER] = (baud / 1_000_000) as u8;
-    }
-
-    fn pulse(&mut self) {
-        let mut w = self.0.borrow_mut();
-        w.edge = Some(w.now);
-    }
-}
 
 impl Mirror for Shared {
     fn start_home(&mut self, _: &MotorConfig) {}
@@ -387,13 +207,6 @@ impl DataPath for Data {
 /// A bench for one scan, with the shaft at rest near the sector.
 pub struct Bench {
     world: Shared,
-    pub ahead: bool,
-    /// Whether chirps begin at the edge of TRIG.
-    pub pin: bool,
-    /// Number, from 0, of the trigger at which the module falls back to 1 Mbaud; `None`: it never does.
-    pub reset_at: Option<u32>,
-    /// Faults of answers by number of the trigger, from 0; all other triggers are answered.
-    pub fates: BTreeMap<u32, Fate>,
     /// Durations of other work of the scanner, one every 401 polls, µs.
     pub busy_us: Vec<u32>,
     /// Whether the scanner sleeps between two polls, as long as [`Sweep::may_rest`] allows.
@@ -402,48 +215,38 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(baud: u32) -> Self {
-        let pulser = Pulser::new(Pin, Pin, Pin, 1_000_000 * MHZ as u32);
-        let world = World {
-            now: 0,
-            pulser,
-            next_step: None,
-            way: Vec::new(),
-            rates: [1, 1],
+        let ability = Ability {
             fastest: (baud / 1_000_000) as u8,
-            reset_at: None,
             ahead: true,
             pin: false,
-            edge: None,
-            without_edge: 0,
-            chirp_us: 1_000,
-            sending: 0,
-            to_module: VecDeque::new(),
-            answering: 0,
-            to_scanner: VecDeque::new(),
-            decoder: Decoder::new(),
-            fates: BTreeMap::new(),
-            triggers: 0,
-            captures: Vec::new(),
-            before: Vec::new(),
+        };
+        let module = FramedModule::new(RadarConfig::default(), ability, 0);
+        let mut port = testing::port::Port::new(module);
+        port.wires.ticks = Some(1_000_000 * MHZ);
+        port.wires.lags = true;
+        port.wires.supported = RATES;
+        let world = World {
+            now: 0,
+            pulser: Pulser::new(Pin, Pin, Pin, 1_000_000 * MHZ as u32),
+            next_step: None,
+            way: Vec::new(),
+            port: testing::shared::Shared::new(port),
         };
         Self {
             world: Shared(Rc::new(RefCell::new(world))),
-            ahead: true,
-            pin: false,
-            reset_at: None,
-            fates: BTreeMap::new(),
             busy_us: Vec::new(),
             sleeps: false,
         }
     }
 
-    pub fn set_chirp_us(&mut self, us: u32) {
-        self.world.0.borrow_mut().chirp_us = us.into();
+    /// Changes the radar module, such as by a fault.
+    pub fn module(&mut self, change: impl FnOnce(&mut FramedModule)) {
+        change(&mut self.world.0.borrow().port.get().device);
     }
 
     /// Makes one scan, from the first move to the end.
     pub fn scan(self, settings: &Settings, backward: bool) -> Outcome {
-        let link = FrameLink::new(self.world.clone());
+        let link = FrameLink::new(self.world.0.borrow().port.clone());
         self.scan_with(link, settings, backward)
     }
 
@@ -455,13 +258,6 @@ impl Bench {
 
     fn scan_with(self, mut link: impl RadarModule, settings: &Settings, backward: bool) -> Outcome {
         let mut mirror = self.world.clone();
-        {
-            let mut w = self.world.0.borrow_mut();
-            w.fates = self.fates;
-            w.ahead = self.ahead;
-            w.pin = self.pin;
-            w.reset_at = self.reset_at;
-        }
         let schedule = Schedule::new(&settings.config).unwrap();
         // Near the start of the sweep, as after the previous scan.
         let nearly = match backward {
@@ -528,11 +324,13 @@ impl Bench {
             w.advance(clocks);
         };
         let w = self.world.0.borrow();
-        let captured = w.captures.iter().map(|&(angle, begin, end)| Capture {
-            wanted: crate::schedule::microsteps(angle),
-            begin: w.place(begin),
-            middle: w.place(u64::midpoint(begin, end)),
-            end: w.place(end),
+        let port = w.port.get();
+        let module = &port.device;
+        let captured = module.captures.iter().map(|chirp| Capture {
+            wanted: crate::schedule::microsteps(chirp.angle),
+            begin: w.place(chirp.begin),
+            middle: w.place(u64::midpoint(chirp.begin, chirp.end)),
+            end: w.place(chirp.end),
         });
         Outcome {
             fault,
@@ -542,7 +340,7 @@ impl Bench {
             lost: data.lost,
             mixed_up: data.mixed_up,
             fired,
-            without_edge: w.without_edge,
+            without_edge: module.without_edge,
             polls,
         }
     }

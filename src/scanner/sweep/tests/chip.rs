@@ -9,6 +9,7 @@ use crate::config::RadarConfig;
 use crate::signal::radar::any::row_times;
 use crate::signal::radar::module::{LinkError, ModuleKind, RadarModule, RequestedSettings};
 use crate::signal::radar::wire::RowTimes;
+use crate::testing::framed::Captured;
 use crate::time::Micros;
 
 /// Returns the times of a row by the driver of the BGT60TR13C.
@@ -47,10 +48,11 @@ impl RadarModule for SpiChip {
     fn trigger(&mut self, _: Micros, angle: i32, _: u32) {
         assert!(self.chirp.is_none(), "triggered before it was read");
         let times = times();
-        let mut world = self.world.0.borrow_mut();
+        let world = self.world.0.borrow();
         let begin = world.now + u64::from(times.trigger_us) * MHZ;
         let end = begin + u64::from(times.chirp_us.unwrap()) * MHZ;
-        world.captures.push((angle, begin, end));
+        let mut port = world.port.get();
+        port.device.captures.push(Captured { angle, begin, end });
         self.chirp = Some((angle, end + u64::from(times.answer_us) * MHZ));
     }
 

@@ -3,38 +3,18 @@
 use super::*;
 use crate::signal::radar::FrameLink;
 use crate::signal::radar::module::{FrameError, RadarModule};
-use std::collections::VecDeque;
-use std::vec::Vec;
+use crate::testing::framed::encode;
+use crate::testing::port::{Device, Port, Wires};
 
-#[derive(Default)]
-struct Wire {
-    incoming: VecDeque<u8>,
-    outgoing: Vec<u8>,
-    room: usize,
+/// A link over a port that records.
+fn link() -> FrameLink<Port> {
+    let mut port = Port::default();
+    port.wires.room = 100;
+    FrameLink::new(port)
 }
 
-impl BytePort for Wire {
-    fn read(&mut self) -> Option<u8> {
-        self.incoming.pop_front()
-    }
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let n = bytes.len().min(self.room);
-        self.outgoing.extend(&bytes[..n]);
-        n
-    }
-}
-
-fn link() -> FrameLink<Wire> {
-    FrameLink::new(Wire {
-        room: 100,
-        ..Wire::default()
-    })
-}
-
-fn answer(link: &mut FrameLink<Wire>, kind: FrameKind, sequence: u16, payload: &[u8]) {
-    let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
-    frame::encode(kind, sequence, payload, &mut out);
-    link.port.incoming.extend(out);
+fn answer(link: &mut FrameLink<Port>, kind: FrameKind, sequence: u16, payload: &[u8]) {
+    link.port.type_in(encode(kind, sequence, payload));
 }
 
 const NOW: Micros = Micros(u32::MAX - 5);
@@ -46,10 +26,10 @@ fn a_request_after_an_hour_s_pause_goes_out_at_once() {
     link.frames.unsure = false;
     link.frames.quiet = Some(NOW.plus(SWITCH_US));
     for minutes in [10, 40, 60, 70] {
-        link.port.outgoing.clear();
+        link.port.device.clear();
         let now = NOW.plus(minutes * 60_000_000);
         link.program(now, &RequestedSettings::DEFAULT, 100_000);
-        assert!(!link.port.outgoing.is_empty(), "{minutes} minutes");
+        assert!(!link.port.device.is_empty(), "{minutes} minutes");
         link.frames.quiet = Some(NOW.plus(SWITCH_US));
     }
 }
@@ -57,19 +37,19 @@ fn a_request_after_an_hour_s_pause_goes_out_at_once() {
 #[test]
 fn request_goes_out_in_pieces_and_settings_come_back() {
     let mut link = link();
-    link.port.room = 5;
+    link.port.wires.room = 5;
     link.program(NOW, &RequestedSettings::DEFAULT, 100_000);
     // First the break, in case the module is at another rate, and a pause for the change of its rate.
     assert!(link.settings(NOW).is_pending());
-    assert_eq!(link.port.outgoing, [0, 0]);
+    assert_eq!(link.port.device, [0, 0]);
     assert!(link.settings(NOW.plus(SWITCH_US - 1)).is_pending());
-    assert_eq!(link.port.outgoing, [0, 0]);
+    assert_eq!(link.port.device, [0, 0]);
     let now = NOW.plus(SWITCH_US);
     for _ in 0..4 {
         assert!(link.settings(now).is_pending());
     }
     let mut decoder = Decoder::new();
-    let last = link.port.outgoing.iter().map(|&b| decoder.push(b)).last();
+    let last = link.port.device.iter().map(|&b| decoder.push(b)).last();
     assert_eq!(last, Some(Ok(Progress::Complete)));
     assert_eq!(decoder.frame().unwrap().kind, FrameKind::Configure);
     let radar = RadarConfig::default();
@@ -97,9 +77,9 @@ fn late_and_repeated_chirps_are_not_taken() {
     assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
 }
 
-fn two_under_way() -> FrameLink<Wire> {
+fn two_under_way() -> FrameLink<Port> {
     let mut link = link();
-    link.port.room = 100;
+    link.port.wires.room = 100;
     link.frames.unsure = false;
     link.trigger(NOW, 0, 1000);
     assert!(!link.trigger_ahead(NOW, 0, 1000), "it never said it could");
@@ -154,7 +134,7 @@ fn a_lost_chirp_costs_its_own_row_alone() {
 
     let mut link = two_under_way();
     answer(&mut link, FrameKind::Chirp, 1, &ONE);
-    link.port.incoming[9] ^= 1;
+    link.port.wires.incoming[9].value ^= 1;
     answer(&mut link, FrameKind::Chirp, 2, &TWO);
     let damaged = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
     assert_eq!(link.poll(NOW, &mut samples), damaged);
@@ -179,43 +159,42 @@ fn a_lost_chirp_costs_its_own_row_alone() {
     assert!(link.settings(NOW).is_pending());
 }
 
-/// A port that always has another byte.
+/// A device that always sends another byte.
 struct Babble(u64);
 
-impl BytePort for Babble {
-    fn read(&mut self) -> Option<u8> {
+impl Device for Babble {
+    fn receive(&mut self, _: u8, _: u64, _: &mut Wires) {}
+
+    fn send(&mut self) -> Option<u8> {
         self.0 += 1;
         Some(0)
-    }
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        bytes.len()
     }
 }
 
 #[test]
 fn a_module_that_never_falls_silent_is_a_timeout() {
-    let mut link = FrameLink::new(Babble(0));
+    let mut link = FrameLink::new(Port::new(Babble(0)));
     let mut samples = [Iq::default(); 2];
     link.trigger(NOW, 0, 1000);
-    assert!(link.port.0 <= u64::from(MAX_READ));
-    while link.poll(NOW.plus(999), &mut samples).is_pending() && link.port.0 < 1 << 20 {}
+    assert!(link.port.device.0 <= u64::from(MAX_READ));
+    while link.poll(NOW.plus(999), &mut samples).is_pending() && link.port.device.0 < 1 << 20 {}
     let late = link.poll(NOW.plus(1000), &mut samples);
     assert!(matches!(late, Poll::Ready(Err(_))), "{late:?}");
-    assert!(link.port.0 <= (1 << 20) + u64::from(2 * MAX_READ));
+    assert!(link.port.device.0 <= (1 << 20) + u64::from(2 * MAX_READ));
 }
 
 #[test]
 fn every_error_has_its_type() {
     let mut samples = [Iq::default(); 2];
     let mut link = link();
-    let mut poll = |link: &mut FrameLink<Wire>, now| link.poll(now, &mut samples);
+    let mut poll = |link: &mut FrameLink<Port>, now| link.poll(now, &mut samples);
     link.trigger(NOW, 0, 1000);
     assert!(poll(&mut link, NOW.plus(999)).is_pending());
     let timeout = Poll::Ready(Err(LinkError::Timeout));
     assert_eq!(poll(&mut link, NOW.plus(1000)), timeout);
     link.trigger(NOW, 0, 1000);
     answer(&mut link, FrameKind::Chirp, 2, &[0; 8]);
-    link.port.incoming[12] ^= 1;
+    link.port.wires.incoming[12].value ^= 1;
     let crc = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
     assert_eq!(poll(&mut link, NOW), crc);
     link.trigger(NOW, 0, 1000);

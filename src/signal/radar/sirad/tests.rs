@@ -1,40 +1,16 @@
-use std::collections::VecDeque;
 use std::prelude::v1::*;
 
 use proptest::prelude::*;
 
 use super::*;
 use crate::signal::radar::module::ModuleKind;
+use crate::testing::port::Port;
 
 const TIMEOUT: u32 = 500_000;
 const WISH: RequestedSettings = RequestedSettings {
     kind: ModuleKind::SiRad,
     ..RequestedSettings::DEFAULT
 };
-
-#[derive(Default)]
-struct Port {
-    from: VecDeque<u8>,
-    to: Vec<u8>,
-    errors: u16,
-}
-
-impl BytePort for Port {
-    fn read(&mut self) -> Option<u8> {
-        self.from.pop_front()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        // A port that takes few bytes at once.
-        let n = bytes.len().min(5);
-        self.to.extend(&bytes[..n]);
-        n
-    }
-
-    fn errors(&self) -> u16 {
-        self.errors
-    }
-}
 
 fn binary(counter: u16, values: &[i16]) -> Vec<u8> {
     let mut out = vec![0xAA, 0xAA, 0xBB, 0xCC, b'M'];
@@ -54,11 +30,23 @@ fn table(counter: u16, values: &[i16]) -> Vec<u8> {
 }
 
 /// A SiRad module and its serial port.
-#[derive(Default)]
 struct Bench {
     module: SiRad,
     port: Port,
     now: u32,
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        let mut port = Port::default();
+        // A port that takes few bytes at once.
+        port.wires.room = 5;
+        Self {
+            module: SiRad::default(),
+            port,
+            now: 0,
+        }
+    }
 }
 
 impl Bench {
@@ -66,7 +54,7 @@ impl Bench {
     fn ready() -> Self {
         let mut bench = Self::default();
         assert!(bench.program(&WISH, &binary(0, &[0; 64])).is_ok());
-        bench.port.to.clear();
+        bench.port.device.clear();
         bench
     }
 
@@ -83,9 +71,9 @@ impl Bench {
         for _ in 0..20 {
             assert!(self.settings().is_pending());
         }
-        self.port.from.extend(b"!Iwho\r\n");
+        self.port.type_in(b"!Iwho\r\n");
         assert!(self.settings().is_pending());
-        self.port.from.extend(measured);
+        self.port.type_in(measured);
         for _ in 0..6 {
             if let Poll::Ready(result) = self.settings() {
                 return result;
@@ -100,7 +88,7 @@ impl Bench {
     }
 
     fn poll(&mut self, bytes: &[u8], samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        self.port.from.extend(bytes);
+        self.port.type_in(bytes);
         self.module.poll(&mut self.port, Micros(self.now), samples)
     }
 
@@ -133,7 +121,7 @@ fn programmed_as_wished_and_measured() {
     };
     let radar = bench.program(&requested, &binary(7, &[0; 256])).unwrap();
     assert_eq!(
-        String::from_utf8(bench.port.to).unwrap(),
+        String::from_utf8(bench.port.device).unwrap(),
         "!S08047C10\r\n!B20000010\r\n!P000009C4\r\n!I\r\n!N\r\n"
     );
     // The duration of 128 samples of 165.5.
@@ -226,11 +214,11 @@ fn what_is_no_chirp_is_reported_by_its_kind() {
 #[test]
 fn what_the_port_knows_to_be_damaged_is_no_chirp() {
     let mut bench = Bench::ready();
-    bench.port.errors = 3;
+    bench.port.wires.errors = 3;
     bench.trigger();
     let mut samples = [Iq::default(); 32];
     assert!(bench.poll(&[], &mut samples).is_pending());
-    bench.port.errors = 4;
+    bench.port.wires.errors = 4;
     assert_eq!(
         bench.poll(&binary(1, &ramp()), &mut samples),
         Poll::Ready(Err(LinkError::Frame(FrameError::Crc)))
@@ -242,33 +230,33 @@ fn a_late_chirp_is_never_taken_for_the_next() {
     let mut bench = Bench::ready();
     let mut samples = [Iq::default(); 32];
     assert_eq!(bench.chirp(&[]), Err(LinkError::Timeout));
-    bench.port.to.clear();
+    bench.port.device.clear();
     bench.trigger();
     // The late frame arrives before the module has answered the request after it.
     assert!(bench.poll(&binary(1, &[5; 64]), &mut samples).is_pending());
-    assert_eq!(bench.port.to, b"!I\r\n");
+    assert_eq!(bench.port.device, b"!I\r\n");
     assert_eq!(samples, [Iq::default(); 32]);
     assert!(!bench.module.sent());
     let mut rest = b"!Iwho\r\n".to_vec();
     assert!(bench.poll(&rest, &mut samples).is_pending());
-    assert_eq!(bench.port.to, b"!I\r\n!N\r\n");
+    assert_eq!(bench.port.device, b"!I\r\n!N\r\n");
     rest = binary(2, &ramp());
     assert_eq!(bench.poll(&rest, &mut samples), Poll::Ready(Ok(())));
     assert_eq!(samples[3], Iq::new(-23 * 16, -24 * 16));
     // Bytes between two triggers are discarded; nothing is requested after a complete answer.
-    bench.port.to.clear();
-    bench.port.from.extend(binary(3, &[5; 64]));
+    bench.port.device.clear();
+    bench.port.type_in(binary(3, &[5; 64]));
     assert!(bench.chirp(&binary(4, &ramp())).is_ok());
-    assert_eq!(bench.port.to, b"!N\r\n");
+    assert_eq!(bench.port.device, b"!N\r\n");
 }
 
 #[test]
 fn a_chirp_that_is_given_up_is_waited_for_too() {
     let mut bench = Bench::ready();
     bench.trigger();
-    bench.port.to.clear();
+    bench.port.device.clear();
     assert_eq!(bench.chirp(&binary(1, &ramp())), Err(LinkError::Timeout));
-    assert_eq!(bench.port.to, b"!I\r\n");
+    assert_eq!(bench.port.device, b"!I\r\n");
 }
 
 #[test]
@@ -319,7 +307,7 @@ proptest! {
         for piece in pieces {
             bench.now += 50_000;
             let ready = if programs {
-                bench.port.from.extend(&piece);
+                bench.port.type_in(&piece);
                 bench.settings().map_ok(|radar| prop_assert_ok(radar.validate().is_ok())).is_ready()
             } else {
                 bench.poll(&piece, &mut chirp).is_ready()

@@ -15,8 +15,9 @@ use stairscan::scanner::command::framed;
 use stairscan::scanner::mirror::Stepper;
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::settings::SweepMode;
-use stairscan::scanner::store::Store;
 use stairscan::scanner::{BootInfo, Hardware, Reports, Scanner, Schedule, Settings};
+
+use testbed::{Board, Shared};
 
 use super::controller::Controller;
 use super::data::StubPath;
@@ -133,7 +134,7 @@ impl LifeMemory {
 }
 
 /// Hardware of the scanner under test.
-type Simulated = Hardware<Stepper<Handle>, Handle, Handle, Handle>;
+type Simulated = Hardware<Stepper<Handle>, Handle, Handle, Shared<Board>>;
 
 /// A running scanner, from one reset to the next.
 pub struct Life<'a> {
@@ -155,24 +156,26 @@ impl<'a> Life<'a> {
         let now = {
             let world = &mut *run.world.borrow_mut();
             (world.booted, world.clock_error) = (world.now, 0);
-            world.retained.boots += 1;
-            world.wire.cut();
+            world.board.get().boots += 1;
+            world.port.device.clear();
+            world.port.wires.waiting = false;
             world.now
         };
         run.boots += 1;
-        let saved = Store::new(handle()).load();
+        let board = run.world.borrow().board.clone();
+        let saved = board.get().load();
         let clock = run.world.borrow().clock();
         let hardware = Hardware {
             mirror: Stepper::new(handle()),
             link: handle(),
             port: handle(),
-            board: handle(),
+            board: board.clone(),
         };
         let data = StubPath::new(run.world.clone(), run.controller.true_travel());
         let answered = data.answered.clone();
         let identity = BootInfo {
             reset,
-            boots: run.world.borrow().retained.boots,
+            boots: board.get().boots,
             ..identity("soak")
         };
         run.watch.boot(run.world.borrow().instant());
@@ -237,6 +240,7 @@ impl<'a> Life<'a> {
         self.scanner.step(clock);
         {
             let world = &mut *self.run.world.borrow_mut();
+            world.pass_flash_time();
             world.now += std::mem::take(&mut world.busy_us);
         }
         self.attend();
@@ -249,7 +253,7 @@ impl<'a> Life<'a> {
         let world = &mut *self.run.world.borrow_mut();
         match self.run.defect {
             Some(Defect::ClockJumps) => world.clock_error = JUMP_US,
-            Some(Defect::ByteChanges) => match world.wire.printed.last_mut() {
+            Some(Defect::ByteChanges) => match world.port.device.last_mut() {
                 Some(byte) => *byte ^= 1,
                 None => return,
             },
@@ -270,7 +274,8 @@ impl<'a> Life<'a> {
                 self.motion_disturbed(at);
             }
             if let Some(line) = line {
-                self.run.world.borrow_mut().wire.send(at, line);
+                let world = &mut *self.run.world.borrow_mut();
+                world.port.wires.type_in(at, line.as_bytes());
             }
         }
     }
@@ -285,7 +290,7 @@ impl<'a> Life<'a> {
     /// does.
     fn attend(&mut self) {
         let instant = self.run.instant();
-        let erasure = std::mem::take(&mut self.run.world.borrow_mut().flash.erased);
+        let erasure = std::mem::take(&mut self.run.world.borrow_mut().erased);
         if erasure {
             self.run.watch.blocked(instant);
             // Sentences that have arrived meanwhile are read at once.
@@ -312,17 +317,15 @@ impl<'a> Life<'a> {
         let (printed, failed, heard, booted) = {
             let world = &mut *self.run.world.borrow_mut();
             let failed = std::mem::take(&mut world.failed);
-            let end = world.wire.printed.iter().rposition(|&b| b == b'\n');
-            let printed = end.map(|end| world.wire.printed.drain(..=end).collect::<Vec<u8>>());
+            let printed = world.port.take_lines();
             (printed, failed, world.heard, world.booted)
         };
         for message in failed {
             self.run.watch.fail(instant, &message, "none");
         }
-        let Some(printed) = printed else { return };
         let from = self.run.motion_from;
         let input = |queued: u64| expected_input(&heard, booted, booted + queued, from);
-        for line in String::from_utf8_lossy(&printed).lines() {
+        for line in &printed {
             let answered = *self.answered.borrow();
             self.run.watch.hear(instant, line, answered, input);
         }
@@ -378,7 +381,8 @@ impl<'a> Life<'a> {
     /// Sends the scanner a framed command without waiting for its reply.
     pub fn send(&mut self, words: &[&str]) {
         let now = self.now();
-        self.run.world.borrow_mut().wire.send(now, framed(words));
+        let world = &mut *self.run.world.borrow_mut();
+        world.port.wires.type_in(now, framed(words).as_bytes());
     }
 
     /// Sends a command and waits for its reply; returns whether it was executed.

@@ -7,7 +7,6 @@
 
 mod controller;
 mod data;
-mod flash;
 mod gaps;
 mod life;
 mod module;
@@ -15,7 +14,6 @@ mod plan;
 mod shaft;
 mod summary;
 mod watch;
-mod wire;
 mod world;
 
 #[cfg(test)]

@@ -266,9 +266,8 @@ impl Life<'_> {
 
     /// Returns a reset, half of them by loss of power, which also erases the retained state.
     fn reset(&mut self) -> Ending {
-        let world = &mut *self.run.world.borrow_mut();
         if self.run.random.chance(0.5) {
-            world.retained = Default::default();
+            self.run.world.borrow().board.get().lose_power();
             Ending::Reset("power-on")
         } else {
             Ending::Reset("software")

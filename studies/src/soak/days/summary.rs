@@ -1,11 +1,12 @@
 //! Summary of a run: counts, largest gaps, and wear of the flash.
 
 use stairscan::scanner::store::SLOT;
+use testbed::board::SECTOR;
 
-use super::flash::{ENDURANCE, SECTOR};
 use super::gaps::{DAY_US, Gap};
 use super::life::Run;
 use super::watch::Counts;
+use super::world::ENDURANCE;
 
 /// Result of an endurance run.
 #[derive(Clone, Debug)]
@@ -41,7 +42,8 @@ impl Summary {
     pub fn of(run: Run) -> Self {
         let world = run.world.borrow();
         let mut failures = run.watch.failures;
-        let refused = world.flash.refused;
+        let flash = world.board.get().flash.clone();
+        let refused = flash.misused;
         if refused > 0 {
             failures.push(format!("the flash refused {refused} operations"));
         }
@@ -55,7 +57,7 @@ impl Summary {
             wraps: [run.wraps, run.controller.wraps, run.controller.restarts],
             gaps: [run.watch.live_gap, run.watch.sweep_gap, run.watch.recovery],
             saves: run.saves,
-            erasures: world.flash.erasures,
+            erasures: [0, 1].map(|sector| flash.erasures[sector]),
             refused,
         }
     }

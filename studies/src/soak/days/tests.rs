@@ -85,7 +85,7 @@ fn a_flash_that_loses_its_content_is_found() {
     boot(&mut run, "41000");
     boot(&mut run, "39000");
     assert_eq!(run.watch.failures, Vec::<String>::new());
-    run.world.borrow_mut().flash.lose();
+    run.world.borrow().board.get().flash.lose();
     boot(&mut run, "41000");
     let found = &run.watch.failures;
     assert!(found[0].contains("not the boot sentence"), "{found:?}");

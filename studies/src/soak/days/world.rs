@@ -5,33 +5,41 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::task::Poll;
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::scanner::command::Measure;
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::ramp::Ramp;
-use stairscan::scanner::store::{Store, StoreError};
-use stairscan::scanner::{Board, BytePort, Micros, Settings};
+use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::wire::RowTimes;
 use stairscan::signal::radar::{LinkError, RadarModule};
+use testbed::{Board, Port, Shared};
 
-use super::flash::{FlashModel, SECTOR, WORD};
 use super::gaps::{Instant, SPAN_US};
 use super::module::ModuleModel;
 use super::shaft::ShaftModel;
-use super::wire::ReportWire;
 
-/// State that the board retains over a reset.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Retained {
-    /// Whether `stop` was the last of `start` and `stop`.
-    pub stopped: bool,
-    /// Hash of the settings in force; `None` before it is retained first.
-    pub settings: Option<u32>,
-    /// Number of boots since power-up.
-    pub boots: u32,
+/// Number of erasures that a sector endures (STM32F405 datasheet DS8626, flash memory endurance: at least 10 kcycles).
+pub const ENDURANCE: u64 = 10_000;
+/// Minimum and maximum duration of erasing a sector, µs (DS8626, table 42: 250 ms typical, 500 ms at most, 32 bits at a
+/// time).
+const ERASE_US: [u64; 2] = [250_000, 500_000];
+/// Duration of writing a word, µs (DS8626, table 42: 16 typical).
+const WORD_US: u64 = 16;
+
+/// Bit rate of the report port, baud.
+const REPORT_BAUD: u32 = 115_200;
+/// Maximum time for which bytes have left since the loop's last pass, µs. The chip's loop passes every few
+/// microseconds; here it skips time up to this, and while it is blocked nothing is handed to the port.
+const SKIPPED_US: u64 = 3_000;
+
+/// Returns the report port, on a clock in µs.
+fn report_port() -> Port {
+    let mut port = Port::default();
+    port.wires.ticks = Some(1_000_000);
+    port.wires.rates = [REPORT_BAUD; 2];
+    port.wires.skipped = SKIPPED_US;
+    port
 }
 
 /// Simulated hardware and clock around the scanner.
@@ -53,12 +61,16 @@ pub struct World {
     pub shaft: ShaftModel,
     /// The radar module.
     pub module: ModuleModel,
-    /// The serial wire of the report port.
-    pub wire: ReportWire,
-    /// Flash with the settings.
-    pub flash: FlashModel,
-    /// State that survives a reset.
-    pub retained: Retained,
+    /// The report port at 115,200 baud: command lines arrive at given times, and sent bytes leave one after the other.
+    pub port: Port,
+    /// Bytes of the incoming line that the scanner has read.
+    line: Vec<u8>,
+    /// The board, with the flash of settings.
+    pub board: Shared<Board>,
+    /// Numbers of erasures and of words written whose time has passed.
+    flash_done: [u64; 2],
+    /// Whether a sector has been erased in the present pass of the scanner's loop; the erasure blocks that pass.
+    pub erased: bool,
     /// Texts of the data path's failed checks that have not been recorded yet.
     pub failed: Vec<String>,
     state: u64,
@@ -67,6 +79,8 @@ pub struct World {
 impl World {
     /// Creates the hardware before its first boot; `seed` selects the random delays.
     pub fn new(seed: u64) -> Self {
+        let mut board = Board::new(seed);
+        board.flash.counts_misuse = true;
         Self {
             now: 0,
             booted: 0,
@@ -76,9 +90,11 @@ impl World {
             heard: [0; 4],
             shaft: ShaftModel::new(),
             module: ModuleModel::default(),
-            wire: ReportWire::default(),
-            flash: FlashModel::new(),
-            retained: Retained::default(),
+            port: report_port(),
+            line: Vec::new(),
+            board: Shared::new(board),
+            flash_done: [0; 2],
+            erased: false,
             failed: Vec::new(),
             state: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
         }
@@ -108,8 +124,58 @@ impl World {
 
     /// Returns the first time after `seen` at which module, report wire or shaft have an event, µs of the run.
     pub fn next_event(&mut self, seen: u64) -> u64 {
-        let module = self.module.next_event(seen).min(self.wire.next_event(seen));
+        let module = self.module.next_event(seen).min(self.next_port_event(seen));
         self.shaft.next_event(seen).min(module)
+    }
+
+    /// Returns the first time after `seen` at which a line arrives at the report port, or bytes that did not fit can be
+    /// written, µs of the run.
+    fn next_port_event(&self, seen: u64) -> u64 {
+        let wires = &self.port.wires;
+        let arrival = wires.incoming.front().map(|byte| byte.at);
+        let arrives = arrival.filter(|&at| at > seen).unwrap_or(u64::MAX);
+        let leaves = match wires.waiting {
+            true => wires.busy_until() + SKIPPED_US / 2,
+            false => u64::MAX,
+        };
+        arrives.min(leaves)
+    }
+
+    /// Returns the next byte of a line that has arrived at the report port, and notes when a motion sentence has been
+    /// read.
+    fn read(&mut self) -> Option<u8> {
+        self.port.wires.now = self.now;
+        let byte = self.port.read()?;
+        self.touched = true;
+        self.line.push(byte);
+        if byte == b'\n' {
+            if self
+                .line
+                .starts_with(stairscan::report::motion::PREFIX.as_bytes())
+            {
+                self.heard.rotate_left(1);
+                self.heard[3] = self.now;
+            }
+            self.line.clear();
+        }
+        Some(byte)
+    }
+
+    /// Blocks the present pass for as long as the flash has taken since the last call.
+    pub fn pass_flash_time(&mut self) {
+        let (erasures, words) = {
+            let flash = &self.board.get().flash;
+            (flash.erasures.iter().sum(), flash.words)
+        };
+        let [erasures_before, words_before] =
+            std::mem::replace(&mut self.flash_done, [erasures, words]);
+        for _ in erasures_before..erasures {
+            let unit = self.jitter(1_000) as f64 * 1e-3;
+            let [least, most] = ERASE_US;
+            self.busy_us += least + ((most - least) as f64 * unit) as u64;
+            self.erased = true;
+        }
+        self.busy_us += WORD_US * (words - words_before);
     }
 
     fn deadline(&self, now: Micros, timeout_us: u32) -> (Micros, u64) {
@@ -188,80 +254,12 @@ impl RadarModule for Handle {
 
 impl BytePort for Handle {
     fn read(&mut self) -> Option<u8> {
-        let world = &mut *self.0.borrow_mut();
-        let (byte, motion) = world.wire.read(world.now)?;
-        world.touched = true;
-        if motion {
-            world.heard.rotate_left(1);
-            world.heard[3] = world.now;
-        }
-        Some(byte)
+        self.0.borrow_mut().read()
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         let world = &mut *self.0.borrow_mut();
-        world.wire.write(world.now, bytes)
-    }
-}
-
-impl ErrorType for Handle {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for Handle {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        self.0.borrow_mut().flash.read(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.borrow().flash.capacity()
-    }
-}
-
-impl NorFlash for Handle {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        let world = &mut *self.0.borrow_mut();
-        let unit = world.jitter(1_000) as f64 * 1e-3;
-        world.busy_us += world.flash.erase(from, to, unit)?;
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let world = &mut *self.0.borrow_mut();
-        world.busy_us += world.flash.write(offset, bytes)?;
-        Ok(())
-    }
-}
-
-impl Board for Handle {
-    fn stopped(&self) -> bool {
-        self.0.borrow().retained.stopped
-    }
-
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().retained.stopped = stopped;
-    }
-
-    fn retained_settings_hash(&self) -> Option<u32> {
-        self.0.borrow().retained.settings
-    }
-
-    fn retain_settings_hash(&mut self, hash: u32) {
-        self.0.borrow_mut().retained.settings = Some(hash);
-    }
-
-    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
-        Store::new(self.clone()).save(settings)
-    }
-
-    fn clear_crashes(&mut self) {}
-
-    fn measure(&self, _: Measure) -> u32 {
-        0
+        world.port.wires.now = world.now;
+        world.port.write(bytes)
     }
 }

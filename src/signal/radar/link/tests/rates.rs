@@ -1,175 +1,41 @@
 //! Bit rates of the wire: agreed on, abandoned, and 10^5 chirps at each over a wire with errors of all kinds.
 
-use rand_core::{Rng, SeedableRng};
+use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
 use super::*;
+use crate::testing::framed::{FramedModule, RATES};
+use crate::testing::port::{DEVICE, FIRST_BAUD};
 
 const SAMPLES: usize = 16;
 /// Interval of polling, microseconds.
 const POLL: u32 = 50;
 
-/// Serial port of the scanner, with the wire and a simulated module behind it.
-struct Far {
-    incoming: VecDeque<(u8, u8)>,
-    decoder: Decoder,
-    /// Bit rates of the scanner's end of the wire, then of the module's, Mbaud.
-    rates: [u8; 2],
-    fastest: u8,
-    ability: Ability,
-    rng: Xoshiro128PlusPlus,
-    /// Reciprocal of the share of the module's frames that the wire damages, loses or repeats; 0: none.
-    trouble: u32,
-    /// Whether the module sends nothing at all (`mute`), or without pause (`babbles`).
-    mute: bool,
-    babbles: bool,
-    before: Vec<u8>,
-    edges: u32,
-    asked: Vec<FrameKind>,
-}
-
-fn encode(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
-    let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
-    frame::encode(kind, sequence, payload, &mut out);
-    out.to_vec()
-}
-
-impl Far {
-    fn new(fastest: u8, seed: u64) -> Self {
-        Self {
-            incoming: VecDeque::new(),
-            decoder: Decoder::new(),
-            rates: [1, 1],
-            fastest,
-            ability: Ability::NONE,
-            rng: Xoshiro128PlusPlus::seed_from_u64(seed),
-            trouble: 0,
-            mute: false,
-            babbles: false,
-            before: Vec::new(),
-            edges: 0,
-            asked: Vec::new(),
-        }
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        self.rng.next_u32() as usize % end
-    }
-
-    fn unlucky(&mut self) -> bool {
-        self.trouble > 0 && self.rng.next_u32().is_multiple_of(self.trouble)
-    }
-
-    /// Sends a frame to the scanner at `rate` Mbaud. Some frames have a wrong bit, are cut short or lost, or follow
-    /// noise or a copy of the frame before.
-    fn say(&mut self, mut bytes: Vec<u8>, rate: u8) {
-        let clean = bytes.clone();
-        if self.mute {
-            return;
-        }
-        if self.unlucky() {
-            match self.below(5) {
-                0 => {
-                    let (at, bit) = (self.below(bytes.len()), self.below(8));
-                    bytes[at] ^= 1 << bit;
-                }
-                1 => bytes.truncate(self.below(clean.len())),
-                2 => bytes.clear(),
-                3 => bytes.splice(0..0, self.before.clone()).for_each(drop),
-                _ => {
-                    let noise: Vec<u8> = (0..20).map(|_| self.rng.next_u32() as u8).collect();
-                    bytes.splice(0..0, noise).for_each(drop);
-                }
-            }
-        }
-        self.before = clean;
-        self.incoming
-            .extend(bytes.into_iter().map(|byte| (byte, rate)));
-    }
-
-    fn hear(&mut self, byte: u8) {
-        let [scanner, own] = self.rates;
-        if scanner != own {
-            if byte == 0 && scanner < own {
-                self.rates[1] = 1;
-            }
-            self.decoder.reset();
-            return;
-        }
-        if self.decoder.push(byte) != Ok(Progress::Complete) {
-            return;
-        }
-        let Some(frame) = self.decoder.frame() else {
-            return;
-        };
-        let (kind, sequence, payload) = (frame.kind, frame.sequence, frame.payload.to_vec());
-        self.asked.push(kind);
-        match kind {
-            FrameKind::Configure | FrameKind::Program => {
-                let ability = Ability {
-                    fastest: self.fastest,
-                    ..self.ability
-                };
-                let radar = RadarConfig {
-                    samples: SAMPLES as u16,
-                    ..RadarConfig::DEFAULT
-                };
-                let payload = frame::settings_payload(&radar, ability);
-                self.say(encode(FrameKind::Settings, sequence, &payload), own);
-            }
-            FrameKind::Rate => {
-                self.say(encode(FrameKind::RateSet, sequence, &payload), own);
-                self.rates[1] = payload[0];
-            }
-            _ => self.say(
-                encode(FrameKind::Chirp, sequence, &payload.repeat(SAMPLES)),
-                own,
-            ),
-        }
-    }
-}
-
-impl BytePort for Far {
-    fn read(&mut self) -> Option<u8> {
-        if self.babbles {
-            return Some(self.rng.next_u32() as u8);
-        }
-        let (byte, rate) = self.incoming.pop_front()?;
-        // A byte that was sent at another rate is received as a different one.
-        Some(if rate == self.rates[0] {
-            byte
-        } else {
-            byte.rotate_left(3) ^ 0x15
-        })
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        let taken = bytes.len().min(2);
-        bytes[..taken].iter().for_each(|&byte| self.hear(byte));
-        taken
-    }
-
-    fn has_rate(&self, baud: u32) -> bool {
-        matches!(baud, 1_000_000 | 2_000_000 | 3_000_000)
-    }
-
-    fn set_rate(&mut self, baud: u32) {
-        self.rates[0] = (baud / 1_000_000) as u8;
-    }
-
-    fn pulse(&mut self) {
-        self.edges += 1;
-    }
+/// Returns the scanner's port, which takes two bytes at once, with a module behind it whose fastest bit rate is
+/// `fastest`, Mbaud.
+fn far(fastest: u8, seed: u64) -> Port<FramedModule> {
+    let radar = RadarConfig {
+        samples: SAMPLES as u16,
+        ..RadarConfig::DEFAULT
+    };
+    let ability = Ability {
+        fastest,
+        ..Ability::NONE
+    };
+    let mut port = Port::new(FramedModule::new(radar, ability, seed));
+    port.wires.supported = RATES;
+    port.wires.room = 2;
+    port
 }
 
 struct Bench {
-    link: FrameLink<Far>,
+    link: FrameLink<Port<FramedModule>>,
     now: Micros,
     requested: RequestedSettings,
 }
 
 impl Bench {
-    fn new(far: Far) -> Self {
+    fn new(far: Port<FramedModule>) -> Self {
         Self {
             link: FrameLink::new(far),
             now: Micros(u32::MAX - 70_000),
@@ -220,7 +86,7 @@ fn the_fastest_rate_of_both_is_agreed_on() {
         (3, 1, 1),
         (9, 3, 3),
     ] {
-        let mut bench = Bench::new(Far::new(fastest, 1));
+        let mut bench = Bench::new(far(fastest, 1));
         bench.requested.baud = wished * 1_000_000;
         assert!(bench.settings().is_ok());
         assert_eq!(bench.rate(), rate * 1_000_000);
@@ -231,20 +97,26 @@ fn the_fastest_rate_of_both_is_agreed_on() {
         // A slower rate is requested.
         bench.requested.baud = 1_000_000;
         assert!(bench.settings().is_ok());
-        assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
+        assert_eq!(
+            (bench.rate(), bench.link.port.wires.rates),
+            (1_000_000, [1_000_000; 2])
+        );
         assert_eq!(bench.chirp(50_000, false), Ok(50_000));
     }
 }
 
 #[test]
 fn a_chirp_that_is_triggered_again_is_at_one_megabaud() {
-    let mut bench = Bench::new(Far::new(3, 2));
+    let mut bench = Bench::new(far(3, 2));
     bench.settings().unwrap();
-    bench.link.port.mute = true;
+    bench.link.port.wires.mute = true;
     assert_eq!(bench.chirp(1_000, false), Err(LinkError::Timeout));
-    bench.link.port.mute = false;
+    bench.link.port.wires.mute = false;
     assert_eq!(bench.chirp(1_000, true), Ok(1_000));
-    assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
+    assert_eq!(
+        (bench.rate(), bench.link.port.wires.rates),
+        (1_000_000, [1_000_000; 2])
+    );
     // A single failure does not change the rate.
     bench.settings().unwrap();
     assert_eq!(bench.rate(), 3_000_000);
@@ -253,7 +125,7 @@ fn a_chirp_that_is_triggered_again_is_at_one_megabaud() {
 /// A trigger that waits for the module's change of bit rate has not been sent: the mirror must stand until it is.
 #[test]
 fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
-    let mut bench = Bench::new(Far::new(3, 2));
+    let mut bench = Bench::new(far(3, 2));
     bench.settings().unwrap();
     bench.link.trigger(bench.now, 7, 5_000);
     let mut samples = [Iq::default(); SAMPLES];
@@ -270,12 +142,12 @@ fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
 
 #[test]
 fn a_rate_that_fails_is_left_alone_for_a_while() {
-    let mut bench = Bench::new(Far::new(3, 3));
+    let mut bench = Bench::new(far(3, 3));
     bench.settings().unwrap();
     for angle in 0..=i32::from(MAX_FAILURES) {
-        bench.link.port.mute = true;
+        bench.link.port.wires.mute = true;
         assert!(bench.chirp(angle, false).is_err());
-        bench.link.port.mute = false;
+        bench.link.port.wires.mute = false;
         assert_eq!(bench.chirp(angle, false), Ok(angle));
     }
     assert_eq!(bench.rate(), 3_000_000, "a sweep in passing keeps its rate");
@@ -290,28 +162,34 @@ fn a_rate_that_fails_is_left_alone_for_a_while() {
 #[test]
 fn whichever_end_is_reset_they_find_each_other() {
     // Reset of the module: it starts at 1 Mbaud.
-    let mut bench = Bench::new(Far::new(3, 4));
+    let mut bench = Bench::new(far(3, 4));
     bench.settings().unwrap();
-    bench.link.port.rates[1] = 1;
+    bench.link.port.wires.rates[DEVICE] = FIRST_BAUD;
     assert!(bench.settings().is_err());
     assert!(bench.settings().is_ok());
-    assert_eq!((bench.rate(), bench.link.port.rates), (3_000_000, [3, 3]));
+    assert_eq!(
+        (bench.rate(), bench.link.port.wires.rates),
+        (3_000_000, [3_000_000; 2])
+    );
     // Reset of the scanner: its port starts at 1 Mbaud, the module does not.
-    let mut far = Far::new(3, 5);
-    far.rates = [1, 3];
-    let mut bench = Bench::new(far);
+    let mut port = far(3, 5);
+    port.wires.rates = [FIRST_BAUD, 3_000_000];
+    let mut bench = Bench::new(port);
     assert!(bench.settings().is_ok());
-    assert_eq!((bench.rate(), bench.link.port.rates), (3_000_000, [3, 3]));
+    assert_eq!(
+        (bench.rate(), bench.link.port.wires.rates),
+        (3_000_000, [3_000_000; 2])
+    );
 }
 
 #[test]
 fn a_rate_that_only_the_module_can_hear_is_not_kept() {
     // The module confirms the rate and does not change it.
-    let mut bench = Bench::new(Far::new(2, 6));
+    let mut bench = Bench::new(far(2, 6));
     bench.link.program(bench.now, &bench.requested, 100_000);
     let settings = loop {
-        if bench.link.port.asked.contains(&FrameKind::Rate) {
-            bench.link.port.rates[1] = 1;
+        if bench.link.port.device.asked.contains(&FrameKind::Rate) {
+            bench.link.port.wires.rates[DEVICE] = FIRST_BAUD;
         }
         if let Poll::Ready(result) = bench.link.settings(bench.now) {
             break result;
@@ -325,19 +203,19 @@ fn a_rate_that_only_the_module_can_hear_is_not_kept() {
 
 #[test]
 fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
-    let mut bench = Bench::new(Far::new(1, 7));
+    let mut bench = Bench::new(far(1, 7));
     bench.settings().unwrap();
     assert_eq!(bench.chirp(3, false), Ok(3));
-    assert_eq!(bench.link.port.asked[..1], [FrameKind::Configure]);
-    assert_eq!(bench.link.port.edges, 0);
-    let mut far = Far::new(1, 7);
-    far.ability.pin = true;
-    let mut bench = Bench::new(far);
+    assert_eq!(bench.link.port.device.asked[..1], [FrameKind::Configure]);
+    assert_eq!(bench.link.port.wires.edges, 0);
+    let mut port = far(1, 7);
+    port.device.ability.pin = true;
+    let mut bench = Bench::new(port);
     bench.requested.pin = true;
     bench.settings().unwrap();
     assert_eq!(bench.chirp(3, false), Ok(3));
-    assert_eq!(bench.link.port.asked[..1], [FrameKind::Program]);
-    assert_eq!(bench.link.port.edges, 1);
+    assert_eq!(bench.link.port.device.asked[..1], [FrameKind::Program]);
+    assert_eq!(bench.link.port.wires.edges, 1);
     assert!(bench.link.frames.wire().pin);
 }
 
@@ -347,29 +225,30 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
 #[test]
 fn a_hundred_thousand_chirps_at_each_rate() {
     for rate in [1, 2, 3] {
-        let far = Far::new(rate, 100 + u64::from(rate));
-        let mut bench = Bench::new(far);
+        let mut bench = Bench::new(far(rate, 100 + u64::from(rate)));
         let (mut chirps, mut came, mut at_rate) = (0_u32, 0_u32, 0_u32);
         let mut scans = 0_u32;
         while at_rate < 100_000 {
             scans += 1;
-            bench.link.port.trouble = if scans % 13 == 4 { 10 } else { 300 };
-            bench.link.port.mute = scans % 97 == 50;
-            bench.link.port.babbles = scans % 97 == 70;
+            bench.link.port.device.trouble = if scans % 13 == 4 { 10 } else { 300 };
+            bench.link.port.wires.mute = scans % 97 == 50;
+            let babbles = scans % 97 == 70;
+            bench.link.port.wires.babble =
+                babbles.then(|| Xoshiro128PlusPlus::seed_from_u64(scans.into()));
             if scans % 31 == 7 {
                 // The module is reset to 1 Mbaud, between scans or during one.
-                bench.link.port.rates[1] = 1;
+                bench.link.port.wires.rates[DEVICE] = FIRST_BAUD;
             }
             // Every fourth scan is one with a turning mirror: no chirp is triggered again.
             let passing = scans.is_multiple_of(4);
             let asked: Vec<_> = (0..5).map(|_| bench.settings()).collect();
-            let ill = bench.link.port.mute || bench.link.port.babbles;
+            let ill = bench.link.port.wires.mute || babbles;
             let known = asked.iter().any(Result::is_ok);
             assert!(known || ill, "scan {scans}: {asked:?}");
             for row in 0..281 {
                 chirps += 1;
                 if scans % 53 == 9 && row == 100 {
-                    bench.link.port.rates[1] = 1;
+                    bench.link.port.wires.rates[DEVICE] = FIRST_BAUD;
                 }
                 let angle = (scans as i32 % 100) * 1_000 + row;
                 let mut chirp = bench.chirp(angle, false);

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use super::port::{Device, Wires};
+
 /// Fault of the chip or of the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChipFault {
@@ -25,6 +27,7 @@ pub enum ChipFault {
 pub struct Chip {
     /// Register values by address.
     pub registers: BTreeMap<u8, u32>,
+    /// Fault of the chip or of the wire.
     pub fault: ChipFault,
     /// Number of accepted writes since reset (IFCNT), which wraps.
     pub count: u8,
@@ -36,6 +39,7 @@ pub struct Chip {
     wire: VecDeque<u8>,
     /// Number of consecutive polls of the wire, a byte's time apart, that found it idle.
     idle: u8,
+    /// Number of accepted writes since power-up.
     pub writes: u32,
     /// Number of answered datagrams.
     pub reads: u32,
@@ -101,45 +105,6 @@ impl Chip {
         self.registers.insert(address, value);
     }
 
-    /// Returns the next byte that the scanner receives from the wire. A pause of 63 bits makes the chip discard
-    /// an incomplete datagram (section 4.1.1).
-    pub fn say(&mut self) -> Option<u8> {
-        let byte = self.wire.pop_front();
-        self.idle = match byte {
-            Some(_) => 0,
-            None => self.idle.saturating_add(1),
-        };
-        if self.idle > 7 {
-            self.frame.clear();
-        }
-        byte
-    }
-
-    /// Takes a byte that the scanner sends.
-    pub fn receive(&mut self, byte: u8) {
-        self.idle = 0;
-        if self.fault != ChipFault::Cut {
-            // One wire: the byte is echoed.
-            self.wire.push_back(byte);
-        }
-        let lost = self.loses.contains(&0);
-        self.loses.retain(|&away| away > 0);
-        self.loses.iter_mut().for_each(|away| *away -= 1);
-        if lost || matches!(self.fault, ChipFault::Silent | ChipFault::Cut) {
-            return;
-        }
-        if self.frame.is_empty() && byte & 0x0f != 5 {
-            return;
-        }
-        self.frame.push(byte);
-        let writes = self.frame.get(2).is_some_and(|address| address & 0x80 != 0);
-        let length = if writes { 8 } else { 4 };
-        if self.frame.len() == length {
-            let frame = std::mem::take(&mut self.frame);
-            self.take(&frame);
-        }
-    }
-
     fn take(&mut self, frame: &[u8]) {
         let (body, check) = frame.split_at(frame.len() - 1);
         if checksum(body) != check[0] || body[1] != 0 {
@@ -184,5 +149,45 @@ impl Chip {
             _ => check,
         });
         self.wire.extend(frame);
+    }
+}
+
+impl Device for Chip {
+    /// Returns the next byte that the scanner receives from the wire. A pause of 63 bits makes the chip discard
+    /// an incomplete datagram (section 4.1.1).
+    fn send(&mut self) -> Option<u8> {
+        let byte = self.wire.pop_front();
+        self.idle = match byte {
+            Some(_) => 0,
+            None => self.idle.saturating_add(1),
+        };
+        if self.idle > 7 {
+            self.frame.clear();
+        }
+        byte
+    }
+
+    fn receive(&mut self, byte: u8, _: u64, _: &mut Wires) {
+        self.idle = 0;
+        if self.fault != ChipFault::Cut {
+            // One wire: the byte is echoed.
+            self.wire.push_back(byte);
+        }
+        let lost = self.loses.contains(&0);
+        self.loses.retain(|&away| away > 0);
+        self.loses.iter_mut().for_each(|away| *away -= 1);
+        if lost || matches!(self.fault, ChipFault::Silent | ChipFault::Cut) {
+            return;
+        }
+        if self.frame.is_empty() && byte & 0x0f != 5 {
+            return;
+        }
+        self.frame.push(byte);
+        let writes = self.frame.get(2).is_some_and(|address| address & 0x80 != 0);
+        let length = if writes { 8 } else { 4 };
+        if self.frame.len() == length {
+            let frame = std::mem::take(&mut self.frame);
+            self.take(&frame);
+        }
     }
 }
