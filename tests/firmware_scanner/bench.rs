@@ -234,15 +234,12 @@ impl DataPath for Data {
     }
 }
 
+/// Hardware of the scanner under test.
+type Simulated<M> = Hardware<M, Shared, testbed::Shared<Port>, testbed::Shared<Board>>;
+
 pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<
-        'static,
-        (
-            Hardware<M, Shared, testbed::Shared<Port>, testbed::Shared<Board>>,
-            Data,
-        ),
-    >,
+    pub scanner: Scanner<'static, (Simulated<M>, Data)>,
     pub now: Micros,
 }
 
