@@ -193,6 +193,8 @@ mod image {
     mod patched {
         use stairscan::params::Params;
 
+        // Used: the linker's optimiser would merge it with the default numbers and drop its symbol.
+        #[used]
         pub static NUMBERS: Params = Params::DEFAULT;
     }
 
