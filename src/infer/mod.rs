@@ -71,9 +71,9 @@ use crate::motion::{Agreement, Drive, MotionCompensation, Retention, SweepCompar
 use crate::mount::{GroundEvidence, online};
 use crate::observer::trace::Stage;
 use crate::observer::{Event, Observer};
-use crate::params::Numbers;
 use crate::params::generative::Generative;
 use crate::params::measured;
+use crate::params::{Numbers, Params};
 use crate::past::{History, NewScan};
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::PolarMap;
@@ -93,7 +93,9 @@ pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
     sweeps: SweepComparison,
-    numbers: Numbers,
+    // A reference in the image too: without it the compiler keeps a second measurement model on the stack while it makes
+    // the estimator.
+    params: &'static Params,
     posterior: Posterior,
     /// Whether the posterior decides, rather than the search alone.
     particles: bool,
@@ -119,17 +121,17 @@ impl Default for Likelihood {
 
 impl Likelihood {
     /// Returns an estimator before the first scan.
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Self::with(Numbers::DEFAULT)
     }
 
     /// Returns an estimator with these tuned numbers, before the first scan.
-    pub const fn with(numbers: Numbers) -> Self {
+    pub fn with(numbers: Numbers) -> Self {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
             sweeps: SweepComparison::new(),
-            numbers,
+            params: numbers.get(),
             posterior: Posterior::new(&measured::MODEL, numbers),
             particles: true,
         }
@@ -148,7 +150,7 @@ impl Likelihood {
         self.echoes.clear();
         if let Phase::Rows(collector) = &mut self.phase {
             let echoes = &mut self.echoes;
-            collector.finish(map, config, &self.numbers, &Drive::STANDING, echoes);
+            collector.finish(map, config, self.params, &Drive::STANDING, echoes);
         }
         &self.echoes
     }
@@ -227,7 +229,7 @@ impl Likelihood {
         let MappedScan {
             map, config, drive, ..
         } = *scan;
-        let p = self.numbers.get();
+        let p = self.params;
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
@@ -275,7 +277,7 @@ impl Likelihood {
         observer: &mut dyn Observer,
         answer: &mut Answer,
     ) -> Option<AnswerQuality> {
-        let p = self.numbers.get();
+        let p = self.params;
         let geometry = scan.map.geometry();
         let found = online::calibrate(&mut self.echoes, geometry, p);
         observer.event(Event::Calibration(found));
@@ -320,7 +322,7 @@ impl Likelihood {
         let down = Descent {
             echoes: &self.echoes,
             geometry: scan.map.geometry(),
-            params: self.numbers.get(),
+            params: self.params,
         };
         Some(down.answer(memory, posterior, observer, answer))
     }
@@ -335,7 +337,7 @@ impl Likelihood {
         past: Option<&mut History>,
         drop_m: Option<f32>,
     ) -> Assessment {
-        let p = self.numbers.get();
+        let p = self.params;
         let floor_off = instrument.floor.is_some_and(|floor| !floor.in_place(p));
         let mounting_off = quality.mounting_off || floor_off;
         let lobe_width_off = instrument.lobes.is_some_and(|lobes| !lobes.fit(p));
