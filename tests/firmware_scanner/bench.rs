@@ -215,20 +215,13 @@ impl DataPath for Data {
     }
 }
 
+/// Hardware of the scanner under test, with any mirror.
+type Parts<M> =
+    Hardware<M, testbed::Shared<Module<Watched>>, testbed::Shared<Port>, testbed::Shared<Board>>;
+
 pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<
-        'static,
-        (
-            Hardware<
-                M,
-                testbed::Shared<Module<Watched>>,
-                testbed::Shared<Port>,
-                testbed::Shared<Board>,
-            >,
-            Data,
-        ),
-    >,
+    pub scanner: Scanner<'static, (Parts<M>, Data)>,
     pub now: Micros,
 }
 
