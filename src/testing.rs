@@ -5,6 +5,8 @@
 pub mod flash;
 #[path = "../testbed/src/framed.rs"]
 pub mod framed;
+#[path = "../testbed/src/motor.rs"]
+pub mod motor;
 #[path = "../testbed/src/port.rs"]
 pub mod port;
 #[path = "../testbed/src/shared.rs"]

@@ -1,13 +1,11 @@
 //! Simulated hardware with fault injection, and a scanner on it.
 
-use std::cell::RefCell;
-use std::collections::VecDeque;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
-use std::task::Poll;
 
 use stairscan::Iq;
 use stairscan::answer::DropEdge;
-use stairscan::config::{Config, ConfigError, Plane, RadarConfig};
+use stairscan::config::{Config, ConfigError, Plane};
 use stairscan::motion::{Agreement, Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::{ScanLine, Sentence};
@@ -17,14 +15,12 @@ use stairscan::scanner::{
     BoardHealth, BootInfo, DataPath, Hardware, Micros, Mirror, MirrorError, Motion, Scanner,
     SecondMemory, Settings,
 };
-use stairscan::signal::radar::module::RequestedSettings;
-use stairscan::signal::radar::wire::{RowTimes, Wire};
-use stairscan::signal::radar::{LinkError, RadarModule};
+use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
     Outcome,
 };
-use testbed::{Board, Port};
+use testbed::{Board, Echoes, Module, Port};
 
 /// Everything outside the scanner, shared between the implementations of its traits and the test.
 #[derive(Default)]
@@ -37,19 +33,15 @@ pub struct World {
     // Mirror.
     pub homed: bool,
     pub enabled: bool,
-    pub moving: u32,
+    /// Number of polls until the current move ends.
+    pub moving: Rc<Cell<u32>>,
     /// Target of a continuous sweep.
     pub passing: Option<i32>,
     pub position: i32,
     pub stall: bool,
     pub no_home: bool,
-    // Radar.
-    pub radar: Option<RadarConfig>,
-    /// Last settings requested from the module.
-    pub requested: RequestedSettings,
-    pub errors: VecDeque<Option<LinkError>>,
-    pub triggers: Vec<i32>,
-    pub deadline: Micros,
+    /// The radar module.
+    pub module: testbed::Shared<Module<Watched>>,
     // Data.
     pub rows: Vec<u16>,
     pub lost: Vec<u16>,
@@ -80,7 +72,8 @@ pub struct Shared(pub Rc<RefCell<World>>);
 impl Mirror for Shared {
     fn start_home(&mut self, _: &MotorConfig) {
         let mut w = self.0.borrow_mut();
-        (w.enabled, w.moving, w.homed, w.position) = (true, 5, true, -23_467);
+        (w.enabled, w.homed, w.position) = (true, true, -23_467);
+        w.moving.set(5);
         w.passing = None;
     }
     fn start_move(&mut self, position: i32, motor: &MotorConfig) {
@@ -89,7 +82,8 @@ impl Mirror for Shared {
         if motor.speed < MotorConfig::default().speed {
             w.passing = Some(position);
         } else {
-            (w.position, w.moving) = (position, 3);
+            w.position = position;
+            w.moving.set(3);
         }
     }
     fn poll(&mut self, _: Micros) -> Result<Motion, MirrorError> {
@@ -102,7 +96,7 @@ impl Mirror for Shared {
             w.homed = false;
             return Err(MirrorError::HomeNotFound);
         }
-        w.moving = w.moving.saturating_sub(1);
+        w.moving.set(w.moving.get().saturating_sub(1));
         if let Some(end) = w.passing {
             let way = end - w.position;
             w.position += way.clamp(-PASSED, PASSED);
@@ -111,7 +105,7 @@ impl Mirror for Shared {
             }
             w.passing = None;
         }
-        Ok(if w.moving > 0 {
+        Ok(if w.moving.get() > 0 {
             Motion::Moving
         } else {
             Motion::Still
@@ -129,35 +123,22 @@ impl Mirror for Shared {
     }
 }
 
-impl RadarModule for Shared {
-    fn program(&mut self, now: Micros, requested: &RequestedSettings, timeout_us: u32) {
-        let mut w = self.0.borrow_mut();
-        w.requested = *requested;
-        w.deadline = now.plus(timeout_us);
+/// The test's view of the radar module's chirps.
+#[derive(Default)]
+pub struct Watched {
+    moving: Rc<Cell<u32>>,
+    pub triggers: Vec<i32>,
+}
+
+impl Echoes for Watched {
+    fn triggered(&mut self, shaft_angle: i32) {
+        assert_eq!(self.moving.get(), 0, "triggered while moving");
+        self.triggers.push(shaft_angle);
     }
-    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        let w = self.0.borrow();
-        match w.radar {
-            Some(radar) => Poll::Ready(Ok(radar)),
-            None if now.reached(w.deadline) => Poll::Ready(Err(LinkError::Timeout)),
-            None => Poll::Pending,
-        }
-    }
-    fn row_times(&self, samples: u16) -> Option<RowTimes> {
-        Some(Wire::default().row_times(samples))
-    }
-    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
-        let mut w = self.0.borrow_mut();
-        assert_eq!(w.moving, 0, "triggered while moving");
-        w.triggers.push(shaft_angle);
-        w.deadline = now.plus(timeout_us);
-    }
-    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+
+    fn chirp(&mut self, _: i32, samples: &mut [Iq]) -> Result<(), LinkError> {
         assert_eq!(samples.len(), 200);
-        match self.0.borrow_mut().errors.pop_front().flatten() {
-            None => Poll::Ready(Ok(())),
-            Some(error) => Poll::Ready(Err(error)),
-        }
+        Ok(())
     }
 }
 
@@ -165,7 +146,7 @@ pub struct Data(Shared, [Iq; 200]);
 
 impl DataPath for Data {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
-        assert_eq!(Some(config.radar), self.0.0.borrow().radar);
+        assert_eq!(Some(config.radar), self.0.0.borrow().module.get().radar);
         let mut w = self.0.0.borrow_mut();
         w.begun.push(scan);
         w.planes.push(config.mount.plane.first());
@@ -181,7 +162,7 @@ impl DataPath for Data {
         let mut w = self.0.0.borrow_mut();
         // Only the last row of a sweep may be processed without a simultaneous move.
         let last = (w.rows.len() + w.lost.len()) % 281 == 280;
-        w.row_worked_while_still |= w.moving == 0 && w.passing.is_none() && !last;
+        w.row_worked_while_still |= w.moving.get() == 0 && w.passing.is_none() && !last;
         w.rows.push(row);
     }
     fn lost(&mut self, row: u16) {
@@ -234,12 +215,13 @@ impl DataPath for Data {
     }
 }
 
-/// Hardware of the scanner under test.
-type Simulated<M> = Hardware<M, Shared, testbed::Shared<Port>, testbed::Shared<Board>>;
+/// Hardware of the scanner under test, with any mirror.
+type Parts<M> =
+    Hardware<M, testbed::Shared<Module<Watched>>, testbed::Shared<Port>, testbed::Shared<Board>>;
 
 pub struct Bench<M: Mirror = Shared> {
     pub world: Shared,
-    pub scanner: Scanner<'static, (Simulated<M>, Data)>,
+    pub scanner: Scanner<'static, (Parts<M>, Data)>,
     pub now: Micros,
 }
 
@@ -292,18 +274,15 @@ impl<M: Mirror> Bench<M> {
         identity: BootInfo,
         prepare: impl FnOnce(&mut World),
     ) -> Self {
-        let mut world = World {
-            radar: Some(RadarConfig::default()),
-            requested: RequestedSettings::DEFAULT,
-            ..World::default()
-        };
+        let mut world = World::default();
+        world.module.get().echoes.moving = Rc::clone(&world.moving);
         world.stick_port(false);
         world.board.get().measured = 4321;
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
         let hardware = Hardware {
             mirror: mirror(&world),
-            link: world.clone(),
+            link: world.0.borrow().module.clone(),
             port: world.0.borrow().port.clone(),
             board: world.0.borrow().board.clone(),
         };

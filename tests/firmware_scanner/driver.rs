@@ -1,71 +1,27 @@
 //! Tests of the scanner with a simulated TMC2209 on its single-wire UART.
 
-use std::cell::{RefCell, RefMut};
-use std::rc::Rc;
+use std::cell::RefMut;
 
 use crate::bench::{Bench, IDENTITY};
 use stairscan::report::Sentence;
 use stairscan::scanner::Settings;
-use stairscan::scanner::mirror::{PulseState, StepPort, Stepper};
-use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::mirror::Stepper;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::tmc2209::Tmc2209;
 use stairscan::verdict::{Reason, Status};
-use testbed::Port;
 use testbed::tmc2209::{Chip, ChipFault};
+use testbed::{Motor, Pace, Port, Shared};
 
-/// The driver chip on its UART, and its motor.
+/// The driver chip on its UART, and its motor, which moves without delay.
 #[derive(Clone)]
-struct Motor {
-    wire: testbed::Shared<Port<Chip>>,
-    shaft: Rc<RefCell<Shaft>>,
+struct Drive {
+    wire: Shared<Port<Chip>>,
+    shaft: Shared<Motor>,
 }
 
-/// A shaft that moves without delay; the home switch is pressed at and below 0.
-#[derive(Default)]
-struct Shaft {
-    place: i32,
-    pulses: PulseState,
-    enabled: bool,
-    homings: u32,
-}
-
-impl Motor {
+impl Drive {
     fn chip(&self) -> RefMut<'_, Chip> {
         RefMut::map(self.wire.get(), |port| &mut port.device)
-    }
-}
-
-impl StepPort for Motor {
-    fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
-        let (chip, mut shaft) = (self.chip(), self.shaft.borrow_mut());
-        assert!(shaft.enabled, "a move with the driver off");
-        assert_eq!(chip.register(0x00), 0x1c0, "a move before the set-up");
-        let mut way = target - shaft.pulses.position;
-        shaft.pulses.home_edge = until_home && shaft.place > 0 && shaft.place + way <= 0;
-        if shaft.pulses.home_edge {
-            way = -shaft.place;
-        }
-        shaft.pulses.position += way;
-        shaft.place += way;
-    }
-
-    fn state(&mut self) -> PulseState {
-        self.shaft.borrow().pulses
-    }
-
-    fn home_pressed(&mut self) -> bool {
-        self.shaft.borrow().place <= 0
-    }
-
-    fn set_position(&mut self, position: i32) {
-        self.shaft.borrow_mut().pulses.position = position;
-    }
-
-    fn set_enabled(&mut self, on: bool) {
-        let shaft = &mut *self.shaft.borrow_mut();
-        shaft.homings += u32::from(on);
-        shaft.enabled = on;
     }
 }
 
@@ -78,19 +34,20 @@ fn settings() -> Settings {
     settings
 }
 
-type Over = Bench<Stepper<Motor, Tmc2209<testbed::Shared<Port<Chip>>>>>;
+type Over = Bench<Stepper<Shared<Motor>, Tmc2209<Shared<Port<Chip>>>>>;
 
-fn boot(settings: Settings, prepare: impl FnOnce(&mut Chip)) -> (Over, Motor) {
-    let shaft = Shaft {
-        place: 5_000,
-        ..Shaft::default()
-    };
-    let motor = Motor {
-        wire: testbed::Shared::new(Port::new(Chip::default())),
-        shaft: Rc::new(RefCell::new(shaft)),
+fn boot(settings: Settings, prepare: impl FnOnce(&mut Chip)) -> (Over, Drive) {
+    let motor = Drive {
+        wire: Shared::new(Port::new(Chip::default())),
+        shaft: Shared::new(Motor::at(5_000, Pace::AtOnce)),
     };
     prepare(&mut motor.chip());
-    let mirror = Stepper::with_driver(motor.clone(), Tmc2209::new(motor.wire.clone()));
+    let chip = motor.wire.clone();
+    motor.shaft.get().before_move = Some(Box::new(move || {
+        let mode = chip.get().device.register(0x00);
+        assert_eq!(mode, 0x1c0, "a move before the set-up");
+    }));
+    let mirror = Stepper::with_driver(motor.shaft.clone(), Tmc2209::new(motor.wire.clone()));
     let bench = Bench::over(|_| mirror, Some(settings), IDENTITY, |_| ());
     (bench, motor)
 }
@@ -105,7 +62,7 @@ fn a_sound_driver_is_set_up_and_read_before_each_scan() {
         let reads = motor.chip().reads;
         assert!((4 + 2 * scan..=6 + 2 * scan).contains(&reads), "{reads}");
     }
-    assert_eq!(motor.shaft.borrow().homings, 1);
+    assert_eq!(motor.shaft.get().enables, 1);
 }
 
 #[test]
@@ -124,7 +81,7 @@ fn a_silent_driver_is_a_fault_and_nothing_moves() {
             "{fault:?}"
         );
         assert!(reported.reasons.has(Reason::MotorDriver), "{reported:?}");
-        assert_eq!(motor.shaft.borrow().homings, 0, "EN stayed off");
+        assert_eq!(motor.shaft.get().enables, 0, "EN stayed off");
         // The scanner tries again by itself.
         motor.chip().fault = ChipFault::Well;
         assert_eq!(bench.scan().status, Status::Ok);
@@ -160,7 +117,7 @@ fn a_driver_that_was_reset_is_noticed_before_the_next_answer() {
     assert_eq!((fault.scan, fault.status), (scan + 1, Status::Fault));
     assert!(fault.reasons.has(Reason::MotorDriver), "{fault:?}");
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.shaft.borrow().homings, 2, "set up and homed again");
+    assert_eq!(motor.shaft.get().enables, 2, "set up and homed again");
     assert_eq!(motor.chip().register(0x00), 0x1c0);
 }
 
@@ -177,7 +134,7 @@ fn another_driver_by_command_is_set_up_before_it_moves() {
     bench.send("set,driver,tmc2209");
     bench.scan();
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.shaft.borrow().homings, 2);
+    assert_eq!(motor.shaft.get().enables, 2);
     assert!(motor.chip().writes >= 7);
 }
 
@@ -200,13 +157,13 @@ fn a_shaft_that_slipped_is_noticed_where_the_sweep_ends_at_home() {
     while bench.scanner.scans() < 5 {
         bench.step();
     }
-    motor.shaft.borrow_mut().place += 40;
+    motor.shaft.get().place += 40;
     assert_eq!(bench.scan().status, Status::Ok);
     let fault = bench.scan();
     assert_eq!((fault.scan, fault.status), (6, Status::Fault));
     assert!(fault.reasons.has(Reason::MirrorSlipped), "{fault:?}");
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(motor.shaft.borrow().homings, 2, "homed again");
+    assert_eq!(motor.shaft.get().enables, 2, "homed again");
 }
 
 #[test]

@@ -73,7 +73,10 @@ fn sweeps_go_both_ways_in_turn_over_the_guards_angles() {
         assert_eq!(world.rows[31..62], backward[..]);
         assert_eq!(world.rows[62..93], forward[..]);
         for (at, angle) in [(0, 8_000), (30, 38_000), (31, 38_000), (61, 8_000)] {
-            assert!((world.triggers[at] - angle).abs() < 5, "{mode:?}");
+            assert!(
+                (world.module.get().echoes.triggers[at] - angle).abs() < 5,
+                "{mode:?}"
+            );
         }
         assert_eq!(world.begun[..3], [1, 2, 3]);
     }
@@ -229,12 +232,12 @@ fn lost_rows_degrade_and_too_many_are_a_fault() {
     sweep(&mut bench);
     let lose = |bench: &mut Bench, count| {
         let lost = std::iter::repeat_n([None, Some(LinkError::Timeout)], count);
-        bench.world.0.borrow_mut().errors = lost.flatten().collect();
+        bench.world.0.borrow().module.get().errors = lost.flatten().collect();
         // The current sweep may have begun before.
         sweep(bench);
         sweep(bench)
     };
-    bench.world.0.borrow_mut().errors = [Some(LinkError::Timeout)].into();
+    bench.world.0.borrow().module.get().errors = [Some(LinkError::Timeout)].into();
     let words = [sweep(&mut bench), sweep(&mut bench)];
     let lost = words.iter().find(|word| word.status != Status::Ok).unwrap();
     assert_eq!(lost.reasons, Reasons::NONE.with(Reason::LostRows));

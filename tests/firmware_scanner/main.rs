@@ -32,9 +32,9 @@ fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {
     assert_eq!(world.rows[..281], forward[..]);
     let backward: Vec<u16> = (0..281).rev().collect();
     assert_eq!(world.rows[281..562], backward[..]);
-    let mut back = world.triggers[281..562].to_vec();
+    let mut back = world.module.get().echoes.triggers[281..562].to_vec();
     back.reverse();
-    assert_eq!(world.triggers[..281], back[..]);
+    assert_eq!(world.module.get().echoes.triggers[..281], back[..]);
     assert!(
         !world.row_worked_while_still,
         "a chirp was worked off outside the move"
@@ -56,7 +56,7 @@ fn by_default_rows_are_triggered_in_passing() {
     // Lost rows are reported, and not requested again.
     let lost = Some(LinkError::Timeout);
     let mut bench = Bench::boot(Some(Settings::default()), IDENTITY, |w| {
-        w.errors = [None, lost, None].into();
+        w.module.get().errors = [None, lost, None].into();
     });
     let scan = bench.scan();
     assert_eq!((scan.status, scan.lost_rows), (Status::Degraded, 1));
@@ -67,7 +67,8 @@ fn by_default_rows_are_triggered_in_passing() {
 fn a_lost_row_is_reported_and_many_are_a_fault() {
     let lost = Some(LinkError::Timeout);
     // The second row succeeds at the second attempt, the fourth is lost.
-    let mut bench = Bench::new(|w| w.errors = [None, lost, None, None, lost, lost, lost].into());
+    let mut bench =
+        Bench::new(|w| w.module.get().errors = [None, lost, None, None, lost, lost, lost].into());
     let scan = bench.scan();
     let degraded = (Status::Degraded, 1, Reasons::NONE.with(Reason::LostRows));
     assert_eq!((scan.status, scan.lost_rows, scan.reasons), degraded);
@@ -77,7 +78,8 @@ fn a_lost_row_is_reported_and_many_are_a_fault() {
 
     // Every third row is lost: never eight consecutive ones, but more than 28.
     let pattern = [lost, lost, lost, None, None];
-    let mut bench = Bench::new(|w| w.errors = pattern.into_iter().cycle().take(500).collect());
+    let mut bench =
+        Bench::new(|w| w.module.get().errors = pattern.into_iter().cycle().take(500).collect());
     let scan = bench.scan();
     assert_eq!((scan.status, scan.lost_rows), (Status::Fault, 29));
     assert!(scan.reasons.has(Reason::TooManyLost));
@@ -85,7 +87,7 @@ fn a_lost_row_is_reported_and_many_are_a_fault() {
         !bench.world.0.borrow().enabled,
         "the driver stays off in a fault"
     );
-    bench.world.0.borrow_mut().errors.clear();
+    bench.world.0.borrow().module.get().errors.clear();
     assert_eq!(bench.scan().status, Status::Ok);
 }
 
@@ -96,7 +98,7 @@ fn a_link_that_falls_silent_ends_the_scan_and_recovers() {
         (LinkError::Sequence, Reason::LinkSilent),
         (LinkError::Module(2), Reason::ModuleError),
     ] {
-        let mut bench = Bench::new(|w| w.errors = vec![Some(error); 24].into());
+        let mut bench = Bench::new(|w| w.module.get().errors = vec![Some(error); 24].into());
         let scan = bench.scan();
         assert_eq!(
             (scan.scan, scan.status, scan.lost_rows),
@@ -110,13 +112,13 @@ fn a_link_that_falls_silent_ends_the_scan_and_recovers() {
 
 #[test]
 fn a_module_that_never_answers_is_scan_0_and_is_asked_again() {
-    let mut bench = Bench::new(|w| w.radar = None);
+    let mut bench = Bench::new(|w| w.module.get().radar = None);
     let scan = bench.scan();
     assert_eq!((scan.scan, scan.status), (0, Status::Fault));
     assert!(scan.reasons.has(Reason::LinkSilent));
     assert!(!bench.world.0.borrow().enabled);
     assert!(bench.ask("status").starts_with("STAT,fault,hsi-16,0,"));
-    bench.world.0.borrow_mut().radar = Some(RadarConfig::default());
+    bench.world.0.borrow().module.get().radar = Some(RadarConfig::default());
     let scan = bench.scan();
     assert_eq!((scan.scan, scan.status), (1, Status::Ok));
 }
@@ -127,12 +129,12 @@ fn a_module_set_to_something_impossible_is_a_fault_and_commands_still_work() {
         samples: 257,
         ..RadarConfig::default()
     };
-    let mut bench = Bench::new(|w| w.radar = Some(wrong));
+    let mut bench = Bench::new(|w| w.module.get().radar = Some(wrong));
     let scan = bench.scan();
     assert_eq!((scan.scan, scan.status), (1, Status::Fault));
     assert!(scan.reasons.has(Reason::ModuleConfig));
     assert_eq!(bench.send("set,seed,9"), "CONF,seed,9");
-    bench.world.0.borrow_mut().radar = Some(RadarConfig::default());
+    bench.world.0.borrow().module.get().radar = Some(RadarConfig::default());
     assert_eq!(bench.scan().status, Status::Ok);
 }
 
@@ -358,7 +360,7 @@ fn live_comes_five_times_a_second_in_every_state() {
             assert!(line.contains(&format!(",LIVE,{state},")), "{line}");
         }
     }
-    let mut bench = Bench::new(|w| w.radar = None);
+    let mut bench = Bench::new(|w| w.module.get().radar = None);
     assert_eq!(bench.scan().status, Status::Fault);
     let reported = live(&mut bench, 1000);
     assert_eq!(reported.len(), 5, "{reported:?}");
@@ -372,7 +374,7 @@ fn live_comes_five_times_a_second_in_every_state() {
 #[test]
 fn live_tells_the_age_of_the_answer_and_what_went_wrong() {
     let lost = Some(LinkError::Timeout);
-    let mut bench = Bench::new(|w| w.errors = [None, lost, None, lost].into());
+    let mut bench = Bench::new(|w| w.module.get().errors = [None, lost, None, lost].into());
     bench.scan();
     bench.ask("hello");
     bench.ask("stop");
@@ -429,7 +431,17 @@ fn an_unfit_board_never_scans() {
         let refused = bench.ask("selftest");
         let expected = format!("FAIL,selftest,{},", reason.as_str());
         assert!(refused.starts_with(&expected), "{refused}");
-        assert!(bench.world.0.borrow().triggers.is_empty());
+        assert!(
+            bench
+                .world
+                .0
+                .borrow()
+                .module
+                .get()
+                .echoes
+                .triggers
+                .is_empty()
+        );
         assert!(!bench.world.0.borrow().enabled);
     }
 }

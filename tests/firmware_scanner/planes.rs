@@ -45,7 +45,8 @@ fn a_drop_is_followed_by_one_scan_in_the_height_plane() {
     let numbers: Vec<u32> = reported.iter().map(|scan| scan.scan).collect();
     assert_eq!(numbers, [1, 2, 3, 4]);
     let world = bench.world.0.borrow();
-    let ends = |scan: usize| (world.triggers[281 * scan], world.triggers[281 * scan + 280]);
+    let triggers = world.module.get().echoes.triggers.clone();
+    let ends = |scan: usize| (triggers[281 * scan], triggers[281 * scan + 280]);
     let near = |(a, b): (i32, i32), wanted: (i32, i32)| {
         assert!(
             (a - wanted.0).abs() < 5 && (b - wanted.1).abs() < 5,
@@ -112,13 +113,13 @@ fn rows_are_lost_and_faults_hold_as_in_any_scan() {
     let lost = Some(LinkError::Timeout);
     let mut bench = bench(|_| ());
     bench.scan();
-    bench.world.0.borrow_mut().errors = [lost, lost, lost].into();
+    bench.world.0.borrow().module.get().errors = [lost, lost, lost].into();
     let reported = bench.scan();
     assert_eq!((reported.plane, reported.lost_rows), (HEIGHT, 1));
     assert!(reported.reasons.has(Reason::LostRows));
     // A row that succeeds at the second attempt is not lost.
     bench.scan();
-    bench.world.0.borrow_mut().errors = [lost, lost].into();
+    bench.world.0.borrow().module.get().errors = [lost, lost].into();
     let reported = bench.scan();
     assert_eq!((reported.plane, reported.lost_rows), (HEIGHT, 0));
     bench.scan();

@@ -257,7 +257,10 @@ fn a_calibration_that_fails_changes_nothing() {
     };
     refused(&|w| w.mounting = None, "scene");
     refused(&|w| w.board.get().break_flash(true), "flash");
-    refused(&|w| w.errors = [Some(LinkError::Timeout); 3].into(), "rows");
+    refused(
+        &|w| w.module.get().errors = [Some(LinkError::Timeout); 3].into(),
+        "rows",
+    );
     refused(&|w| w.arithmetic_broken = true, "self-test");
     // Only while stopped, and only if the mounting is approximately known.
     let mut bench = Bench::new(|w| w.mounting = Some(FOUND));
@@ -273,7 +276,10 @@ fn a_calibration_that_fails_changes_nothing() {
 fn the_module_is_what_the_setting_says() {
     let mut bench = Bench::new(|_| ());
     assert_eq!(bench.scan().status, Status::Ok);
-    assert_eq!(bench.world.0.borrow().requested, RequestedSettings::DEFAULT);
+    assert_eq!(
+        bench.world.0.borrow().module.get().requested,
+        RequestedSettings::DEFAULT
+    );
     for (key, value) in [
         ("module-bandwidth", "5500000"),
         ("module-samples", "128"),
@@ -294,5 +300,5 @@ fn the_module_is_what_the_setting_says() {
         baud: 2_000_000,
         pin: true,
     };
-    assert_eq!(bench.world.0.borrow().requested, requested);
+    assert_eq!(bench.world.0.borrow().module.get().requested, requested);
 }

@@ -301,8 +301,10 @@ fn no_word_that_the_glossary_replaces_stands_in_comments_and_documents() {
     let glossary = std::fs::read_to_string(root.join("docs/design/glossary.md")).unwrap();
     let replaced = terms::replaced(&glossary);
     assert!(replaced.len() > 10, "{} words", replaced.len());
-    let sources = ["src", "host-sim", "replay", "studies", "boot", "fuzz"]
-        .map(|folder| files(folder, "rs").1);
+    let sources = [
+        "src", "host-sim", "replay", "studies", "boot", "fuzz", "testbed",
+    ]
+    .map(|folder| files(folder, "rs").1);
     let mut violations = Vec::new();
     for path in documents.iter().chain(sources.iter().flatten()) {
         let name = path.strip_prefix(&root).unwrap().to_string_lossy();

@@ -46,8 +46,10 @@ pub fn run(data: &[u8]) {
             5 => {
                 let what = input.byte();
                 bench.world(|w| {
-                    w.stalled |= what & 1 != 0;
-                    w.switch = what >> 1;
+                    let mut motor = w.motor.get();
+                    motor.stalled |= what & 1 != 0;
+                    let switch = (what >> 1) % 3;
+                    (motor.switch_works, motor.jammed) = (switch != 1, switch == 2);
                 });
             }
             6 => bench.port.get().wires.room = input.byte().into(),

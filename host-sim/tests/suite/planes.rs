@@ -6,7 +6,6 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::task::Poll;
 
 use host_sim::playback::{Playback, SimShaft};
 use host_sim::recording::Recording;
@@ -20,10 +19,9 @@ use stairscan::pipeline::Pipeline;
 use stairscan::report::{ScanLine, Sentence, StepLine};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
-use stairscan::signal::radar::module::RequestedSettings;
-use stairscan::signal::radar::{LinkError, RadarModule};
+use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{Reason, Status};
-use testbed::Port;
+use testbed::{Echoes, Module, Port};
 
 /// Renders a scene 0.4 m below the mirror in one plane. The angles go from 20° above the horizontal, or behind
 /// straight down, to 70°.
@@ -47,22 +45,20 @@ struct TwoPlanes<'a> {
     recordings: [&'a Recording; 2],
     /// Plane of the current scan; `None` before its first row.
     plane: Option<usize>,
-    shaft_angle: i32,
     /// Planes of the scans so far.
     begun: Rc<RefCell<Vec<usize>>>,
 }
 
-impl RadarModule for TwoPlanes<'_> {
-    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {
+impl Echoes for TwoPlanes<'_> {
+    fn radar(&self) -> Option<RadarConfig> {
+        Some(self.planes[0].radar())
+    }
+
+    fn programmed(&mut self) {
         self.plane = None;
     }
 
-    fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        Poll::Ready(Ok(self.planes[0].radar()))
-    }
-
-    fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
-        self.shaft_angle = shaft_angle;
+    fn triggered(&mut self, shaft_angle: i32) {
         // Within half a microstep.
         let begins = |end: i32| (shaft_angle - end).abs() < 10;
         let height = usize::from(begins(110_000) || begins(20_000));
@@ -76,11 +72,11 @@ impl RadarModule for TwoPlanes<'_> {
         }
     }
 
-    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+    fn chirp(&mut self, shaft_angle: i32, samples: &mut [Iq]) -> Result<(), LinkError> {
         let plane = self.plane.unwrap();
-        let chirp = self.planes[plane].chirp(0, self.shaft_angle).unwrap();
+        let chirp = self.planes[plane].chirp(0, shaft_angle).unwrap();
         samples.copy_from_slice(self.recordings[plane].chirp(chirp).unwrap());
-        Poll::Ready(Ok(()))
+        Ok(())
     }
 }
 
@@ -114,7 +110,6 @@ fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<ScanLines> {
         planes: [&planes[0], &planes[1]],
         recordings: [&depth, &height],
         plane: None,
-        shaft_angle: 0,
         begun: Rc::clone(&begun),
     };
     let printed = run(link, settings, chair, scans);
@@ -131,7 +126,7 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
     let mut pipeline = Box::new(Pipeline::new());
     let hardware = Hardware {
         mirror: SimShaft::default(),
-        link,
+        link: Module::new(link),
         port: Port::default(),
         board: Volatile::SCANNING,
     };

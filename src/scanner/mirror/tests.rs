@@ -2,124 +2,14 @@
 
 use super::*;
 use crate::scanner::driver::DriverError;
-use std::vec::Vec;
+use crate::testing::motor::{Motor, Pace};
 
-/// A simulated shaft with an arbitrary zero of its position; the home switch is pressed where `place` is 0 or
-/// less.
-#[derive(Debug)]
-struct Bench {
-    place: i32,
-    position: i32,
-    target: i32,
-    until_home: bool,
-    edge: bool,
-    enabled: bool,
-    stall_at: Option<i32>,
-    stalled: bool,
-    switch_works: bool,
-    /// Whether the switch's level can be read; its edges always work.
-    level_works: bool,
-    /// Values of `place` at which the next passage causes one spurious edge of the home switch.
-    spikes: Vec<i32>,
-    /// Number of readings of a pressed switch that still find it open.
-    bounces: u32,
-    /// Largest `place` at which a switch that has been pressed still reads as pressed.
-    sticks_below: i32,
-    stuck: bool,
-    moves: Vec<i32>,
+/// Returns a motor whose shaft is `place` microsteps from the home switch.
+fn at(place: i32) -> Motor {
+    Motor::at(place, Pace::PerRead(7))
 }
 
-impl Bench {
-    fn at(place: i32) -> Self {
-        Self {
-            place,
-            position: 0,
-            target: 0,
-            until_home: false,
-            edge: false,
-            enabled: false,
-            stall_at: None,
-            stalled: false,
-            switch_works: true,
-            level_works: true,
-            spikes: Vec::new(),
-            bounces: 0,
-            sticks_below: 0,
-            stuck: false,
-            moves: Vec::new(),
-        }
-    }
-
-    fn pressed(&self) -> bool {
-        let below = match self.stuck {
-            true => self.sticks_below,
-            false => 0,
-        };
-        self.switch_works && self.place <= below
-    }
-
-    fn pulse(&mut self) {
-        let before = self.pressed();
-        let step = (self.target - self.position).signum();
-        self.position += step;
-        self.place += step;
-        let pressed = self.pressed();
-        self.stuck = pressed;
-        let spike = self.spikes.iter().position(|&place| place == self.place);
-        if self.until_home && (!before && pressed || spike.is_some()) {
-            spike.map(|k| self.spikes.remove(k));
-            self.edge = true;
-            self.target = self.position;
-        }
-        if self.stall_at == Some(self.place) {
-            self.stalled = true;
-            self.enabled = false;
-            self.target = self.position;
-        }
-    }
-}
-
-impl StepPort for Bench {
-    fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
-        assert!(self.enabled, "a move with the driver off");
-        self.moves.push(target - self.position);
-        (self.target, self.until_home, self.edge) = (target, until_home, false);
-    }
-    fn state(&mut self) -> PulseState {
-        for _ in 0..7 {
-            if self.position != self.target {
-                self.pulse();
-            }
-        }
-        PulseState {
-            position: self.position,
-            moving: self.position != self.target,
-            home_edge: self.edge,
-            stalled: self.stalled,
-        }
-    }
-    fn home_pressed(&mut self) -> bool {
-        let pressed = self.level_works && self.pressed();
-        if pressed && self.bounces > 0 {
-            self.bounces -= 1;
-            return false;
-        }
-        pressed
-    }
-    fn set_position(&mut self, position: i32) {
-        (self.position, self.target) = (position, position);
-    }
-    fn set_enabled(&mut self, on: bool) {
-        self.enabled = on;
-        if on {
-            self.stalled = false;
-        } else {
-            self.target = self.position;
-        }
-    }
-}
-
-fn settle<D: MotorDriver>(stepper: &mut Stepper<Bench, D>) -> Result<(), MirrorError> {
+fn settle<D: MotorDriver>(stepper: &mut Stepper<Motor, D>) -> Result<(), MirrorError> {
     for ms in 0..100_000 {
         match stepper.poll(Micros(1_000 * ms)) {
             Ok(Motion::Still) => return Ok(()),
@@ -134,7 +24,7 @@ fn settle<D: MotorDriver>(stepper: &mut Stepper<Bench, D>) -> Result<(), MirrorE
 fn homing_finds_the_same_place_from_anywhere() {
     let motor = MotorConfig::default();
     for place in [-3000, -5, 0, 1, 300, 20_000, 48_000] {
-        let mut stepper = Stepper::new(Bench::at(place));
+        let mut stepper = Stepper::new(at(place));
         assert_eq!(stepper.poll(Micros(0)), Err(MirrorError::NotHomed));
         stepper.start_home(&motor);
         settle(&mut stepper).unwrap();
@@ -152,7 +42,7 @@ fn homing_finds_the_same_place_from_anywhere() {
 
 #[test]
 fn dead_switch_ends_the_search_with_the_driver_off() {
-    let mut bench = Bench::at(100);
+    let mut bench = at(100);
     bench.switch_works = false;
     let mut stepper = Stepper::new(bench);
     stepper.start_home(&MotorConfig::default());
@@ -163,7 +53,7 @@ fn dead_switch_ends_the_search_with_the_driver_off() {
 
 #[test]
 fn jammed_switch_ends_the_search() {
-    let mut stepper = Stepper::new(Bench::at(-1_000_000));
+    let mut stepper = Stepper::new(at(-1_000_000));
     stepper.start_home(&MotorConfig::default());
     assert_eq!(settle(&mut stepper), Err(MirrorError::HomeNotFound));
     assert!(!stepper.port().enabled);
@@ -172,7 +62,7 @@ fn jammed_switch_ends_the_search() {
 #[test]
 fn stall_switches_off_and_needs_homing() {
     let motor = MotorConfig::default();
-    let mut stepper = Stepper::new(Bench::at(100));
+    let mut stepper = Stepper::new(at(100));
     stepper.start_home(&motor);
     settle(&mut stepper).unwrap();
     stepper.port.stall_at = Some(500);
@@ -186,7 +76,7 @@ fn stall_switches_off_and_needs_homing() {
 }
 
 /// Homes a motor over `bench`; returns the error of the home position, microsteps, and the motor.
-fn home(bench: Bench) -> Result<(i32, Stepper<Bench>), MirrorError> {
+fn home(bench: Motor) -> Result<(i32, Stepper<Motor>), MirrorError> {
     let motor = MotorConfig::default();
     let mut stepper = Stepper::new(bench);
     stepper.start_home(&motor);
@@ -210,7 +100,7 @@ fn spikes_do_not_home() {
             // On the approach to the switch itself.
             &[300],
         ] {
-            let mut bench = Bench::at(30_000);
+            let mut bench = at(30_000);
             (bench.level_works, bench.spikes) = (level_works, spikes.to_vec());
             let (off, stepper) = home(bench).unwrap();
             assert_eq!(off, 0, "{spikes:?}, level {level_works}");
@@ -221,7 +111,7 @@ fn spikes_do_not_home() {
 
 #[test]
 fn spikes_without_end_are_no_switch() {
-    let mut bench = Bench::at(40_000);
+    let mut bench = at(40_000);
     bench.spikes = (-60_000..39_000).step_by(300).collect();
     bench.switch_works = false;
     assert_eq!(home(bench).unwrap_err(), MirrorError::HomeNotFound);
@@ -229,7 +119,7 @@ fn spikes_without_end_are_no_switch() {
 
 #[test]
 fn a_level_that_bounces_is_waited_for() {
-    let mut bench = Bench::at(5_000);
+    let mut bench = at(5_000);
     bench.bounces = 8;
     let (off, stepper) = home(bench).unwrap();
     assert_eq!(off, 0);
@@ -239,12 +129,12 @@ fn a_level_that_bounces_is_waited_for() {
 
 #[test]
 fn a_switch_that_does_not_let_go_is_left_further_or_given_up() {
-    let mut bench = Bench::at(5_000);
+    let mut bench = at(5_000);
     bench.sticks_below = BACK_OFF + 50;
     let (off, stepper) = home(bench).unwrap();
     assert_eq!(off, 0);
     assert!(stepper.port().moves.windows(2).any(|m| m == [BACK_OFF; 2]));
-    let mut bench = Bench::at(5_000);
+    let mut bench = at(5_000);
     bench.sticks_below = i32::MAX;
     assert_eq!(home(bench).unwrap_err(), MirrorError::HomeNotFound);
 }
@@ -252,7 +142,7 @@ fn a_switch_that_does_not_let_go_is_left_further_or_given_up() {
 /// If the switch's level cannot be read, two slow approaches must agree.
 #[test]
 fn without_a_level_two_approaches_must_agree() {
-    let mut bench = Bench::at(5_000);
+    let mut bench = at(5_000);
     bench.level_works = false;
     let (off, stepper) = home(bench).unwrap();
     assert_eq!(off, 0);
@@ -263,7 +153,7 @@ fn without_a_level_two_approaches_must_agree() {
 /// The self-test's time limit of homing holds in the worst case.
 #[test]
 fn homing_takes_less_than_three_turns_at_search_speed() {
-    let mut bench = Bench::at(40_000);
+    let mut bench = at(40_000);
     bench.spikes = (-60_000..39_000).step_by(1_430).collect();
     bench.switch_works = false;
     let motor = MotorConfig::default();
@@ -320,7 +210,7 @@ fn wired() -> MotorConfig {
 fn the_driver_wakes_before_the_first_pulse() {
     let mut motor = MotorConfig::default();
     motor.driver.enable_wake = 7_000;
-    let mut stepper = Stepper::new(Bench::at(100));
+    let mut stepper = Stepper::new(at(100));
     stepper.start_home(&motor);
     assert!(stepper.port().enabled);
     for ms in 0..7 {
@@ -333,7 +223,7 @@ fn the_driver_wakes_before_the_first_pulse() {
 
 #[test]
 fn a_driver_with_a_wire_is_set_up_before_it_gets_its_current() {
-    let mut stepper = Stepper::with_driver(Bench::at(100), Wired::default());
+    let mut stepper = Stepper::with_driver(at(100), Wired::default());
     stepper.start_home(&wired());
     let mut since = None;
     for ms in 0..200 {
@@ -357,14 +247,14 @@ fn a_driver_that_does_not_answer_gets_no_current() {
         broken: true,
         ..Wired::default()
     };
-    let mut stepper = Stepper::with_driver(Bench::at(100), broken);
+    let mut stepper = Stepper::with_driver(at(100), broken);
     stepper.start_home(&wired());
     // An old stall is cleared only with EN, and must not hide the error.
     stepper.port.stalled = true;
     assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
     assert!(!stepper.port().enabled && !stepper.homed());
     // A driver without a UART fails in the same way.
-    let mut stepper = Stepper::new(Bench::at(100));
+    let mut stepper = Stepper::new(at(100));
     stepper.start_home(&wired());
     assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
 }
@@ -372,7 +262,7 @@ fn a_driver_that_does_not_answer_gets_no_current() {
 #[test]
 fn a_scan_waits_for_the_look_at_the_driver() {
     let motor = wired();
-    let mut stepper = Stepper::with_driver(Bench::at(100), Wired::default());
+    let mut stepper = Stepper::with_driver(at(100), Wired::default());
     stepper.check(&motor);
     assert_eq!(stepper.driver.looks, 0, "nothing to look at before homing");
     stepper.start_home(&motor);
@@ -398,7 +288,7 @@ fn a_scan_waits_for_the_look_at_the_driver() {
 #[test]
 fn another_driver_needs_homing() {
     let mut motor = MotorConfig::default();
-    let mut stepper = Stepper::new(Bench::at(100));
+    let mut stepper = Stepper::new(at(100));
     stepper.start_home(&motor);
     settle(&mut stepper).unwrap();
     motor.speed /= 2;
@@ -410,8 +300,8 @@ fn another_driver_needs_homing() {
 }
 
 /// Returns a homed motor whose shaft has slipped by `by` microsteps that were not counted.
-fn slipped(by: i32, motor: &MotorConfig) -> Stepper<Bench> {
-    let mut stepper = Stepper::new(Bench::at(3_000));
+fn slipped(by: i32, motor: &MotorConfig) -> Stepper<Motor> {
+    let mut stepper = Stepper::new(at(3_000));
     stepper.start_home(motor);
     settle(&mut stepper).unwrap();
     stepper.start_move(0, motor);
@@ -462,7 +352,7 @@ fn one_spike_on_the_way_to_the_switch_is_no_slip() {
 
 #[test]
 fn without_a_home_there_is_nothing_to_look_for() {
-    let mut stepper = Stepper::new(Bench::at(100));
+    let mut stepper = Stepper::new(at(100));
     stepper.check_home(&MotorConfig::default());
     assert_eq!(stepper.poll(Micros(0)), Err(MirrorError::NotHomed));
 }

@@ -10,9 +10,9 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
-use testbed::Port;
+use testbed::{Module, Port};
 
-use super::stage::{Environment, Link, Shaft, Shared};
+use super::stage::{Environment, Shaft, Shared};
 use host_sim::volatile::{Volatile, identity};
 
 /// Simulated time between two steps of the scanner's loop, µs: after one step the mirror has settled.
@@ -55,7 +55,7 @@ pub struct ReportedScan {
 }
 
 /// Hardware of the scanner under test.
-type Bench = Hardware<Shaft, Link, testbed::Shared<Port>, Volatile>;
+type Bench = Hardware<Shaft, Module<Shared>, testbed::Shared<Port>, Volatile>;
 
 /// The scanner and its simulated environment.
 pub struct ScannerBench<'a> {
@@ -79,7 +79,7 @@ impl<'a> ScannerBench<'a> {
         let port = testbed::Shared::<Port>::default();
         let hardware = Hardware {
             mirror: Shaft::new(shared.clone()),
-            link: Link::new(shared),
+            link: Module::new(shared),
             port: port.clone(),
             board: Volatile::STOPPED,
         };

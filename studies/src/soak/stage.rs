@@ -4,15 +4,14 @@
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
-use std::task::Poll;
 
-use anyhow::{Result, anyhow};
+use anyhow::anyhow;
 use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::scanner::settings::MotorConfig;
 use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
-use stairscan::signal::radar::module::RequestedSettings;
-use stairscan::signal::radar::{LinkError, RadarModule};
+use stairscan::signal::radar::LinkError;
+use testbed::Echoes;
 
 use host_sim::playback::{SimShaft, row_at};
 use host_sim::recording::{META_SUFFIX, Recording};
@@ -32,7 +31,7 @@ impl ScanChirps {
     ///
     /// # Errors
     /// The recording cannot be scanned; the message names the cause.
-    pub fn new(recording: &Recording, base: &Config) -> Result<Self> {
+    pub fn new(recording: &Recording, base: &Config) -> anyhow::Result<Self> {
         setup::full_scans(recording)?;
         let (config, schedule) = setup::config(recording, 0, base)?;
         let settings = Settings {
@@ -116,50 +115,33 @@ impl Environment {
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<Environment>>);
 
-/// Link to the simulated radar module.
-pub struct Link {
-    stage: Shared,
-    shaft_angle: i32,
-}
-
-impl Link {
-    /// Creates a link to the module of `stage`.
-    pub fn new(stage: Shared) -> Self {
-        Self {
-            stage,
-            shaft_angle: 0,
-        }
-    }
-}
-
-impl RadarModule for Link {
-    fn program(&mut self, _: Micros, _: &RequestedSettings, _: u32) {
-        self.stage.0.borrow_mut().asked = true;
+impl Echoes for Shared {
+    fn radar(&self) -> Option<RadarConfig> {
+        Some(self.0.borrow().chirps.config.radar)
     }
 
-    fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        Poll::Ready(Ok(self.stage.0.borrow().chirps.config.radar))
+    fn programmed(&mut self) {
+        self.0.borrow_mut().asked = true;
     }
 
-    fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
-        self.shaft_angle = shaft_angle;
-        let mut stage = self.stage.0.borrow_mut();
+    fn triggered(&mut self, _: i32) {
+        let mut stage = self.0.borrow_mut();
         if std::mem::take(&mut stage.asked) {
             stage.shown.clear();
         }
     }
 
-    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        let mut stage = self.stage.0.borrow_mut();
-        let row = row_at(&stage.chirps.config, self.shaft_angle);
-        Poll::Ready(match row.and_then(|row| stage.show(row)) {
+    fn chirp(&mut self, shaft_angle: i32, samples: &mut [Iq]) -> Result<(), LinkError> {
+        let mut stage = self.0.borrow_mut();
+        let row = row_at(&stage.chirps.config, shaft_angle);
+        match row.and_then(|row| stage.show(row)) {
             Some(chirp) if chirp.len() == samples.len() => {
                 samples.copy_from_slice(chirp);
                 Ok(())
             }
             Some(_) => Err(LinkError::Answer),
             None => Err(LinkError::Timeout),
-        })
+        }
     }
 }
 

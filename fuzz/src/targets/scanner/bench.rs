@@ -13,7 +13,7 @@ use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
 use stairscan::verdict::{Reasons, Status};
 
-use testbed::{Board, Port};
+use testbed::{Board, Motor, Port};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 
@@ -25,7 +25,7 @@ const PATIENCE: u32 = 4_000;
 /// Number of attempts: settings made for another module may prevent some defaults in the first one.
 const ROUNDS: u32 = 3;
 
-type Mirror = EncodedMirror<Stepper<Shared>, Shared>;
+type Mirror = EncodedMirror<Stepper<testbed::Shared<Motor>>, Shared>;
 type Link = FrameLink<testbed::Shared<Port<Module>>>;
 type Parts<'a> = Scanner<
     'a,
@@ -70,7 +70,7 @@ impl<'a> Bench<'a> {
         let link = testbed::Shared::new(Port::new(Module::new(&world)));
         let board = testbed::Shared::<Board>::default();
         let hardware = Hardware {
-            mirror: EncodedMirror::new(Stepper::new(world.clone()), world.clone()),
+            mirror: EncodedMirror::new(Stepper::new(world.0.borrow().motor.clone()), world.clone()),
             link: FrameLink::new(link.clone()),
             port: port.clone(),
             board: board.clone(),
@@ -124,7 +124,7 @@ impl<'a> Bench<'a> {
         self.now = self.now.plus(1000);
         if self.scanner.state() == "fault" {
             assert!(
-                !self.world.0.borrow().enabled,
+                !self.world.0.borrow().motor.get().enabled,
                 "the driver is on in a fault"
             );
         }

@@ -10,8 +10,6 @@ use stairscan::estimate::Estimate;
 use stairscan::motion::{Agreement, Drive};
 use stairscan::mount::Mounting;
 use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
-use stairscan::scanner::mirror::{PulseState, StepPort};
-use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::settings::MotorConfig;
 use stairscan::scanner::{DataPath, MICROSTEPS_PER_TURN};
 use stairscan::signal::radar::frame::Ability;
@@ -20,7 +18,7 @@ use stairscan::verdict::{
     MotionQuality, Outcome,
 };
 use testbed::port::{Device, Wires};
-use testbed::{AnswerFault, FramedModule};
+use testbed::{AnswerFault, FramedModule, Motor, Pace};
 
 /// Settings of the module: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
@@ -30,7 +28,7 @@ pub const RADAR: RadarConfig = RadarConfig {
     real: false,
 };
 /// Motion of the shaft in a step, microsteps.
-const WAY: i32 = 4_000;
+const WAY: u32 = 4_000;
 /// Mechanical limits of the shaft, microsteps from the switch; pulses beyond them are lost.
 const ENDS: (i32, i32) = (-600, 49_000);
 
@@ -53,17 +51,7 @@ pub fn fault(byte: u8) -> Option<AnswerFault> {
 
 /// Motor and arithmetic.
 pub struct World {
-    // The shaft; the switch is pressed at and below 0 of its own place.
-    place: i32,
-    position: i32,
-    target: i32,
-    until_home: bool,
-    edge: bool,
-    /// Whether the current move may be a continuous sweep, which is slower than others.
-    sweeping: bool,
-    pub enabled: bool,
-    pub stalled: bool,
-    pub switch: u8,
+    pub motor: testbed::Shared<Motor>,
     pub encoder: u8,
     // The data path.
     pub broken: bool,
@@ -72,16 +60,10 @@ pub struct World {
 
 impl World {
     pub fn new() -> Self {
+        let mut motor = Motor::at(9_000, Pace::ByTurn);
+        motor.ends = Some(ENDS);
         Self {
-            place: 9_000,
-            position: 0,
-            target: 0,
-            until_home: false,
-            edge: false,
-            sweeping: false,
-            enabled: false,
-            stalled: false,
-            switch: 0,
+            motor: testbed::Shared::new(motor),
             encoder: 0,
             broken: false,
             verdict: 0,
@@ -90,36 +72,15 @@ impl World {
 
     /// Removes all faults.
     pub fn heal(&mut self) {
-        (self.stalled, self.broken) = (false, false);
-        (self.switch, self.encoder, self.verdict) = (0, 0, 0);
-    }
-
-    fn pressed(&self) -> bool {
-        match self.switch % 3 {
-            0 => self.place <= 0,
-            1 => false,
-            _ => true,
-        }
+        let mut motor = self.motor.get();
+        (motor.stalled, motor.jammed, motor.switch_works) = (false, false, true);
+        self.broken = false;
+        (self.encoder, self.verdict) = (0, 0);
     }
 
     /// Turns the shaft for the time of one step.
     pub fn turn(&mut self) {
-        let way = (self.target - self.position).clamp(-WAY, WAY);
-        if !self.enabled || self.stalled || way == 0 {
-            return;
-        }
-        let before = self.pressed();
-        // The switch's edge ends the move at once, at the switch's own place.
-        let way = match self.until_home && !before && self.switch.is_multiple_of(3) {
-            true => way.max(-self.place),
-            false => way,
-        };
-        self.position += way;
-        self.place = (self.place + way).clamp(ENDS.0, ENDS.1);
-        if self.until_home && !before && self.pressed() {
-            self.edge = true;
-            self.target = self.position;
-        }
+        self.motor.get().turn(WAY);
     }
 }
 
@@ -135,43 +96,8 @@ impl AngleEncoder for Shared {
             2 => return Err(EncoderError::NoMagnet),
             off => 20 * u16::from(off),
         };
-        let seen = i64::from(w.place) * 65_536 / i64::from(MICROSTEPS_PER_TURN);
+        let seen = i64::from(w.motor.get().place) * 65_536 / i64::from(MICROSTEPS_PER_TURN);
         Ok((seen as u16).wrapping_add(off))
-    }
-}
-
-impl StepPort for Shared {
-    fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool) {
-        let mut w = self.0.borrow_mut();
-        w.sweeping = ramp.speed < MotorConfig::default().speed;
-        (w.target, w.until_home, w.edge) = (target, until_home, false);
-    }
-
-    fn state(&mut self) -> PulseState {
-        let w = self.0.borrow();
-        PulseState {
-            position: w.position,
-            moving: w.position != w.target && !w.stalled,
-            home_edge: w.edge,
-            stalled: w.stalled,
-        }
-    }
-
-    fn home_pressed(&mut self) -> bool {
-        self.0.borrow().pressed()
-    }
-
-    fn set_position(&mut self, position: i32) {
-        let mut w = self.0.borrow_mut();
-        (w.position, w.target) = (position, position);
-    }
-
-    fn set_enabled(&mut self, on: bool) {
-        let mut w = self.0.borrow_mut();
-        w.enabled = on;
-        w.stalled &= !on;
-        // Without current the shaft stays where it is.
-        w.target = w.position;
     }
 }
 
@@ -196,9 +122,12 @@ impl Device for Module {
         self.framed.receive(byte, at, wires);
         if self.framed.triggers > triggers {
             let w = self.world.0.borrow();
-            let still = w.position == w.target;
-            assert!(still || w.sweeping, "fired while the mirror turns");
-            assert!(w.enabled, "fired without a driver");
+            let motor = w.motor.get();
+            let still = motor.position == motor.target;
+            // A continuous sweep is slower than other moves.
+            let sweeping = motor.ramp.speed < MotorConfig::default().speed;
+            assert!(still || sweeping, "fired while the mirror turns");
+            assert!(motor.enabled, "fired without a driver");
         }
     }
 }

@@ -17,12 +17,11 @@ use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{BootInfo, Hardware, Reports, Scanner, Schedule, Settings};
 
-use testbed::{Board, Shared};
+use testbed::{Board, Module, Shared};
 
 use super::controller::Controller;
 use super::data::StubPath;
 use super::gaps::{Instant, SPAN_US};
-use super::module::ModuleModel;
 use super::watch::{ExpectedInput, Watch};
 use super::world::{Handle, World};
 use host_sim::scene::maths::Random;
@@ -134,7 +133,7 @@ impl LifeMemory {
 }
 
 /// Hardware of the scanner under test.
-type Simulated = Hardware<Stepper<Handle>, Handle, Handle, Shared<Board>>;
+type Simulated = Hardware<Stepper<Handle>, Shared<Module>, Handle, Shared<Board>>;
 
 /// A running scanner, from one reset to the next.
 pub struct Life<'a> {
@@ -167,7 +166,7 @@ impl<'a> Life<'a> {
         let clock = run.world.borrow().clock();
         let hardware = Hardware {
             mirror: Stepper::new(handle()),
-            link: handle(),
+            link: run.world.borrow().module.clone(),
             port: handle(),
             board: board.clone(),
         };
@@ -214,7 +213,8 @@ impl<'a> Life<'a> {
         let settings = &self.run.active;
         let mut guard = *settings;
         guard.config.sweep = settings.guard.sweep();
-        let times = ModuleModel::row_times(RadarConfig::DEFAULT.samples);
+        let wire = self.run.world.borrow().module.get().wire;
+        let times = wire.row_times(RadarConfig::DEFAULT.samples);
         let turns: Vec<_> = [settings, &guard]
             .into_iter()
             .filter(|settings| settings.sweep_mode == SweepMode::Continuous)
@@ -235,11 +235,15 @@ impl<'a> Life<'a> {
         let (seen, clock) = {
             let world = &mut *self.run.world.borrow_mut();
             world.touched = false;
+            let mut module = world.module.get();
+            (module.now, module.touched) = (world.now, false);
+            drop(module);
             (world.now, world.clock())
         };
         self.scanner.step(clock);
         {
             let world = &mut *self.run.world.borrow_mut();
+            world.touched |= world.module.get().touched;
             world.pass_flash_time();
             world.now += std::mem::take(&mut world.busy_us);
         }
@@ -258,7 +262,7 @@ impl<'a> Life<'a> {
                 None => return,
             },
             Some(Defect::LoopHangs) => world.now += HANG_US,
-            Some(Defect::ModuleSilent) => world.module.silent = true,
+            Some(Defect::ModuleSilent) => world.module.get().silent = true,
             None => return,
         }
         self.run.defect = None;

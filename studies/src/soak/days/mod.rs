@@ -9,7 +9,6 @@ mod controller;
 mod data;
 mod gaps;
 mod life;
-mod module;
 mod plan;
 mod shaft;
 mod summary;

@@ -337,7 +337,7 @@ impl Life<'_> {
                 5..8 => {
                     let now = self.now();
                     self.run.watch.chirps_lost(now + SECOND_US);
-                    self.run.world.borrow_mut().module.losing = 1;
+                    self.run.world.borrow().module.get().losing = 1;
                 }
                 8..12 if guards => {
                     self.checked(&["scan"])?;
@@ -357,9 +357,9 @@ impl Life<'_> {
     /// Lets the radar module fall silent for `us` microseconds, and waits for the first answer after that.
     fn silence(&mut self, us: u64) {
         self.run.watch.fault_begins();
-        self.run.world.borrow_mut().module.silent = true;
+        self.run.world.borrow().module.get().silent = true;
         self.run_until(self.now() + us);
-        self.run.world.borrow_mut().module.silent = false;
+        self.run.world.borrow().module.get().silent = false;
         self.recover();
     }
 

@@ -52,7 +52,7 @@ impl Summary {
             more_failures: run.watch.dropped,
             days: world.now as f64 / DAY_US as f64,
             counts: run.watch.counts,
-            rows: world.module.answered,
+            rows: world.module.get().answered,
             boots: run.boots,
             wraps: [run.wraps, run.controller.wraps, run.controller.restarts],
             gaps: [run.watch.live_gap, run.watch.sweep_gap, run.watch.recovery],

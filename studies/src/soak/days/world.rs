@@ -3,20 +3,14 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::task::Poll;
 
-use stairscan::Iq;
-use stairscan::config::RadarConfig;
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::{BytePort, Micros};
-use stairscan::signal::radar::module::RequestedSettings;
-use stairscan::signal::radar::wire::RowTimes;
-use stairscan::signal::radar::{LinkError, RadarModule};
-use testbed::{Board, Port, Shared};
+use stairscan::signal::radar::wire::Wire;
+use testbed::{Board, Module, Port, Shared};
 
 use super::gaps::{Instant, SPAN_US};
-use super::module::ModuleModel;
 use super::shaft::ShaftModel;
 
 /// Number of erasures that a sector endures (STM32F405 datasheet DS8626, flash memory endurance: at least 10 kcycles).
@@ -27,6 +21,9 @@ const ERASE_US: [u64; 2] = [250_000, 500_000];
 /// Duration of writing a word, µs (DS8626, table 42: 16 typical).
 const WORD_US: u64 = 16;
 
+/// Bit rate of the radar module's link, baud: the fastest, at which the guard reaches its sweep rate with default
+/// settings.
+const LINK_BAUD: u32 = 3_000_000;
 /// Bit rate of the report port, baud.
 const REPORT_BAUD: u32 = 115_200;
 /// Maximum time for which bytes have left since the loop's last pass, µs. The chip's loop passes every few
@@ -60,7 +57,7 @@ pub struct World {
     /// The mirror's motor and shaft.
     pub shaft: ShaftModel,
     /// The radar module.
-    pub module: ModuleModel,
+    pub module: Shared<Module>,
     /// The report port at 115,200 baud: command lines arrive at given times, and sent bytes leave one after the other.
     pub port: Port,
     /// Bytes of the incoming line that the scanner has read.
@@ -81,6 +78,13 @@ impl World {
     pub fn new(seed: u64) -> Self {
         let mut board = Board::new(seed);
         board.flash.counts_misuse = true;
+        let mut module = Module::new(());
+        module.wire = Wire {
+            baud: LINK_BAUD,
+            ahead: true,
+            pin: false,
+        };
+        module.takes_time = true;
         Self {
             now: 0,
             booted: 0,
@@ -89,7 +93,7 @@ impl World {
             touched: false,
             heard: [0; 4],
             shaft: ShaftModel::new(),
-            module: ModuleModel::default(),
+            module: Shared::new(module),
             port: report_port(),
             line: Vec::new(),
             board: Shared::new(board),
@@ -124,7 +128,11 @@ impl World {
 
     /// Returns the first time after `seen` at which module, report wire or shaft have an event, µs of the run.
     pub fn next_event(&mut self, seen: u64) -> u64 {
-        let module = self.module.next_event(seen).min(self.next_port_event(seen));
+        let module = self
+            .module
+            .get()
+            .next_event(seen)
+            .min(self.next_port_event(seen));
         self.shaft.next_event(seen).min(module)
     }
 
@@ -177,10 +185,6 @@ impl World {
         }
         self.busy_us += WORD_US * (words - words_before);
     }
-
-    fn deadline(&self, now: Micros, timeout_us: u32) -> (Micros, u64) {
-        (now.plus(timeout_us), self.now + u64::from(timeout_us))
-    }
 }
 
 /// Handle of the world that implements the scanner's hardware traits.
@@ -211,44 +215,6 @@ impl StepPort for Handle {
     fn set_enabled(&mut self, on: bool) {
         let world = &mut *self.0.borrow_mut();
         world.shaft.set_enabled(world.now, on);
-    }
-}
-
-impl RadarModule for Handle {
-    fn program(&mut self, now: Micros, _: &RequestedSettings, timeout_us: u32) {
-        let world = &mut *self.0.borrow_mut();
-        let deadline = world.deadline(now, timeout_us);
-        world.module.program(world.now, deadline);
-    }
-
-    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        let world = &mut *self.0.borrow_mut();
-        let answer = world.module.settings(world.now, now);
-        world.touched |= answer.is_ready();
-        answer
-    }
-
-    fn trigger(&mut self, now: Micros, _: i32, timeout_us: u32) {
-        let world = &mut *self.0.borrow_mut();
-        let deadline = world.deadline(now, timeout_us);
-        world.module.trigger(world.now, deadline, false);
-    }
-
-    fn trigger_ahead(&mut self, now: Micros, _: i32, timeout_us: u32) -> bool {
-        let world = &mut *self.0.borrow_mut();
-        let deadline = world.deadline(now, timeout_us);
-        world.module.trigger(world.now, deadline, true)
-    }
-
-    fn poll(&mut self, now: Micros, _: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        let world = &mut *self.0.borrow_mut();
-        let answer = world.module.poll(world.now, now);
-        world.touched |= answer.is_ready();
-        answer
-    }
-
-    fn row_times(&self, samples: u16) -> Option<RowTimes> {
-        Some(ModuleModel::row_times(samples))
     }
 }
 
