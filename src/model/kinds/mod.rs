@@ -12,7 +12,7 @@
 //! | [`variation`] | ways in which hypotheses are varied |
 //!
 //! This file lists the kinds and passes each question to its file. A new kind is a new file and a line in each of the
-//! functions below: all matches are exhaustive. Nothing outside matches on the kind. What all risers have in common,
+//! functions below: all matches are exhaustive. In `src/`, nothing outside matches on the kind. What all risers have in common,
 //! their point features, faces and treads, is in the measurement model ([`super::Model`]).
 
 pub mod descent;
