@@ -75,11 +75,16 @@ fn body(line: &str) -> &str {
         .0
 }
 
+/// The first recording of each plane with all its rows, the others with every other one: the emulator takes half a
+/// minute for a whole scan.
 #[test]
 fn every_recording_gives_the_bytes_that_replay_gives() {
     let Some(elf) = elf() else { return };
     for path in full_scans(&recordings()).unwrap() {
-        let recording = Recording::read(&path).unwrap();
+        let mut recording = Recording::read(&path).unwrap();
+        if !["stair_a", "descending"].contains(&recording.name.as_str()) {
+            recording = every_other(&recording);
+        }
         let playback = Playback::new(&recording, &Config::default()).unwrap();
         let mut session = start(elf, &playback, Waits::default());
         let scanned = session.scan().unwrap();
@@ -186,9 +191,11 @@ fn a_drive_gives_what_replay_gives() {
 }
 
 /// Whether two sentences of a scan differ by at most 0.1 mm in any length; a `MAYBE`, which is a mean over particles,
-/// by at most 1 mm and 1 %.
+/// by at most 1 mm and 1 %. Distances along the way may differ by 5 mm: the travel at a row is interpolated at the row's
+/// time, which differs between runs by some 30 ms on a busy machine (3 mm at 0.1 m/s).
 fn says_the_same(a: &str, b: &str) -> bool {
     let near = |a: Tenths, b: Tenths| a.0.abs_diff(b.0) <= 1;
+    let along = |a: Tenths, b: Tenths| a.0.abs_diff(b.0) <= 50;
     let nearly = |a: Option<Tenths>, b: Option<Tenths>| match (a, b) {
         (Some(a), Some(b)) => near(a, b),
         (a, b) => a == b,
@@ -202,12 +209,15 @@ fn says_the_same(a: &str, b: &str) -> bool {
                 ..a
             };
             rest == b
-                && nearly(a.horizon, b.horizon)
+                && match (a.horizon, b.horizon) {
+                    (Some(a), Some(b)) => along(a, b),
+                    (a, b) => a == b,
+                }
                 && confidence(&a).abs_diff(confidence(&b)) <= 1
         }
         (Ok(Sentence::Step(a)), Ok(Sentence::Step(b))) => {
             (a.scan, a.index, a.count, a.quality) == (b.scan, b.index, b.count, b.quality)
-                && near(a.distance, b.distance)
+                && along(a.distance, b.distance)
                 && near(a.height, b.height)
                 && near(a.distance_sigma, b.distance_sigma)
                 && near(a.height_sigma, b.height_sigma)
@@ -216,7 +226,7 @@ fn says_the_same(a: &str, b: &str) -> bool {
         }
         (Ok(Sentence::Maybe(a)), Ok(Sentence::Maybe(b))) => {
             (a.scan, a.index, a.count) == (b.scan, b.index, b.count)
-                && a.distance.0.abs_diff(b.distance.0) <= 10
+                && along(a.distance, b.distance)
                 && a.height.0.abs_diff(b.height.0) <= 10
                 && a.probability.abs_diff(b.probability) <= 10
         }

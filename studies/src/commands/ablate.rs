@@ -10,8 +10,8 @@ use stairscan::verdict::INSTRUMENT_REASONS;
 
 use super::bench::Cost;
 use super::emit;
-use super::harness::{self, Drawn};
 use crate::faults::ALL;
+use crate::harness::{self, Drawn};
 use host_sim::emulate::image::workspace;
 use host_sim::recording::Recording;
 use host_sim::score::{Change, Comparison, SceneScore};

@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
 use super::compare;
-use super::harness::{self, Drawn};
-use super::instrument::Instrument;
 use super::{Format, emit};
 use crate::accuracy::reliability;
+use crate::harness::{self, Drawn};
+use crate::instrument::Instrument;
 use host_sim::output::Overwrite;
 use host_sim::random::Kind;
 use host_sim::replay::{self, Options};

@@ -7,13 +7,14 @@ use anyhow::{Context, Result, anyhow};
 use stairscan::scanner::Settings;
 use stairscan::signal::radar::wire::Wire;
 
-use super::{Format, emit, harness, timing};
+use super::{Format, emit, timing};
 use crate::capability::document::{self, Part};
 use crate::capability::measure;
 use crate::capability::plan::{self, Cell};
 use crate::capability::results::{Heading, Measured, Times, json};
 use crate::capability::sheet;
 use crate::capability::tally::Tally;
+use crate::harness;
 use host_sim::budgets::POST;
 use host_sim::output::Overwrite;
 use host_sim::seeds::Draw;

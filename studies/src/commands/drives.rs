@@ -8,13 +8,14 @@ use anyhow::{Result, ensure};
 use serde_json::json;
 use stairscan::config::Config;
 
-use super::{Format, emit, harness};
+use super::{Format, emit};
 use crate::drives::controller::FRONT_M;
 use crate::drives::course::Course;
 use crate::drives::log::DriveLog;
 use crate::drives::outcome::{NEAR_M, Outcome};
 use crate::drives::scanner::{self, DriveOptions};
 use crate::drives::table::{self, Tally};
+use crate::harness;
 use host_sim::emulate::session::Waits;
 use host_sim::emulate::{guarding, image};
 use host_sim::seeds::Draw;

@@ -15,9 +15,9 @@ use serde_json::json;
 use stairscan::config::to_fixed;
 use stairscan::verdict::Status;
 
-use super::harness::{self, Drawn};
 use super::{Format, Settings, emit, progress};
 use crate::faults::{ALL, Fault};
+use crate::harness::{self, Drawn};
 use fate::{Clean, Fate, Run, SEEDS};
 use host_sim::answer::Answer;
 use host_sim::recording::{self, Recording};

@@ -14,10 +14,10 @@ use stairscan::params::hazard::{FEATURES, PlattMap, Weights};
 use stairscan::params::measured;
 
 use super::emit;
-use super::harness::{self, Drawn};
 use crate::fit::logistic::LogisticFit;
 use crate::fit::measurement::{self, Build};
 use crate::fit::{self, TrainingSample};
+use crate::harness::{self, Drawn};
 use host_sim::emulate::image::workspace;
 use host_sim::output::{Outputs, Overwrite};
 use host_sim::random::{Kind, random_with};

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
 
-use super::{Format, emit, harness};
+use super::{Format, emit};
+use crate::harness;
 use host_sim::replay::{self, Options};
 use host_sim::score::Share;
 use host_sim::seeds::Draw;

@@ -11,8 +11,6 @@ pub mod faults;
 pub mod fit;
 pub mod guard;
 pub mod hardware;
-pub mod harness;
-pub mod instrument;
 pub mod params;
 pub mod reasons;
 pub mod sbom;

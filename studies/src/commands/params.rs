@@ -9,7 +9,7 @@ use stairscan::params::{Origin, Params};
 use stairscan::verdict::Status;
 
 use super::emit;
-use super::harness::{self, Drawn};
+use crate::harness::{self, Drawn};
 use host_sim::score::SceneScore;
 use host_sim::seeds::Draw;
 

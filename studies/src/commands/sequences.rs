@@ -9,8 +9,9 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::ValueEnum;
 
-use super::{emit, harness};
+use super::emit;
 use crate::fit::sequences::{self, SequenceSamples};
+use crate::harness;
 use host_sim::answer::Answer;
 use host_sim::emulate::image::workspace;
 use host_sim::motion::Fault;

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Config;
 
-use super::instrument::Instrument;
 use super::{Format, Settings, emit, progress};
+use crate::instrument::Instrument;
 use host_sim::answer::{Answer, metres};
 use host_sim::recording::{TrueStep, Truth};
 use host_sim::replay;

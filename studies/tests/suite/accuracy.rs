@@ -5,7 +5,7 @@
 use host_sim::random::Kind;
 use host_sim::seeds::{Draw, REPORTING, TUNING};
 use studies::commands::accuracy::{self, Selection};
-use studies::commands::instrument::Instrument;
+use studies::instrument::Instrument;
 
 use crate::common::study;
 

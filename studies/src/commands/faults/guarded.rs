@@ -8,8 +8,8 @@ use anyhow::{Context, Result};
 use stairscan::verdict::Status;
 
 use super::fate::{Clean, Fate, Run, SEEDS};
-use crate::commands::harness;
 use crate::faults::Fault;
+use crate::harness;
 use host_sim::guarded::Guarded;
 use host_sim::recording::{self, Recording};
 use host_sim::replay::{self, Options};

@@ -8,8 +8,8 @@ use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use stairscan::params::{Numbers, Params};
 
-use super::instrument::Instrument;
-use super::progress;
+use crate::instrument::Instrument;
+use host_sim::console::progress;
 use host_sim::random::{Kind, random_with};
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
