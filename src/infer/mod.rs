@@ -20,7 +20,7 @@
 //! | `propose` | the search: flights that may explain the echoes, each with a score; proposals only |
 //! | `bases` | `Posterior` and its initial hypotheses: refined flights, a ramp, level ground |
 //! | `readings` | measurements of each riser's place and height from its own echoes |
-//! | [`gauss`] | Gaussian mixture over the levels of a flight of which at most one riser or tread is irregular |
+//! | `gauss` | Gaussian mixture over the levels of a flight of which at most one riser or tread is irregular |
 //! | `refine` | fit of a hypothesis's levels, places and overhang to its echoes |
 //! | `variants` | variants of a hypothesis: a riser more, fewer, irregular; on bare ground a step, a box, a drop |
 //! | `judgement` | the other methods of `Posterior`: likeliest outline, log-odds of errors, possible steps |

@@ -273,7 +273,7 @@ impl Drawn {
     }
 }
 
-/// A random scene for a closed-loop drive ([`crate::drives`]), whose chair drives until it stops.
+/// A random scene for a closed-loop drive (`cargo study drives`), whose chair drives until it stops.
 #[derive(Clone, Debug)]
 pub struct Approach {
     /// The scene at the beginning.

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`level_ground`] | nothing ahead |
 //! | [`ramp`] | ground with a constant slope |
-//! | [`drop`] | ground that ends |
+//! | [`mod@drop`] | ground that ends |
 //! | [`stairs`], [`descent`] | steps going up, steps going down |
 //! | [`obstacle`] | a box: a single object, too tall to climb |
 //! | [`threshold`] | a single object, too low for a step |
