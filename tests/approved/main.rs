@@ -82,9 +82,9 @@ impl Observer for Events {
     }
 }
 
-/// The last 16 bits of a text's checksum, which is what tells a stage whose figures have moved.
+/// The checksum of a text: it differs where a figure of a stage has moved.
 fn bits(text: impl AsRef<[u8]>) -> String {
-    format!("{:04x}", CRC32.checksum(text.as_ref()) & 0xFFFF)
+    format!("{:08x}", CRC32.checksum(text.as_ref()))
 }
 
 /// Circumstances of a scan besides its chirps.
