@@ -1,8 +1,10 @@
 //! Output to stdout, and progress bars on stderr.
 
 use std::io::{IsTerminal as _, Write as _};
+use std::process::ExitCode;
 use std::time::Duration;
 
+use anyhow::Result;
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
@@ -26,6 +28,14 @@ pub fn emit(text: &str) {
         }
         std::process::exit(if broken_pipe { 0 } else { 1 });
     }
+}
+
+/// Returns the exit status of a command, after its error message on stderr.
+pub fn exit(done: Result<ExitCode>) -> ExitCode {
+    done.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        ExitCode::FAILURE
+    })
 }
 
 /// Update interval of the time on a progress bar.

@@ -1,5 +1,5 @@
-//! What users run on the host (`cargo sim`): recordings, the simulated radar and its scenes, pictures, the emulator's
-//! other end, and the programs at a scanner's ports.
+//! Library of `cargo sim`: scenes and the simulated radar, pictures, the emulator and its radar module, and the programs
+//! at a scanner's ports.
 
 pub mod budgets;
 pub mod cache;

@@ -1,11 +1,11 @@
 //! `cargo sim …`: the program on the host, from recordings to steps, figures and drawings.
 
 use std::process::ExitCode;
-use std::sync::LazyLock;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{FromArgMatches, Parser, Subcommand};
 use host_sim::commands;
-use host_sim::commands::help::{SIM, complete};
+use host_sim::commands::help::{self, SIM};
+use host_sim::console::exit;
 
 #[derive(Parser)]
 #[command(
@@ -73,14 +73,12 @@ enum Command {
 
 /// Returns the program's command with all help texts.
 fn program() -> clap::Command {
-    static VERSION: LazyLock<String> =
-        LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), stairscan::REVISION));
-    complete(Cli::command().version(VERSION.as_str()), &SIM)
+    help::program::<Cli>(&SIM)
 }
 
 fn main() -> ExitCode {
     let parsed = Cli::from_arg_matches(&program().get_matches());
-    let done = match parsed.unwrap_or_else(|error| error.exit()).command {
+    exit(match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
         Command::Image(args) => commands::image::run(&args),
@@ -105,18 +103,12 @@ fn main() -> ExitCode {
         Command::Simulate(args) => commands::simulate::run(&args),
         Command::Completions(args) => commands::help::completions(&args, program()),
         Command::Man(args) => commands::help::man(&args, program()),
-    };
-    match done {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory;
     use commands::help::{EXAMPLES, GROUPS};
     use stairscan::verdict::Reason;
 

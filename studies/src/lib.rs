@@ -1,5 +1,5 @@
-//! What the makers run (`cargo study`): fits of the estimator's numbers, its accuracy on random scenes, faults of the
-//! instrument, budgets of the image, and the documents that are made from them.
+//! Library of `cargo study`: fits of the estimator's numbers, its accuracy on random scenes, faults of the instrument,
+//! budgets of the image, and the documents made from their results.
 
 pub mod accuracy;
 pub mod capability;

@@ -1,10 +1,10 @@
 //! `cargo study …`: what the makers measure, fit and print.
 
 use std::process::ExitCode;
-use std::sync::LazyLock;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use host_sim::commands::help::complete;
+use clap::{FromArgMatches, Parser, Subcommand};
+use host_sim::commands::help;
+use host_sim::console::exit;
 use studies::commands;
 use studies::help::STUDY;
 
@@ -65,14 +65,12 @@ enum Command {
 
 /// Returns the program's command with all help texts.
 fn program() -> clap::Command {
-    static VERSION: LazyLock<String> =
-        LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), stairscan::REVISION));
-    complete(Cli::command().version(VERSION.as_str()), &STUDY)
+    help::program::<Cli>(&STUDY)
 }
 
 fn main() -> ExitCode {
     let parsed = Cli::from_arg_matches(&program().get_matches());
-    let done = match parsed.unwrap_or_else(|error| error.exit()).command {
+    exit(match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Budget(args) => commands::budget::run(&args),
         Command::Ablate(args) => commands::ablate::run(&args),
         Command::Compare(args) => commands::compare::run(&args),
@@ -92,19 +90,13 @@ fn main() -> ExitCode {
         Command::Snr(args) => commands::snr::run(&args),
         Command::Twins => commands::twins::run(),
         Command::Table1(args) => commands::table1::run(&args),
-    };
-    match done {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::CommandFactory;
 
     #[test]
     fn every_command_stands_in_one_group_and_has_examples_that_parse() {

@@ -39,7 +39,7 @@ impl Byte {
     }
 }
 
-/// What is connected to the port.
+/// Device at the far end of the wires.
 pub trait Device {
     /// Takes a byte of the scanner that arrives at time `at`.
     fn receive(&mut self, byte: u8, at: u64, wires: &mut Wires);

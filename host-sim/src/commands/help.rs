@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::LazyLock;
 
 use anyhow::{Context, Result, ensure};
-use clap::Command;
+use clap::{Command, CommandFactory};
 use clap_complete::Shell;
 use clap_mangen::Man;
 use stairscan::verdict::Reason;
@@ -226,8 +227,15 @@ pub struct ManArgs {
     overwrite: Overwrite,
 }
 
+/// Returns the command of a program with its version, revision and all help texts.
+pub fn program<C: CommandFactory>(texts: &Texts) -> Command {
+    static VERSION: LazyLock<String> =
+        LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), stairscan::REVISION));
+    complete(C::command().version(VERSION.as_str()), texts)
+}
+
 /// Adds the list in groups to the program's command, and examples to each subcommand.
-pub fn complete(command: Command, texts: &Texts) -> Command {
+fn complete(command: Command, texts: &Texts) -> Command {
     let list = listed(&command, texts);
     let names: Vec<String> = (command.get_subcommands())
         .map(|c| c.get_name().to_owned())
