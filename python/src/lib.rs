@@ -19,13 +19,13 @@ mod settings;
 
 use std::path::PathBuf;
 
-use stairscan_replay::recording::Recording;
-use stairscan_replay::replay::Options;
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stairscan::signal::grid::DB_PER_UNIT;
 use stairscan::signal::range::FULL_SCALE;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::Options;
 
 use refusals::{guarded, refused};
 use samples::Numbers;

@@ -1,8 +1,8 @@
 //! Encodes echoes and particles as numpy's structured arrays: little-endian, packed, in the order of the fields. The
 //! dtypes are defined in `package/stairscan/_types.py`; numpy refuses bytes of another length.
 
-use stairscan::observer::trace::Scatterer;
 use stairscan::model::{GroundKind, Staircase};
+use stairscan::observer::trace::Scatterer;
 
 /// Number of letters of a text field (numpy's `U12`).
 const LETTERS: usize = 12;

@@ -2,11 +2,11 @@
 
 use std::fmt::Display;
 
-use stairscan_replay::convert::samples::scaled;
 use numpy::{Element, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stairscan::Iq;
+use stairscan_replay::convert::samples::scaled;
 
 use crate::refusals::refused;
 

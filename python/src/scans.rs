@@ -3,11 +3,6 @@
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use stairscan_replay::answer::Answer;
-use stairscan_replay::recording::Recording;
-use stairscan_replay::replay::{self, Options, Scanned};
-use stairscan_replay::views::PosteriorView;
-use stairscan_replay::{inspect, posterior, setup};
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,6 +11,11 @@ use stairscan::config::{Config, EstimatorKind};
 use stairscan::observer::{Event, Observer};
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::signal::range::FULL_SCALE;
+use stairscan_replay::answer::Answer;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::{self, Options, Scanned};
+use stairscan_replay::views::PosteriorView;
+use stairscan_replay::{inspect, posterior, setup};
 
 use crate::{records, settings};
 

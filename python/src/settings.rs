@@ -3,14 +3,14 @@
 //! Python's names contain the unit. The scanner's settings are fixed-point numbers, rounded by the firmware's
 //! function.
 
-use stairscan_replay::playback::Playback;
-use stairscan_replay::recording::Recording;
-use stairscan_replay::replay::Options;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Value, json};
 use stairscan::config::{Config, Plane, to_fixed};
 use stairscan::scanner::Settings;
+use stairscan_replay::playback::Playback;
+use stairscan_replay::recording::Recording;
+use stairscan_replay::replay::Options;
 
 use crate::refusals::refused;
 

@@ -1,12 +1,12 @@
 //! Converts the files of a page to a recording.
 
 use anyhow::{Context, Result, anyhow, ensure};
+use serde_json::Value;
+use stairscan::config::{Config, EstimatorKind, Plane};
 use stairscan_replay::convert::keys::Given;
 use stairscan_replay::convert::{Chirps, angles};
 use stairscan_replay::recording::{MirrorSetup, Recording};
 use stairscan_replay::replay::{Options, SEED};
-use serde_json::Value;
-use stairscan::config::{Config, EstimatorKind, Plane};
 
 use crate::request::{Files, Settings};
 

@@ -1,11 +1,11 @@
 //! Converts bytes of a serial port to the state of the scanner there, by the lines and the model of `cargo sim
 //! live`.
 
+use serde_json::{Value, json};
 use stairscan_replay::html;
 use stairscan_replay::live::lines::Splitter;
 use stairscan_replay::live::model::{self, Link, State, Validity, Way};
 use stairscan_replay::live::trouble::Trouble;
-use serde_json::{Value, json};
 
 use crate::request::{Event, News};
 

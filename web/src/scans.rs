@@ -1,12 +1,12 @@
 //! Converts a recording to the data of the page.
 
 use anyhow::{Context, Result};
+use serde_json::{Value, json};
+use stairscan::config::{Config, EstimatorKind};
 use stairscan_replay::convert::{scans, tables};
 use stairscan_replay::html;
 use stairscan_replay::recording::Recording;
 use stairscan_replay::replay::SEED;
-use serde_json::{Value, json};
-use stairscan::config::{Config, EstimatorKind};
 
 use crate::request::Files;
 use crate::{input, truth};

@@ -3,8 +3,8 @@
 use anyhow::{Context, Result};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use stairscan_replay::recording::Recording;
 use serde_json::{Value, json};
+use stairscan_replay::recording::Recording;
 
 use crate::input;
 use crate::request::Truths;
