@@ -8,7 +8,7 @@ use ed25519_dalek::SigningKey;
 use host_sim::update::{keys, package::Package};
 use stairscan::answer::{Direction, DropEdge, PossibleStep, Step};
 use stairscan::motion::Agreement;
-use stairscan::report::sentence::write_scan;
+use stairscan::report::sentence::{ScanId, write_scan};
 use stairscan::report::{BootLine, CrashSite, LiveLine, Sentence};
 use stairscan::scanner::Settings;
 use stairscan::verdict::{Assessment, Conditions, Evidence, Outcome, Reason, Reasons, Validity};
@@ -383,11 +383,27 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
     };
     let lines = |outcome: &Outcome, lost: u16| {
         let mut text = String::new();
-        write_scan((7, HASH), lost, outcome, |line| text += &bare(line));
+        write_scan(
+            ScanId {
+                scan: 7,
+                settings: HASH,
+            },
+            lost,
+            outcome,
+            |line| text += &bare(line),
+        );
         text.into_bytes()
     };
     let mut whole = Vec::new();
-    write_scan((1, HASH), 0, &outcome, |line| whole.extend(line.as_bytes()));
+    write_scan(
+        ScanId {
+            scan: 1,
+            settings: HASH,
+        },
+        0,
+        &outcome,
+        |line| whole.extend(line.as_bytes()),
+    );
     let others = [
         Sentence::Boot(BootLine {
             version: "0.1.0",

@@ -15,7 +15,7 @@ use crate::scanner::board::{Board, BootInfo};
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::{Mirror, Motion};
-use crate::scanner::parts::{Hardware, Parts};
+use crate::scanner::parts::{Hardware, LentParts, Parts};
 use crate::scanner::resets::SURVIVED_US;
 use crate::scanner::rest::Rest;
 use crate::scanner::settings::{Settings, Sweeping, Switch};
@@ -189,7 +189,7 @@ impl<'a, H: Parts> Machine<'a, H> {
     pub fn new(
         hardware: Hardware<H::Mirror, H::Module, H::Port, H::Board>,
         data: H::Data,
-        (reports, odometry): (&'a mut Reports, &'a mut Odometry),
+        LentParts { reports, odometry }: LentParts<'a>,
         stored: Option<Settings>,
         identity: BootInfo,
         now: Micros,

@@ -10,7 +10,7 @@ use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, LentParts, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
@@ -177,7 +177,10 @@ fn guard(
     let mut scanner = Scanner::new(
         hardware,
         &mut *pipeline,
-        (&mut reports, &mut odometry),
+        LentParts {
+            reports: &mut reports,
+            odometry: &mut odometry,
+        },
         Some(settings),
         identity("host"),
         now,
