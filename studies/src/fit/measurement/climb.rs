@@ -35,7 +35,7 @@ const DAMPING_FACTOR: f64 = 10.0;
 /// Damping at which the search ends, in units of the prior's precision.
 const MAX_DAMPING: f64 = 1e12;
 
-/// Maximises as [`climb`] does, from the priors' means.
+/// Maximises `likelihood` (nats) plus the log-priors as `climb` does, from the priors' means.
 pub fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     let start: Vec<f64> = priors.iter().map(|p| p.mean).collect();
     climb(&start, priors, likelihood)
