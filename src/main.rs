@@ -26,7 +26,7 @@ mod app {
     use stairscan::scanner::rest::Rest;
     #[cfg(feature = "demo")]
     use stairscan::scanner::shaft::SimShaft;
-    use stairscan::scanner::{Hardware, Reports, Scanner};
+    use stairscan::scanner::{Hardware, LentParts, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
     use crate::board::motor::{Locked, Motor};
@@ -49,7 +49,7 @@ mod app {
     #[init(local = [queues: Queues = Queues::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let (parts, interrupts) =
-            board::start((cx.core.SYST, cx.core.MPU), cx.device, cx.local.queues);
+            board::start(cx.core.SYST, cx.core.MPU, cx.device, cx.local.queues);
         let Interrupts {
             motor,
             link,
@@ -119,7 +119,10 @@ mod app {
         let mut scanner = Scanner::new(
             hardware,
             cx.local.pipeline,
-            (cx.local.reports, cx.local.odometry),
+            LentParts {
+                reports: cx.local.reports,
+                odometry: cx.local.odometry,
+            },
             saved,
             *identity,
             time.now(),

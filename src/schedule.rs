@@ -17,8 +17,36 @@ pub const SHAFT_LIMIT: i32 = 170_000;
 
 /// Ratio of microsteps to thousandths of a degree, in lowest terms. With these small factors dozens of turns
 /// fit 32 bits, and the image needs no 64-bit division.
-const SAME: (i32, i32) = (32, 225);
-const _: () = assert!(MICROSTEPS_PER_TURN * SAME.1 == 360_000 * SAME.0);
+const SAME: Ratio = Ratio {
+    numerator: 32,
+    denominator: 225,
+};
+const _: () = assert!(MICROSTEPS_PER_TURN * SAME.denominator == 360_000 * SAME.numerator);
+
+/// Ratio of two whole numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ratio {
+    /// Numerator.
+    pub numerator: i32,
+    /// Denominator, positive.
+    pub denominator: i32,
+}
+
+impl Ratio {
+    /// The ratio 1.
+    pub const ONE: Self = Self {
+        numerator: 1,
+        denominator: 1,
+    };
+
+    /// Returns the inverse ratio.
+    pub const fn inverse(self) -> Self {
+        Self {
+            numerator: self.denominator,
+            denominator: self.numerator,
+        }
+    }
+}
 
 /// Converts a shaft angle in 0.001° to the nearest microstep, halves away from zero.
 pub const fn microsteps(shaft_angle: i32) -> i32 {
@@ -27,13 +55,14 @@ pub const fn microsteps(shaft_angle: i32) -> i32 {
 
 /// Converts a microstep to the shaft angle in 0.001°, rounded: the angle in a trigger frame.
 pub const fn shaft_angle(position: i32) -> i32 {
-    scaled(position, (SAME.1, SAME.0))
+    scaled(position, SAME.inverse())
 }
 
-/// Returns x · a / b, rounded to the nearest whole number, halves away from zero. The products saturate.
+/// Returns x · `ratio`, rounded to the nearest whole number, halves away from zero. The products saturate.
 #[inline(always)]
-pub(crate) const fn scaled(x: i32, (a, b): (i32, i32)) -> i32 {
-    let doubled = x.saturating_mul(2 * a);
+pub(crate) const fn scaled(x: i32, ratio: Ratio) -> i32 {
+    let b = ratio.denominator;
+    let doubled = x.saturating_mul(2 * ratio.numerator);
     let rounded = doubled.saturating_add(if doubled < 0 { -b } else { b });
     // No ratio has a b of 0; for a ratio that is not a constant `checked_div` avoids the panic.
     match rounded.checked_div(2 * b) {

@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use stairscan::answer::{DropEdge, PossibleStep};
     use stairscan::motion::Agreement;
-    use stairscan::report::sentence::write_scan;
+    use stairscan::report::sentence::{ScanId, write_scan};
     use stairscan::verdict::{Assessment, Evidence, Outcome, Validity};
 
     /// Returns the sentences of an `ok` answer with a drop and a `MAYBE`.
@@ -312,9 +312,17 @@ mod tests {
             ..Evidence::default()
         });
         let mut lines = Vec::new();
-        write_scan((1, 0), 0, &outcome, |line| {
-            lines.push(line.trim_end().to_owned());
-        });
+        write_scan(
+            ScanId {
+                scan: 1,
+                settings: 0,
+            },
+            0,
+            &outcome,
+            |line| {
+                lines.push(line.trim_end().to_owned());
+            },
+        );
         lines
     }
 
@@ -354,9 +362,17 @@ mod tests {
     #[test]
     fn no_drop_and_no_free_distance_are_null() {
         let mut lines = Vec::new();
-        write_scan((1, 0), 0, &Outcome::silent(), |line| {
-            lines.push(line.trim_end().to_owned());
-        });
+        write_scan(
+            ScanId {
+                scan: 1,
+                settings: 0,
+            },
+            0,
+            &Outcome::silent(),
+            |line| {
+                lines.push(line.trim_end().to_owned());
+            },
+        );
         let json = Answer::parse("fault", lines).unwrap().json();
         assert!(json["drop"].is_null() && json["free_m"].is_null(), "{json}");
     }

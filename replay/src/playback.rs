@@ -303,13 +303,21 @@ impl RadarModule for PlaybackLink<'_> {
     }
 
     fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        Poll::Ready(match self.player.trigger(self.shaft_angle) {
-            Some(chirp) if chirp.len() == samples.len() => {
-                samples.copy_from_slice(chirp);
-                Ok(())
-            }
-            Some(_) => Err(LinkError::Answer),
-            None => Err(LinkError::Timeout),
-        })
+        Poll::Ready(deliver(self.player.trigger(self.shaft_angle), samples))
+    }
+}
+
+/// Copies a chirp to `samples`. One of another length is a wrong answer of the module, none is a lost one.
+///
+/// # Errors
+/// The chirp is no answer.
+pub fn deliver(chirp: Option<&[Iq]>, samples: &mut [Iq]) -> Result<(), LinkError> {
+    match chirp {
+        Some(chirp) if chirp.len() == samples.len() => {
+            samples.copy_from_slice(chirp);
+            Ok(())
+        }
+        Some(_) => Err(LinkError::Answer),
+        None => Err(LinkError::Timeout),
     }
 }

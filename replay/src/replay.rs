@@ -12,7 +12,7 @@ use stairscan::mount::Mounting;
 use stairscan::params::Numbers;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scanner::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, DataPath, Hardware, LentParts, Micros, Reports, Scanner};
 use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
 use crate::answer::Answer;
@@ -328,7 +328,10 @@ fn run(
     let mut scanner = Scanner::new(
         hardware,
         data,
-        (&mut reports, &mut odometry),
+        LentParts {
+            reports: &mut reports,
+            odometry: &mut odometry,
+        },
         // The recording contains the mounting of its scanner.
         Some(settings),
         identity("host"),

@@ -27,7 +27,7 @@ impl DelayNs for CycleDelay {
 }
 
 /// Creates the encoder's bus with both lines released; the board's resistors pull them up (`docs/user/hardware.md`).
-pub fn bus((clock, data): (PB8, PB9), core_hz: u32) -> EncoderBus {
+pub fn bus(clock: PB8, data: PB9, core_hz: u32) -> EncoderBus {
     let clock = clock.into_open_drain_output_in_state(PinState::High);
     let data = data.into_open_drain_output_in_state(PinState::High);
     let per_us = core_hz / 1_000_000;

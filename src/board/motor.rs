@@ -83,7 +83,7 @@ impl Motor {
         timer.set_clock_source(SystClkSource::Core);
         ENABLE_HIGH.store(on == WireLevel::High, Ordering::Relaxed);
         Self {
-            pulser: Pulser::with_enable(pins.step, pins.dir, (pins.enable, on), core_hz),
+            pulser: Pulser::with_enable(pins.step, pins.dir, pins.enable, on, core_hz),
             timer,
             late: StepTimer::default(),
             home: pins.home,

@@ -16,6 +16,18 @@ const HAL_HZ: u32 = super::clock::HSI.apb2_hz / 4;
 /// Core clocks for each 10 ns of a wait within a transaction: enough at 168 MHz, longer than needed at 16 MHz.
 const CLOCKS_PER_10_NS: u32 = 2;
 
+/// Pins of the port.
+pub struct SpiPins {
+    /// Select line of the module, active low.
+    pub select: PA4<Output>,
+    /// Clock.
+    pub clock: PA5,
+    /// Data from the module.
+    pub from: PA6,
+    /// Data to the module.
+    pub to: PA7,
+}
+
 /// Port SPI1 with the radar module's select line.
 pub struct ModuleSpi {
     bus: Spi<pac::SPI1>,
@@ -26,7 +38,12 @@ impl ModuleSpi {
     /// Creates the port with the module deselected.
     pub fn new(
         port: pac::SPI1,
-        (mut select, clock, from, to): (PA4<Output>, PA5, PA6, PA7),
+        SpiPins {
+            mut select,
+            clock,
+            from,
+            to,
+        }: SpiPins,
         rcc: &mut Rcc,
     ) -> Self {
         select.set_high();

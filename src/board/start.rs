@@ -36,7 +36,7 @@ use super::retained::{self, BootRecord, Crash, CrashRecord};
 use super::seal;
 use super::settings_flash::{self, SettingsFlash};
 use super::sleep::Sleep;
-use super::spi::ModuleSpi;
+use super::spi::{ModuleSpi, SpiPins};
 use super::supply;
 use super::time::{self, Time};
 use super::uart::{
@@ -284,7 +284,8 @@ fn start_port<U: Instance>(
 /// Sets up and returns the motor's inputs and outputs, with interrupts on edges of the inputs, and the radar
 /// module's trigger line TRIG, low. `on` is the level of EN that switches the driver on.
 fn start_motor(
-    (home, stall): (PB0, PB1),
+    home: PB0,
+    stall: PB1,
     c: gpioc::Parts,
     syscfg: &mut SysCfg,
     mut exti: pac::EXTI,
@@ -319,7 +320,8 @@ fn start_motor(
 /// Starts clocks, pins, ports and watchdog; returns the hardware for the scanner's loop and for the interrupts,
 /// which come once they are unmasked.
 pub fn start(
-    (timer, mpu): (SYST, MPU),
+    timer: SYST,
+    mpu: MPU,
     p: pac::Peripherals,
     queues: &'static mut Queues,
 ) -> (BoardParts, Interrupts) {
@@ -349,7 +351,7 @@ pub fn start(
         p.GPIOC.split(&mut rcc),
     );
     let mut syscfg = p.SYSCFG.constrain(&mut rcc);
-    let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
+    let (pins, trig) = start_motor(b.pb0, b.pb1, c, &mut syscfg, p.EXTI, on);
     pac::PWR::enable(&mut rcc);
     let supplied = supply::start(&p.PWR, &pins.exti);
     let health = board_health(clocks == clock::HSI, supplied);
@@ -387,10 +389,15 @@ pub fn start(
         driver_errors,
     );
 
-    let encoder = encoder::bus((b.pb8, b.pb9), clocks.core_hz);
+    let encoder = encoder::bus(b.pb8, b.pb9, clocks.core_hz);
     let link = LinkPort::new(link, trig, clocks);
-    let select = a.pa4.into_push_pull_output_in_state(PinState::High);
-    let spi = ModuleSpi::new(p.SPI1, (select, a.pa5, a.pa6, a.pa7), &mut rcc);
+    let spi_pins = SpiPins {
+        select: a.pa4.into_push_pull_output_in_state(PinState::High),
+        clock: a.pa5,
+        from: a.pa6,
+        to: a.pa7,
+    };
+    let spi = ModuleSpi::new(p.SPI1, spi_pins, &mut rcc);
     let time = time::start(p.TIM5, &clocks);
     let watchdog = Watchdog::start(p.IWDG, &p.DBGMCU, clocks.core_hz, time.now());
     let interrupts = Interrupts {

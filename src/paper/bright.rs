@@ -149,14 +149,6 @@ impl<'a> IntensityMap<'a> {
         u16::from(cell.saturating_sub(self.levels.floor))
     }
 
-    /// Returns whether a particle lies in a high-intensity cell; on the CFAR map it must also be a detection.
-    pub fn is_high_intensity(&self, particle: &PointParticle) -> bool {
-        particle.cell().is_some_and(|(row, bin)| {
-            self.map.cell(row, bin) >= self.min_high_intensity()
-                && (!self.cfar || self.map.is_detected(row, bin))
-        })
-    }
-
     /// Calls `take` with the row and bin of each high-intensity cell, row by row.
     fn each_high_intensity(&self, take: &mut dyn FnMut(usize, usize)) {
         let bright = self.min_high_intensity();

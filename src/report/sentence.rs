@@ -287,14 +287,19 @@ impl Sentence<'_> {
     }
 }
 
-/// Returns sentence `k` (from 0) of the answer `outcome` to a scan with this number and settings hash: head,
-/// steps, drop, possible further steps, in this order; `None` beyond the last.
-pub fn of_scan(
-    (scan, settings): (u32, u32),
-    lost_rows: u16,
-    outcome: &Outcome,
-    k: u8,
-) -> Option<Sentence<'static>> {
+/// Identity of a scan in its sentences.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanId {
+    /// Number of the scan since boot.
+    pub scan: u32,
+    /// Hash of the settings in force.
+    pub settings: u32,
+}
+
+/// Returns sentence `k` (from 0) of the answer `outcome` to the scan `id`: head, steps, drop, possible further steps,
+/// in this order; `None` beyond the last.
+pub fn of_scan(id: ScanId, lost_rows: u16, outcome: &Outcome, k: u8) -> Option<Sentence<'static>> {
+    let ScanId { scan, settings } = id;
     let head = ScanLine::new(scan, lost_rows, outcome, settings);
     let Some(step) = k.checked_sub(1) else {
         return Some(Sentence::Scan(head));
@@ -313,11 +318,10 @@ pub fn of_scan(
     Some(Sentence::Maybe(line))
 }
 
-/// Passes all sentences of the answer to a scan to `sink`, in order; `of` is the scan's number and the hash of
-/// its settings.
-pub fn write_scan(of: (u32, u32), lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
+/// Passes all sentences of the answer to the scan `id` to `sink`, in order.
+pub fn write_scan(id: ScanId, lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
     for k in 0..=u8::MAX {
-        match of_scan(of, lost_rows, outcome, k) {
+        match of_scan(id, lost_rows, outcome, k) {
             Some(sentence) => sink(&sentence.write()),
             None => return,
         }

@@ -103,21 +103,17 @@ pub use board::{Board, BootInfo, SecondMemory};
 pub use chain::DataPath;
 pub use fitness::BoardHealth;
 pub use mirror::{Mirror, MirrorError, Motion};
-pub use parts::{Hardware, Parts};
+pub use parts::{Hardware, LentParts, Parts};
 pub use reports::Reports;
 use rest::Rest;
 pub use settings::Settings;
 
 use crate::drive::Drive;
-use crate::motion::Odometry;
 use crate::signal::radar::module::RadarModule;
 use commands::Console;
 use states::Machine;
 
 /// The scanner: its state machine and the commands of the report port, over its hardware.
-///
-/// Its larger parts, the outgoing sentences ([`Reports`]) and the motion input ([`Odometry`]), are borrowed, so
-/// that a scanner on a small stack can keep them elsewhere.
 pub struct Scanner<'a, H: Parts> {
     machine: Machine<'a, H>,
     console: Console,
@@ -133,13 +129,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>
     pub fn new(
         hardware: Hardware<M, L, P, B>,
         data: D,
-        memory: (&'a mut Reports, &'a mut Odometry),
+        lent: LentParts<'a>,
         settings: Option<Settings>,
         identity: BootInfo,
         now: Micros,
     ) -> Self {
         Self {
-            machine: Machine::new(hardware, data, memory, settings, identity, now),
+            machine: Machine::new(hardware, data, lent, settings, identity, now),
             console: Console::new(now),
         }
     }

@@ -3,6 +3,8 @@
 use super::board::Board;
 use super::chain::DataPath;
 use super::mirror::Mirror;
+use super::reports::Reports;
+use crate::motion::Odometry;
 use crate::port::BytePort;
 use crate::signal::radar::module::RadarModule;
 
@@ -17,6 +19,15 @@ pub struct Hardware<M, L, P, B> {
     pub port: P,
     /// The rest of the board ([`Board`]).
     pub board: B,
+}
+
+/// Larger parts that a scanner borrows, so that one on a small stack can keep them elsewhere.
+#[derive(Debug)]
+pub struct LentParts<'a> {
+    /// Outgoing sentences.
+    pub reports: &'a mut Reports,
+    /// Motion input.
+    pub odometry: &'a mut Odometry,
 }
 
 /// Types of the parts that a scanner is made of.

@@ -12,9 +12,9 @@ use core::hint::black_box;
 
 use embedded_hal::digital::OutputPin;
 
-use super::ramp::{self, Ramp};
+use super::ramp::{Ramp, StepRamp};
 use super::settings::WireLevel;
-use crate::schedule::scaled;
+use crate::schedule::{Ratio, scaled};
 
 /// Generator of STEP pulses, DIR and EN for consecutive moves.
 #[derive(Debug)]
@@ -24,8 +24,8 @@ pub struct Pulser<S, D, E> {
     enable: E,
     /// Level of EN that switches the driver on.
     on: WireLevel,
-    /// Ratio of the driver's own steps to microsteps of 51,200 a turn: numerator and denominator.
-    ratio: (i32, i32),
+    /// Ratio of the driver's own steps to microsteps of 51,200 a turn.
+    ratio: Ratio,
     /// Position at which `steps` was last set to 0, microsteps.
     origin: i32,
     /// Number of the driver's own steps from `origin`, negative backward.
@@ -33,8 +33,8 @@ pub struct Pulser<S, D, E> {
     forward: bool,
     done: u32,
     total: u32,
-    /// Top speed and acceleration of the current move, in the driver's own steps/s and steps/s².
-    ramp: (f32, f32),
+    /// Ramp of the current move.
+    ramp: StepRamp,
     tick_hz: u32,
 }
 
@@ -42,24 +42,27 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
     /// Creates a pulser at position 0 with its driver off, which a low EN switches on; `tick_hz` is the timer's
     /// frequency.
     pub fn new(step: S, dir: D, enable: E, tick_hz: u32) -> Self {
-        Self::with_enable(step, dir, (enable, WireLevel::Low), tick_hz)
+        Self::with_enable(step, dir, enable, WireLevel::Low, tick_hz)
     }
 
     /// Creates a pulser at position 0 with its driver off, which the level `on` of EN switches on; `tick_hz` is
     /// the timer's frequency.
-    pub fn with_enable(step: S, dir: D, (enable, on): (E, WireLevel), tick_hz: u32) -> Self {
+    pub fn with_enable(step: S, dir: D, enable: E, on: WireLevel, tick_hz: u32) -> Self {
         let mut pulser = Self {
             step,
             dir,
             enable,
             on,
-            ratio: (1, 1),
+            ratio: Ratio::ONE,
             origin: 0,
             steps: 0,
             forward: true,
             done: 0,
             total: 0,
-            ramp: (1.0, 0.0),
+            ramp: StepRamp {
+                top: 1.0,
+                acceleration: 0.0,
+            },
             tick_hz,
         };
         pulser.set_enabled(false);
@@ -68,7 +71,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
 
     /// Sets `ratio`, the driver's own steps over microsteps, and `on`, the level of EN that switches the driver
     /// on. The level takes effect with the next [`Pulser::set_enabled`].
-    pub fn configure(&mut self, ratio: (i32, i32), on: WireLevel) {
+    pub fn configure(&mut self, ratio: Ratio, on: WireLevel) {
         let origin = self.position();
         self.ratio = ratio;
         self.on = on;
@@ -93,12 +96,11 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
     /// Begins a move to `target`, microsteps; returns the timer ticks until the first pulse, or `None` if the
     /// shaft is already there.
     pub fn begin(&mut self, target: i32, ramp: Ramp) -> Option<u32> {
-        let (own, of) = self.ratio;
         let target = scaled(target.saturating_sub(self.origin), self.ratio);
         self.forward = target >= self.steps;
         self.total = target.abs_diff(self.steps);
         self.done = 0;
-        self.ramp = ramp.scaled(own as f32 / of as f32);
+        self.ramp = ramp.scaled(self.ratio.numerator as f32 / self.ratio.denominator as f32);
         if self.total == 0 {
             return None;
         }
@@ -112,7 +114,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
     }
 
     fn interval(&self) -> u32 {
-        ramp::interval(self.ramp, (self.done, self.total), self.tick_hz)
+        self.ramp.interval(self.done, self.total, self.tick_hz)
     }
 
     /// Emits one pulse; returns the timer ticks until the next, or `None` if the move is done.
@@ -151,8 +153,8 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
 
     /// Returns the current position of the shaft by the pulses, microsteps.
     pub fn position(&self) -> i32 {
-        let (own, of) = self.ratio;
-        self.origin.saturating_add(scaled(self.steps, (of, own)))
+        self.origin
+            .saturating_add(scaled(self.steps, self.ratio.inverse()))
     }
 
     /// Ends the move, and counts the current position of the shaft as `position`, microsteps, from now on.

@@ -11,6 +11,15 @@ pub struct Ramp {
     pub acceleration: u32,
 }
 
+/// Ramp in a driver's own steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepRamp {
+    /// Top speed, steps/s.
+    pub top: f32,
+    /// Acceleration and deceleration, steps/s²; 0 starts and stops at top speed.
+    pub acceleration: f32,
+}
+
 // Number of intervals that this thread has computed, for the tests of when an interval is computed.
 #[cfg(test)]
 std::thread_local! {
@@ -21,15 +30,15 @@ impl Ramp {
     /// Returns the time from microstep `k` (from 0) to the next in a move of `total` microsteps, in ticks of
     /// `tick_hz`.
     pub fn interval(&self, k: u32, total: u32, tick_hz: u32) -> u32 {
-        let (top, acceleration) = self.scaled(1.0);
-        interval((top, acceleration), (k, total), tick_hz)
+        self.scaled(1.0).interval(k, total, tick_hz)
     }
 
-    /// Returns top speed and acceleration in steps of another size, of which `scale` are one microstep, per s and
-    /// s².
-    pub(super) fn scaled(&self, scale: f32) -> (f32, f32) {
-        let top = self.speed.max(1) as f32;
-        (top * scale, self.acceleration as f32 * scale)
+    /// Returns the ramp in steps of another size, of which `scale` are one microstep.
+    pub(super) fn scaled(&self, scale: f32) -> StepRamp {
+        StepRamp {
+            top: self.speed.max(1) as f32 * scale,
+            acceleration: self.acceleration as f32 * scale,
+        }
     }
 
     /// Returns an upper limit of the duration of a move of `total` microsteps, µs: 1.5 times the s/v + v/a of a
@@ -53,30 +62,28 @@ impl Ramp {
     }
 }
 
-/// Returns the time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`; top speed and
-/// acceleration are in such steps.
-///
-/// With constant acceleration a from rest the speed after the way s is v = √(2as). Counted from both ends that
-/// is a triangle for a short move and a trapezoid for a long one, without state and without accumulated error.
-/// It takes one square root and one division a step.
-#[inline]
-pub(super) fn interval(
-    (top, acceleration): (f32, f32),
-    (k, total): (u32, u32),
-    tick_hz: u32,
-) -> u32 {
-    #[cfg(test)]
-    COMPUTED.with(|count| count.set(count.get() + 1));
-    let to_go = total.saturating_sub(1).saturating_sub(k);
-    let way = k.min(to_go) as f32 + 0.5;
-    let ramped = if acceleration == 0.0 {
-        top
-    } else {
-        math::sqrt(2.0 * acceleration * way)
-    };
-    let speed = if ramped < top { ramped } else { top };
-    // A float that is too large saturates; one tick is the minimum wait of a timer.
-    ((tick_hz as f32 / speed) as u32).max(1)
+impl StepRamp {
+    /// Returns the time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
+    ///
+    /// With constant acceleration a from rest the speed after the way s is v = √(2as). Counted from both ends that
+    /// is a triangle for a short move and a trapezoid for a long one, without state and without accumulated error.
+    /// It takes one square root and one division a step.
+    #[inline]
+    pub fn interval(self, k: u32, total: u32, tick_hz: u32) -> u32 {
+        let Self { top, acceleration } = self;
+        #[cfg(test)]
+        COMPUTED.with(|count| count.set(count.get() + 1));
+        let to_go = total.saturating_sub(1).saturating_sub(k);
+        let way = k.min(to_go) as f32 + 0.5;
+        let ramped = if acceleration == 0.0 {
+            top
+        } else {
+            math::sqrt(2.0 * acceleration * way)
+        };
+        let speed = if ramped < top { ramped } else { top };
+        // A float that is too large saturates; one tick is the minimum wait of a timer.
+        ((tick_hz as f32 / speed) as u32).max(1)
+    }
 }
 
 #[cfg(test)]

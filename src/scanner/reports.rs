@@ -2,7 +2,7 @@
 
 use crate::config::Plane;
 use crate::port::BytePort;
-use crate::report::sentence::{MAX_SENTENCE, of_scan};
+use crate::report::sentence::{MAX_SENTENCE, ScanId, of_scan};
 use crate::report::{BootLine, CrashLine, CrashSite, GuardLine, LiveLine, ScanLine, Sentence};
 use crate::scanner::board::BootInfo;
 use crate::scanner::command;
@@ -152,8 +152,11 @@ impl Reports {
 
     /// Queues the sentences of the answer as they fit; returns `true` when all are queued.
     pub(super) fn queue_answer(&mut self, progress: &mut ReportProgress) -> bool {
-        let of = (progress.scan, progress.settings);
-        while let Some(mut sentence) = of_scan(of, progress.lost, &self.outcome, progress.queued) {
+        let id = ScanId {
+            scan: progress.scan,
+            settings: progress.settings,
+        };
+        while let Some(mut sentence) = of_scan(id, progress.lost, &self.outcome, progress.queued) {
             if let Sentence::Scan(head) = &mut sentence {
                 head.plane = progress.plane;
             }

@@ -1,29 +1,28 @@
 //! State machine of the scanner: the current activity, what follows it, and its deadline.
 
+mod reporting;
+mod self_test;
+
 use core::task::Poll;
 
 use super::guard::{GuardMode, GuardState};
 use super::keeper::{ActiveSettings, ScanSettings};
-use super::planes::requests_height_plane;
 use super::reports::{ReportProgress, Reports};
-use crate::config::{ConfigError, Planes};
+use crate::config::ConfigError;
 use crate::crc;
-use crate::drive::{Drive, Retention};
+use crate::drive::Drive;
 use crate::motion::Odometry;
 use crate::report::{GuardLine, Sentence};
 use crate::scanner::board::{Board, BootInfo};
-use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
-use crate::scanner::mirror::{Mirror, Motion};
-use crate::scanner::parts::{Hardware, Parts};
-use crate::scanner::resets::SURVIVED_US;
+use crate::scanner::mirror::Mirror;
+use crate::scanner::parts::{Hardware, LentParts, Parts};
 use crate::scanner::rest::Rest;
-use crate::scanner::settings::{Settings, Sweeping, Switch};
-use crate::scanner::sweep::{Rows, Sweep, Task, link_reason, mirror_reason};
-use crate::schedule::MICROSTEPS_PER_TURN;
+use crate::scanner::settings::{Settings, Sweeping};
+use crate::scanner::sweep::{Sweep, Task};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
-use crate::verdict::{Conditions, GuardResult, Outcome, Reason, Reasons, Status};
+use crate::verdict::{Conditions, Reason, Reasons};
 
 /// Stage of the self-test: arithmetic, homing of the mirror, then radar module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,7 +188,7 @@ impl<'a, H: Parts> Machine<'a, H> {
     pub fn new(
         hardware: Hardware<H::Mirror, H::Module, H::Port, H::Board>,
         data: H::Data,
-        (reports, odometry): (&'a mut Reports, &'a mut Odometry),
+        LentParts { reports, odometry }: LentParts<'a>,
         stored: Option<Settings>,
         identity: BootInfo,
         now: Micros,
@@ -449,115 +448,6 @@ impl<'a, H: Parts> Machine<'a, H> {
         }
     }
 
-    #[inline(never)]
-    fn self_test(&mut self, now: Micros, test: Test, errand: Activity) {
-        match test {
-            Test::Arithmetic => {
-                if let Some(unfit) = self.identity.health.fault(self.settings.get()) {
-                    return self.fail_test(now, unfit, errand);
-                }
-                if !self.data.self_test() {
-                    return self.fail_test(now, Reason::SelfTest, errand);
-                }
-                self.hardware.mirror.start_home(&self.settings.get().motor);
-                self.state = ScannerState::SelfTest(Test::Home, errand);
-                self.deadline = now.plus(self.home_bound_us());
-            }
-            Test::Home => match self.hardware.mirror.poll(now) {
-                Err(error) => self.fail_test(now, mirror_reason(error), errand),
-                Ok(Motion::Moving) => {}
-                Ok(Motion::Still) => {
-                    let until = now.plus(self.settings.get().timing.connect_timeout);
-                    self.ask(now, until, errand);
-                }
-            },
-            Test::Link { until, again } => self.test_link(now, until, again, errand),
-        }
-    }
-
-    /// Returns the time limit of homing, µs: three turns at search speed and a second. Homing takes at most a
-    /// turn to the switch, and a few short moves at an eighth of the speed.
-    fn home_bound_us(&self) -> u32 {
-        let speed = self.settings.get().motor.search_speed.max(1);
-        let seconds = 3 * MICROSTEPS_PER_TURN as u32 / speed + 1;
-        seconds.saturating_mul(1_000_000)
-    }
-
-    fn ask(&mut self, now: Micros, until: Micros, errand: Activity) {
-        let timeout = self.settings.get().timing.configure_timeout;
-        let requested = &self.settings.get().module;
-        self.hardware.link.program(now, requested, timeout);
-        let test = Test::Link { until, again: None };
-        self.state = ScannerState::SelfTest(test, errand);
-        self.deadline = now.plus(timeout).plus(POLL_US);
-    }
-
-    fn test_link(&mut self, now: Micros, until: Micros, again: Option<Micros>, errand: Activity) {
-        if let Some(again) = again {
-            if now.reached(again) {
-                self.ask(now, until, errand);
-            }
-            return;
-        }
-        // The module may be booting for seconds; a stall in that time is still reported.
-        if let Err(error) = self.hardware.mirror.poll(now) {
-            return self.fail_test(now, mirror_reason(error), errand);
-        }
-        let Poll::Ready(answer) = self.hardware.link.settings(now) else {
-            return;
-        };
-        self.link_errors = (self.link_errors).saturating_add(answer.is_err().into());
-        match answer {
-            Ok(radar) => {
-                self.connected = true;
-                // The scan checks whether these settings are usable; it queries them again.
-                self.settings.adopt(radar);
-                self.passed(now, errand);
-            }
-            Err(error) if now.reached(until) => self.fail_test(now, link_reason(error), errand),
-            Err(_) => {
-                // A query that failed at once is repeated only after a pause.
-                let pause = now.plus(self.settings.get().timing.configure_timeout);
-                let again = Some(pause);
-                self.state = ScannerState::SelfTest(Test::Link { until, again }, errand);
-                self.deadline = pause.plus(POLL_US);
-            }
-        }
-    }
-
-    fn passed(&mut self, now: Micros, errand: Activity) {
-        self.hardware.board.self_test_passed();
-        match errand {
-            Activity::Once => self.begin(now, errand),
-            Activity::Guard | Activity::Resume => self.resume(now),
-            Activity::Answer => {
-                self.reports.done("selftest");
-                self.reasons = Reasons::NONE;
-                self.resume(now);
-            }
-        }
-    }
-
-    /// Handles a self-test that has failed for `reason`; it is reported as scan 0 without an answer.
-    fn fail_test(&mut self, now: Micros, reason: Reason, errand: Activity) {
-        if self.calibration.take().is_some() {
-            self.refuse_calibration(ConfigError {
-                field: reason.as_str(),
-                expected: "a passed self-test",
-            });
-        }
-        if errand == Activity::Answer {
-            self.reports
-                .refuse("selftest", reason.as_str(), "a passed self-test");
-        }
-        self.reasons = match self.scans {
-            // The cause of the reset is reported until the first scan.
-            0 => self.identity.reasons().with(reason),
-            _ => Reasons::NONE.with(reason),
-        };
-        self.enter_fault(now, false);
-    }
-
     fn enter_fault(&mut self, now: Micros, reported: bool) {
         self.hardware.mirror.disable();
         self.connected = false;
@@ -581,130 +471,6 @@ impl<'a, H: Parts> Machine<'a, H> {
             Until::Command => self.deadline = now.plus(POLL_US),
             Until::Time(until) if stated && now.reached(until) => self.resume(now),
             Until::Time(_) => {}
-        }
-    }
-
-    /// Turns a finished scan into its outcome, or into settings for `calibrate`, and begins to report it.
-    #[inline(never)]
-    fn conclude(&mut self, now: Micros, rows: Rows) {
-        let aside = self.scan.is_other_plane();
-        match aside {
-            true => self.odometry.finish_aside(now),
-            false => self.odometry.finish(now),
-        }
-        if let Some(task) = self.calibration.take() {
-            self.calibrated(&rows, task);
-            return self.resume(now);
-        }
-        let ScanSettings {
-            motion,
-            fusion,
-            chirp_us,
-            planes,
-            ..
-        } = self.scan;
-        let conditions = Conditions {
-            board: self.identity.health.degrading_faults(),
-            configured: self.scan.configured,
-            lost_rows: rows.lost > 0,
-        };
-        if let Some(reason) = rows.fault {
-            return self.report_broken(reason, conditions, rows.lost);
-        }
-        let memory = match fusion {
-            _ if aside => Retention::Aside,
-            Switch::Off => Retention::Off,
-            Switch::On if self.discard_evidence => Retention::Anew,
-            Switch::On => Retention::Kept,
-        };
-        self.odometry.set_retention(memory);
-        self.discard_evidence &= aside;
-        let drive = self.odometry.drive(motion, chirp_us);
-        let outcome = self.data.conclude(&drive, conditions);
-        if outcome.status() != Status::Fault {
-            self.answered = Some(now);
-        }
-        self.guard.note(now, &outcome);
-        let may = planes == Planes::Both && !aside;
-        let config = &self.settings.get().config;
-        self.height_requested =
-            may && requests_height_plane(config, &outcome, &drive, &self.data.numbers());
-        self.enter_reporting(outcome, rows.lost, false);
-    }
-
-    /// Begins to report that a hardware fault prevented the scan or guard sweep, or ended it.
-    // Out of line: its outcome would otherwise be on the stack beneath the estimator, beside the estimator's
-    // own.
-    #[inline(never)]
-    fn report_broken(&mut self, reason: Reason, conditions: Conditions, lost: u16) {
-        if self.scan.guard {
-            return self.enter_reporting_guard(&GuardResult::broken(reason), true);
-        }
-        let faults = Reasons::NONE.with(reason);
-        self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
-    }
-
-    /// Begins to report the result of a guard sweep; `broken` if a hardware fault prevented or ended it.
-    pub(super) fn enter_reporting_guard(&mut self, word: &GuardResult, broken: bool) {
-        self.reasons = word.reasons();
-        self.state =
-            ScannerState::ReportingGuard(GuardLine::new(self.guard.reported_sweep, word), broken);
-    }
-
-    /// Queues the sentence of a guard sweep once it fits, and continues.
-    #[inline(never)]
-    fn report_guard(&mut self, now: Micros, line: GuardLine, broken: bool) {
-        self.deadline = now.plus(POLL_US);
-        if !self.reports.guard(line) {
-            return;
-        }
-        self.forget_crashes(now, line.status == Status::Fault);
-        if broken {
-            self.enter_fault(now, true);
-        } else {
-            self.resume(now);
-        }
-    }
-
-    fn enter_reporting(&mut self, outcome: Outcome, lost: u16, broken: bool) {
-        self.reasons = outcome.reasons();
-        self.reports.outcome = outcome;
-        self.state = ScannerState::Reporting(ReportProgress {
-            scan: self.scans,
-            settings: self.scan.hash,
-            plane: self.scan.reported_plane(),
-            lost,
-            broken,
-            queued: 0,
-        });
-    }
-
-    /// Queues the sentences of the answer as they fit, and continues when all are queued.
-    #[inline(never)]
-    fn report(&mut self, now: Micros) {
-        self.deadline = now.plus(POLL_US);
-        let ScannerState::Reporting(telling) = &mut self.state else {
-            return;
-        };
-        if !self.reports.queue_answer(telling) {
-            return;
-        }
-        let broken = telling.broken;
-        let fault = self.reports.outcome.status() == Status::Fault;
-        self.forget_crashes(now, fault);
-        if broken {
-            self.enter_fault(now, true);
-        } else {
-            self.resume(now);
-        }
-    }
-
-    /// Clears the count of crashes at the first scan or guard sweep without a fault that ends a minute or more
-    /// ([`SURVIVED_US`]) after boot.
-    fn forget_crashes(&mut self, now: Micros, fault: bool) {
-        if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
-            self.booted = None;
-            self.hardware.board.clear_crashes();
         }
     }
 }

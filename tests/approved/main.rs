@@ -18,7 +18,7 @@ use stairscan::drive::{Drive, Input, Mode, Retention};
 use stairscan::health::Expected;
 use stairscan::observer::{Event, Observer};
 use stairscan::pipeline::Pipeline;
-use stairscan::report::sentence::write_scan;
+use stairscan::report::sentence::{ScanId, write_scan};
 use stairscan::scanner::DataPath;
 use stairscan::track::{RowPose, Track};
 use stairscan::verdict::{Conditions, Outcome, Reason, Reasons};
@@ -224,9 +224,17 @@ fn scan(
     let mut events = Events::default();
     let outcome = pipeline.conclude_observed(&of.drive, of.conditions, &mut events);
     let mut sentences = String::new();
-    write_scan((number, 0), 0, &outcome, |line| {
-        sentences.push_str(line.as_str());
-    });
+    write_scan(
+        ScanId {
+            scan: number,
+            settings: 0,
+        },
+        0,
+        &outcome,
+        |line| {
+            sentences.push_str(line.as_str());
+        },
+    );
     writeln!(out, "{name}: {}", words(&sentences, &outcome)).unwrap();
     write!(out, "  {checks}").unwrap();
     for (kind, texts) in &events.0 {

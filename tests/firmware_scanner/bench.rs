@@ -12,8 +12,8 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
 use stairscan::scanner::{
-    BoardHealth, BootInfo, DataPath, Hardware, Micros, Mirror, MirrorError, Motion, Scanner,
-    SecondMemory, Settings,
+    BoardHealth, BootInfo, DataPath, Hardware, LentParts, Micros, Mirror, MirrorError, Motion,
+    Scanner, SecondMemory, Settings,
 };
 use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{
@@ -287,11 +287,13 @@ impl<M: Mirror> Bench<M> {
             board: world.0.borrow().board.clone(),
         };
         // Leaked: the scanner borrows them for the whole test.
-        let reports = Box::leak(Box::default());
         let data = Data(world.clone(), [Iq::default(); 200]);
         let now = Micros(u32::MAX - 1_000_000);
-        let memory = (reports, Box::leak(Box::new(Odometry::new())));
-        let scanner = Scanner::new(hardware, data, memory, saved, identity, now);
+        let lent = LentParts {
+            reports: Box::leak(Box::default()),
+            odometry: Box::leak(Box::new(Odometry::new())),
+        };
+        let scanner = Scanner::new(hardware, data, lent, saved, identity, now);
         Self {
             world,
             scanner,

@@ -23,7 +23,7 @@ mod image {
     #[cfg(feature = "ablation")]
     use stairscan::params::Numbers;
     use stairscan::pipeline::Pipeline;
-    use stairscan::report::sentence::write_scan;
+    use stairscan::report::sentence::{ScanId, write_scan};
     use stairscan::scanner::DataPath;
     use stairscan::signal::grid::{BinWindow, Row};
     use stairscan::signal::range::cfar::Cfar;
@@ -313,11 +313,19 @@ mod image {
     #[inline(never)]
     fn report(outcome: &Outcome) {
         let mut sum = 0u32;
-        write_scan((1, 0), 0, outcome, |line| {
-            sum = line
-                .bytes()
-                .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
-        });
+        write_scan(
+            ScanId {
+                scan: 1,
+                settings: 0,
+            },
+            0,
+            outcome,
+            |line| {
+                sum = line
+                    .bytes()
+                    .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
+            },
+        );
         black_box(sum);
     }
 

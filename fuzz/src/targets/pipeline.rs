@@ -23,7 +23,7 @@ use stairscan::config::{Config, EstimatorKind, Planes};
 use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::report::sentence::write_scan;
+use stairscan::report::sentence::{ScanId, write_scan};
 use stairscan::scanner::{DataPath, Settings};
 use stairscan::verdict::{Conditions, Outcome, Status};
 
@@ -212,9 +212,17 @@ fn check(outcome: &Outcome, config: &Config) {
         outcome.status() != Status::Ok || !likelihood || is_valid,
         "{outcome:?}"
     );
-    write_scan((1, 0), 0, outcome, |line| {
-        Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}"));
-    });
+    write_scan(
+        ScanId {
+            scan: 1,
+            settings: 0,
+        },
+        0,
+        outcome,
+        |line| {
+            Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}"));
+        },
+    );
 }
 
 /// Scans twice, forward and backward.

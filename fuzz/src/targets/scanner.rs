@@ -21,7 +21,7 @@ mod bench;
 mod world;
 
 use stairscan::motion::Odometry;
-use stairscan::scanner::Reports;
+use stairscan::scanner::{LentParts, Reports};
 
 use crate::input::Input;
 use bench::Bench;
@@ -29,7 +29,10 @@ use bench::Bench;
 /// Runs the operations, then checks that a scan becomes `ok`.
 pub fn run(data: &[u8]) {
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
-    let mut bench = Bench::new((&mut reports, &mut odometry));
+    let mut bench = Bench::new(LentParts {
+        reports: &mut reports,
+        odometry: &mut odometry,
+    });
     let mut input = Input(data);
     while !input.is_empty() {
         match input.byte() % 9 {

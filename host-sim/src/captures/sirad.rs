@@ -122,14 +122,14 @@ fn logged(bytes: &[u8]) -> Capture {
         match reader.push(byte) {
             Some(ReaderEvent::Value(0, value)) => values = vec![value],
             Some(ReaderEvent::Value(_, value)) => values.push(value),
-            Some(ReaderEvent::Raw(_, count)) if usize::from(count) == values.len() => {
+            Some(ReaderEvent::Raw { count, .. }) if usize::from(count) == values.len() => {
                 let (pairs, rest) = values.as_chunks::<2>();
                 if rest.is_empty() {
                     chirps.push(pairs.to_vec());
                 }
                 values.clear();
             }
-            Some(ReaderEvent::Raw(..) | ReaderEvent::Broken) => values.clear(),
+            Some(ReaderEvent::Raw { .. } | ReaderEvent::Broken) => values.clear(),
             _ => {}
         }
     }

@@ -26,15 +26,23 @@ pub struct Texts {
     pub program: &'static str,
     /// Commands by purpose.
     pub groups: &'static [(&'static str, &'static [&'static str])],
-    /// Examples by command: the arguments behind the program's name.
-    pub examples: &'static [(&'static str, &'static [&'static str])],
+    /// Examples, one a line: the arguments behind the program's name, of which the first is the command.
+    pub examples: &'static str,
+}
+
+impl Texts {
+    /// Returns the examples of a command.
+    pub fn examples_of(&self, name: &str) -> impl Iterator<Item = &'static str> {
+        let own = move |line: &&str| line.split(' ').next() == Some(name);
+        self.examples.lines().filter(own)
+    }
 }
 
 /// Texts of `cargo sim`.
 pub const SIM: Texts = Texts {
     program: "cargo sim",
     groups: GROUPS,
-    examples: EXAMPLES,
+    examples: include_str!("examples.txt"),
 };
 
 /// The commands of `cargo sim` by purpose, in the order of the list.
@@ -52,159 +60,6 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ),
     ("The image", &["timing", "seal", "image", "keys", "module"]),
     ("This program", &["completions", "man"]),
-];
-
-/// Examples by command: the arguments after `cargo sim`.
-pub const EXAMPLES: &[(&str, &[&str])] = &[
-    (
-        "replay",
-        &[
-            "replay recordings/stair_a",
-            "replay recordings --format json",
-            "replay recordings/stair_b --plots pictures",
-            "replay recordings/stair_a --film stair_a.svg",
-        ],
-    ),
-    (
-        "simulate",
-        &[
-            "simulate scenes/stair_a.toml -o my_stairs",
-            "simulate scenes/wall.toml -o wall",
-            "simulate random:ascending --seed 7 --approach 5 -o approach",
-            "simulate random:none --count 100 -o many",
-            "simulate scenes/kerb.toml --guard=0.3 --sweeps 20 -o kerb",
-        ],
-    ),
-    (
-        "emulate",
-        &[
-            "emulate recordings/stair_a",
-            "emulate recordings/stair_a --estimator paper",
-            "emulate recordings/stair_a --fault lost@10-12",
-            "emulate recordings/stair_a --live",
-        ],
-    ),
-    ("module", &["module recordings/stair_a --fastest 3"]),
-    (
-        "live",
-        &[
-            "live",
-            "live /dev/ttyUSB0",
-            "live /dev/ttyUSB0 --record sessions",
-            "live --demo recordings/stair_a",
-            "live /dev/ttyUSB0 --foxglove",
-            "live --play recordings/stair_a --foxglove 8766",
-            "live --play recordings/stair_a --ros2 --domain 7",
-        ],
-    ),
-    (
-        "doctor",
-        &["doctor /dev/ttyUSB0", "doctor /dev/ttyUSB0 --no-move"],
-    ),
-    (
-        "settings",
-        &[
-            "settings /dev/ttyUSB0 --get chair.toml",
-            "settings /dev/ttyUSB0 --set chair.toml --save",
-            "settings /dev/ttyUSB0 --diff chair.toml",
-        ],
-    ),
-    (
-        "record",
-        &[
-            "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall",
-            "record /dev/ttyUSB0 -o hall --scans 5",
-            "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask",
-            "record /dev/ttyUSB0 --module -o bench",
-            "record --demo recordings/stair_a -o hall",
-        ],
-    ),
-    (
-        "update",
-        &[
-            "update /dev/ttyUSB0 new.signed",
-            "update /dev/ttyUSB0 --show",
-            "update /dev/ttyUSB0 --back",
-        ],
-    ),
-    (
-        "crash",
-        &[
-            "crash target/thumbv7em-none-eabihf/firmware/stairscan /dev/ttyUSB0",
-            "crash target/thumbv7em-none-eabihf/firmware/stairscan session.log",
-        ],
-    ),
-    (
-        "keys",
-        &[
-            "keys new maker.key",
-            "keys sign target/thumbv7em-none-eabihf/firmware/stairscan --key maker.key --number 3 -o new.signed",
-            "keys show new.signed",
-        ],
-    ),
-    ("calibrate", &["calibrate wall --wall 1.5"]),
-    (
-        "report",
-        &[
-            "report recordings/stair_a -o scan.html",
-            "report recordings -o all.html",
-            "report recordings/stair_a recordings/stair_b --compare",
-            "report recordings/stair_a --compare --estimator paper",
-            "report recordings/stair_a --compare --with mount-height=43cm",
-        ],
-    ),
-    (
-        "web",
-        &[
-            "web -o stairscan.html",
-            "web recordings/stair_a -o stair_a.html",
-        ],
-    ),
-    (
-        "inspect",
-        &[
-            "inspect recordings/stair_b",
-            "inspect recordings/stair_b --plots pictures",
-        ],
-    ),
-    (
-        "profile",
-        &[
-            "profile recordings/stair_a",
-            "profile recordings/stair_a --chirp 140 --plot chirp.png",
-            "profile capture --statistics --frame 8",
-        ],
-    ),
-    (
-        "convert",
-        &[
-            "convert recordings/stair_a -o stair_a.mcap",
-            "convert recordings --table steps -o steps.csv",
-            "convert chirps.npy --keys-of recordings/stair_a -o again",
-            "convert adc_data.bin --bandwidth-hz 4e9 --carrier-hz 77e9 -o capture",
-            "convert radar.npy --real frame,receiver=0,chirp,sample --full-scale 2048 --bandwidth-hz 5.5e9 -o capture",
-        ],
-    ),
-    ("score", &["score recordings", "score recordings --seeds 5"]),
-    ("timing", &["timing", "timing settle=3000 --baud 2000000"]),
-    (
-        "sirad",
-        &["sirad capture.mat", "sirad port.log --bandwidth 6000"],
-    ),
-    (
-        "seal",
-        &["seal target/thumbv7em-none-eabihf/firmware/stairscan"],
-    ),
-    (
-        "image",
-        &[
-            "image -o target/flash",
-            "image --demo -o target/demo",
-            "image -o target/flash --key maker.key",
-        ],
-    ),
-    ("completions", &["completions bash"]),
-    ("man", &["man target/man"]),
 ];
 
 /// The commands whose `--help` also lists the report's reasons.
@@ -282,10 +137,8 @@ fn listed(command: &Command, texts: &Texts) -> String {
 }
 
 fn examples(name: &str, texts: &Texts) -> String {
-    let found = texts.examples.iter().find(|(command, _)| *command == name);
-    let lines = found.map_or(&[][..], |(_, lines)| lines);
     let mut text = "Examples:".to_owned();
-    for line in lines {
+    for line in texts.examples_of(name) {
         let _ = write!(text, "\n  {} {line}", texts.program);
     }
     text

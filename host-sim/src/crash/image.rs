@@ -10,7 +10,19 @@ use object::SectionFlags;
 use object::read::{Object, ObjectSection, ObjectSymbol};
 use stairscan::crc;
 
-type Slice<'data> = EndianSlice<'data, LittleEndian>;
+/// Bytes of a section.
+pub type Slice<'data> = EndianSlice<'data, LittleEndian>;
+
+/// Returns the debugging information of an ELF file; a section that it lacks is empty.
+///
+/// # Errors
+/// The debugging information is damaged.
+pub fn dwarf<'data>(file: &object::File<'data>) -> Result<Dwarf<Slice<'data>>, gimli::Error> {
+    Dwarf::load(|id| {
+        let data = (file.section_by_name(id.name())).and_then(|section| section.data().ok());
+        Ok(EndianSlice::new(data.unwrap_or_default(), LittleEndian))
+    })
+}
 
 /// Longest name of a source file, bytes.
 const LONGEST_NAME: usize = 400;
@@ -29,11 +41,7 @@ impl<'data> Image<'data> {
     pub fn parse(elf: &Path, bytes: &'data [u8]) -> Result<Self> {
         let name = || format!("{}: no image with debugging information", elf.display());
         let file = object::File::parse(bytes).with_context(name)?;
-        let section = |id: gimli::SectionId| -> Result<Slice<'data>, gimli::Error> {
-            let data = (file.section_by_name(id.name())).and_then(|section| section.data().ok());
-            Ok(EndianSlice::new(data.unwrap_or_default(), LittleEndian))
-        };
-        let dwarf = Dwarf::load(section).with_context(name)?;
+        let dwarf = dwarf(&file).with_context(name)?;
         anyhow::ensure!(!dwarf.debug_info.reader().is_empty(), name());
         let lines = Context::from_dwarf(dwarf).with_context(name)?;
         Ok(Self { file, lines })

@@ -1,28 +1,19 @@
 //! Tests of the checks' evaluation.
 
-use stairscan::answer::Direction;
 use stairscan::report::ScanLine;
 use stairscan::scanner::Settings;
 use stairscan::scanner::option_bytes::OptionBytes;
+use stairscan::verdict::Outcome;
 
 use super::*;
 
 fn scan(number: u32, status: Status, reasons: &[Reason]) -> ScanLine {
     ScanLine {
-        scan: number,
         status,
-        direction: Direction::None,
-        steps: 0,
-        lost_rows: 0,
         reasons: reasons
             .iter()
             .fold(Reasons::NONE, |set, &reason| set.with(reason)),
-        horizon: None,
-        confidence: None,
-        possible_steps: 0,
-        settings: 0,
-        drops: 0,
-        plane: None,
+        ..ScanLine::new(number, 0, &Outcome::silent(), 0)
     }
 }
 

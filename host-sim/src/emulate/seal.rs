@@ -29,15 +29,18 @@ pub fn seal(elf: &Path) -> Result<[u32; WORDS]> {
     let bytes = fs::read(elf).with_context(name)?;
     let (place, seal) = of_file(&bytes).with_context(name)?;
     let words = seal.map(u32::to_le_bytes);
-    if bytes.get(place..place + BYTES) != Some(words.as_flattened()) {
-        let mut file = OpenOptions::new()
-            .write(true)
-            .open(elf)
-            .with_context(name)?;
-        file.seek(SeekFrom::Start(place as u64))?;
-        file.write_all(words.as_flattened()).with_context(name)?;
-    }
+    replace(elf, &bytes, place, words.as_flattened()).with_context(name)?;
     Ok(seal)
+}
+
+/// Writes `new` to the offset `place` of the file `path`, whose content is `bytes`, unless it is there.
+fn replace(path: &Path, bytes: &[u8], place: usize, new: &[u8]) -> Result<()> {
+    if bytes.get(place..place + new.len()) != Some(new) {
+        let mut file = OpenOptions::new().write(true).open(path)?;
+        file.seek(SeekFrom::Start(place as u64))?;
+        file.write_all(new)?;
+    }
+    Ok(())
 }
 
 /// Name of the ELF section of the signed header.
@@ -59,16 +62,7 @@ pub fn sign(elf: &Path, order: u32) -> Result<()> {
     let head = slot
         .get(..usize::try_from(size)?)
         .context("a long header")?;
-    let place = usize::try_from(place)?;
-    if bytes.get(place..place + head.len()) != Some(head) {
-        let mut file = OpenOptions::new()
-            .write(true)
-            .open(elf)
-            .with_context(name)?;
-        file.seek(SeekFrom::Start(place as u64))?;
-        file.write_all(head).with_context(name)?;
-    }
-    Ok(())
+    replace(elf, &bytes, usize::try_from(place)?, head).with_context(name)
 }
 
 /// Returns the offset of the seal in an ELF file, bytes, and its correct words.

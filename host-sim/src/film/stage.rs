@@ -9,6 +9,7 @@ use svg::{Document, Node};
 
 use super::shots::{Echo, Film, Shot};
 use crate::answer::{metres, nearest_m};
+use crate::html::tenths as number;
 use crate::plots::colour::{self, MEASURED};
 use crate::plots::{steps, surface};
 use crate::views::{Point, true_edges};
@@ -64,12 +65,6 @@ pub(super) struct Stage {
 
 fn hex(colour: RGBColor) -> String {
     format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
-}
-
-fn number(v: f64) -> String {
-    // Rounds to tenths of a pixel, without "-0".
-    let rounded = (v * 10.0).round() / 10.0;
-    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
 }
 
 impl Stage {

@@ -11,7 +11,7 @@ use anyhow::Result;
 use stairscan::config::Config;
 use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, Hardware, LentParts, Micros, Reports, Scanner};
 
 use super::lines::Splitter;
 use super::model::Event;
@@ -71,7 +71,10 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
     let mut scanner = Scanner::new(
         hardware,
         &mut *pipeline,
-        (&mut reports, &mut odometry),
+        LentParts {
+            reports: &mut reports,
+            odometry: &mut odometry,
+        },
         Some(playback.settings()),
         identity("host"),
         Micros(0),

@@ -3,11 +3,15 @@ use crate::output::Outputs;
 use crate::recording::{Metadata, MirrorSetup, TrueStep, Truth};
 use crate::views::{ExplanationView, HypothesisView, ScattererView, Verdict};
 use stairscan::Iq;
-use stairscan::answer::Direction;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
 use stairscan::paper::cluster::ClusterVerdict;
-use stairscan::report::{DropLine, ScanLine, StepLine, Tenths};
-use stairscan::verdict::{Reason, Reasons, Status};
+use stairscan::report::{DropLine, Tenths};
+use stairscan::verdict::Status;
+
+use answers::answer;
+
+#[path = "../../../replay/src/score/tests/answers.rs"]
+mod answers;
 
 /// A recording of `chirps` equal chirps with `samples` each: one echo at 1 m in noise.
 fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording {
@@ -58,46 +62,6 @@ fn scan(recording: &Recording) -> (Config, Box<PolarMap>) {
         filled.unwrap().unwrap();
     }
     (config, map)
-}
-
-fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
-    let step = |&(distance, height): &(i32, i32)| StepLine {
-        distance: Tenths(distance),
-        height: Tenths(height),
-        distance_sigma: Tenths(50),
-        height_sigma: Tenths(100),
-        ..StepLine::default()
-    };
-    Answer {
-        part: None,
-        horizon_m: None,
-        recording: "echo".into(),
-        sentences: Vec::new(),
-        scan: ScanLine {
-            horizon: None,
-            confidence: None,
-            possible_steps: 0,
-            settings: 0,
-            drops: 0,
-            plane: None,
-            scan: 1,
-            status,
-            direction: if steps.is_empty() {
-                Direction::None
-            } else {
-                Direction::Up
-            },
-            steps: steps.len() as u8,
-            lost_rows: 0,
-            reasons: match status {
-                Status::Fault => Reasons::NONE.with(Reason::Silent),
-                _ => Reasons::NONE,
-            },
-        },
-        steps: steps.iter().map(step).collect(),
-        drop: None,
-        maybes: Vec::new(),
-    }
 }
 
 /// A posterior of three hypotheses: two steps (90 %), one step (8 %) and none (2 %).

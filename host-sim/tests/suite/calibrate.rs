@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::common::{Scratch, sim};
 use host_sim::answer::{Answer, metres};
 use host_sim::commands::calibrate::mounting;
+use host_sim::commands::help::SIM;
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
@@ -310,11 +311,7 @@ fn the_example_calibrates() {
     let wall = scratch.path().join("wall");
     let wall = wall.to_str().unwrap();
     assert!(sim(&["simulate", scene, "-o", wall]).status.success());
-    let examples = host_sim::commands::help::EXAMPLES.iter();
-    let mut examples = examples.filter(|(command, _)| *command == "calibrate");
-    let (_, [line]) = examples.next().unwrap() else {
-        panic!("one example");
-    };
+    let line = SIM.examples_of("calibrate").next().unwrap();
     let words = line
         .split(' ')
         .map(|word| if word == "wall" { wall } else { word });

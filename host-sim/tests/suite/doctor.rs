@@ -7,7 +7,7 @@ use host_sim::live::pty::Pty;
 use host_sim::recording::Recording;
 use stairscan::report::{LiveLine, ScanLine, Sentence};
 use stairscan::scanner::Settings;
-use stairscan::verdict::{Reason, Reasons, Status};
+use stairscan::verdict::{Outcome, Reason, Reasons, Status};
 
 use crate::common::scanner::{Scanner, stair_a};
 use crate::common::sim;
@@ -66,18 +66,9 @@ fn telling(
 ) -> Scanner {
     let head = move || {
         line(&Sentence::Scan(ScanLine {
-            scan: number,
             status,
-            direction: stairscan::answer::Direction::None,
-            steps: 0,
-            lost_rows: 0,
             reasons: set_of(reasons),
-            horizon: None,
-            confidence: None,
-            possible_steps: 0,
-            settings: 0,
-            drops: 0,
-            plane: None,
+            ..ScanLine::new(number, 0, &Outcome::silent(), 0)
         }))
     };
     let says = move || {

@@ -18,7 +18,7 @@ use stairscan::motion::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::{ScanLine, Sentence, StepLine};
 use stairscan::scanner::command::framed;
-use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, LentParts, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{Reason, Status};
 use testbed::{Echoes, Module, Port};
@@ -133,7 +133,10 @@ fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> V
     let mut scanner = Scanner::new(
         hardware,
         &mut *pipeline,
-        (&mut reports, &mut odometry),
+        LentParts {
+            reports: &mut reports,
+            odometry: &mut odometry,
+        },
         Some(settings),
         identity("test"),
         Micros(0),

@@ -122,6 +122,12 @@ pub fn article(title: &str, body: &str) -> String {
         .replace("{{body}}", body)
 }
 
+/// Returns a number rounded to tenths, without "-0".
+pub fn tenths(v: f64) -> String {
+    let rounded = (v * 10.0).round() / 10.0;
+    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
+}
+
 /// Escapes text for use between HTML tags.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")

@@ -136,11 +136,6 @@ impl Reliability {
         }
     }
 
-    /// Returns the share of bins that agree, of those with at least 30 predictions.
-    pub fn agreeing_bins(&self) -> Share {
-        Share::count(self.bins.iter().filter_map(Bin::agrees), |agrees| agrees)
-    }
-
     /// Returns all bins, and the bin of all predictions, as JSON; probabilities 0…1.
     pub fn json(&self) -> Value {
         json!({
@@ -227,7 +222,6 @@ mod tests {
         assert_eq!(reliability.bins[7].agrees(), None);
         assert_eq!(reliability.bins[7].actual, Share::new(0, 29));
         assert_eq!(reliability.bins[1].agrees(), Some(false));
-        assert_eq!(reliability.agreeing_bins(), Share::new(0, 1));
         let empty = &reliability.bins[0];
         assert_eq!((empty.predicted(), empty.standard_error()), (None, None));
         assert!(reliability.json()["bins"][0]["predicted_mean"].is_null());

@@ -1,49 +1,21 @@
 use super::*;
 use crate::answer::Answer;
 use crate::recording::{TrueDrop, TrueStep, Truth};
-use stairscan::answer::Direction;
-use stairscan::report::{DropLine, MaybeLine, ScanLine, StepLine, Tenths};
-use stairscan::verdict::{Reasons, Status};
+use stairscan::report::{DropLine, MaybeLine, Tenths};
+use stairscan::verdict::Status;
+
+mod answers;
+
+fn tenths(m: f64) -> Tenths {
+    Tenths((m * 10_000.0).round() as i32)
+}
 
 fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
-    let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);
-    let steps: Vec<StepLine> = steps
+    let steps: Vec<_> = steps
         .iter()
-        .map(|&(d, h)| StepLine {
-            distance: tenths(d),
-            height: tenths(h),
-            distance_sigma: Tenths(50),
-            height_sigma: Tenths(50),
-            ..StepLine::default()
-        })
+        .map(|&(d, h)| (tenths(d).0, tenths(h).0))
         .collect();
-    Answer {
-        recording: "set_1".into(),
-        part: None,
-        horizon_m: None,
-        sentences: Vec::new(),
-        scan: ScanLine {
-            horizon: None,
-            confidence: None,
-            possible_steps: 0,
-            settings: 0,
-            drops: 0,
-            plane: None,
-            scan: 1,
-            status,
-            direction: if steps.is_empty() {
-                Direction::None
-            } else {
-                Direction::Up
-            },
-            steps: steps.len() as u8,
-            lost_rows: 0,
-            reasons: Reasons::NONE,
-        },
-        steps,
-        drop: None,
-        maybes: Vec::new(),
-    }
+    answers::answer(status, &steps)
 }
 
 fn truth(steps: &[(f64, f64)], uncounted: &[(f64, f64)]) -> Truth {
@@ -282,7 +254,6 @@ fn maybes_are_right_where_something_of_their_kind_stands() {
 /// An answer with the horizon `horizon_m` that reports a drop: distance and σ in metres,
 /// probability.
 fn dropping(status: Status, horizon_m: f64, (at, sigma, probability): (f64, f64, u16)) -> Answer {
-    let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);
     Answer {
         horizon_m: Some(horizon_m),
         drop: Some(DropLine {
@@ -386,7 +357,7 @@ fn drops_are_counted_where_they_are_near() {
 fn a_reported_depth_is_held_against_the_drop_that_is_covered() {
     let reported = |at: f64, depth_m: f64| {
         let mut answer = dropping(Status::Ok, 0.5, (at, 0.01, 990));
-        answer.drop.as_mut().unwrap().depth = Some(Tenths((depth_m * 10_000.0).round() as i32));
+        answer.drop.as_mut().unwrap().depth = Some(tenths(depth_m));
         answer
     };
     let listed = |depth_m| Truth {

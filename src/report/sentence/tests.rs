@@ -420,10 +420,18 @@ fn a_fault_carries_no_steps() {
     let mut outcome = Outcome::silent();
     let _ = outcome.answer.steps.push(Step::default());
     let mut lines = 0;
-    write_scan((1, 0), 0, &outcome, |line| {
-        lines += 1;
-        assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
-    });
+    write_scan(
+        ScanId {
+            scan: 1,
+            settings: 0,
+        },
+        0,
+        &outcome,
+        |line| {
+            lines += 1;
+            assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
+        },
+    );
     assert_eq!(lines, 1);
 }
 
@@ -459,7 +467,15 @@ fn with_drop() -> Outcome {
 fn a_drop_stands_between_steps_and_maybes() {
     let outcome = with_drop();
     let mut lines = std::vec::Vec::new();
-    write_scan((7, 0), 0, &outcome, |line| lines.push(line.clone()));
+    write_scan(
+        ScanId {
+            scan: 7,
+            settings: 0,
+        },
+        0,
+        &outcome,
+        |line| lines.push(line.clone()),
+    );
     assert_eq!(lines.len(), 4);
     assert!(
         lines[0].contains(",1300.0,99.5,1,00000000,1*"),
@@ -490,10 +506,18 @@ fn a_fault_carries_no_drop() {
     let mut outcome = with_drop();
     outcome.decide(&Evidence::default());
     let mut lines = 0;
-    write_scan((1, 0), 0, &outcome, |line| {
-        lines += 1;
-        assert!(line.contains(",0,00000000,0*"), "{line}");
-    });
+    write_scan(
+        ScanId {
+            scan: 1,
+            settings: 0,
+        },
+        0,
+        &outcome,
+        |line| {
+            lines += 1;
+            assert!(line.contains(",0,00000000,0*"), "{line}");
+        },
+    );
     assert_eq!(lines, 1);
 }
 

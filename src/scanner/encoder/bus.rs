@@ -169,16 +169,9 @@ where
         byte
     }
 
-    /// Performs one read or write of a transaction. `again`: the previous operation had the same direction, so
-    /// that start condition and address are left out. `goes_on`: the next one has the same direction, so that the
-    /// last byte read is acknowledged.
-    fn operate(
-        &mut self,
-        address: u8,
-        operation: &mut Operation<'_>,
-        (again, goes_on): (bool, bool),
-    ) {
-        if !again {
+    /// Performs one read or write of a transaction.
+    fn operate(&mut self, address: u8, operation: &mut Operation<'_>, neighbours: Neighbours) {
+        if !neighbours.continues {
             self.start();
             self.send(address << 1 | u8::from(is_read(operation)));
         }
@@ -188,11 +181,20 @@ where
                 let mut rest = bytes.len();
                 for byte in bytes.iter_mut() {
                     rest -= 1;
-                    *byte = self.receive(rest == 0 && !goes_on);
+                    *byte = self.receive(rest == 0 && !neighbours.goes_on);
                 }
             }
         }
     }
+}
+
+/// Operations before and after one of a transaction, compared with its direction.
+#[derive(Clone, Copy, Debug)]
+struct Neighbours {
+    /// Whether the previous one has the same direction: start condition and address are left out.
+    continues: bool,
+    /// Whether the next one has the same direction: the last byte read is acknowledged.
+    goes_on: bool,
 }
 
 fn is_read(operation: &Operation<'_>) -> bool {
@@ -219,8 +221,11 @@ where
         let mut rest = operations;
         while let Some((operation, later)) = rest.split_first_mut() {
             let read = is_read(operation);
-            let goes_on = later.first().is_some_and(|next| is_read(next) == read);
-            self.operate(address, operation, (before == Some(read), goes_on));
+            let neighbours = Neighbours {
+                continues: before == Some(read),
+                goes_on: later.first().is_some_and(|next| is_read(next) == read),
+            };
+            self.operate(address, operation, neighbours);
             before = Some(read);
             rest = later;
         }

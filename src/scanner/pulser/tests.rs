@@ -111,13 +111,13 @@ fn coarse<'a>(
 fn the_driver_is_switched_by_the_level_it_needs() {
     let pins = Default::default();
     let [step, dir, enable] = &pins;
-    let en = (Pin(enable), WireLevel::High);
-    let mut pulser = Pulser::with_enable(Pin(step), Pin(dir), en, 1_000_000);
+    let mut pulser =
+        Pulser::with_enable(Pin(step), Pin(dir), Pin(enable), WireLevel::High, 1_000_000);
     assert!(!enable.get().0, "off, and never was on");
     assert_eq!(enable.get().1, 0);
     pulser.set_enabled(true);
     assert!(enable.get().0);
-    pulser.configure((1, 1), WireLevel::Low);
+    pulser.configure(Ratio::ONE, WireLevel::Low);
     pulser.set_enabled(false);
     assert!(enable.get().0, "off where a low level is on");
 }

@@ -2,7 +2,7 @@
 
 use crate::config::{ConfigError, check};
 use crate::scanner::ramp::Ramp;
-use crate::schedule::MICROSTEPS_PER_TURN;
+use crate::schedule::{MICROSTEPS_PER_TURN, Ratio};
 use crate::setting::settings;
 
 /// Control interface of the motor's driver.
@@ -89,11 +89,13 @@ impl DriverConfig {
     /// numbers.
     const GRAIN: u16 = 100;
 
-    /// Returns the exact ratio of the driver's own microsteps to [`MICROSTEPS_PER_TURN`], numerator and
-    /// denominator: both are so small that some turns fit into 32 bits.
-    pub fn ratio(&self) -> (i32, i32) {
-        let own = i32::from(self.microsteps / Self::GRAIN);
-        (own, MICROSTEPS_PER_TURN / i32::from(Self::GRAIN))
+    /// Returns the exact ratio of the driver's own microsteps to [`MICROSTEPS_PER_TURN`]: numerator and
+    /// denominator are so small that some turns fit into 32 bits.
+    pub fn ratio(&self) -> Ratio {
+        Ratio {
+            numerator: i32::from(self.microsteps / Self::GRAIN),
+            denominator: MICROSTEPS_PER_TURN / i32::from(Self::GRAIN),
+        }
     }
 
     /// Returns the number of core clocks for which the interrupt that began a STEP pulse waits before it ends it;
@@ -187,7 +189,10 @@ impl MotorConfig {
     /// Returns the minimum time that the high and low times of all STEP pulses of a second take at top speed, µs:
     /// for each pulse twice `pulse-width`.
     fn pulse_time_per_second_us(&self) -> u32 {
-        let (own, of) = self.driver.ratio();
+        let Ratio {
+            numerator: own,
+            denominator: of,
+        } = self.driver.ratio();
         let fastest = self.speed.max(self.search_speed);
         let steps = fastest.saturating_mul(own as u32).div_ceil(of as u32);
         steps.saturating_mul(2 * u32::from(self.driver.pulse_width))

@@ -137,7 +137,7 @@ impl Bgt60 {
                 return Poll::Pending;
             }
             ChipStage::Writing(k) => match self.shape.register(k) {
-                Some(register) => match set(spi, register) {
+                Some((address, value)) => match set(spi, address, value) {
                     Ok(()) => {
                         self.stage = ChipStage::Writing(k + 1);
                         return Poll::Pending;
@@ -281,7 +281,7 @@ fn read(spi: &mut impl SpiDevice<u8>, address: u8) -> Result<u32, LinkError> {
 }
 
 /// Writes a register of 24 bits and checks that it reads back correctly.
-fn set(spi: &mut impl SpiDevice<u8>, (address, value): (u8, u32)) -> Result<(), LinkError> {
+fn set(spi: &mut impl SpiDevice<u8>, address: u8, value: u32) -> Result<(), LinkError> {
     write(spi, address, value)?;
     match (read(spi, address)? ^ value) & chip::readback_mask(address) {
         0 => Ok(()),
@@ -315,7 +315,7 @@ fn state(spi: &mut impl SpiDevice<u8>) -> Result<u32, LinkError> {
 fn reset(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
     write(spi, MAIN, MAIN_AT_REST | SW_RESET)?;
     let mut registers = (0..).map_while(|k| shape.register(k));
-    registers.try_for_each(|register| set(spi, register))
+    registers.try_for_each(|(address, value)| set(spi, address, value))
 }
 
 /// Starts a frame with an empty FIFO and without errors: those that a FIFO reset leaves, all but those of the FIFO or of

@@ -31,6 +31,26 @@ struct Request {
     other_answers: bool,
 }
 
+/// Kinds of a request's frame and of its answer's.
+#[derive(Clone, Copy, Debug)]
+struct Kinds {
+    request: FrameKind,
+    answer: FrameKind,
+}
+
+impl Kinds {
+    /// Trigger of a chirp.
+    const CHIRP: Self = Self {
+        request: FrameKind::Trigger,
+        answer: FrameKind::Chirp,
+    };
+    /// Change of the bit rate.
+    const RATE: Self = Self {
+        request: FrameKind::Rate,
+        answer: FrameKind::RateSet,
+    };
+}
+
 /// Maximum time in which a module changes its bit rate, microseconds: some 10^4 instructions of a small processor.
 const SWITCH_US: u32 = 1_000;
 /// Timeout of the first answer at a new bit rate, microseconds: a hundred times its duration, but within the timeout of
@@ -120,7 +140,7 @@ impl Frames {
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
-        kinds: (FrameKind, FrameKind),
+        kinds: Kinds,
         payload: &[u8],
         timeout_us: u32,
     ) {
@@ -135,16 +155,16 @@ impl Frames {
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
-        (kind, answer): (FrameKind, FrameKind),
+        kinds: Kinds,
         payload: &[u8],
         timeout_us: u32,
     ) -> Request {
         self.sequence = self.sequence.wrapping_add(1);
-        frame::encode(kind, self.sequence, payload, &mut self.out);
+        frame::encode(kinds.request, self.sequence, payload, &mut self.out);
         self.sent = 0;
         self.pump(port, now);
         Request {
-            kind: answer,
+            kind: kinds.answer,
             sequence: self.sequence,
             deadline: now.plus(timeout_us),
             other_answers: false,
@@ -278,11 +298,15 @@ impl Frames {
     /// Requests the module's settings, and sets it to other values first if any are configured.
     fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
         let payload = frame::requested_payload(&self.requested);
-        let (kind, payload) = match self.requested.is_of_module() {
+        let (request, payload) = match self.requested.is_of_module() {
             true => (FrameKind::Program, &payload[..]),
             false => (FrameKind::Configure, &[][..]),
         };
-        self.send(port, now, (kind, FrameKind::Settings), payload, timeout_us);
+        let kinds = Kinds {
+            request,
+            answer: FrameKind::Settings,
+        };
+        self.send(port, now, kinds, payload, timeout_us);
     }
 
     /// Implements [`super::RadarModule::program`].
@@ -360,9 +384,8 @@ impl Frames {
             return Poll::Ready(Ok(self.radar));
         }
         self.stage = SettingsStage::Raising(rate);
-        let kinds = (FrameKind::Rate, FrameKind::RateSet);
         let left = self.until.since(now).min(CHECK_US);
-        self.send(port, now, kinds, &[rate], left);
+        self.send(port, now, Kinds::RATE, &[rate], left);
         Poll::Pending
     }
 
@@ -398,8 +421,7 @@ impl Frames {
             port.pulse();
         }
         let payload = shaft_angle.to_le_bytes();
-        let kinds = (FrameKind::Trigger, FrameKind::Chirp);
-        self.send(port, now, kinds, &payload, timeout_us);
+        self.send(port, now, Kinds::CHIRP, &payload, timeout_us);
     }
 
     /// Implements [`super::RadarModule::retry`].
@@ -481,8 +503,7 @@ impl Frames {
             port.pulse();
         }
         let payload = shaft_angle.to_le_bytes();
-        let kinds = (FrameKind::Trigger, FrameKind::Chirp);
-        self.ahead = Some(self.begin(port, now, kinds, &payload, timeout_us));
+        self.ahead = Some(self.begin(port, now, Kinds::CHIRP, &payload, timeout_us));
         true
     }
 }

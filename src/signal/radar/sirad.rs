@@ -259,7 +259,7 @@ impl SiRad {
                 }
                 None
             }
-            ReaderEvent::Raw(counter, count) => self.raw(port, now, (counter, count), samples),
+            ReaderEvent::Raw { counter, count } => self.raw(port, now, counter, count, samples),
             ReaderEvent::Broken => Some(Err(LinkError::Frame(FrameError::Crc))),
             ReaderEvent::Bandwidth(steps) => {
                 let reported_khz = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
@@ -282,13 +282,14 @@ impl SiRad {
         }
     }
 
-    /// Processes the end of a raw frame of `count` values. Returns the result that ends the request; `None` if
+    /// Processes the end of a raw frame of `count` values with this counter. Returns the result that ends the request; `None` if
     /// it stays pending.
     fn raw(
         &mut self,
         port: &impl BytePort,
         now: Micros,
-        (counter, count): (u16, u16),
+        counter: u16,
+        count: u16,
         samples: Option<&mut [Iq]>,
     ) -> Option<Result<(), LinkError>> {
         if port.errors() != self.errors {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use host_sim::score::{Share, at_most, upper_bound};
 
-use super::measure::{SWEEPS, SceneOutcome};
+use super::measure::SceneOutcome;
 
 /// Significance level: the second draw contradicts a bound of the first if its count had a lower probability than this
 /// with the bound as the true probability.
@@ -152,11 +152,6 @@ impl Tally {
         let rank = (q * self.guard.detected.of as f64).ceil() as usize;
         let place = self.named_cm.len().checked_sub(rank.max(1))?;
         self.named_cm.get(place).copied()
-    }
-
-    /// Returns the number of guard sweeps of all counted scenes, [`SWEEPS`] in each.
-    pub fn swept(&self) -> usize {
-        SWEEPS * self.guard.alarm.of
     }
 
     /// Returns the tally as JSON.

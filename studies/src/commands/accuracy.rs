@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
 use super::compare;
-use super::{Format, emit};
+use super::{Format, emit, may_list};
 use crate::accuracy::reliability;
 use crate::harness::{self, Drawn};
 use crate::instrument::Instrument;
@@ -324,13 +324,8 @@ fn harmless(scenes: &[SceneScore]) -> Share {
 
 /// Measures the estimators and prints their scores.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    ensure!(
-        !((args.list || args.each.is_some()) && args.draw == Draw::Reporting),
-        "--list, --each: the scenes of the draw {} must not be inspected; --draw {} has others like \
-         them",
-        Draw::Reporting,
-        Draw::Tuning
-    );
+    let list = args.list || args.each.is_some();
+    may_list("--list, --each", list, "scenes", args.draw)?;
     let outputs = args.overwrite.reading::<&PathBuf>([]);
     args.each.iter().try_for_each(|file| outputs.check(file))?;
     let selection = args.selection();

@@ -8,7 +8,7 @@ use anyhow::{Result, ensure};
 use serde_json::json;
 use stairscan::config::Config;
 
-use super::{Format, emit};
+use super::{Format, emit, may_list, with_list};
 use crate::drives::controller::FRONT_M;
 use crate::drives::course::Course;
 use crate::drives::log::DriveLog;
@@ -190,12 +190,7 @@ fn listed(logs: &[DriveLog]) -> Vec<String> {
 
 /// Drives through all scenes, and prints the tables of outcomes.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    ensure!(
-        !(args.list && args.draw == Draw::Reporting),
-        "--list: the drives of the draw {} must not be inspected; --draw {} has others like them",
-        Draw::Reporting,
-        Draw::Tuning
-    );
+    may_list("--list", args.list, "drives", args.draw)?;
     let jobs = args.jobs();
     if let Some(drives) = args.emulate {
         return emulate(&jobs, drives);
@@ -211,15 +206,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     );
     let list = if args.list { listed(&logs) } else { Vec::new() };
     emit(&match args.format {
-        Format::Text => {
-            let lines = list.iter().map(|line| format!("- {line}\n"));
-            let head = if list.is_empty() {
-                ""
-            } else {
-                "\nTo inspect:\n\n"
-            };
-            lines.fold(text(args, &rows, &logs) + head, |all, line| all + &line)
-        }
+        Format::Text => with_list(text(args, &rows, &logs), "To inspect", &list),
         Format::Json => {
             let kinds: Vec<_> = rows.iter().map(|(name, tally)| tally.json(name)).collect();
             let causes = table::causes(&logs).into_iter();

@@ -2,10 +2,10 @@
 
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use serde_json::json;
 
-use super::{Format, emit};
+use super::{Format, emit, may_list, with_list};
 use crate::harness;
 use host_sim::replay::{self, Options};
 use host_sim::score::Share;
@@ -142,12 +142,7 @@ fn listed(scored: &[Scored]) -> Vec<String> {
 
 /// Simulates the recordings, scores the answers to their guard sweeps, and prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    ensure!(
-        !(args.list && args.draw == Draw::Reporting),
-        "--list: the sweeps of the draw {} must not be inspected; --draw {} has others like them",
-        Draw::Reporting,
-        Draw::Tuning
-    );
+    may_list("--list", args.list, "sweeps", args.draw)?;
     let jobs = args.jobs();
     let scored = harness::each(&jobs, |(kind, seed)| one(*kind, *seed))?;
     let rows = groups(&jobs, &scored);
@@ -157,15 +152,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Vec::new()
     };
     emit(&match args.format {
-        Format::Text => {
-            let lines = list.iter().map(|line| format!("- {line}\n"));
-            let head = if list.is_empty() {
-                ""
-            } else {
-                "\nWrong or false:\n\n"
-            };
-            lines.fold(text(args, &rows) + head, |all, line| all + &line)
-        }
+        Format::Text => with_list(text(args, &rows), "Wrong or false", &list),
         Format::Json => {
             let kinds: Vec<_> = rows.iter().map(|(name, sums)| sums.json(name)).collect();
             format!(

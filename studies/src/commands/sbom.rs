@@ -93,7 +93,7 @@ mod tests {
         let noted: Vec<_> = crates.keys().filter_map(notes::of).collect();
         let missing: Vec<_> = crates.keys().filter(|id| notes::of(id).is_none()).collect();
         assert!(missing.is_empty(), "no note on {missing:?}");
-        for note in notes::NOTES {
+        for note in notes::NOTES.iter() {
             let (name, version) = note.of;
             let count = noted.iter().filter(|other| other.of == note.of).count();
             assert_eq!(count, 1, "{name} {version} is {count} times in the image");

@@ -10,7 +10,7 @@ use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, LentParts, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::module::RequestedSettings;
 use stairscan::signal::radar::{LinkError, RadarModule};
 
@@ -21,7 +21,7 @@ use host_sim::guarded::Guarded;
 use host_sim::motion::by_trigger::ByTrigger;
 use host_sim::motion::inlet::Inlet;
 use host_sim::motion::{MotionSentences, Timetable};
-use host_sim::playback::{Playback, SimShaft, row_at};
+use host_sim::playback::{Playback, SimShaft, deliver, row_at};
 use host_sim::recording::Recording;
 use host_sim::replay::{Console, SHORTEST_SETTLE_US};
 use host_sim::scene::way::Way;
@@ -92,14 +92,7 @@ impl RadarModule for Module<'_, '_> {
     }
 
     fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        Poll::Ready(match &self.chirp {
-            Some(chirp) if chirp.len() == samples.len() => {
-                samples.copy_from_slice(chirp);
-                Ok(())
-            }
-            Some(_) => Err(LinkError::Answer),
-            None => Err(LinkError::Timeout),
-        })
+        Poll::Ready(deliver(self.chirp.as_deref(), samples))
     }
 }
 
@@ -177,7 +170,10 @@ fn guard(
     let mut scanner = Scanner::new(
         hardware,
         &mut *pipeline,
-        (&mut reports, &mut odometry),
+        LentParts {
+            reports: &mut reports,
+            odometry: &mut odometry,
+        },
         Some(settings),
         identity("host"),
         now,

@@ -23,7 +23,7 @@ use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Weights, share_log_odds};
 use stairscan::params::{Params, measured};
-use stairscan::report::sentence::write_scan;
+use stairscan::report::sentence::{ScanId, write_scan};
 use stairscan::signal::echoes::Echo;
 use stairscan::verdict::{MIN_FIRST_STEP, Outcome, Reason, ReasonEffect, Reasons};
 
@@ -197,9 +197,15 @@ fn reach_m(reasons: Reasons, drop: Option<DropEdge>) -> f32 {
 /// Converts an outcome to the answer that is reported.
 fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
     let mut sentences = Vec::new();
-    write_scan((1, 0), 0, outcome, |line| {
-        sentences.push(line.trim_end().to_owned())
-    });
+    write_scan(
+        ScanId {
+            scan: 1,
+            settings: 0,
+        },
+        0,
+        outcome,
+        |line| sentences.push(line.trim_end().to_owned()),
+    );
     Answer::parse(name, sentences)
 }
 

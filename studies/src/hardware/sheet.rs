@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use host_sim::html::{escaped, tenths as number};
+
 /// Alignment of a text to its anchor point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
@@ -34,17 +36,6 @@ pub const FAINT: &str = "#5b6470";
 pub const BODY: &str = "#eef1f5";
 /// Colour of the radar beam.
 pub const BEAM: &str = "#c2410c";
-
-fn number(v: f64) -> String {
-    let rounded = (v * 10.0).round() / 10.0;
-    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-}
 
 impl Sheet {
     /// Creates an empty drawing of this size, pixels.

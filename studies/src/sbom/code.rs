@@ -8,18 +8,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use gimli::{Dwarf, EndianSlice, LineRow, LittleEndian, Unit};
-use object::read::{Object, ObjectSection};
+use gimli::{Dwarf, LineRow, Unit};
 
 use super::graph::ROOT;
+use host_sim::crash::image::{Slice, dwarf};
 use host_sim::recording::regular;
 
 /// Start address of the chip's flash. Functions that the linker dropped have lower addresses.
 const FLASH: u64 = 0x0800_0000;
 /// Separator of folders in the paths of source files that the line table names.
 const PARTED: char = '/';
-
-type Slice<'data> = EndianSlice<'data, LittleEndian>;
 
 /// First address of a range of instructions that one row of the line table covers, and the crate of the row's source
 /// file. The range ends at the next entry's address; an entry with `None` only marks such an end.
@@ -35,11 +33,7 @@ pub fn by_crate(elf: &Path) -> Result<BTreeMap<String, u64>> {
     regular(elf)?;
     let bytes = std::fs::read(elf).with_context(name)?;
     let file = object::File::parse(&*bytes).with_context(name)?;
-    let section = |id: gimli::SectionId| -> Result<Slice<'_>, gimli::Error> {
-        let data = (file.section_by_name(id.name())).and_then(|section| section.data().ok());
-        Ok(EndianSlice::new(data.unwrap_or_default(), LittleEndian))
-    };
-    let dwarf = Dwarf::load(section)?;
+    let dwarf = dwarf(&file)?;
     let mut sizes = BTreeMap::new();
     let mut units = dwarf.units();
     while let Some(header) = units.next()? {

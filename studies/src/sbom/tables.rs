@@ -36,13 +36,13 @@ pub fn crates(root: &Path) -> Result<String> {
     for (id, of) in &crates {
         let note = notes::of(id).with_context(|| {
             format!(
-                "{} {}: not in studies/src/sbom/notes.rs: why is it in the image, and who maintains it?",
+                "{} {}: not in studies/src/sbom/notes.txt: why is it in the image, and who maintains it?",
                 id.name, id.version
             )
         })?;
         let by = match of.repository.is_empty() {
-            true => note.by.as_str().to_owned(),
-            false => format!("[{}]({})", note.by.as_str(), of.repository),
+            true => note.by.to_owned(),
+            false => format!("[{}]({})", note.by, of.repository),
         };
         // Not counted for this repository's own sources, which change with every commit.
         let counted = match of.checksum.is_some() {

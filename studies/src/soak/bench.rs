@@ -8,7 +8,7 @@ use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
-use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, LentParts, Micros, Reports, Scanner, Settings};
 
 use testbed::{Module, Port};
 
@@ -84,7 +84,10 @@ impl<'a> ScannerBench<'a> {
             board: Volatile::STOPPED,
         };
         let now = Micros(0);
-        let lent = (&mut memory.reports, &mut memory.odometry);
+        let lent = LentParts {
+            reports: &mut memory.reports,
+            odometry: &mut memory.odometry,
+        };
         let data = &mut *memory.pipeline;
         Self {
             scanner: Scanner::new(hardware, data, lent, Some(settings), identity("soak"), now),

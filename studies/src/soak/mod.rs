@@ -15,7 +15,7 @@ use anyhow::{Result, ensure};
 use stairscan::config::{Config, EstimatorKind};
 use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
-use stairscan::report::sentence::write_scan;
+use stairscan::report::sentence::{ScanId, write_scan};
 use stairscan::scanner::command::framed;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{DataPath, Settings};
@@ -299,7 +299,15 @@ impl Soak<'_> {
         let expected = if whole && lost <= usize::from(Settings::default().timing.max_lost) {
             self.tally.lossy += u64::from(lost > 0);
             self.tally.statuses[reported.head.status as usize] += 1;
-            fresh(chirps, config, (number, reported.head.settings), shown)
+            fresh(
+                chirps,
+                config,
+                ScanId {
+                    scan: number,
+                    settings: reported.head.settings,
+                },
+                shown,
+            )
         } else {
             self.tally.ended += 1;
             let reasons = reported.head.reasons;
@@ -330,16 +338,10 @@ fn own_keys() -> impl Iterator<Item = &'static &'static str> {
     Config::KEYS.iter().filter(|key| !key.starts_with("radar-"))
 }
 
-/// Returns the lines that a new pipeline reports for the same rows. `of` is the scan's number and the hash of its
-/// settings; `shown` are the rows in their order, and whether their chirps were received.
-fn fresh(
-    chirps: &ScanChirps,
-    config: &Config,
-    of: (u32, u32),
-    shown: &[(usize, bool)],
-) -> Vec<String> {
+/// Returns the lines that a new pipeline reports for the same rows. `shown` are the rows in their order, and whether their chirps were received.
+fn fresh(chirps: &ScanChirps, config: &Config, id: ScanId, shown: &[(usize, bool)]) -> Vec<String> {
     let mut pipeline = Box::new(Pipeline::new());
-    if let Err(error) = pipeline.begin(config, of.0) {
+    if let Err(error) = pipeline.begin(config, id.scan) {
         return vec![error.to_string()];
     }
     let mut lost = 0;
@@ -365,7 +367,7 @@ fn fresh(
     };
     let outcome = pipeline.conclude(&Drive::STANDING, conditions);
     let mut lines = Vec::new();
-    write_scan(of, lost, &outcome, |line| {
+    write_scan(id, lost, &outcome, |line| {
         lines.push(line.trim_end().to_owned())
     });
     lines

@@ -13,7 +13,7 @@ use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
 use stairscan::signal::radar::LinkError;
 use testbed::Echoes;
 
-use host_sim::playback::{SimShaft, row_at};
+use host_sim::playback::{SimShaft, deliver, row_at};
 use host_sim::recording::{META_SUFFIX, Recording};
 use host_sim::setup;
 
@@ -134,14 +134,7 @@ impl Echoes for Shared {
     fn chirp(&mut self, shaft_angle: i32, samples: &mut [Iq]) -> Result<(), LinkError> {
         let mut stage = self.0.borrow_mut();
         let row = row_at(&stage.chirps.config, shaft_angle);
-        match row.and_then(|row| stage.show(row)) {
-            Some(chirp) if chirp.len() == samples.len() => {
-                samples.copy_from_slice(chirp);
-                Ok(())
-            }
-            Some(_) => Err(LinkError::Answer),
-            None => Err(LinkError::Timeout),
-        }
+        deliver(row.and_then(|row| stage.show(row)), samples)
     }
 }
 

@@ -4,12 +4,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use host_sim::volatile::identity;
-use stairscan::motion::Odometry;
 use stairscan::report::Sentence;
 use stairscan::scanner::encoder::EncodedMirror;
 use stairscan::scanner::mirror::Stepper;
 use stairscan::scanner::settings::SweepMode;
-use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, LentParts, Micros, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
 use stairscan::verdict::{Reasons, Status};
 
@@ -64,7 +63,7 @@ fn settings() -> Settings {
 
 impl<'a> Bench<'a> {
     /// A scanner that has just booted.
-    pub fn new(memory: (&'a mut Reports, &'a mut Odometry)) -> Self {
+    pub fn new(lent: LentParts<'a>) -> Self {
         let world = Shared(Rc::new(RefCell::new(World::new())));
         let port = testbed::Shared::<Port>::default();
         let link = testbed::Shared::new(Port::new(Module::new(&world)));
@@ -81,7 +80,7 @@ impl<'a> Bench<'a> {
             scanner: Scanner::new(
                 hardware,
                 data,
-                memory,
+                lent,
                 Some(settings()),
                 identity("fuzz"),
                 now,

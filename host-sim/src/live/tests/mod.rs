@@ -3,9 +3,8 @@
 mod screen;
 mod state;
 
-use stairscan::answer::Direction;
 use stairscan::report::{LiveLine, ScanLine, Sentence};
-use stairscan::verdict::{Reason, Reasons, Status};
+use stairscan::verdict::{Outcome, Reason, Reasons, Status};
 
 use super::Ms;
 use super::model::{Event, State};
@@ -40,18 +39,9 @@ fn live(uptime_ms: u32, age_ms: Option<u32>) -> String {
 fn scan(number: u32, status: Status, reasons: &[Reason]) -> String {
     let reasons = reasons.iter().fold(Reasons::NONE, |all, r| all.with(*r));
     line(&Sentence::Scan(ScanLine {
-        scan: number,
         status,
-        direction: Direction::None,
-        steps: 0,
-        lost_rows: 0,
         reasons,
-        horizon: None,
-        confidence: None,
-        possible_steps: 0,
-        settings: 7,
-        drops: 0,
-        plane: None,
+        ..ScanLine::new(number, 0, &Outcome::silent(), 7)
     }))
 }
 

@@ -13,7 +13,7 @@ use stairscan::config::Config;
 use stairscan::motion::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scanner::{Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{Hardware, LentParts, Micros, Reports, Scanner};
 use stairscan::signal::radar::FrameLink;
 use testbed::port::{Device, Wires};
 use testbed::{Port, Shared};
@@ -87,7 +87,10 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
     let mut scanner = Scanner::new(
         hardware,
         &mut *pipeline,
-        (&mut reports, &mut odometry),
+        LentParts {
+            reports: &mut reports,
+            odometry: &mut odometry,
+        },
         Some(playback.settings()),
         identity("host"),
         Micros(0),

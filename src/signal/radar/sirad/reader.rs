@@ -24,8 +24,13 @@ const BANDWIDTH: core::ops::Range<u16> = 14..18;
 pub enum ReaderEvent {
     /// A value of the raw frame: its index from 0 (I, Q, I, Q …), and the value.
     Value(u16, i16),
-    /// End of a raw frame: its counter, and its number of values.
-    Raw(u16, u16),
+    /// End of a raw frame.
+    Raw {
+        /// Counter of the frame.
+        counter: u16,
+        /// Number of its values.
+        count: u16,
+    },
     /// Invalid bytes after the beginning of a raw frame.
     Broken,
     /// A status frame: the bandwidth in steps of 2 MHz, negative for a downward ramp.
@@ -134,6 +139,14 @@ impl Reader {
         Some(event)
     }
 
+    /// Ends a raw frame of `count` values.
+    fn leave_raw(&mut self, count: u16) -> Option<ReaderEvent> {
+        self.leave(ReaderEvent::Raw {
+            counter: self.counter,
+            count,
+        })
+    }
+
     fn head(&mut self, byte: u8) -> Option<ReaderEvent> {
         self.number = self.number >> 8 | u32::from(byte) << 24;
         self.at += 1;
@@ -142,7 +155,7 @@ impl Reader {
         }
         (self.counter, self.count) = (self.number as u16, (self.number >> 16) as u16);
         if self.count > MAX_VALUES {
-            return self.leave(ReaderEvent::Raw(self.counter, self.count));
+            return self.leave_raw(self.count);
         }
         self.enter(if self.count == 0 {
             ReaderState::End
@@ -170,7 +183,7 @@ impl Reader {
         self.at += 1;
         match (self.at, byte) {
             (1, b'\r') => None,
-            (2, b'\n') => self.leave(ReaderEvent::Raw(self.counter, self.count)),
+            (2, b'\n') => self.leave_raw(self.count),
             _ => self.leave(ReaderEvent::Broken),
         }
     }
@@ -186,7 +199,7 @@ impl Reader {
             b'\t' | b'\r' if self.digits => return self.cell(),
             b'\t' | b'\r' => {}
             b'\n' if self.at == self.count.saturating_add(2) => {
-                return self.leave(ReaderEvent::Raw(self.counter, self.count));
+                return self.leave_raw(self.count);
             }
             _ => return self.leave(ReaderEvent::Broken),
         }
@@ -208,7 +221,7 @@ impl Reader {
             2.. if self.count <= MAX_VALUES && at - 2 < self.count => {
                 return Some(ReaderEvent::Value(at - 2, value));
             }
-            _ => return self.leave(ReaderEvent::Raw(self.counter, self.count.max(at - 1))),
+            _ => return self.leave_raw(self.count.max(at - 1)),
         }
         None
     }

@@ -35,9 +35,15 @@ const DAMPING_FACTOR: f64 = 10.0;
 /// Damping at which the search ends, in units of the prior's precision.
 const MAX_DAMPING: f64 = 1e12;
 
+/// Maximises `likelihood` (nats) plus the log-priors as `climb` does, from the priors' means.
+pub fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
+    let start: Vec<f64> = priors.iter().map(|p| p.mean).collect();
+    climb(&start, priors, likelihood)
+}
+
 /// Maximises `likelihood` (nats) plus the log-priors from `start`. The likelihood must be smooth
 /// over a thousandth of a prior's standard deviation.
-pub fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
+fn climb(start: &[f64], priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
     let count = start.len();
     // In units of the priors' standard deviations.
     let place = |u: &[f64]| -> Vec<f64> {

@@ -7,7 +7,7 @@ use super::labels::{Hit, Level};
 use stairscan::model::{Class, MIN_DB};
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 
-use super::climb::{Peak, Prior, climb};
+use super::climb::{Peak, Prior, from_means};
 use super::counts::{Counts, DetectionTrial, Scan};
 use super::density::{above, level, log_tailed, tailed};
 use super::prior::{START, floor, sigma};
@@ -98,11 +98,6 @@ fn over(value: f32, floor: f64, sigma: f64) -> Prior {
         mean: (value * value - floor * floor).max(0.0).sqrt(),
         sigma,
     }
-}
-
-fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
-    let start: Vec<f64> = priors.iter().map(|p| p.mean).collect();
-    climb(&start, priors, likelihood)
 }
 
 /// Fits the measurement model's parameters to the statistics of echoes that were labelled with the parameters `old`.

@@ -11,7 +11,7 @@ use stairscan::params::descent::{END_BEYOND_M, TREAD_OFF_M};
 use stairscan::params::generative::{LEVELS, TreadEnd, TreadNumbers};
 use stairscan::signal::echoes::Echo;
 
-use super::climb::{Peak, Prior, climb};
+use super::climb::{Peak, Prior, from_means};
 use super::estimate::Number;
 use super::flights::MeasurementSample;
 
@@ -263,11 +263,6 @@ const END: [Prior; 3] = [prior(-1.0, 1.0), prior(0.0, 1.0), prior(-0.5, 0.5)];
 
 const fn prior(mean: f64, sigma: f64) -> Prior {
     Prior { mean, sigma }
-}
-
-fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
-    let start: Vec<f64> = priors.iter().map(|p| p.mean).collect();
-    climb(&start, priors, likelihood)
 }
 
 /// Fits the tread model to scans of the height plane. Returns its parameters, also as a list with standard errors.

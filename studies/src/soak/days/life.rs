@@ -15,7 +15,7 @@ use stairscan::scanner::command::framed;
 use stairscan::scanner::mirror::Stepper;
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::settings::SweepMode;
-use stairscan::scanner::{BootInfo, Hardware, Reports, Scanner, Schedule, Settings};
+use stairscan::scanner::{BootInfo, Hardware, LentParts, Reports, Scanner, Schedule, Settings};
 
 use testbed::{Board, Module, Shared};
 
@@ -178,7 +178,10 @@ impl<'a> Life<'a> {
             ..identity("soak")
         };
         run.watch.boot(run.world.borrow().instant());
-        let lent = (&mut memory.reports, &mut memory.odometry);
+        let lent = LentParts {
+            reports: &mut memory.reports,
+            odometry: &mut memory.odometry,
+        };
         let scanner = Scanner::new(hardware, data, lent, saved, identity, clock);
         Self {
             scanner,
