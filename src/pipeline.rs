@@ -13,6 +13,7 @@ use crate::params::Numbers;
 use crate::past::History;
 use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
+use crate::signal::image::CoherentRow;
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
 use crate::verdict::{
@@ -56,6 +57,8 @@ pub struct Pipeline {
     /// Evidence of earlier scans of the same scene.
     past: History,
     numbers: Numbers,
+    /// Whether the last row was kept.
+    row_kept: bool,
 }
 
 /// Maximum interval between two guard sweeps whose evidence is combined, seconds: in a longer one a person may have
@@ -87,6 +90,7 @@ impl Pipeline {
             health: Health::new(numbers),
             past: History::new(numbers),
             numbers,
+            row_kept: false,
         }
     }
 
@@ -99,19 +103,24 @@ impl Pipeline {
             range,
             finder,
             health,
+            row_kept,
             ..
         } = self;
         let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
-        finder.write(row.into(), |mut cells| {
+        let kept = finder.write(row.into(), |mut cells| {
             // The chirp has the configured length.
-            if let Ok(stats) = range.process(chirp, &mut cells)
-                && health.row(row, chirp, &stats, cells.cells)
-            {
+            let Ok(stats) = range.process(chirp, &mut cells) else {
+                return false;
+            };
+            let discarded = health.row(row, chirp, &stats, cells.cells);
+            if discarded {
                 // Interference is discarded: the row is set to zero.
                 cells.cells.fill(0);
                 cells.mask.fill(0);
             }
+            !discarded
         });
+        *row_kept = kept == Some(true);
         health.check_map_row(row, finder.map(), |bin| range.phasors(bin));
     }
 
@@ -119,6 +128,13 @@ impl Pipeline {
     /// process it.
     pub fn complete(&mut self, row: u16) {
         self.finder.complete(row.into());
+    }
+
+    /// Returns the last processed row for a coherent image; `None` if it was discarded. To be called at most once after
+    /// [`Pipeline::process_row`].
+    pub fn coherent(&mut self) -> Option<CoherentRow<'_>> {
+        let kept = core::mem::take(&mut self.row_kept);
+        kept.then(|| self.range.coherent())
     }
 
     /// Returns the map of the last scan.

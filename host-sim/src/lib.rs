@@ -27,6 +27,6 @@ pub mod tap;
 pub mod update;
 
 pub use stairscan_replay::{
-    answer, guarded, inspect, motion, playback, posterior, recording, replay, score, setup, views,
-    volatile,
+    answer, coherent, guarded, inspect, motion, playback, posterior, recording, replay, score,
+    setup, views, volatile,
 };

@@ -12,7 +12,7 @@ use stairscan::motion::Drive;
 use stairscan::mount::GroundEvidence;
 use stairscan::observer::trace::{Candidate, Cell, Explanation, Role, Scatterer};
 use stairscan::observer::{Event, Observer};
-use stairscan::signal::echoes::Lobes;
+use stairscan::signal::echoes::{Echo, Lobes};
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::signal::range::FULL_SCALE;
 use stairscan::verdict::{Outcome, Status};
@@ -31,7 +31,7 @@ const WAY_FROM_M: f32 = 0.25;
 const WAY_TO_M: f32 = 1.65;
 
 /// Rounds a value for JSON to millionths: an f32 has no more significant digits.
-fn decimal(v: f64) -> f64 {
+pub(crate) fn decimal(v: f64) -> f64 {
     (v * 1e6).round() / 1e6
 }
 
@@ -215,6 +215,11 @@ impl Inspection {
             view,
             outcome,
         }
+    }
+
+    /// Returns the echoes that the estimator used, the strongest first.
+    pub fn points(&self) -> impl Iterator<Item = &Echo> {
+        self.scatterers.iter().map(|s| &s.echo)
     }
 
     /// Returns scatterers, hypotheses and posterior for drawings.

@@ -3,6 +3,7 @@
 //! WebAssembly, `python/` and `host-sim/` rest on it.
 
 pub mod answer;
+pub mod coherent;
 pub mod convert;
 pub mod guarded;
 pub mod html;

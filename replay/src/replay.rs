@@ -13,6 +13,7 @@ use stairscan::params::Numbers;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::scanner::{BytePort, DataPath, Hardware, LentParts, Micros, Reports, Scanner};
+use stairscan::signal::image::KeptImage;
 use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
 use crate::answer::Answer;
@@ -83,6 +84,8 @@ pub struct Scanned<'a> {
     pub config: &'a Config,
     /// Polar map and estimator after this scan.
     pub pipeline: &'a Pipeline,
+    /// Coherent image of this scan, before its points were found.
+    pub image: &'a KeptImage,
     /// Motion of the chair during this scan, as the estimator used it.
     pub drive: Drive<'a>,
     /// The answer to this scan.
@@ -155,6 +158,7 @@ pub fn answers(
 /// reported, the scanner is already at its next scan.
 struct DataPathWithMotion {
     pipeline: Box<Pipeline>,
+    image: Box<KeptImage>,
     drive: Drive<'static>,
     track: Option<Track>,
 }
@@ -170,7 +174,9 @@ impl DataPathWithMotion {
 
 impl DataPath for DataPathWithMotion {
     fn begin(&mut self, config: &Config, scan: u32) -> std::result::Result<(), ConfigError> {
-        self.pipeline.begin(config, scan)
+        self.pipeline.begin(config, scan)?;
+        self.image.begin(self.pipeline.map());
+        Ok(())
     }
 
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> std::result::Result<(), ConfigError> {
@@ -183,6 +189,10 @@ impl DataPath for DataPathWithMotion {
 
     fn row(&mut self, row: u16) {
         self.pipeline.row(row);
+        let angle_rad = self.pipeline.map().angle_rad(row.into());
+        if let Some(mut coherent) = self.pipeline.coherent() {
+            self.image.add(angle_rad, &mut coherent);
+        }
     }
 
     fn lost(&mut self, row: u16) {
@@ -236,6 +246,7 @@ fn follow(
             scan: scan % recording.scans(),
             config: playback.config_of(scan),
             pipeline: &data.pipeline,
+            image: &data.image,
             drive: data.drive(),
             answer: &answer,
         });
@@ -312,6 +323,7 @@ fn run(
         settings.timing.settle = SHORTEST_SETTLE_US;
     }
     let data = DataPathWithMotion {
+        image: Box::new(KeptImage::new()),
         pipeline: Box::new(Pipeline::with(options.numbers)),
         drive: Drive::STANDING,
         track: None,

@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`posterior`], [`descent`], [`drop_depth`] | the model of the echoes going up and going down, the prior and the answer |
 //! | [`ground_line`] | the power along the ground's line |
+//! | [`image`] | the points of the coherent image |
 //! | [`hazard`], [`carried`] | the horizon, and the evidence of earlier scans |
 //! | [`guard`], [`motion`], [`mounting`], [`health`] | guard, comparison of sweeps, calibration, health checks |
 //!
@@ -28,6 +29,7 @@ pub mod ground_line;
 pub mod guard;
 pub mod hazard;
 pub mod health;
+pub mod image;
 pub mod measured;
 pub mod motion;
 pub mod mounting;

@@ -10,9 +10,11 @@
 //! | [`radar`] | bytes of a radar module → chirps: modules and their protocols, behind one trait |
 //! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
 //! | [`grid`] | rows → the polar map, and the position of its cells |
+//! | [`image`] | spectra of rows → the coherent image, and its points by CLEAN |
 //! | [`echoes`] | map → echoes: point scatterers, with positions finer than a cell |
 
 pub mod echoes;
 pub mod grid;
+pub mod image;
 pub mod radar;
 pub mod range;

@@ -16,6 +16,7 @@ pub const STUDY: Texts = Texts {
                 "capability",
                 "table1",
                 "compare",
+                "coherent",
             ],
         ),
         ("Faults and endurance", &["faults", "soak"]),

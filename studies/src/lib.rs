@@ -3,6 +3,7 @@
 
 pub mod accuracy;
 pub mod capability;
+pub mod coherent;
 pub mod commands;
 pub mod drives;
 pub mod faults;

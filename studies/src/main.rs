@@ -26,6 +26,8 @@ enum Command {
     Budget(commands::budget::Args),
     /// Turn the rules of the estimator off, one at a time, and count the changed answers
     Ablate(commands::ablate::Args),
+    /// Count the top edges and the ground that the coherent image shows, on recordings with ground truth
+    Coherent(commands::coherent::Args),
     /// Compare two files of `accuracy --each`, scene by scene
     Compare(commands::compare::Args),
     /// Measure the estimators on random scenes of the simulator: the tables of docs/generated/accuracy.md
@@ -73,6 +75,7 @@ fn main() -> ExitCode {
     exit(match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Budget(args) => commands::budget::run(&args),
         Command::Ablate(args) => commands::ablate::run(&args),
+        Command::Coherent(args) => commands::coherent::run(&args),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Guard(args) => commands::guard::run(&args),

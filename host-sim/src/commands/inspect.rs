@@ -7,6 +7,7 @@ use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
+use crate::coherent::CoherentView;
 use crate::inspect::Inspection;
 use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
@@ -24,6 +25,9 @@ pub struct Args {
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
+    /// Show the coherent image and its echoes, too, which the estimator does not use yet
+    #[arg(long)]
+    coherent: bool,
     /// Draw scatterers, best hypothesis and runners-up into this directory, one picture a scan
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
@@ -74,9 +78,24 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
         } = *scanned;
         let map = pipeline.map();
         let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
+        let mut coherent = match args.coherent {
+            true => CoherentView::of(scanned),
+            false => None,
+        };
         match args.format {
-            Format::Json => emit(&format!("{}\n", inspection.json(answer))),
-            Format::Text => emit(&format!("{}\n{}\n", answer.name(), inspection.text(answer))),
+            Format::Json => {
+                let mut json = inspection.json(answer);
+                if let Some(view) = &coherent {
+                    json["coherent"] = view.json();
+                }
+                emit(&format!("{json}\n"));
+            }
+            Format::Text => {
+                emit(&format!("{}\n{}\n", answer.name(), inspection.text(answer)));
+                if let Some(view) = &coherent {
+                    emit(&format!("{}\n", view.text()));
+                }
+            }
         }
         if let (Some(dir), Ok(())) = (&args.plots, &drawn) {
             let recording = &scanned.recording();
@@ -91,8 +110,17 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
             };
             let file = dir.join(format!("{}-inspect.png", recording.name));
             drawn = plots::write_inspect((outputs, &file), &scan, inspection.view());
+            let mut files = vec![file];
+            if let (Some(view), Ok(())) = (&mut coherent, &drawn) {
+                let (image, name) = (&view.map(), &recording.name);
+                match plots::write_coherent((outputs, dir), name, (map, image), &view.echoes) {
+                    Ok(written) => files.extend(written),
+                    Err(error) => drawn = Err(error),
+                }
+            }
             if let (Ok(()), Format::Text) = (&drawn, args.format) {
-                emit(&format!("picture\n  {}\n\n", file.display()));
+                let files = files.iter().map(|file| format!("  {}\n", file.display()));
+                emit(&format!("picture\n{}\n", files.collect::<String>()));
             }
         }
     })?;

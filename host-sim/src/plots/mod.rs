@@ -16,6 +16,7 @@
 //!
 //! Each file is written completely or not at all.
 
+mod coherent;
 pub mod colour;
 mod inspect;
 mod page;
@@ -35,6 +36,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use stairscan::config::{Config, EstimatorKind, Plane};
+use stairscan::signal::echoes::Echo;
 use stairscan::signal::grid::PolarMap;
 use stairscan::signal::range::{Profile, RangeProcessor};
 
@@ -185,6 +187,36 @@ pub fn write_inspect(
         file,
         &inspect::draw(&plane, &words, (view, scan.answer), truth)?,
     )
+}
+
+/// Draws the sagittal plane by the power of each row and by the coherent image, the latter with its echoes. Returns the
+/// files.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub fn write_coherent(
+    (outputs, dir): (&Outputs, &Path),
+    name: &str,
+    (power, image): (&PolarMap, &PolarMap),
+    echoes: &[Echo],
+) -> Result<Vec<PathBuf>> {
+    let words = |title: &str| PlotTexts {
+        title: title.into(),
+        subtitle: name.into(),
+        legend: Vec::new(),
+    };
+    let plane = SagittalPlane::new(power, &[]);
+    let by_power = plane.map(&words("Power of each row"), Background::Raw)?;
+    let plane = plane.showing(image);
+    let title = words("Coherent image, and its echoes by CLEAN");
+    let by_phase = coherent::draw(&plane, &title, echoes)?;
+    let mut written = Vec::new();
+    for (what, picture) in [("power", by_power), ("coherent", by_phase)] {
+        let file = dir.join(format!("{name}-{what}.png"));
+        outputs.write_picture(&file, &picture)?;
+        written.push(file);
+    }
+    Ok(written)
 }
 
 /// Returns the range profile of chirp `k` of a recording. `processor` must be set up for the recording's radar.

@@ -73,6 +73,15 @@ impl<'a> SagittalPlane<'a> {
         }
     }
 
+    /// Returns the same area with another map of the same scan, and that map's colours.
+    pub fn showing(self, map: &'a PolarMap) -> Self {
+        Self {
+            map,
+            scale: span(map),
+            ..self
+        }
+    }
+
     /// Returns a page with this plane's axes, the texts `words`, and a colour bar of `scale`, if any.
     fn page(&self, words: &PlotTexts, scale: Option<Scale>) -> Page {
         Page {

@@ -5,6 +5,7 @@ mod bad_recordings;
 mod bad_scenes;
 mod bgt60;
 mod calibrate;
+mod coherent;
 mod committed_recordings;
 mod common;
 mod demo;

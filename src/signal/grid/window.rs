@@ -63,6 +63,14 @@ impl BinWindow {
         }
     }
 
+    /// As [`BinWindow::of`], for a slice that may be changed.
+    pub fn of_mut<T>(self, bins: &mut [T]) -> &mut [T] {
+        let (first, count) = (usize::from(self.first), usize::from(self.count));
+        let rest = bins.get_mut(first..).unwrap_or(&mut []);
+        let end = count.min(rest.len());
+        rest.get_mut(..end).unwrap_or(&mut [])
+    }
+
     /// Returns the kept part of a slice with an entry for each bin of the transform.
     pub fn of<T>(self, bins: &[T]) -> &[T] {
         let first = usize::from(self.first);

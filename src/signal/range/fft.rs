@@ -151,7 +151,7 @@ pub(super) fn finish_any<A: Arithmetic, B: Bin>(
 pub(super) fn last_stage_complex<'b, A: Arithmetic>(
     data: &'b mut [Packed],
     spare: &'b mut [Packed],
-) -> &'b [Packed] {
+) -> &'b mut [Packed] {
     let points = data.len();
     let (src, out, table): (_, _, &[[Packed; 3]]) = match points {
         256 | 128 => (data, spare, &Twiddles::<64>::TABLE),

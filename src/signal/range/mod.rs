@@ -39,6 +39,7 @@ use crate::config::{
 };
 use crate::math;
 use crate::signal::grid::{BinWindow, Row};
+use crate::signal::image::CoherentRow;
 use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
@@ -164,6 +165,8 @@ pub struct Processor<A> {
     offset: i32,
     cfar: Cfar,
     power: [u32; MAX_SAMPLES],
+    /// Exponent of the last chirp's mantissas, and gain of its samples.
+    scale: (i32, i32),
     arithmetic: PhantomData<A>,
 }
 
@@ -176,6 +179,7 @@ impl<A: Arithmetic> Processor<A> {
                 points: 0,
                 window: Window::empty(),
                 buffers: [[Packed::ZERO; MAX_SAMPLES]; 2],
+                halved: false,
             },
             kept: BinWindow { first: 0, count: 0 },
             mirror: BinWindow { first: 0, count: 0 },
@@ -186,6 +190,7 @@ impl<A: Arithmetic> Processor<A> {
             offset: 0,
             cfar: Cfar::empty(),
             power: [0; MAX_SAMPLES],
+            scale: (0, 1),
             arithmetic: PhantomData,
         }
     }
@@ -304,6 +309,50 @@ impl<A: Arithmetic> Processor<A> {
         })
     }
 
+    /// Returns the amplitude of a mantissa of 1 in the last chirp: a full-scale tone has amplitude 1.
+    fn unit(&self) -> f32 {
+        let (exponent, gain) = self.scale;
+        // Mantissas are (x · c) · gain / 2^32 / 2^exponent; full scale is x = 2^15.
+        math::exp2(exponent as f32 + 17.0) / (self.front_end.window.sum() * gain as f32)
+    }
+
+    /// Returns the kept bins of the last processed chirp with the phase of the mirror's own echo taken out, and without
+    /// that echo's I/Q image. They overwrite what [`Processor::phasors`] reads.
+    #[inline(never)]
+    pub fn coherent(&mut self) -> CoherentRow<'_> {
+        let unit = self.unit();
+        // Always the nominal bin, not the strongest one: one bin has one phase.
+        let reference = (self.mirror_at / 16) as usize;
+        let FrontEnd {
+            points,
+            ref window,
+            ref mut buffers,
+            halved,
+        } = self.front_end;
+        let [data, spare] = buffers;
+        let bins: &mut [Packed] = match (data.get_mut(..points), spare.get_mut(..points)) {
+            (Some(data), Some(spare)) if window.is_real() => {
+                real::combine_complex::<A>(data, spare, halved)
+            }
+            (Some(data), Some(spare)) => fft::last_stage_complex::<A>(data, spare),
+            _ => &mut [],
+        };
+        let mirror = bins.get(reference).filter(|_| self.mirror.count > 0);
+        let phasor = mirror.map_or([1.0, 0.0], |x| [f32::from(x.re()), f32::from(x.im())]);
+        // The I/Q image of the mirror's own echo hides whatever lies there.
+        self.image.of_mut(bins).fill(Packed::ZERO);
+        let kept = self.kept.of_mut(bins);
+        let [re, im] = phasor;
+        let size = math::hypot(re, im).max(1.0);
+        let turn = Packed::new(fft::to_q15(re / size), fft::to_q15(-im / size));
+        packed::turn::<A>(kept, turn);
+        CoherentRow {
+            bins: kept,
+            unit,
+            referenced: self.mirror.count > 0,
+        }
+    }
+
     /// Returns the complex values `[re, im]` of stored bin `bin` and of the mirror echo's nominal bin in the
     /// last processed chirp, whose phases can be compared; they have the scale of that chirp.
     pub fn phasors(&self, bin: u8) -> [[f32; 2]; 2] {
@@ -370,9 +419,8 @@ impl<A: Arithmetic> Processor<A> {
         bins: &mut [Packed; MAX_SAMPLES],
     ) -> Result<f32, ChirpLength> {
         let (levels, exponent) = self.front_end.run::<A, Packed>(chirp, bins)?;
-        // Mantissas are (x · c) · gain / 2^32 / 2^exponent; full scale is x = 2^15.
-        let unit = math::exp2(exponent as f32 + 17.0);
-        Ok(unit / (self.front_end.window.sum() * levels.gain() as f32))
+        self.scale = (exponent, levels.gain());
+        Ok(self.unit())
     }
 
     /// Removes those detections from `mask` that I/Q images may cause; returns the number of the others. Real
@@ -388,6 +436,7 @@ impl<A: Arithmetic> Processor<A> {
     /// from 256 · log2 of a bin's power to its level in 1/256 octave above the map's zero.
     fn measure(&mut self, chirp: &[Iq]) -> Result<(ChirpLevels, i32), ChirpLength> {
         let (levels, exponent) = self.front_end.run::<A, u32>(chirp, &mut self.power)?;
+        self.scale = (exponent, levels.gain());
         let gain = log::log2_fine(levels.gain() as u32);
         Ok((levels, self.offset + 512 * exponent - 2 * gain))
     }
@@ -399,6 +448,8 @@ struct FrontEnd {
     points: usize,
     window: Window,
     buffers: [[Packed; MAX_SAMPLES]; 2],
+    /// Whether the bins of the last chirp of real samples were halved.
+    halved: bool,
 }
 
 impl FrontEnd {
@@ -418,7 +469,11 @@ impl FrontEnd {
         let exponent = match self.points {
             _ if self.window.is_real() => {
                 let (points, buffers) = (self.points, &mut self.buffers);
-                real::transform::<A, B>(chirp, &mut levels, &self.window, points, buffers, bins)
+                let window = &self.window;
+                let (exponent, halved) =
+                    real::transform::<A, B>(chirp, &mut levels, window, points, buffers, bins);
+                self.halved = halved;
+                exponent
             }
             16 => self.transform::<A, B, 16>(chirp, &levels, bins),
             32 => self.transform::<A, B, 32>(chirp, &levels, bins),

@@ -42,7 +42,7 @@ const LARGE: u32 = 1 << 28;
 /// Transforms a chirp of pairs of real values into `bins`; its `levels` of I and Q are replaced by those of
 /// real values. The first `points` numbers of both buffers are used.
 ///
-/// Returns the exponent e: the true values of the bins are 2^e times `bins`.
+/// Returns the exponent e: the true values of the bins are 2^e times `bins`; and whether the bins had to be halved.
 #[inline(never)]
 pub fn transform<A: Arithmetic, B: Bin>(
     chirp: &[Iq],
@@ -51,14 +51,14 @@ pub fn transform<A: Arithmetic, B: Bin>(
     points: usize,
     [data, spare]: &mut [[Packed; MAX_SAMPLES]; 2],
     bins: &mut [B],
-) -> i32 {
+) -> (i32, bool) {
     *levels = levels.of_real();
     let (Some(data), Some(spare), Some(bins)) = (
         data.get_mut(..points),
         spare.get_mut(..points),
         bins.get_mut(..points),
     ) else {
-        return 0;
+        return (0, false);
     };
     weigh::<A>(chirp, levels, window, spare);
     let seen = first_stage::<A>(spare, data);
@@ -67,7 +67,23 @@ pub fn transform<A: Arithmetic, B: Bin>(
     let half = all >= LARGE;
     let z = fft::last_stage_complex::<A>(data, spare);
     combine_even_odd::<A, B>(z, half, bins);
-    exponent + i32::from(half)
+    (exponent + i32::from(half), half)
+}
+
+/// Combines the bins of the last [`transform`] once more, as complex numbers, into the buffer that is free; `half` is
+/// what the transform returned. Returns the buffer with the bins.
+#[inline(never)]
+pub fn combine_complex<'b, A: Arithmetic>(
+    data: &'b mut [Packed],
+    spare: &'b mut [Packed],
+    half: bool,
+) -> &'b mut [Packed] {
+    let (z, bins) = match data.len() {
+        32 | 64 => (data, spare),
+        _ => (spare, data),
+    };
+    combine_even_odd::<A, Packed>(z, half, bins);
+    bins
 }
 
 /// Writes the chirp to `out` after DC removal, normalisation and window, and fills `out` up with zeros.

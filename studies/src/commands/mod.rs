@@ -5,6 +5,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod budget;
 pub mod capability;
+pub mod coherent;
 pub mod compare;
 pub mod drives;
 pub mod faults;

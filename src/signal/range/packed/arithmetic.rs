@@ -199,6 +199,16 @@ pub trait Arithmetic {
     }
 }
 
+/// Multiplies all numbers by a phasor in Q15, rounded.
+#[inline(always)]
+pub fn turn<A: Arithmetic + ?Sized>(numbers: &mut [Packed], phasor: Packed) {
+    const HALF: i32 = 1 << 14;
+    for x in numbers {
+        let (re, im) = (A::mul_re(*x, phasor, HALF), A::mul_im(*x, phasor, HALF));
+        *x = Packed::new((re >> 15) as i16, (im >> 15) as i16);
+    }
+}
+
 /// Form in which the transform's last stage writes a bin: complex, or power.
 pub trait Bin: Copy {
     /// Returns the bin in this form for its complex value `x`.

@@ -9,7 +9,7 @@ mod arithmetic;
 mod dsp;
 mod portable;
 
-pub use arithmetic::{Arithmetic, Bin, Packed, magnitude_bits, quarters};
+pub use arithmetic::{Arithmetic, Bin, Packed, magnitude_bits, quarters, turn};
 pub(super) use arithmetic::{halves, last_by, stage_by};
 #[cfg(target_arch = "arm")]
 pub use dsp::Dsp;

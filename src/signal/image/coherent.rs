@@ -1,0 +1,235 @@
+//! The image, summed up row by row in fixed point.
+
+use super::drift::Drift;
+use super::nodes::{self, MAX_NODES, MAX_OPEN, Nodes};
+use super::reference::CoherentRow;
+use crate::math;
+use crate::signal::grid::PolarMap;
+use crate::signal::range::packed::{Native, Packed, turn};
+
+/// Number of 32-bit words of the memory that an image needs: 64 KB.
+pub const WORDS: usize = 16 * 1024;
+/// Bits of the sums below amplitude 1: a point of full scale gains less than 2³ (√2 · 5.5 with the default beam), and
+/// the noise of a 16-bit converter is some 2¹⁴.
+const FRACTION_BITS: i32 = 27;
+/// Number of bits by which the product of a 32-bit weight and a 16-bit mantissa is shifted.
+const PRODUCT_SHIFT: u32 = 16;
+/// Levels of the histogram per octave of power.
+const LEVELS_PER_OCTAVE: f32 = 4.0;
+/// Octaves of power in the sums' unit at which the histogram begins.
+const FIRST_OCTAVE: i32 = 8;
+/// Largest number in Q15.
+const Q15: f32 = 32_767.0;
+/// ln 2: the median of an exponential distribution is its mean times this.
+const LN_2: f32 = core::f32::consts::LN_2;
+
+/// Coherent image of a scan. Its cells are in the memory that is passed to each function, `nodes × bins` words with two
+/// 16-bit parts, and behind them the sums of the nodes that are still open, two words a cell.
+#[derive(Clone, Debug)]
+pub struct CoherentImage {
+    nodes: Nodes,
+    bins: usize,
+    /// Nodes that are open: the first, and the one behind the last.
+    open: (usize, usize),
+    drift: Drift,
+    /// Whether a row has been added.
+    begun: bool,
+    /// Exponent of each node's cells: a mantissa of 1 is 2^exponent units of the sums.
+    exponents: [u8; MAX_NODES],
+    /// Number of cells by level, in quarter octaves of power.
+    histogram: [u16; 256],
+}
+
+impl Default for CoherentImage {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl CoherentImage {
+    /// Returns an image without nodes.
+    pub const fn new() -> Self {
+        Self {
+            nodes: Nodes::EMPTY,
+            bins: 0,
+            open: (0, 0),
+            drift: Drift::new(),
+            begun: false,
+            exponents: [0; MAX_NODES],
+            histogram: [0; 256],
+        }
+    }
+
+    /// Prepares for the first row of a scan with the shape of `map`, in a memory of `words` words.
+    pub fn begin(&mut self, map: &PolarMap, words: usize) {
+        let bins = map.bins().max(1);
+        let most = (words / bins).saturating_sub(2 * MAX_OPEN);
+        self.nodes = Nodes::of(map, most);
+        self.bins = map.bins();
+        self.open = (0, 0);
+        self.begun = false;
+        self.drift.begin();
+        self.exponents.fill(0);
+        self.histogram.fill(0);
+    }
+
+    /// Returns the angles of the nodes.
+    pub fn nodes(&self) -> &Nodes {
+        &self.nodes
+    }
+
+    /// Returns the number of range bins.
+    pub fn bins(&self) -> usize {
+        self.bins
+    }
+
+    /// Adds a row seen at `angle_rad`. Rows come in either direction; a lost one is left out.
+    pub fn add(&mut self, words: &mut [u32], angle_rad: f32, row: &mut CoherentRow<'_>) {
+        let around = self.nodes.around(angle_rad);
+        self.advance(words, around);
+        let turned_rad = self.drift.row(row);
+        if turned_rad != 0.0 {
+            let (sin, cos) = math::sin_cos(-turned_rad);
+            turn::<Native>(
+                row.bins,
+                Packed::new((cos * Q15) as i16, (sin * Q15) as i16),
+            );
+        }
+        let scale = row.unit * math::exp2((FRACTION_BITS + PRODUCT_SHIFT as i32) as f32);
+        for j in around.0..around.1 {
+            // Weights are below 1 and mantissas of 1 below 2⁻¹⁴, so that this fits. The cast saturates.
+            let weight = math::round(self.nodes.weight(j, angle_rad) * scale) as i32;
+            let Some(sums) = self.sums(words, j) else {
+                return;
+            };
+            for (sum, x) in sums.as_chunks_mut().0.iter_mut().zip(row.bins.iter()) {
+                let [re, im] = sum;
+                *re = re.wrapping_add_signed(scaled(weight, x.re()));
+                *im = im.wrapping_add_signed(scaled(weight, x.im()));
+            }
+        }
+    }
+
+    /// Closes all nodes after the last row.
+    pub fn finish(&mut self, words: &mut [u32]) {
+        let end = self.open.1;
+        self.advance(words, (end, end));
+    }
+
+    /// Closes the open nodes outside of `around`, and opens those within that are not open.
+    fn advance(&mut self, words: &mut [u32], around: (usize, usize)) {
+        let (first, end) = core::mem::replace(&mut self.open, around);
+        let within = |j: usize, of: (usize, usize)| (of.0..of.1).contains(&j);
+        for j in (first..end).filter(|&j| !within(j, around)) {
+            self.close(words, j);
+        }
+        if !self.begun {
+            // Nodes that no row reaches stay dark.
+            self.begun = true;
+            words.fill(0);
+        }
+        for j in (around.0..around.1).filter(|&j| !within(j, (first, end))) {
+            if let Some(sums) = self.sums(words, j) {
+                sums.fill(0);
+            }
+        }
+    }
+
+    /// Returns the sums of an open node, real and imaginary parts in turn; `None` without memory.
+    fn sums<'w>(&self, words: &'w mut [u32], j: usize) -> Option<&'w mut [u32]> {
+        let row = 2 * self.bins;
+        let first = self.nodes.count() * self.bins + j % MAX_OPEN * row;
+        words.get_mut(first..first + row)
+    }
+
+    /// Turns the sums of node `j` into cells with a common exponent.
+    fn close(&mut self, words: &mut [u32], j: usize) {
+        let (cells, sums) = words
+            .split_at_mut_checked(self.nodes.count() * self.bins)
+            .unwrap_or_default();
+        let Some(cells) = cells.get_mut(j * self.bins..(j + 1) * self.bins) else {
+            return;
+        };
+        let row = 2 * self.bins;
+        let Some(sums) = sums
+            .get(j % MAX_OPEN * row..)
+            .and_then(|sums| sums.get(..row))
+        else {
+            return;
+        };
+        let all = sums
+            .iter()
+            .fold(0, |all, &sum| all | (sum as i32).unsigned_abs());
+        // The largest part fits 15 bits and the sign, also when it is rounded up.
+        let exponent = (u32::BITS + 1 - all.leading_zeros()).saturating_sub(15);
+        if let Some(place) = self.exponents.get_mut(j) {
+            *place = exponent as u8;
+        }
+        let half = (1 << exponent) >> 1;
+        let rounded = |sum: u32| (sum as i32).saturating_add(half) >> exponent;
+        let octaves = 2 * exponent as i32 - FIRST_OCTAVE;
+        for (cell, &[re, im]) in cells.iter_mut().zip(sums.as_chunks().0) {
+            let (re, im) = (rounded(re), rounded(im));
+            *cell = Packed::new(re as i16, im as i16).0;
+            let power = (re * re) as u32 + (im * im) as u32;
+            let level = level(power) + LEVELS_PER_OCTAVE as i32 * octaves;
+            if let Some(count) = self.histogram.get_mut(level.clamp(0, 255) as usize) {
+                *count += 1;
+            }
+        }
+    }
+
+    /// Returns the mean power of the noise in a cell, by the median of all cells; a full-scale tone in one row has power 1.
+    /// `None` without cells.
+    pub fn noise(&self) -> Option<f32> {
+        let total: u32 = self.histogram.iter().map(|&n| u32::from(n)).sum();
+        let half = total as f32 * 0.5;
+        let mut below = 0.0;
+        for (level, &n) in self.histogram.iter().enumerate() {
+            let n = f32::from(n);
+            if n > 0.0 && below + n >= half {
+                let level = level as f32 + (half - below) / n;
+                let octaves = level / LEVELS_PER_OCTAVE + (FIRST_OCTAVE - 2 * FRACTION_BITS) as f32;
+                return Some(math::exp2(octaves) / LN_2);
+            }
+            below += n;
+        }
+        None
+    }
+
+    /// Returns a cell of a finished image, `[re, im]`; a full-scale tone in one row has amplitude 1. 0 outside.
+    pub fn cell(&self, words: &[u32], node: usize, bin: usize) -> [f32; 2] {
+        if bin >= self.bins || node >= self.nodes.count() {
+            return [0.0; 2];
+        }
+        let x = Packed(words.get(node * self.bins + bin).copied().unwrap_or(0));
+        let unit = self.unit(node);
+        [f32::from(x.re()) * unit, f32::from(x.im()) * unit]
+    }
+
+    /// Returns the amplitude of a mantissa of 1 in node `j`.
+    pub fn unit(&self, j: usize) -> f32 {
+        let exponent = self.exponents.get(j).copied().unwrap_or(0);
+        math::exp2((i32::from(exponent) - FRACTION_BITS) as f32)
+    }
+
+    /// Returns the gain in power of a point over one cell of the map.
+    pub fn gain(map: &PolarMap) -> f32 {
+        nodes::energy(map.geometry())
+    }
+}
+
+/// Returns ⌊weight · x / 2¹⁶⌋.
+#[inline(always)]
+fn scaled(weight: i32, x: i16) -> i32 {
+    ((i64::from(weight) * i64::from(x)) >> PRODUCT_SHIFT) as i32
+}
+
+/// Returns ⌊4 log2(power)⌋ to a quarter octave, with the fraction interpolated linearly; 0 for no power.
+#[inline(always)]
+fn level(power: u32) -> i32 {
+    let power = power | 1;
+    let zeros = power.leading_zeros();
+    let fraction = power << zeros << 1 >> 30;
+    (4 * (31 - zeros) + fraction) as i32
+}

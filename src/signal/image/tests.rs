@@ -1,0 +1,309 @@
+//! Points of synthetic scans.
+
+use super::*;
+use crate::config::Config;
+use crate::params::Params;
+use crate::signal::echoes::Echoes;
+use crate::signal::echoes::tests::{map, noise, uniform};
+use crate::signal::echoes::two_way_sigma;
+use crate::signal::grid::PolarMap;
+use crate::signal::range::FULL_SCALE;
+use crate::signal::range::packed::Packed;
+use core::f64::consts::{PI, TAU};
+use core::ops::Deref;
+use std::vec::Vec;
+
+/// Level of the mean noise power in the synthetic scans, map units.
+const NOISE: u8 = 80;
+/// Amplitude of noise of mean power in mantissas.
+const MANTISSA: f64 = 8.0;
+
+/// A synthetic scan: its map, and its rows as complex numbers.
+struct Seen {
+    map: Box<PolarMap>,
+    rows: Vec<Vec<Packed>>,
+}
+
+impl Deref for Seen {
+    type Target = PolarMap;
+
+    fn deref(&self) -> &PolarMap {
+        &self.map
+    }
+}
+
+impl Seen {
+    /// Returns the scan whose map has the power `power`, and whose rows are `cell`; power 1 is the noise's.
+    fn new(
+        config: &Config,
+        power: impl Fn(usize, usize) -> f64,
+        cell: impl Fn(usize, usize) -> [f64; 2],
+    ) -> Self {
+        let map = map(config, |row, bin| {
+            let level = f64::from(NOISE) + 8.0 * power(row, bin).log2();
+            level.round().clamp(0.0, 255.0) as u8
+        });
+        let packed = |row, bin| {
+            // The cast saturates.
+            let [re, im] = cell(row, bin).map(|part| (MANTISSA * part).round() as i16);
+            Packed::new(re, im)
+        };
+        let rows = (0..map.rows())
+            .map(|row| (0..map.bins()).map(|bin| packed(row, bin)).collect())
+            .collect();
+        Self { map, rows }
+    }
+
+    /// Returns the coherent image, with the rows in either direction, each turned by the phase that `turn` gives.
+    fn turned(&self, backwards: bool, referenced: bool, turn: impl Fn(usize) -> f64) -> KeptImage {
+        let mut image = KeptImage::new();
+        image.begin(&self.map);
+        let units = (f64::from(NOISE) - f64::from(FULL_SCALE)) / 16.0;
+        let last = self.rows.len().saturating_sub(1);
+        for k in 0..=last {
+            let row = if backwards { last - k } else { k };
+            let (sin, cos) = turn(k).sin_cos();
+            let turned = |x: &Packed| {
+                let (re, im) = (f64::from(x.re()), f64::from(x.im()));
+                Packed::new(
+                    (re * cos - im * sin).round() as i16,
+                    (re * sin + im * cos).round() as i16,
+                )
+            };
+            let mut bins: Vec<Packed> = self.rows[row].iter().map(turned).collect();
+            let mut coherent = CoherentRow {
+                bins: &mut bins,
+                unit: (units.exp2() / MANTISSA) as f32,
+                referenced,
+            };
+            image.add(self.map.angle_rad(row), &mut coherent);
+        }
+        image
+    }
+
+    /// Returns the coherent image, with the rows in either direction.
+    fn image(&self, backwards: bool) -> KeptImage {
+        self.turned(backwards, true, |_| 0.0)
+    }
+
+    /// Returns the echoes of the scan.
+    fn echoes(&self, config: &Config) -> Echoes {
+        echoes(&mut self.image(false), self, config)
+    }
+}
+
+/// Returns the echoes of an image of `map`.
+fn echoes(image: &mut KeptImage, map: &PolarMap, config: &Config) -> Echoes {
+    let mut echoes = Echoes::new();
+    image.scan().detect(map, config, &mut echoes);
+    echoes
+}
+
+/// Returns a scan of point scatterers (x, y, dB above the noise) with noise.
+fn scene(config: &Config, points: &[(f32, f32, f64)]) -> Seen {
+    drawn(config, points, 7)
+}
+
+/// Returns a scan of point scatterers (x, y, dB above the noise), with the noise of a seed.
+fn drawn(config: &Config, points: &[(f32, f32, f64)], seed: u64) -> Seen {
+    let mut blank = Box::new(PolarMap::new());
+    blank.begin(config).unwrap();
+    let geometry = *blank.geometry();
+    // Two-way pattern in voltage.
+    let sigma = f64::from(two_way_sigma(geometry.beamwidth_rad)) * core::f64::consts::SQRT_2;
+    let native = f64::from(geometry.bin_m / config.radar.range_resolution_m());
+    let places: Vec<[f64; 4]> = (points.iter().zip(1..))
+        .map(|(&(x, y, db), k)| {
+            let (range, angle) = geometry.polar(x, y);
+            let bin = (range - geometry.first_range_m) / geometry.bin_m;
+            [bin.into(), angle.into(), db, TAU * uniform(k, 1, seed)]
+        })
+        .collect();
+    // Amplitude of a point in a cell, and its offset in native bins.
+    let amplitude = |row: usize, bin: usize, [at, a, db, _]: [f64; 4]| {
+        let off = (bin as f64 - at) * native;
+        let turn = (f64::from(blank.angle_rad(row)) - a) / sigma;
+        (
+            10f64.powf(db / 20.0) * hann(off) * (-0.5 * turn * turn).exp(),
+            off,
+        )
+    };
+    // The map's levels leave out how the points interfere, so that a row of points is a surface without speckle.
+    let power = |row: usize, bin: usize| {
+        let sizes = places.iter().map(|&place| amplitude(row, bin, place).0);
+        noise(row, bin, seed) + sizes.map(|size| size * size).sum::<f64>()
+    };
+    let noise: Vec<Vec<[f64; 2]>> = (0..blank.rows())
+        .map(|row| windowed_noise(row, blank.bins(), config, seed))
+        .collect();
+    Seen::new(config, power, |row, bin| {
+        let mut cell = noise[row][bin];
+        for &place in &places {
+            let (size, off) = amplitude(row, bin, place);
+            let (sin, cos) = (place[3] - PI * off).sin_cos();
+            cell = [cell[0] + size * cos, cell[1] + size * sin];
+        }
+        cell
+    })
+}
+
+/// Returns white noise behind a Hann window and the transform, of power 1 in each of `bins` bins.
+fn windowed_noise(row: usize, bins: usize, config: &Config, seed: u64) -> Vec<[f64; 2]> {
+    let (samples, points) = (usize::from(config.radar.samples), config.radar.fft_len());
+    let window = |n: usize| 1.0 - (TAU * n as f64 / samples as f64).cos();
+    // The sum of the window's squares is 1.5 samples.
+    let unit = 1.0 / (1.5 * samples as f64).sqrt();
+    let values: Vec<[f64; 2]> = (0..samples)
+        .map(|n| {
+            let size = unit * window(n) * noise(row, n, seed).sqrt();
+            let (sin, cos) = (TAU * uniform(row, n, seed + 1)).sin_cos();
+            [size * cos, size * sin]
+        })
+        .collect();
+    let phasors: Vec<(f64, f64)> = (0..points)
+        .map(|k| (-TAU * k as f64 / points as f64).sin_cos())
+        .collect();
+    let bin = |bin: usize| {
+        let terms = values.iter().enumerate().map(|(n, [re, im])| {
+            let (sin, cos) = phasors[bin * n % points];
+            [re * cos - im * sin, re * sin + im * cos]
+        });
+        terms.fold([0.0; 2], |sum, term| [sum[0] + term[0], sum[1] + term[1]])
+    };
+    (0..bins).map(bin).collect()
+}
+
+/// Returns the response of a Hann window at an offset of native bins.
+fn hann(native: f64) -> f64 {
+    let left = 1.0 - native * native;
+    match native.abs() {
+        x if x < 1e-9 => 1.0,
+        _ if left.abs() < 1e-9 => 0.5,
+        x => (PI * x).sin() / (PI * x * left),
+    }
+}
+
+/// Standardised errors of range and angle over many draws have unit variance: σ is that of the noise.
+#[test]
+fn an_echo_lies_where_its_scatterer_is_and_says_how_sure() {
+    let config = Config::default();
+    for (x, y, db) in [(0.8, 0.1, 3.0), (1.31, 0.3, 12.0), (1.7, -0.1, 20.0)] {
+        let mut squares = [0.0f32; 2];
+        const DRAWS: u64 = 40;
+        for seed in 0..DRAWS {
+            let scan = drawn(&config, &[(x, y, db)], 100 + 2 * seed);
+            let echo = scan.echoes(&config)[0];
+            let (range, angle) = scan.geometry().polar(x, y);
+            let z = [
+                (echo.range_m - range) / echo.range_sigma_m,
+                (echo.angle_rad - angle) / echo.angle_sigma_rad,
+            ];
+            squares = [0, 1].map(|k| squares[k] + z[k] * z[k] / DRAWS as f32);
+            assert!((echo.snr_db - db as f32).abs() < 4.0, "{echo:?}");
+        }
+        for square in squares {
+            assert!((0.3..1.7).contains(&square), "{db} dB: {squares:?}");
+        }
+    }
+}
+
+#[test]
+fn the_order_of_the_rows_makes_no_difference() {
+    let config = Config::default();
+    let scan = scene(&config, &[(0.8, 0.0, 30.0), (1.2, 0.3, 10.0)]);
+    let [there, back] =
+        [false, true].map(|backwards| echoes(&mut scan.image(backwards), &scan, &config));
+    assert_eq!(there, back);
+}
+
+/// Distance within which an echo is that of a point, metres.
+fn has(echoes: &Echoes, x: f32, y: f32) -> bool {
+    echoes
+        .iter()
+        .any(|e| (e.x_m - x).abs() < 0.02 && (e.y_m - y).abs() < 0.03)
+}
+
+#[test]
+fn an_edge_beside_a_flash_is_seen() {
+    let config = Config::default();
+    // The edge is 16 dB weaker, and 5 degrees above the flash at the same distance.
+    let (x, flash, edge) = (1.06, 0.4, 0.493);
+    let scan = scene(&config, &[(x, flash, 45.0), (x, edge, 29.0)]);
+    let found = scan.echoes(&config);
+    assert!(has(&found, x, flash) && has(&found, x, edge), "{found:?}");
+    // What the subtraction leaves is no echo.
+    assert!(found.len() <= 4, "{found:?}");
+}
+
+#[test]
+fn the_errors_of_a_strong_echo_are_no_echoes() {
+    let config = Config::default();
+    let alone = scene(&config, &[(0.9, 0.0, 50.0)]);
+    let found = alone.echoes(&config);
+    assert!(found.len() <= 2, "{found:?}");
+    // Side lobes at the same range, 32 dB down; a skirt in the same beam, 42 dB down.
+    let (range, angle) = alone.geometry().polar(0.9, 0.0);
+    let at = |range: f32, angle: f32| alone.geometry().point(range, angle);
+    let (lobe, skirt) = (at(range, angle - 0.5), at(range + 0.06, angle));
+    let scan = scene(
+        &config,
+        &[
+            (0.9, 0.0, 50.0),
+            (lobe.0, lobe.1, 18.0),
+            (skirt.0, skirt.1, 8.0),
+        ],
+    );
+    let found = scan.echoes(&config);
+    assert!(
+        !has(&found, lobe.0, lobe.1) && !has(&found, skirt.0, skirt.1),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn noise_alone_gives_few_weak_echoes() {
+    let config = Config::default();
+    let counts: Vec<usize> = (0..10)
+        .map(|seed| {
+            let found = drawn(&config, &[], 500 + 2 * seed).echoes(&config);
+            assert!(
+                found
+                    .iter()
+                    .all(|e| e.snr_db < Params::DEFAULT.sure_echo_db),
+                "{found:?}"
+            );
+            found.len()
+        })
+        .collect();
+    let all: usize = counts.iter().sum();
+    assert!(all <= 45, "{counts:?}");
+}
+
+#[test]
+fn a_drive_turns_all_phases_and_hides_nothing() {
+    let config = Config::default();
+    let scan = scene(&config, &[(0.8, 0.0, 25.0), (1.2, 0.25, 20.0)]);
+    for change in [0.0, 0.05, 0.6, 2.0, 3.1, -1.3] {
+        let mut image = scan.turned(false, true, |k| change * k as f64);
+        let found = echoes(&mut image, &scan, &config);
+        assert!(
+            has(&found, 0.8, 0.0) && has(&found, 1.2, 0.25),
+            "{change}: {found:?}"
+        );
+        assert!(found[0].snr_db > 23.0, "{change}: {found:?}");
+    }
+}
+
+#[test]
+fn without_a_mirror_each_row_has_its_phase_by_the_row_before() {
+    let config = Config::default();
+    let scan = scene(&config, &[(0.8, 0.0, 30.0)]);
+    let begun = |k: usize| TAU * uniform(k, 0, 3);
+    let seen = |referenced| echoes(&mut scan.turned(false, referenced, begun), &scan, &config);
+    let (with, without) = (seen(false), seen(true));
+    assert!(with[0].snr_db > 28.0, "{with:?}");
+    assert!(
+        without.first().is_none_or(|e| e.snr_db < 25.0),
+        "{without:?}"
+    );
+}
