@@ -7,7 +7,9 @@ use host_sim::inspect::Inspection;
 use host_sim::recording::Truth;
 use host_sim::replay::Scanned;
 use stairscan::config::Plane;
-use stairscan::signal::echoes::Echo;
+use stairscan::params::ground_line::LINE_REACH;
+use stairscan::signal::echoes::{Echo, two_way_sigma};
+use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 
 /// Distance from the mirror up to which top edges count, metres.
 const NEAR_M: f64 = 1.6;
@@ -26,6 +28,8 @@ const CELL_M: f64 = 0.015;
 const SEEN: f32 = 6.907_755;
 /// Share of the cells from which on a recording's ground is seen.
 const SHOWN: f64 = 0.4;
+/// Quantile of the normal distribution that it exceeds once in 1,000 cases.
+const NORMAL_QUANTILE: f32 = 3.09;
 /// Beam angle at which nothing stands, radians below the horizontal: 12 degrees up.
 const AIR_RAD: f32 = -0.209_44;
 
@@ -46,8 +50,8 @@ pub struct Counts {
     /// Number of scans with steps, and of all their echoes.
     scans: f64,
     echoes: [f64; 2],
-    /// Share of seen cells of each scan without steps, on the ground and in the air.
-    ground: Vec<[f64; 2]>,
+    /// Shares of seen cells of each scan without steps.
+    ground: Vec<Seen>,
 }
 
 impl Counts {
@@ -69,7 +73,8 @@ impl Counts {
         };
         if truth.steps.is_empty() {
             let height_m = scanned.config.mount.mount_height_m();
-            self.ground.push(ground(&mut view, height_m));
+            let map = scanned.pipeline.map();
+            self.ground.push(ground(&mut view, map, height_m));
             return;
         }
         let (map, config) = (scanned.pipeline.map(), scanned.config);
@@ -109,14 +114,17 @@ impl Counts {
             "echoes a scan with steps: today {today:.1}, coherent {coherent:.1}"
         );
         let scans = self.ground.len();
-        let share = |k: usize| self.ground.iter().map(|s| s[k]).sum::<f64>() / scans.max(1) as f64;
-        let shown = self.ground.iter().filter(|s| s[0] >= SHOWN).count();
+        let share =
+            |k: usize| 100.0 * self.ground.iter().map(|s| s[k]).sum::<f64>() / scans.max(1) as f64;
+        let shown = |k: usize| self.ground.iter().filter(|s| s[k] >= SHOWN).count();
         let _ = writeln!(
             text,
-            "ground 0.5 to 1.0 m ahead, {scans} scans without steps: {:.0} % of the cells seen ({:.1} % in the air), 40 % of them in {shown}",
-            100.0 * share(0),
-            100.0 * share(1)
+            "ground 0.5 to 1.0 m ahead, {scans} scans without steps: cells seen (in the air), scans with 40 %"
         );
+        for (k, name) in ["coherent", "mean over rows"].iter().enumerate() {
+            let (ground, air, scans) = (share(k), share(k + 2), shown(k));
+            let _ = writeln!(text, "{name:<15} {ground:3.0} % ({air:.1} %) {scans:4}");
+        }
         text
     }
 }
@@ -139,16 +147,89 @@ fn count(edges: &mut [Edges; 2], truth: &Truth, echoes: &[(f64, f64)], height_m:
     }
 }
 
-/// Returns the share of cells along the ground that are seen, and of cells at the same ranges in the air.
-fn ground(view: &mut CoherentView, height_m: f32) -> [f64; 2] {
+/// Share of seen cells: on the ground by the coherent image and by the mean over rows, then of cells in the air by both.
+type Seen = [f64; 4];
+
+/// Returns the shares of cells along the ground, and at the same ranges in the air, that are seen.
+fn ground(view: &mut CoherentView, map: &PolarMap, height_m: f32) -> Seen {
     let cells = ((GROUND_M.1 - GROUND_M.0) / CELL_M) as usize;
-    let mut seen = [0.0; 2];
+    let rows = MeanOfRows::new(map);
+    let mut seen = Seen::default();
     for k in 0..cells {
         let x = (GROUND_M.0 + CELL_M * k as f64) as f32;
         let (range, angle) = (x.hypot(height_m), height_m.atan2(x));
-        for (count, angle) in seen.iter_mut().zip([angle, AIR_RAD]) {
-            *count += f64::from(u8::from(view.over_noise(range, angle) > SEEN)) / cells as f64;
+        let shown = |angle: f32, view: &mut CoherentView| {
+            let coherent = view.over_noise(range, angle) > SEEN;
+            [coherent, rows.shows(map, range, angle)]
+        };
+        let ([a, b], [c, d]) = (shown(angle, view), shown(AIR_RAD, view));
+        for (share, is) in seen.iter_mut().zip([a, b, c, d]) {
+            *share += f64::from(u8::from(is)) / cells as f64;
         }
     }
     seen
+}
+
+/// Mean power over the rows around an angle, with the weights (1 - t²)² that the estimator gives the ground's line.
+struct MeanOfRows {
+    /// Half-width of the weights, rows.
+    reach: usize,
+    /// Power that noise exceeds once in 1,000 cells.
+    least: f32,
+}
+
+impl MeanOfRows {
+    fn new(map: &PolarMap) -> Self {
+        let geometry = map.geometry();
+        let half = LINE_REACH * two_way_sigma(geometry.beamwidth_rad) / geometry.step_rad;
+        let reach = (half as usize).max(1);
+        let weights = Self::weights(reach);
+        let (sum, squares) = weights.fold((0.0, 0.0), |(s, q), (_, w)| (s + w, q + w * w));
+        // Quantile of a mean of n exponential powers (Wilson and Hilferty 1931).
+        let n = sum * sum / squares;
+        let root = 1.0 - 1.0 / (9.0 * n) + NORMAL_QUANTILE / (3.0 * n.sqrt());
+        // Noise is exponential: its mean is its median over ln 2.
+        let mut levels: Vec<u8> = (0..map.rows())
+            .flat_map(|k| map.row(k).iter().copied())
+            .collect();
+        let middle = levels.len() / 2;
+        let (_, median, _) = levels.select_nth_unstable(middle);
+        let noise = power(*median) / core::f32::consts::LN_2;
+        Self {
+            reach,
+            least: root.powi(3) * noise,
+        }
+    }
+
+    /// Returns the offsets of the rows with their weights.
+    fn weights(reach: usize) -> impl Iterator<Item = (isize, f32)> {
+        let all = -(reach as isize)..=reach as isize;
+        all.map(move |k| {
+            let t = k as f32 / (reach as f32 + 1.0);
+            (k, (1.0 - t * t) * (1.0 - t * t))
+        })
+    }
+
+    /// Whether the mean exceeds the noise at a range, metres, and an angle, radians.
+    fn shows(&self, map: &PolarMap, range_m: f32, angle_rad: f32) -> bool {
+        let geometry = map.geometry();
+        // The casts saturate.
+        let bin = ((range_m - geometry.first_range_m) / geometry.bin_m).round() as usize;
+        let row = ((angle_rad - map.angle_rad(0)) / geometry.step_rad).round() as usize;
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (k, w) in Self::weights(self.reach) {
+            if let Some(cell) = row
+                .checked_add_signed(k)
+                .and_then(|row| map.row(row).get(bin))
+            {
+                (sum, weight) = (sum + w * power(*cell), weight + w);
+            }
+        }
+        weight > 0.0 && sum / weight > self.least
+    }
+}
+
+/// Returns the power of a map's level, in any unit.
+fn power(level: u8) -> f32 {
+    10f32.powf(f32::from(level) * DB_PER_UNIT / 10.0)
 }
