@@ -4,6 +4,7 @@ use crate::answer::{Direction, PossibleStep};
 use crate::estimate::expanded;
 use crate::infer::propose::scene::Scene;
 use crate::infer::*;
+use crate::model::tests::Dice;
 use crate::params::Params;
 use crate::signal::echoes::tests::{map, noise, scene};
 use crate::verdict::{Outcome, Reasons, Status};
@@ -107,6 +108,62 @@ fn stairs_going_down_are_rows_below_each_other() {
     let levels: Vec<f32> = outcome.answer.steps.iter().map(|s| s.height_m).collect();
     assert_eq!(levels.len(), 2, "{outcome:?}");
     assert!((levels[0] + 0.16).abs() < 0.01 && (levels[1] + 0.32).abs() < 0.01);
+}
+
+/// Returns echoes along a surface at a height, metres, some 4 cm apart, from `from_m` up to `to_m`.
+fn surface(
+    dice: &mut Dice,
+    from_m: f32,
+    to_m: f32,
+    height_m: f32,
+    db: f64,
+) -> Vec<(f32, f32, f64)> {
+    let mut points = Vec::new();
+    let mut x = from_m + dice.even(0.0, 0.04);
+    while x < to_m {
+        let level = height_m + dice.normal(0.002);
+        points.push((x, level, db + f64::from(dice.even(-3.0, 3.0))));
+        x += dice.even(0.025, 0.055);
+    }
+    points
+}
+
+#[test]
+fn errors_of_steps_going_down_are_as_large_as_their_standard_deviations_say() {
+    let config = over_an_edge();
+    let (mut squares, mut steps) = ([0.0f32; 2], 0.0);
+    for seed in 0..40 {
+        let mut dice = Dice::new(seed);
+        let (edge, going, rise) = (
+            dice.even(-0.1, 0.1),
+            dice.even(0.27, 0.32),
+            dice.even(0.15, 0.18),
+        );
+        let mut points = surface(&mut dice, edge - 0.35, edge, 0.0, 20.0);
+        for k in 0..2 {
+            let (from, level) = (edge + k as f32 * going, -rise * (k + 1) as f32);
+            // The tread before hides the beginning.
+            let hidden = rise * from.max(0.0) / (1.1 + level + rise);
+            points.extend(surface(&mut dice, from + hidden, from + going, level, 18.0));
+        }
+        let outcome = estimate(&scene(&config, &points), &config, false);
+        for step in &outcome.answer.steps {
+            let k = (-step.height_m / rise).round();
+            let truth = (edge + (k - 1.0) * going, -k * rise);
+            let z = [
+                (step.distance_m - truth.0) / step.distance_sigma_m,
+                (step.height_m - truth.1) / step.height_sigma_m,
+            ];
+            squares = [0, 1].map(|i| squares[i] + z[i] * z[i]);
+            steps += 1.0;
+        }
+    }
+    assert_eq!(steps, 80.0, "two steps of each flight");
+    let [distance, height] = squares.map(|square| square / steps);
+    // Half the standard deviation would make four times the mean square, twice of it a quarter. That of the height contains
+    // errors of the mounting, which are not simulated here.
+    assert!((0.35..1.4).contains(&distance), "{distance}");
+    assert!((0.05..0.25).contains(&height), "{height}");
 }
 
 #[test]
