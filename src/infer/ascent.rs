@@ -27,8 +27,6 @@ pub struct Ascent<'a> {
     pub found: Calibration,
     /// Whether the floor confirms the configured mounting; where it does not, the stairs' first corner must.
     pub floor_confirms_mount: bool,
-    /// Whether the posterior decides, rather than the search alone.
-    pub particles: bool,
     /// Tuned numbers.
     pub params: &'a Params,
 }
@@ -53,12 +51,8 @@ impl Ascent<'_> {
         observer.event(Event::Done(Stage::Search));
         let mut inferred = Inferred::default();
         let bias_sigma_rad = self.found.bias_sigma_rad;
-        if self.particles {
-            inferred.infer(&proposals, posterior, past.as_deref_mut(), bias_sigma_rad);
-            posterior.report(observer);
-        } else {
-            inferred.search_alone(&proposals, posterior, bias_sigma_rad);
-        }
+        inferred.infer(&proposals, posterior, past.as_deref_mut(), bias_sigma_rad);
+        posterior.report(observer);
         if let Some(past) = &mut past {
             let steps = inferred.measured.as_mut();
             past.combine(steps.map_or(&mut [], |m| m.answer.steps.as_mut_slice()));

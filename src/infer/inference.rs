@@ -3,7 +3,7 @@
 use super::bases::{Posterior, ROUNDS, flight};
 use super::depth;
 use super::dimensions::{self, Measured, RisenFlight};
-use super::judgement::{AnswerProbabilities, Likeliest, StatedStairs};
+use super::judgement::{AnswerProbabilities, StatedStairs};
 use super::propose::search::{Proposals, Search};
 use super::propose::stairs::Flight;
 use crate::model::Staircase;
@@ -69,25 +69,6 @@ impl Inferred {
         }
         if let Some(past) = past {
             past.keep(&posterior.outlines());
-        }
-    }
-
-    /// Takes the search's best flight as the answer, without the posterior, and measures it.
-    #[inline(never)]
-    pub fn search_alone(
-        &mut self,
-        proposals: &Proposals<'_, '_>,
-        posterior: &Posterior,
-        bias_sigma_rad: f32,
-    ) {
-        let Proposals { search, best } = proposals;
-        let likeliest = Likeliest::of(best.as_ref());
-        (self.odds, self.margin) = (likeliest.odds, likeliest.margin);
-        self.flight = best
-            .clone()
-            .map(|flight| RisenFlight::of(search, flight).flight);
-        if let Some(staircase) = &likeliest.staircase {
-            self.measure(search, posterior, staircase, bias_sigma_rad);
         }
     }
 

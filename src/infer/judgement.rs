@@ -1,9 +1,9 @@
 //! The methods of the posterior that evaluate the particles: the likeliest outline of stairs, log-odds of errors of an
 //! answer, and possible steps that are not part of the answer.
 
-use super::bases::{Posterior, staircase};
+use super::bases::Posterior;
 use super::dimensions::Measured;
-use super::propose::stairs::{Chain, Flight};
+use super::propose::stairs::Chain;
 use super::variants::{Hypothesis, Variants};
 use crate::answer::{Direction, DropEdge, MAX_POSSIBLE_STEPS, PossibleStep};
 use crate::config::Plane;
@@ -42,16 +42,6 @@ pub struct Likeliest {
 }
 
 impl Likeliest {
-    /// Returns the likeliest explanation by the search alone; `best` is its best flight.
-    pub fn of(best: Option<&Flight>) -> Self {
-        let odds = best.map_or(f32::NEG_INFINITY, |b| b.score);
-        Self {
-            staircase: best.filter(|_| odds >= 0.0).map(staircase),
-            odds,
-            margin: odds,
-        }
-    }
-
     /// Whether another staircase has as many risers, each within 10 cm of this one's; `None` stands for ground without
     /// stairs.
     pub fn is_like(&self, other: Option<&Staircase>) -> bool {

@@ -97,8 +97,6 @@ pub struct Likelihood {
     // the estimator.
     params: &'static Params,
     posterior: Posterior,
-    /// Whether the posterior decides, rather than the search alone.
-    particles: bool,
 }
 
 #[derive(Debug)]
@@ -133,7 +131,6 @@ impl Likelihood {
             sweeps: SweepComparison::new(),
             params: numbers.get(),
             posterior: Posterior::new(&measured::MODEL, numbers),
-            particles: true,
         }
     }
 
@@ -153,13 +150,6 @@ impl Likelihood {
             collector.finish(map, config, self.params, &Drive::STANDING, echoes);
         }
         &self.echoes
-    }
-
-    /// Switches the posterior off, to measure its contribution. The search's best flight is the answer, all cells
-    /// have equal log-odds of an error, and nothing else is reported as possible.
-    pub const fn without_particles(mut self) -> Self {
-        self.particles = false;
-        self
     }
 }
 
@@ -300,7 +290,6 @@ impl Likelihood {
             geometry,
             found,
             floor_confirms_mount: instrument.floor.is_some_and(|floor| floor.confirmed(p)),
-            particles: self.particles,
             params: p,
         };
         Some(up.answer(memory, &mut self.posterior, past, observer, answer))

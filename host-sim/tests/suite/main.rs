@@ -18,7 +18,6 @@ mod modules;
 mod motion;
 mod outputs;
 mod own_data;
-mod particles;
 mod planes;
 mod processor;
 mod real;

@@ -103,16 +103,6 @@ fn stairs_are_accepted_from_even_odds_on() {
 }
 
 #[test]
-fn the_search_alone_accepts_a_flight_from_a_score_of_zero_on() {
-    let flight = |score| Flight {
-        score,
-        ..Flight::default()
-    };
-    assert!(Likeliest::of(Some(&flight(0.05))).staircase.is_some());
-    assert!(Likeliest::of(Some(&flight(-0.05))).staircase.is_none());
-}
-
-#[test]
 fn a_drop_is_reported_from_a_probability_of_one_half_on() {
     let end = |probability: f32| {
         let mut posterior =
