@@ -121,7 +121,7 @@ impl<'a> Clean<'a> {
             if point.contrast < LEAST {
                 continue;
             }
-            self.subtract(&point, 1.0);
+            self.subtract(&point);
             // There is room.
             let _ = self.found.push(point);
             let block = |at: usize, reach: usize, end: usize| {
@@ -311,8 +311,8 @@ impl<'a> Clean<'a> {
         math::exp(-0.5 * t * t)
     }
 
-    /// Subtracts `share` of a point's response.
-    fn subtract(&mut self, point: &Component, share: f32) {
+    /// Subtracts a point's response.
+    fn subtract(&mut self, point: &Component) {
         let bins = self.image.bins();
         let (node, bin) = (
             math::round(point.node) as usize,
@@ -324,10 +324,7 @@ impl<'a> Clean<'a> {
         for (r, b) in responses.iter_mut().zip(first..end) {
             let (along, [cos, sin]) = self.along(point, b);
             let [re, im] = point.amplitude;
-            *r = [
-                share * along * (re * cos - im * sin),
-                share * along * (re * sin + im * cos),
-            ];
+            *r = [along * (re * cos - im * sin), along * (re * sin + im * cos)];
         }
         let last = (node + REACH_NODES + 1).min(self.image.nodes().count());
         for n in node.saturating_sub(REACH_NODES)..last {
