@@ -190,7 +190,8 @@ impl<A: Arithmetic> Processor<A> {
             offset: 0,
             cfar: Cfar::empty(),
             power: [0; MAX_SAMPLES],
-            scale: (0, 1),
+            // All bits zero, so that a static takes no flash.
+            scale: (0, 0),
             arithmetic: PhantomData,
         }
     }
@@ -313,7 +314,7 @@ impl<A: Arithmetic> Processor<A> {
     fn unit(&self) -> f32 {
         let (exponent, gain) = self.scale;
         // Mantissas are (x · c) · gain / 2^32 / 2^exponent; full scale is x = 2^15.
-        math::exp2(exponent as f32 + 17.0) / (self.front_end.window.sum() * gain as f32)
+        math::exp2(exponent as f32 + 17.0) / (self.front_end.window.sum() * gain.max(1) as f32)
     }
 
     /// Returns the kept bins of the last processed chirp with the phase of the mirror's own echo taken out, and without
