@@ -286,6 +286,15 @@ mod tests {
     use stairscan::report::sentence::{ScanId, write_scan};
     use stairscan::verdict::{Assessment, Evidence, Outcome, Validity};
 
+    /// Returns the sentences of an outcome.
+    fn written(outcome: &Outcome) -> Vec<String> {
+        let mut lines = Vec::new();
+        write_scan(ScanId::FIRST, 0, outcome, |line| {
+            lines.push(line.trim_end().to_owned());
+        });
+        lines
+    }
+
     /// Returns the sentences of an `ok` answer with a drop and a `MAYBE`.
     fn sentences() -> Vec<String> {
         let mut outcome = Outcome::silent();
@@ -311,19 +320,7 @@ mod tests {
             assessment: Some(sight),
             ..Evidence::default()
         });
-        let mut lines = Vec::new();
-        write_scan(
-            ScanId {
-                scan: 1,
-                settings: 0,
-            },
-            0,
-            &outcome,
-            |line| {
-                lines.push(line.trim_end().to_owned());
-            },
-        );
-        lines
+        written(&outcome)
     }
 
     #[test]
@@ -361,18 +358,7 @@ mod tests {
 
     #[test]
     fn no_drop_and_no_free_distance_are_null() {
-        let mut lines = Vec::new();
-        write_scan(
-            ScanId {
-                scan: 1,
-                settings: 0,
-            },
-            0,
-            &Outcome::silent(),
-            |line| {
-                lines.push(line.trim_end().to_owned());
-            },
-        );
+        let lines = written(&Outcome::silent());
         let json = Answer::parse("fault", lines).unwrap().json();
         assert!(json["drop"].is_null() && json["free_m"].is_null(), "{json}");
     }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use stairscan::config::Config;
 use stairscan::signal::echoes::Echoes;
-use stairscan::signal::grid::PolarMap;
+use stairscan::signal::grid::{Geometry, PolarMap};
 use stairscan::signal::image::KeptImage;
 use stairscan::signal::range::FULL_SCALE;
 
@@ -22,37 +22,37 @@ pub struct CoherentView {
     /// Mean power of the noise; a full-scale tone in one row has power 1.
     pub noise: f32,
     image: KeptImage,
-    shape: PolarMap,
+    geometry: Geometry,
     config: Config,
 }
 
 impl CoherentView {
-    /// Finds the echoes of a scan's coherent image; `None` without rows.
+    /// Finds the echoes of a scan's coherent image; `None` without an image or without rows.
     pub fn of(scanned: &Scanned<'_>) -> Option<Box<Self>> {
-        let mut image = scanned.image.clone();
+        let mut image = scanned.image?.clone();
         let noise = image.finish()?;
         let (map, config) = (scanned.pipeline.map(), scanned.config);
         let mut echoes = Echoes::new();
-        image.clone().scan().detect(map, config, &mut echoes);
+        image.clone().detect(map, config, &mut echoes);
         Some(Box::new(Self {
             echoes,
             noise,
             image,
-            shape: map.clone(),
+            geometry: *map.geometry(),
             config: *config,
         }))
     }
 
     /// Returns the power of the image over its noise at a range from the mirror, metres, and a beam angle, radians.
-    pub fn over_noise(&mut self, range_m: f32, angle_rad: f32) -> f32 {
-        let geometry = self.shape.geometry();
+    pub fn over_noise(&self, range_m: f32, angle_rad: f32) -> f32 {
+        let geometry = &self.geometry;
         // The cast saturates.
         let bin = ((range_m - geometry.first_range_m) / geometry.bin_m).round() as usize;
         self.image.power(angle_rad, bin) / self.noise
     }
 
     /// Returns the image's power at the rows and bins of the map.
-    pub fn map(&mut self) -> Box<PolarMap> {
+    pub fn map(&self) -> Box<PolarMap> {
         let mut map = Box::new(PolarMap::new());
         // The map was shaped by the same configuration before.
         let _ = map.begin(&self.config);

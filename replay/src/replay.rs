@@ -49,6 +49,8 @@ pub struct Options {
     pub by_trigger: bool,
     /// Tuned numbers of the scanner's stages.
     pub numbers: Numbers,
+    /// Whether the coherent image is made, too.
+    pub coherent: bool,
 }
 
 impl Options {
@@ -84,8 +86,8 @@ pub struct Scanned<'a> {
     pub config: &'a Config,
     /// Polar map and estimator after this scan.
     pub pipeline: &'a Pipeline,
-    /// Coherent image of this scan, before its points were found.
-    pub image: &'a KeptImage,
+    /// Coherent image of this scan, before its points were found; `None` unless the options want it.
+    pub image: Option<&'a KeptImage>,
     /// Motion of the chair during this scan, as the estimator used it.
     pub drive: Drive<'a>,
     /// The answer to this scan.
@@ -158,7 +160,7 @@ pub fn answers(
 /// reported, the scanner is already at its next scan.
 struct DataPathWithMotion {
     pipeline: Box<Pipeline>,
-    image: Box<KeptImage>,
+    image: Option<Box<KeptImage>>,
     drive: Drive<'static>,
     track: Option<Track>,
 }
@@ -175,7 +177,9 @@ impl DataPathWithMotion {
 impl DataPath for DataPathWithMotion {
     fn begin(&mut self, config: &Config, scan: u32) -> std::result::Result<(), ConfigError> {
         self.pipeline.begin(config, scan)?;
-        self.image.begin(self.pipeline.map());
+        if let Some(image) = &mut self.image {
+            image.begin(self.pipeline.map());
+        }
         Ok(())
     }
 
@@ -189,9 +193,12 @@ impl DataPath for DataPathWithMotion {
 
     fn row(&mut self, row: u16) {
         self.pipeline.row(row);
+        let Some(image) = &mut self.image else {
+            return;
+        };
         let angle_rad = self.pipeline.map().angle_rad(row.into());
         if let Some(mut coherent) = self.pipeline.coherent() {
-            self.image.add(angle_rad, &mut coherent);
+            image.add(angle_rad, &mut coherent);
         }
     }
 
@@ -246,7 +253,7 @@ fn follow(
             scan: scan % recording.scans(),
             config: playback.config_of(scan),
             pipeline: &data.pipeline,
-            image: &data.image,
+            image: data.image.as_deref(),
             drive: data.drive(),
             answer: &answer,
         });
@@ -323,7 +330,7 @@ fn run(
         settings.timing.settle = SHORTEST_SETTLE_US;
     }
     let data = DataPathWithMotion {
-        image: Box::new(KeptImage::new()),
+        image: options.coherent.then(Box::default),
         pipeline: Box::new(Pipeline::with(options.numbers)),
         drive: Drive::STANDING,
         track: None,

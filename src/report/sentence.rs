@@ -296,6 +296,14 @@ pub struct ScanId {
     pub settings: u32,
 }
 
+impl ScanId {
+    /// First scan of a scanner whose settings have the hash 0: for answers that no scanner gave.
+    pub const FIRST: Self = Self {
+        scan: 1,
+        settings: 0,
+    };
+}
+
 /// Returns sentence `k` (from 0) of the answer `outcome` to the scan `id`: head, steps, drop, possible further steps,
 /// in this order; `None` beyond the last.
 pub fn of_scan(id: ScanId, lost_rows: u16, outcome: &Outcome, k: u8) -> Option<Sentence<'static>> {

@@ -1,4 +1,4 @@
-//! What the coherent image shows beside today's echoes: top edges of steps, and ground.
+//! Top edges of steps, and ground, counted in the coherent image and in what the estimator uses.
 
 use std::fmt::Write as _;
 
@@ -68,13 +68,13 @@ impl Counts {
         let (Some(truth), false) = (truth, scanned.answer.is_fault()) else {
             return;
         };
-        let Some(mut view) = CoherentView::of(scanned) else {
+        let Some(view) = CoherentView::of(scanned) else {
             return;
         };
         if truth.steps.is_empty() {
             let height_m = scanned.config.mount.mount_height_m();
             let map = scanned.pipeline.map();
-            self.ground.push(ground(&mut view, map, height_m));
+            self.ground.push(ground(&view, map, height_m));
             return;
         }
         let (map, config) = (scanned.pipeline.map(), scanned.config);
@@ -151,18 +151,18 @@ fn count(edges: &mut [Edges; 2], truth: &Truth, echoes: &[(f64, f64)], height_m:
 type Seen = [f64; 4];
 
 /// Returns the shares of cells along the ground, and at the same ranges in the air, that are seen.
-fn ground(view: &mut CoherentView, map: &PolarMap, height_m: f32) -> Seen {
+fn ground(view: &CoherentView, map: &PolarMap, height_m: f32) -> Seen {
     let cells = ((GROUND_M.1 - GROUND_M.0) / CELL_M) as usize;
     let rows = MeanOfRows::new(map);
     let mut seen = Seen::default();
     for k in 0..cells {
         let x = (GROUND_M.0 + CELL_M * k as f64) as f32;
         let (range, angle) = (x.hypot(height_m), height_m.atan2(x));
-        let shown = |angle: f32, view: &mut CoherentView| {
+        let shown = |angle: f32| {
             let coherent = view.over_noise(range, angle) > SEEN;
             [coherent, rows.shows(map, range, angle)]
         };
-        let ([a, b], [c, d]) = (shown(angle, view), shown(AIR_RAD, view));
+        let ([a, b], [c, d]) = (shown(angle), shown(AIR_RAD));
         for (share, is) in seen.iter_mut().zip([a, b, c, d]) {
             *share += f64::from(u8::from(is)) / cells as f64;
         }

@@ -313,19 +313,11 @@ mod image {
     #[inline(never)]
     fn report(outcome: &Outcome) {
         let mut sum = 0u32;
-        write_scan(
-            ScanId {
-                scan: 1,
-                settings: 0,
-            },
-            0,
-            outcome,
-            |line| {
-                sum = line
-                    .bytes()
-                    .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
-            },
-        );
+        write_scan(ScanId::FIRST, 0, outcome, |line| {
+            sum = line
+                .bytes()
+                .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
+        });
         black_box(sum);
     }
 

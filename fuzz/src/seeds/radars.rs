@@ -1,4 +1,4 @@
-//! What radar modules answer at their ports.
+//! Seeds of the radar modules' protocols: bytes that a module sends.
 
 use super::counted;
 

@@ -212,17 +212,9 @@ fn check(outcome: &Outcome, config: &Config) {
         outcome.status() != Status::Ok || !likelihood || is_valid,
         "{outcome:?}"
     );
-    write_scan(
-        ScanId {
-            scan: 1,
-            settings: 0,
-        },
-        0,
-        outcome,
-        |line| {
-            Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}"));
-        },
-    );
+    write_scan(ScanId::FIRST, 0, outcome, |line| {
+        Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}"));
+    });
 }
 
 /// Scans twice, forward and backward.

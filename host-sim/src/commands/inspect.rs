@@ -59,6 +59,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()> {
     let options = replay::Options {
         single: args.single,
+        coherent: args.coherent,
         ..args.settings.options(args.settings.config()?)
     };
     ensure!(
@@ -78,10 +79,7 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
         } = *scanned;
         let map = pipeline.map();
         let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
-        let mut coherent = match args.coherent {
-            true => CoherentView::of(scanned),
-            false => None,
-        };
+        let coherent = CoherentView::of(scanned);
         match args.format {
             Format::Json => {
                 let mut json = inspection.json(answer);
@@ -111,7 +109,7 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
             let file = dir.join(format!("{}-inspect.png", recording.name));
             drawn = plots::write_inspect((outputs, &file), &scan, inspection.view());
             let mut files = vec![file];
-            if let (Some(view), Ok(())) = (&mut coherent, &drawn) {
+            if let (Some(view), Ok(())) = (&coherent, &drawn) {
                 let (image, name) = (&view.map(), &recording.name);
                 match plots::write_coherent((outputs, dir), name, (map, image), &view.echoes) {
                     Ok(written) => files.extend(written),

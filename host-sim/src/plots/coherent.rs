@@ -5,6 +5,7 @@ use plotters::style::WHITE;
 use stairscan::signal::echoes::Echo;
 
 use super::colour::{Palette, TRUE};
+use super::inspect::radius;
 use super::plane::{Background, PlotTexts, SagittalPlane};
 use super::shape::Shape;
 
@@ -14,7 +15,7 @@ pub fn draw(plane: &SagittalPlane<'_>, words: &PlotTexts, echoes: &[Echo]) -> Re
         for echo in echoes.iter().rev() {
             let (x, y) = (f64::from(echo.x_m), f64::from(echo.y_m));
             if frame.holds(x, y) {
-                let radius = 4.0 + 6.0 * (f64::from(echo.snr_db) / 40.0).clamp(0.0, 1.0);
+                let radius = radius(echo.snr_db.into());
                 sheet.marker(Shape::Ring, frame.spot(x, y), radius, TRUE, WHITE)?;
             }
         }

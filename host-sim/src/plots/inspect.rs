@@ -64,7 +64,7 @@ fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
 }
 
 /// Returns the radius of a scatterer's marker, pixels: 4 at an SNR of 0 dB, 10 from 40 dB on.
-fn radius(snr_db: f64) -> f64 {
+pub fn radius(snr_db: f64) -> f64 {
     4.0 + 6.0 * (snr_db / 40.0).clamp(0.0, 1.0)
 }
 

@@ -25,6 +25,7 @@ fn echoes(recording: &Recording, backwards: bool) -> Echoes {
     let mut found = None;
     let options = Options {
         backwards,
+        coherent: true,
         ..Options::default()
     };
     let look = |scanned: &replay::Scanned<'_>| {

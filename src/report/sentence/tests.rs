@@ -420,18 +420,10 @@ fn a_fault_carries_no_steps() {
     let mut outcome = Outcome::silent();
     let _ = outcome.answer.steps.push(Step::default());
     let mut lines = 0;
-    write_scan(
-        ScanId {
-            scan: 1,
-            settings: 0,
-        },
-        0,
-        &outcome,
-        |line| {
-            lines += 1;
-            assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
-        },
-    );
+    write_scan(ScanId::FIRST, 0, &outcome, |line| {
+        lines += 1;
+        assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
+    });
     assert_eq!(lines, 1);
 }
 
@@ -506,18 +498,10 @@ fn a_fault_carries_no_drop() {
     let mut outcome = with_drop();
     outcome.decide(&Evidence::default());
     let mut lines = 0;
-    write_scan(
-        ScanId {
-            scan: 1,
-            settings: 0,
-        },
-        0,
-        &outcome,
-        |line| {
-            lines += 1;
-            assert!(line.contains(",0,00000000,0*"), "{line}");
-        },
-    );
+    write_scan(ScanId::FIRST, 0, &outcome, |line| {
+        lines += 1;
+        assert!(line.contains(",0,00000000,0*"), "{line}");
+    });
     assert_eq!(lines, 1);
 }
 

@@ -37,5 +37,5 @@ mod tests;
 pub use clean::{Clean, Component, RangeResponse};
 pub use coherent::{CoherentImage, WORDS};
 pub use nodes::Nodes;
-pub use points::{ImageScan, KeptImage};
+pub use points::KeptImage;
 pub use reference::CoherentRow;

@@ -5,8 +5,7 @@ use crate::config::Config;
 use crate::math;
 use crate::params::image::PATTERN;
 use crate::signal::echoes::{Echo, Echoes};
-use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
-use crate::signal::range::FULL_SCALE;
+use crate::signal::grid::PolarMap;
 
 /// Standard deviation of a point's range at a power ratio of 1 to the noise of the image, native bins: of the vertex of the
 /// parabola through three bins behind a Hann window. The bound of Cramér and Rao is 0.32.
@@ -68,33 +67,13 @@ impl KeptImage {
         re * re + im * im
     }
 
-    /// Returns the image, to detect its echoes.
-    pub fn scan(&mut self) -> ImageScan<'_> {
-        ImageScan {
-            image: &mut self.image,
-            words: &mut self.words,
-        }
-    }
-}
-
-/// A finished image with its memory.
-#[derive(Debug)]
-pub struct ImageScan<'a> {
-    /// The image.
-    pub image: &'a mut CoherentImage,
-    /// Its memory.
-    pub words: &'a mut [u32],
-}
-
-impl ImageScan<'_> {
-    /// Detects the echoes and writes them to `echoes`, strongest first; the image then holds what is left. Returns the
-    /// noise: mean power in a cell, map units.
+    /// Detects the echoes of a finished image and writes them to `echoes`, strongest first; the image then holds what is
+    /// left.
     #[inline(never)]
-    pub fn detect(&mut self, map: &PolarMap, config: &Config, echoes: &mut Echoes) -> f32 {
+    pub fn detect(&mut self, map: &PolarMap, config: &Config, echoes: &mut Echoes) {
         echoes.clear();
-        self.image.finish(self.words);
         let Some(noise) = self.image.noise() else {
-            return 0.0;
+            return;
         };
         let offset_m = config.mount.mirror_offset_m();
         let native_per_bin = map.geometry().bin_m / config.radar.range_resolution_m();
@@ -109,7 +88,7 @@ impl ImageScan<'_> {
                 true => f32::INFINITY,
             },
         };
-        let mut clean = Clean::new(self.image, self.words, range, noise);
+        let mut clean = Clean::new(&self.image, &mut self.words, range, noise);
         clean.run();
         for point in &clean.found {
             let mut echo = echo(point, map, &clean, native_per_bin);
@@ -118,7 +97,6 @@ impl ImageScan<'_> {
             let _ = echoes.push(echo);
         }
         crate::sort::shell_sort(echoes, |a, b| a.snr_db > b.snr_db);
-        f32::from(FULL_SCALE) + f32::from(UNITS_PER_OCTAVE) * math::log2(noise)
     }
 }
 

@@ -95,7 +95,8 @@ impl Seen {
 /// Returns the echoes of an image of `map`.
 fn echoes(image: &mut KeptImage, map: &PolarMap, config: &Config) -> Echoes {
     let mut echoes = Echoes::new();
-    image.scan().detect(map, config, &mut echoes);
+    image.finish();
+    image.detect(map, config, &mut echoes);
     echoes
 }
 

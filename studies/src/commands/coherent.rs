@@ -32,6 +32,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
         let options = Options {
             scans: Some(1),
+            coherent: true,
             ..Options::default()
         };
         replay::answers(&recording, &options, |scanned| counts.add(scanned))?;

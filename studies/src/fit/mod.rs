@@ -197,15 +197,9 @@ fn reach_m(reasons: Reasons, drop: Option<DropEdge>) -> f32 {
 /// Converts an outcome to the answer that is reported.
 fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
     let mut sentences = Vec::new();
-    write_scan(
-        ScanId {
-            scan: 1,
-            settings: 0,
-        },
-        0,
-        outcome,
-        |line| sentences.push(line.trim_end().to_owned()),
-    );
+    write_scan(ScanId::FIRST, 0, outcome, |line| {
+        sentences.push(line.trim_end().to_owned())
+    });
     Answer::parse(name, sentences)
 }
 
