@@ -42,6 +42,8 @@ pub(crate) fn check(
 pub(crate) enum Effect {
     /// Changes the answer of a scan: it enters the hash.
     Answer,
+    /// Changes the answer of a scan; a value of 1 is left out of the hash, which is then that of earlier firmware.
+    AnswerUnlessOne,
     /// Changes speed, timeouts or hardware of a scan, or states who calibrated it.
     Operation,
     /// None: the radar module reports the value at every scan, and no command sets it.

@@ -177,10 +177,17 @@ pub(super) fn fit(settings: &Settings, times: Option<RowTimes>) -> Result<(), Co
         return check(false, "module", "pstr or bgt60, or guard-rate 0");
     };
     let mut settings = *settings;
+    let chirps = settings.module.chirps;
     settings.config.sweep = settings.guard.sweep();
     if period_us(&settings, times)?.saturating_mul(rate) <= SECOND_US {
         return Ok(());
     }
+    settings.module.chirps = 1;
+    check(
+        chirps == 1 || period_us(&settings, times)?.saturating_mul(rate) > SECOND_US,
+        "chirps-per-row",
+        "fewer for guard-rate: the rows take too long",
+    )?;
     settings.motor.acceleration = 0;
     check(
         period_us(&settings, times)?.saturating_mul(rate) > SECOND_US,
@@ -262,6 +269,27 @@ mod tests {
         });
         guard.compare(then.plus(us as u32), 0.0, &mut result);
         result.free_m().unwrap()
+    }
+
+    #[test]
+    fn a_guard_that_several_chirps_slow_down_is_refused_for_them() {
+        let wire = crate::signal::radar::wire::Wire {
+            baud: 3_000_000,
+            ahead: true,
+            pin: false,
+        };
+        let mut settings = Settings::default();
+        let fits = |settings: &Settings| {
+            let times = wire.row_times(settings.config.radar.samples);
+            fit(settings, Some(times)).map_err(|error| error.field)
+        };
+        assert_eq!(fits(&settings), Ok(()));
+        settings.set("chirps-per-row", "2").unwrap();
+        assert_eq!(fits(&settings), Ok(()));
+        settings.set("chirps-per-row", "16").unwrap();
+        assert_eq!(fits(&settings), Err("chirps-per-row"));
+        settings.set("guard-rate", "0").unwrap();
+        assert_eq!(fits(&settings), Ok(()));
     }
 
     #[test]

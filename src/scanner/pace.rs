@@ -27,15 +27,15 @@ pub struct Cruise {
     pub speed: u32,
     /// Time from row to row, µs.
     pub period_us: u32,
-    /// Timeout of a chirp, µs: when it ends, the trigger of a later row needs the buffer of this chirp.
+    /// Timeout of a row's samples, µs: when it ends, the trigger of a later row needs their buffer.
     pub chirp_timeout_us: u32,
     /// Distance from an end of the shaft's travel to the nearest row, microsteps: ramp, settling, and the
-    /// duration of a chirp.
+    /// duration of a row's chirps.
     pub run_up: i32,
     /// Distance of the shaft before a row's position at which the delay of the row's trigger begins, microsteps.
     pub lead: i32,
     /// Delay of a row's trigger after the shaft is `lead` before the row's position, µs, so that this position is
-    /// reached in mid chirp.
+    /// reached in mid chirp, or in the middle of the row's chirps.
     pub delay_us: u32,
 }
 
@@ -48,8 +48,8 @@ impl Cruise {
     /// Returns the sweep at constant speed by `settings`, with a module whose rows take `times`; `None` if the
     /// shaft has no room for the ramps, or the speed would be below `MIN_SPEED`.
     pub fn new(settings: &Settings, schedule: &Schedule, times: RowTimes) -> Option<Self> {
-        let (motor, timing) = (&settings.motor, &settings.timing);
-        let chirp_us = times.chirp_us.unwrap_or(timing.chirp_duration);
+        let motor = &settings.motor;
+        let chirp_us = times.chirp_us.unwrap_or(settings.capture_us());
         let (trigger, answer) = (times.trigger_us, times.answer_us);
         let capture = trigger.saturating_add(chirp_us).saturating_add(SLACK_US);
         let busy = match times.ahead {
@@ -73,7 +73,7 @@ impl Cruise {
             a => a as f32,
         };
         let ramp = speed as f32 * speed as f32 / (2.0 * acceleration);
-        // Time from the trigger's call to mid chirp.
+        // Time from the trigger's call to the middle of the row's chirps.
         let early_us = trigger as f32 + 0.5 * chirp_us as f32;
         let lead = (v * early_us) as i32 + 1;
         let delay_us = (lead as f32 / v - early_us) as u32;
@@ -82,7 +82,7 @@ impl Cruise {
         let cruise = Self {
             speed,
             period_us,
-            chirp_timeout_us: patience_us.min(timing.chirp_timeout),
+            chirp_timeout_us: patience_us.min(settings.row_timeout_us()),
             run_up,
             lead,
             delay_us,
@@ -168,6 +168,32 @@ mod tests {
             assert!(cruise.chirp_timeout_us > there, "{cruise:?}");
             // The row's place comes in mid chirp, within half a microstep.
             let early = wire.trigger_us() + 500 + cruise.delay_us;
+            let way = early as f32 * cruise.speed as f32 * 1e-6;
+            assert!((way - cruise.lead as f32).abs() < 0.1, "{way} {cruise:?}");
+        }
+    }
+
+    #[test]
+    fn the_pace_follows_the_chirps_of_a_row() {
+        let mut settings = Settings::default();
+        let wire = Wire {
+            baud: 3_000_000,
+            ahead: true,
+            pin: false,
+        };
+        let one = cruise(&settings, wire).unwrap();
+        settings.module.chirps = 2;
+        // The answer of 2.7 ms takes longer than two chirps.
+        assert_eq!(cruise(&settings, wire).unwrap().period_us, one.period_us);
+        for chirps in [4, 16, 32] {
+            settings.module.chirps = chirps;
+            let cruise = cruise(&settings, wire).unwrap();
+            let capture = 1_000 * u32::from(chirps);
+            assert!(cruise.period_us > capture + SLACK_US, "{cruise:?}");
+            assert!(cruise.period_us < capture + capture / 5, "{cruise:?}");
+            assert!(cruise.chirp_timeout_us > capture + wire.chirp_us(200));
+            // The position comes in the middle of the chirps.
+            let early = wire.trigger_us() + capture / 2 + cruise.delay_us;
             let way = early as f32 * cruise.speed as f32 * 1e-6;
             assert!((way - cruise.lead as f32).abs() < 0.1, "{way} {cruise:?}");
         }

@@ -33,7 +33,7 @@ const fn layout() -> u32 {
 impl Settings {
     /// CRC-32 (ISO-HDLC) of the settings that affect an answer, those that `docs/user/hardware.md` marks, in the
     /// order of its table, as 32-bit little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE
-    /// float, enumerated values as their index in the list of values, from 0.
+    /// float, enumerated values as their index in the list of values, from 0. `chirps-per-row` is left out if it is 1.
     ///
     /// ```
     /// use stairscan::scanner::Settings;
@@ -48,9 +48,12 @@ impl Settings {
     pub fn hash(&self) -> u32 {
         let (mut words, mut count) = ([0; WORDS], 0);
         self.see(&mut |row, value| {
-            if row.effect == Effect::Answer
-                && let Some(word) = words.get_mut(count)
-            {
+            let enters = match row.effect {
+                Effect::Answer => true,
+                Effect::AnswerUnlessOne => value.number() != 1,
+                Effect::Operation | Effect::Module => false,
+            };
+            if enters && let Some(word) = words.get_mut(count) {
                 *word = value.word();
                 count += 1;
             }
@@ -135,12 +138,32 @@ mod tests {
                 other
             });
             assert_ne!(other.checksum(), settings.checksum(), "{key}");
-            let hashed = effect == Effect::Answer;
+            let hashed = matches!(effect, Effect::Answer | Effect::AnswerUnlessOne);
             assert_eq!(other.hash() != settings.hash(), hashed, "{key}");
         }
         let hashed = |key| effects.contains(&(key, Effect::Answer));
         assert!(MOUNTING.iter().all(|key| hashed(*key)));
         assert!(hashed("microsteps-per-turn"));
+    }
+
+    /// A controller that knows the hash of its scanner's settings keeps it over the update that brings the setting.
+    #[test]
+    fn one_chirp_per_row_leaves_the_hash_as_it_was() {
+        let mut settings = Settings::default();
+        let mut hashed = Vec::new();
+        settings.see(&mut |row, value| {
+            if row.effect == Effect::Answer {
+                hashed.push(value.word());
+            }
+        });
+        assert_eq!(settings.hash(), crc::of_words(&hashed));
+        settings.set("chirps-per-row", "8").unwrap();
+        let eight = settings.hash();
+        assert_ne!(eight, crc::of_words(&hashed));
+        settings.set("chirps-per-row", "16").unwrap();
+        assert_ne!(settings.hash(), eight);
+        settings.set("chirps-per-row", "1").unwrap();
+        assert_eq!(settings.hash(), crc::of_words(&hashed));
     }
 
     proptest! {

@@ -204,6 +204,18 @@ impl Settings {
         self.check_microsteps()
     }
 
+    /// Returns the time for which the radar module captures a row, that of all its chirps, µs; 0: unknown.
+    pub fn capture_us(&self) -> u32 {
+        let chirps = u32::from(self.module.chirps);
+        self.timing.chirp_duration.saturating_mul(chirps)
+    }
+
+    /// Returns the timeout of a row's samples, µs: `chirp-timeout`, and the time of the chirps after the first.
+    pub fn row_timeout_us(&self) -> u32 {
+        let more = self.capture_us().saturating_sub(self.timing.chirp_duration);
+        self.timing.chirp_timeout.saturating_add(more).min(MAX_TIME)
+    }
+
     /// Checks that the map has room for a scan with the radar module's current samples and bandwidth.
     fn check_map(&self) -> Result<(), ConfigError> {
         let window = BinWindow::of_scan(&self.config);
@@ -246,6 +258,7 @@ impl Settings {
             kind,
             samples,
             baud,
+            chirps,
             ..
         } = self.module;
         let (configure, chirp) = kind.min_timeouts_us();
@@ -258,6 +271,11 @@ impl Settings {
             self.timing.chirp_timeout >= chirp,
             "chirp-timeout",
             "100000 or more with a SiRad",
+        )?;
+        check(
+            chirps == 1 || kind.adds_chirps(),
+            "chirps-per-row",
+            "1: this module's driver cannot add chirps",
         )?;
         check(
             samples == 0 || SAMPLES.contains(&samples),

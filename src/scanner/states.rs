@@ -326,7 +326,7 @@ impl<'a, H: Parts> Machine<'a, H> {
                 );
                 let poll = sweep.poll(now, mirror, link, data);
                 if let Some((row, at)) = sweep.triggered() {
-                    let mid = sweep.settings().timing.chirp_duration / 2;
+                    let mid = sweep.settings().capture_us() / 2;
                     self.odometry.row(row, at.plus(mid));
                 }
                 self.deadline = sweep.deadline();

@@ -244,7 +244,7 @@ impl Sweep {
     }
 
     fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarModule) {
-        let timeout = self.settings.timing.chirp_timeout;
+        let timeout = self.settings.row_timeout_us();
         let angle = shaft_angle(mirror.position());
         match self.attempt {
             0 => link.trigger(now, angle, timeout),
@@ -370,7 +370,7 @@ impl Sweep {
             }
             return;
         }
-        let chirp_us = self.settings.timing.chirp_duration;
+        let chirp_us = self.settings.capture_us();
         let next = self.done.saturating_add(1);
         if self.capture_timer.captured(now, link, chirp_us) && next < self.schedule.rows() {
             let target = self.schedule.position(self.nth(next));

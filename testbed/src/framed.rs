@@ -70,6 +70,8 @@ pub struct FramedModule {
     pub ability: Ability,
     /// Duration of a chirp, µs.
     pub chirp_us: u64,
+    /// Number of chirps that it captures for each row.
+    pub chirps: u8,
     /// Fault of every answer.
     pub fault: Option<AnswerFault>,
     /// Faults of the answers to single triggers, by number of the trigger, from 0.
@@ -107,6 +109,7 @@ impl FramedModule {
             radar,
             ability,
             chirp_us: 1_000,
+            chirps: 1,
             fault: None,
             faults: BTreeMap::new(),
             trouble: 0,
@@ -151,6 +154,8 @@ impl FramedModule {
         self.asked.push(kind);
         match kind {
             FrameKind::Configure | FrameKind::Program => {
+                let chirps = frame::requested_chirps(&payload).filter(|_| self.ability.adds);
+                self.chirps = chirps.unwrap_or(1);
                 let settings = frame::settings_payload(&self.settings(), self.ability);
                 let answer = (FrameKind::Settings, sequence, &settings[..]);
                 self.answer(at, answer, self.fault, wires);
@@ -169,7 +174,7 @@ impl FramedModule {
         let edge = edge.filter(|edge| at - edge <= wires.us(EDGE_US));
         self.without_edge += u32::from(self.ability.pin && edge.is_none());
         let begin = edge.unwrap_or(at);
-        let end = begin + wires.us(self.chirp_us);
+        let end = begin + wires.us(self.chirp_us * u64::from(self.chirps));
         self.captures.push(Captured {
             angle: angle.try_into().map_or(0, i32::from_le_bytes),
             begin,

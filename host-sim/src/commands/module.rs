@@ -49,11 +49,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let playback = Playback::new(&recording, &base)?;
     let sets = changed(&playback.settings(), &[])?;
-    let mut module = Module::new(&playback).with_ability(Ability {
+    let module = Module::new(&playback);
+    let ability = Ability {
         fastest: args.fastest,
         ahead: true,
         pin: args.pin,
-    });
+        ..module.ability()
+    };
+    let mut module = module.with_ability(ability);
     module.get_ready();
     let (mut input, mut out) = (std::io::stdin().lock(), std::io::stdout().lock());
     writeln!(

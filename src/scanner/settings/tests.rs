@@ -54,10 +54,10 @@ fn table() -> String {
             (i64::MIN, _) => row.expected.replace(" or ", ", "),
             (least, most) => format!("{least} to {most}"),
         };
-        let hash = if row.effect == Effect::Answer {
-            "yes"
-        } else {
-            ""
+        let hash = match row.effect {
+            Effect::Answer => "yes",
+            Effect::AnswerUnlessOne => "unless 1",
+            Effect::Operation | Effect::Module => "",
         };
         let (key, unit, default, meaning) =
             (row.key, row.unit, value.text(), meanings.next().unwrap());
@@ -240,6 +240,50 @@ fn a_module_gets_the_time_that_it_needs() {
     assert_eq!(shorter.field, "chirp-timeout");
     settings.set("module", "bgt60").unwrap();
     settings.set("chirp-timeout", "50000").unwrap();
+}
+
+#[test]
+fn several_chirps_per_row_need_a_module_that_adds_them() {
+    let mut settings = Settings::default();
+    for refused in ["0", "33", "-1", "x"] {
+        let error = settings.set("chirps-per-row", refused).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "chirps-per-row: expected 1 to 32 (chirps)"
+        );
+    }
+    settings.set("chirps-per-row", "32").unwrap();
+    let error = settings.set("module", "bgt60").unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "chirps-per-row: expected 1: this module's driver cannot add chirps"
+    );
+    settings.set("chirps-per-row", "1").unwrap();
+    for (key, value) in [
+        ("configure-timeout", "500000"),
+        ("chirp-timeout", "150000"),
+        ("module", "sirad"),
+    ] {
+        settings.set(key, value).unwrap();
+    }
+    let error = settings.set("chirps-per-row", "2").unwrap_err();
+    assert_eq!(error.field, "chirps-per-row");
+}
+
+#[test]
+fn a_row_is_captured_and_waited_for_as_long_as_its_chirps_take() {
+    let mut settings = Settings::default();
+    let times = |s: &Settings| (s.capture_us(), s.row_timeout_us());
+    assert_eq!(times(&settings), (1_000, 50_000));
+    settings.set("chirps-per-row", "16").unwrap();
+    assert_eq!(times(&settings), (16_000, 65_000));
+    // Of an unknown duration only the timeout is known.
+    settings.set("chirp-duration", "0").unwrap();
+    assert_eq!(times(&settings), (0, 50_000));
+    settings.set("chirp-duration", "1000000").unwrap();
+    settings.set("chirp-timeout", "600000000").unwrap();
+    settings.set("chirps-per-row", "32").unwrap();
+    assert_eq!(times(&settings), (32_000_000, 600_000_000));
 }
 
 #[test]

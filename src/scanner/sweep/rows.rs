@@ -46,6 +46,7 @@ pub struct Rows {
 pub fn link_reason(error: LinkError) -> Reason {
     match error {
         LinkError::Module(_) | LinkError::Answer => Reason::ModuleError,
+        LinkError::Unable => Reason::ModuleConfig,
         LinkError::Timeout | LinkError::Frame(_) | LinkError::Sequence => Reason::LinkSilent,
     }
 }

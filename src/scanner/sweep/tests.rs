@@ -339,11 +339,12 @@ proptest! {
         fates in proptest::collection::btree_map(0_u32..120, fate(), 0..40),
         busy in proptest::collection::vec(0_u32..6_000, 0..50),
         backward: bool, ahead: bool,
-        chirp_us in 0_u32..4_000,
+        chirp_us in 0_u32..4_000, chirps in prop_oneof![3 => Just(1_u8), 1 => 2_u8..=8],
     ) {
         let mut settings = settings(mode);
         settings.config.sweep.angle_count = 70;
         settings.timing.chirp_duration = chirp_us;
+        settings.module.chirps = chirps;
         let mut bench = Bench::new(baud);
         bench.module(|module| module.chirp_us = chirp_us.into());
         bench.module(|module| module.ability.ahead = ahead);

@@ -15,7 +15,7 @@
 //! | kind | from | payload |
 //! |---|---|---|
 //! | `0x01` configure | scanner | none |
-//! | `0x03` program | scanner | swept bandwidth u32 kHz, samples per chirp u16 (0: unchanged), u8: bit 0: chirps begin at the edge of TRIG, 0 u8 |
+//! | `0x03` program | scanner | swept bandwidth u32 kHz, samples per chirp u16 (0: unchanged), u8: bit 0: chirps begin at the edge of TRIG, chirps per row u8 (0: 1) |
 //! | `0x81` settings | module | carrier u32 kHz, swept bandwidth B u32 kHz, samples per chirp Ns u16, fastest rate u8 Mbaud (0: 1), abilities u8 |
 //! | `0x04` rate | scanner | u8: 1, 2 or 3 Mbaud |
 //! | `0x84` rate set | module | the same; all following bytes are at that rate |
@@ -25,8 +25,9 @@
 //!
 //! Abilities: bit 0: real samples, two in place of I and Q, Ns such pairs; bit 1: the next chirp is captured
 //! while the one before is sent; bit 2: chirps begin at the rising edge of TRIG, and the trigger frame that
-//! arrives within 1 ms of it only carries the sequence number. The answer to program is settings, with the
-//! values that are now in force.
+//! arrives within 1 ms of it only carries the sequence number; bit 3: several chirps per row, which the module adds
+//! ([`super::dwell`]). The answer to program is settings, with the values that are now in force; configure sets
+//! the chirps per row back to 1.
 //!
 //! The module answers each request of the scanner once, with the sequence number of the request. Every request
 //! has a new number, also a retry, so that a late or repeated chirp is never assigned to another row. A module
@@ -125,20 +126,24 @@ pub struct Ability {
     pub ahead: bool,
     /// Whether the module's chirps can begin at the edge of the TRIG pin.
     pub pin: bool,
+    /// Whether the module can add several chirps per row.
+    pub adds: bool,
 }
 
 /// Bits of the abilities, the last byte of a settings frame: real samples (`REAL`), a chirp can be captured
-/// while the one before is sent (`AHEAD`), chirps begin at the edge of TRIG (`PIN`).
+/// while the one before is sent (`AHEAD`), chirps begin at the edge of TRIG (`PIN`), chirps can be added (`ADDS`).
 const REAL: u8 = 1;
 const AHEAD: u8 = 2;
 const PIN: u8 = 4;
+const ADDS: u8 = 8;
 
 impl Ability {
-    /// Abilities of a module without any option: 1 Mbaud, no chirp ahead, no TRIG pin.
+    /// Abilities of a module without any option: 1 Mbaud, no chirp ahead, no TRIG pin, one chirp per row.
     pub const NONE: Self = Self {
         fastest: 1,
         ahead: false,
         pin: false,
+        adds: false,
     };
 }
 
@@ -148,7 +153,10 @@ pub fn settings_payload(radar: &RadarConfig, ability: Ability) -> [u8; 12] {
     let [b0, b1, b2, b3] = radar.bandwidth_khz.to_le_bytes();
     let [n0, n1] = radar.samples.to_le_bytes();
     let bit = |set: bool, bit: u8| if set { bit } else { 0 };
-    let abilities = bit(radar.real, REAL) | bit(ability.ahead, AHEAD) | bit(ability.pin, PIN);
+    let abilities = bit(radar.real, REAL)
+        | bit(ability.ahead, AHEAD)
+        | bit(ability.pin, PIN)
+        | bit(ability.adds, ADDS);
     let fastest = ability.fastest;
     [c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, fastest, abilities]
 }
@@ -168,6 +176,7 @@ pub fn parse_settings(payload: &[u8]) -> Option<(RadarConfig, Ability)> {
         fastest: fastest.max(1),
         ahead: abilities & AHEAD != 0,
         pin: abilities & PIN != 0,
+        adds: abilities & ADDS != 0,
     };
     Some((radar, ability))
 }
@@ -176,7 +185,20 @@ pub fn parse_settings(payload: &[u8]) -> Option<(RadarConfig, Ability)> {
 pub fn requested_payload(requested: &RequestedSettings) -> [u8; 8] {
     let [b0, b1, b2, b3] = requested.bandwidth_khz.to_le_bytes();
     let [n0, n1] = requested.samples.to_le_bytes();
-    [b0, b1, b2, b3, n0, n1, u8::from(requested.pin), 0]
+    // A module that does not know chirps per row expects a 0.
+    let chirps = match requested.chirps {
+        1 => 0,
+        chirps => chirps,
+    };
+    [b0, b1, b2, b3, n0, n1, u8::from(requested.pin), chirps]
+}
+
+/// Returns the chirps per row that a program frame requests; `None` for another payload.
+pub fn requested_chirps(payload: &[u8]) -> Option<u8> {
+    let &[_, _, _, _, _, _, _, chirps] = payload else {
+        return None;
+    };
+    Some(chirps.max(1))
 }
 
 /// Parses a chirp's payload into `samples`; false if the number of samples differs.
@@ -380,11 +402,27 @@ mod tests {
                 fastest,
                 ahead,
                 pin,
+                adds: ahead,
             };
             let payload = settings_payload(&radar, ability);
             assert_eq!(parse_settings(&payload), Some((radar, ability)));
         }
         assert_eq!(parse_settings(&[0; 11]), None);
+    }
+
+    #[test]
+    fn a_request_for_one_chirp_per_row_is_the_frame_of_earlier_firmware() {
+        let mut requested = RequestedSettings {
+            samples: 128,
+            ..RequestedSettings::DEFAULT
+        };
+        let payload = requested_payload(&requested);
+        assert_eq!(payload, [0, 0, 0, 0, 128, 0, 0, 0]);
+        assert_eq!(requested_chirps(&payload), Some(1));
+        requested.chirps = 16;
+        assert_eq!(requested_payload(&requested)[7], 16);
+        assert_eq!(requested_chirps(&requested_payload(&requested)), Some(16));
+        assert_eq!(requested_chirps(&[16; 7]), None);
     }
 
     proptest! {

@@ -379,6 +379,9 @@ impl Frames {
                 return Poll::Ready(Err(error));
             }
         }
+        if self.requested.chirps > 1 && !self.ability.adds {
+            return Poll::Ready(Err(LinkError::Unable));
+        }
         let rate = self.best_rate(port);
         if rate == self.rate {
             return Poll::Ready(Ok(self.radar));

@@ -9,6 +9,7 @@
 //! | [`wire`] | transmission times on the serial wire |
 //! | [`frame`] | this project's binary frames |
 //! | [`link`] | a module with this protocol, and the rate of its wire |
+//! | [`dwell`] | sum of the chirps of a row, for modules with this protocol and for simulators |
 //! | [`framed`] | [`link`] with a port of its own |
 //! | [`sirad`] | SiRad Easy and Simple |
 //! | [`bgt60`] | Infineon's BGT60TR13C, over SPI |
@@ -16,6 +17,7 @@
 
 pub mod any;
 pub mod bgt60;
+pub mod dwell;
 pub mod frame;
 pub mod framed;
 pub mod link;

@@ -34,6 +34,8 @@ pub enum LinkError {
     Answer,
     /// The module reports an error, with its own code.
     Module(u8),
+    /// The module does not have an ability that a setting requires: to add the chirps of a row.
+    Unable,
 }
 
 /// Kind of radar module, by its protocol.
@@ -58,6 +60,11 @@ impl ModuleKind {
             ModuleKind::Pstr | ModuleKind::Bgt60 => (0, 0),
         }
     }
+
+    /// Whether a module of this kind may be able to add the chirps of a row; it reports whether it is.
+    pub fn adds_chirps(self) -> bool {
+        self == ModuleKind::Pstr
+    }
 }
 
 words!(ModuleKind: "pstr" ModuleKind::Pstr, "sirad" ModuleKind::SiRad, "bgt60" ModuleKind::Bgt60);
@@ -78,6 +85,8 @@ settings! {
         baud: u32 = 3_000_000, "link-rate" "baud" [1_000_000 to 3_000_000] Operation;
         /// Whether chirps begin at an edge of TRIG, if the module supports it.
         pin: bool = false, "trigger-pin" "" [] Operation;
+        /// Number of chirps that the module adds for each row; above 1 with `pstr` only.
+        chirps: u8 = 1, "chirps-per-row" "chirps" [1 to 32] AnswerUnlessOne;
     }
     also {}
 }
@@ -85,7 +94,7 @@ settings! {
 impl RequestedSettings {
     /// Returns whether any setting of the module itself is requested, not only of the wire.
     pub fn is_of_module(&self) -> bool {
-        self.bandwidth_khz != 0 || self.samples != 0 || self.pin
+        self.bandwidth_khz != 0 || self.samples != 0 || self.pin || self.chirps != 1
     }
 }
 

@@ -219,6 +219,7 @@ impl Bench {
             fastest: (baud / 1_000_000) as u8,
             ahead: true,
             pin: false,
+            adds: true,
         };
         let module = FramedModule::new(RadarConfig::default(), ability, 0);
         let mut port = testing::port::Port::new(module);

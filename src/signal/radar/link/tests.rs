@@ -102,6 +102,31 @@ fn two_under_way() -> FrameLink<Port> {
     link
 }
 
+#[test]
+fn a_module_that_cannot_add_chirps_is_refused_for_several_only() {
+    for (chirps, adds) in [(1, false), (1, true), (8, false), (8, true)] {
+        let mut link = link();
+        link.port.wires.room = 100;
+        link.frames.unsure = false;
+        let requested = RequestedSettings {
+            chirps,
+            ..RequestedSettings::DEFAULT
+        };
+        link.program(NOW, &requested, 1000);
+        let ability = Ability {
+            adds,
+            ..Ability::NONE
+        };
+        let payload = frame::settings_payload(&RadarConfig::default(), ability);
+        answer(&mut link, FrameKind::Settings, 1, &payload);
+        let result = match chirps == 1 || adds {
+            true => Ok(RadarConfig::default()),
+            false => Err(LinkError::Unable),
+        };
+        assert_eq!(link.settings(NOW), Poll::Ready(result), "{chirps} {adds}");
+    }
+}
+
 const ONE: [u8; 4] = [1, 0, 2, 0];
 const TWO: [u8; 4] = [3, 0, 4, 0];
 
