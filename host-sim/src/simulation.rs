@@ -50,6 +50,10 @@ pub struct SimulateArgs {
     /// Duration of a scan at that speed, seconds; without it 1.3 or 5.7, drawn by the seed.
     #[arg(long, requires = "speed")]
     scan_time: Option<f64>,
+    /// Number of chirps per row, whose mean each row is: independent noise, brought to one phase and added as a module
+    /// does; without it that of the scene file, or 1.
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=32), conflicts_with = "speed")]
+    chirps_per_row: Option<u8>,
     /// Spread of a random scene's instrument (mount, beam, bandwidth, pitch); without it that of the scene's kind.
     #[arg(long, value_enum)]
     instrument: Option<Spread>,
@@ -84,8 +88,8 @@ fn drive(seed: u64, (scans, speed, scan_s): (usize, f64, Option<f64>), rows: usi
 enum Source {
     /// One scene for all seeds.
     File(Box<Scene>),
-    /// A different scene for every seed.
-    Random(Kind, Variety),
+    /// A different scene for every seed, with this number of chirps per row.
+    Random(Kind, Variety, u8),
 }
 
 impl Source {
@@ -98,7 +102,12 @@ impl Source {
                  contains it",
                 name.display()
             );
-            return Ok(Self::File(Box::new(Scene::read(name)?)));
+            let scene = Scene::read(name)?;
+            let scene = match args.chirps_per_row {
+                Some(chirps) => scene.with_chirps(chirps)?,
+                None => scene,
+            };
+            return Ok(Self::File(Box::new(scene)));
         };
         let kind: Kind = kind.parse().map_err(|e| anyhow!("random: {e}"))?;
         let own = kind.variety();
@@ -106,7 +115,11 @@ impl Source {
             instrument: args.instrument.unwrap_or(own.instrument),
             effects: args.effects.unwrap_or(own.effects),
         };
-        Ok(Self::Random(kind, variety))
+        Ok(Self::Random(
+            kind,
+            variety,
+            args.chirps_per_row.unwrap_or(1),
+        ))
     }
 
     /// Simulates with `seed` and writes the recording. Returns the numbers of chirps and scans.
@@ -121,11 +134,16 @@ impl Source {
                 let drive = drive(seed, (scans, speed, scan_s), scene.rows());
                 scene.simulate_drive(&name, seed, &drive)?
             }
-            (Self::Random(kind, variety), Way::Stands) => random_scan(*kind, *variety, seed)?,
-            (Self::Random(kind, variety), Way::Stops(scans, step)) => {
-                random_approach(*kind, *variety, seed, &Approach::new(seed, scans, step))?
+            (Self::Random(kind, variety, chirps), Way::Stands) => {
+                let spec = dwelling(random_with(*kind, *variety, seed), *chirps);
+                scan_of(spec, &random_name(*kind, seed), seed)?
             }
-            (Self::Random(kind, variety), Way::Drives(scans, speed, scan_s)) => {
+            (Self::Random(kind, variety, chirps), Way::Stops(scans, step)) => {
+                let spec = dwelling(random_with(*kind, *variety, seed), *chirps);
+                let approach = Approach::new(seed, scans, step);
+                approach_to(spec, &random_name(*kind, seed), seed, &approach)?
+            }
+            (Self::Random(kind, variety, _), Way::Drives(scans, speed, scan_s)) => {
                 random_drive(*kind, *variety, seed, (scans, speed, scan_s))?
             }
         };
@@ -137,7 +155,18 @@ impl Source {
 /// Returns the scan of the random scene `seed` of a kind, named `KIND_SEED`.
 pub fn random_scan(kind: Kind, variety: Variety, seed: u64) -> Result<Recording> {
     let spec = random_with(kind, variety, seed);
-    scan_of(spec, &format!("{kind}_{seed:03}"), seed)
+    scan_of(spec, &random_name(kind, seed), seed)
+}
+
+/// Returns the name of the recording of a random scene.
+fn random_name(kind: Kind, seed: u64) -> String {
+    format!("{kind}_{seed:03}")
+}
+
+/// Returns the scene with `chirps` chirps per row.
+fn dwelling(mut spec: SceneSpec, chirps: u8) -> SceneSpec {
+    spec.radar.chirps_per_row = chirps;
+    spec
 }
 
 /// Returns the scan of a scene, from the cache if it is there.
@@ -154,11 +183,17 @@ pub fn random_approach(
     seed: u64,
     approach: &Approach,
 ) -> Result<Recording> {
-    let spec = pushed(random_with(kind, variety, seed), approach.length_m());
-    let name = format!("{kind}_{seed:03}");
+    let spec = random_with(kind, variety, seed);
+    approach_to(spec, &random_name(kind, seed), seed, approach)
+}
+
+/// Returns an approach to a scene, which is as far away as `spec` states at the last stop; from the cache if it is
+/// there.
+fn approach_to(spec: SceneSpec, name: &str, seed: u64, approach: &Approach) -> Result<Recording> {
+    let spec = pushed(spec, approach.length_m());
     let key = format!("approach {seed} {approach:?} of {spec:?}");
-    cache::recording(&name, &key, || {
-        Scene::new(spec)?.simulate_approach(&name, seed, approach)
+    cache::recording(name, &key, || {
+        Scene::new(spec)?.simulate_approach(name, seed, approach)
     })
 }
 
@@ -172,7 +207,7 @@ pub fn random_drive(
     way: (usize, f64, Option<f64>),
 ) -> Result<Recording> {
     let drawn = random_with(kind, variety, seed);
-    let name = format!("{kind}_{seed:03}");
+    let name = random_name(kind, seed);
     let key = format!("drive {seed} {way:?} to {drawn:?}");
     cache::recording(&name, &key, || {
         let rows = Scene::new(drawn.clone())?.rows();

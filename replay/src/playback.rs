@@ -159,6 +159,10 @@ impl<'a> Playback<'a> {
             // The simulated shaft moves without delay: it passes no angles.
             sweep_mode: SweepMode::Stop,
             motion: self.mode,
+            module: RequestedSettings {
+                chirps: self.chirps(),
+                ..RequestedSettings::DEFAULT
+            },
             sweeping: match self.backward {
                 true => Sweeping::Backward,
                 false => Sweeping::Both,
@@ -190,6 +194,11 @@ impl<'a> Playback<'a> {
     /// Returns the radar module's settings, those of the recording.
     pub fn radar(&self) -> RadarConfig {
         self.config().radar
+    }
+
+    /// Returns the number of chirps per row that the recording's samples are the mean of.
+    pub fn chirps(&self) -> u8 {
+        self.recording.meta.chirps_per_row.unwrap_or(1)
     }
 
     /// Returns the index in the recording of the chirp of scan `scan` (from 0) at `shaft_angle`

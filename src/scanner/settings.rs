@@ -258,7 +258,6 @@ impl Settings {
             kind,
             samples,
             baud,
-            chirps,
             ..
         } = self.module;
         let (configure, chirp) = kind.min_timeouts_us();
@@ -273,7 +272,7 @@ impl Settings {
             "100000 or more with a SiRad",
         )?;
         check(
-            chirps == 1 || kind.adds_chirps(),
+            self.module.chirps_fit(),
             "chirps-per-row",
             "1: this module's driver cannot add chirps",
         )?;

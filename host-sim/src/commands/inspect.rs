@@ -68,6 +68,7 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
         EstimatorKind::Likelihood.as_str()
     );
     let recording = Recording::read(path)?;
+    let chirps = recording.meta.chirps_per_row.filter(|&n| n > 1);
     let mut drawn = Ok(());
     replay::answers(&recording, &options, |scanned| {
         let Scanned {
@@ -83,13 +84,21 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
         match args.format {
             Format::Json => {
                 let mut json = inspection.json(answer);
+                if let Some(chirps) = chirps {
+                    json["chirps_per_row"] = chirps.into();
+                }
                 if let Some(view) = &coherent {
                     json["coherent"] = view.json();
                 }
                 emit(&format!("{json}\n"));
             }
             Format::Text => {
-                emit(&format!("{}\n{}\n", answer.name(), inspection.text(answer)));
+                let chirps = chirps.map_or(String::new(), |n| format!("{n} chirps per row; "));
+                emit(&format!(
+                    "{}\n{chirps}{}\n",
+                    answer.name(),
+                    inspection.text(answer)
+                ));
                 if let Some(view) = &coherent {
                     emit(&format!("{}\n", view.text()));
                 }

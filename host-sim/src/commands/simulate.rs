@@ -34,7 +34,7 @@ struct Options {
     /// Simulate guard sweeps of a chair that drives at this speed (m/s; 0.2 if not given) in place of a full scan. With
     /// random:KIND, the kinds are those of `guard`, which draw their own speed.
     #[arg(long, value_name = "SPEED", num_args = 0..=1, require_equals = true,
-          conflicts_with_all = ["approach", "count", "instrument", "effects"])]
+          conflicts_with_all = ["approach", "count", "instrument", "effects", "chirps_per_row"])]
     guard: Option<Option<f64>>,
     /// Number of guard sweeps; without it 14.
     #[arg(long, requires = "guard", value_parser = clap::value_parser!(u32).range(1..=64))]

@@ -67,7 +67,7 @@ impl ScanTime {
     /// Returns the lower bound of a scan's duration: consecutive chirps without pauses.
     pub fn bound(settings: &Settings) -> Self {
         let rows = u64::from(settings.config.sweep.angle_count);
-        let chirps = rows * u64::from(settings.timing.chirp_duration);
+        let chirps = rows * u64::from(settings.capture_us());
         Self {
             mode: "bound",
             module: None,
@@ -82,7 +82,7 @@ impl ScanTime {
         let ramp = settings.motor.ramp();
         let rows = u64::from(schedule.rows());
         let settle = u64::from(settings.timing.settle);
-        let chirp = u64::from(settings.timing.chirp_duration);
+        let chirp = u64::from(settings.capture_us());
         let trigger = u64::from(wire.trigger_us());
         let answer = u64::from(wire.chirp_us(settings.config.radar.samples)) + CHIRP / CORE_MHZ;
         // Without the chirp's duration its end is known only from its answer.
@@ -129,9 +129,10 @@ impl ScanTime {
     fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
         let requested = RequestedSettings {
             kind: ModuleKind::Bgt60,
-            ..RequestedSettings::DEFAULT
+            ..settings.module
         };
-        let times = row_times(&requested, settings.config.radar.samples)?;
+        let times = row_times(&requested, settings.config.radar.samples);
+        let times = times.filter(|_| requested.chirps_fit())?;
         Self::passing(settings, schedule, ("bgt60", times))
     }
 
@@ -150,7 +151,7 @@ impl ScanTime {
         let rows = u64::from(schedule.rows() - 1) * u64::from(cruise.period_us);
         let ramps = turn.saturating_sub(rows);
         // The last row is half of the ramps' travel before the end; its answer may take longer.
-        let chirp = times.chirp_us.unwrap_or(settings.timing.chirp_duration);
+        let chirp = times.chirp_us.unwrap_or(settings.capture_us());
         let answer = u64::from(chirp) / 2 + u64::from(times.answer_us) + CHIRP / CORE_MHZ;
         Some(Self {
             mode: "continuous",
@@ -262,9 +263,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         );
     }
     out.push_str(&format!(
-        "{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at \
+        "{}{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at \
          most at 168 MHz, overlaps the transfer; the report follows within {:.1} ms of the last \
          row.\n",
+        match settings.module.chirps {
+            1 => String::new(),
+            chirps => format!("{chirps} chirps per row, which bgt60 and sirad cannot add. "),
+        },
         settings.config.sweep.angle_count,
         ms(CHIRP / CORE_MHZ),
         ms(POST / CORE_MHZ)
@@ -337,6 +342,30 @@ mod tests {
         // Moves, settling, triggers and transmitted chirps in sequence.
         let all = total(&times, "stop", wire.baud);
         assert!((5_600_000..5_800_000).contains(&all), "{all}");
+    }
+
+    #[test]
+    fn several_chirps_per_row_take_their_time() {
+        let mut settings = Settings::default();
+        let wire = Wire {
+            baud: 3_000_000,
+            ahead: true,
+            pin: false,
+        };
+        let one = modes(&settings, &[wire]).unwrap();
+        settings.set("chirps-per-row", "16").unwrap();
+        let many = modes(&settings, &[wire]).unwrap();
+        assert_eq!(many[0].total(), 16 * one[0].total());
+        for mode in ["stop", "continuous"] {
+            let longer = total(&many, mode, wire.baud) - total(&one, mode, wire.baud);
+            let rows = 281 * 15_000;
+            // With stops the answer overlaps with the moves either way; in passing it takes 2.7 ms of a row.
+            assert!(
+                (rows - 281 * 2_000..rows + rows / 10).contains(&longer),
+                "{mode}: {longer}"
+            );
+        }
+        assert!(!many.iter().any(|time| time.module == Some("bgt60")));
     }
 
     #[test]

@@ -95,6 +95,10 @@ pub struct Module<'a> {
     player: Player<'a>,
     radar: RadarConfig,
     ability: Ability,
+    /// Number of chirps per row of the recording.
+    chirps: u8,
+    /// Number of chirps per row that the scanner requested last.
+    asked: u8,
     decoder: Decoder,
     /// Whether the handshake is answered; false while it is withheld.
     ready: bool,
@@ -133,8 +137,11 @@ impl<'a> Module<'a> {
             radar: playback.radar(),
             ability: Ability {
                 ahead: true,
+                adds: playback.chirps() > 1,
                 ..Ability::NONE
             },
+            chirps: playback.chirps(),
+            asked: 1,
             decoder: Decoder::new(),
             ready: false,
             kept_back: None,
@@ -152,6 +159,11 @@ impl<'a> Module<'a> {
     /// Returns the module with other abilities; without them it captures ahead, at 1 Mbaud.
     pub fn with_ability(self, ability: Ability) -> Self {
         Self { ability, ..self }
+    }
+
+    /// Returns the module's abilities.
+    pub fn ability(&self) -> Ability {
+        self.ability
     }
 
     /// Sets a progress bar that is advanced with every triggered row.
@@ -195,6 +207,7 @@ impl<'a> Module<'a> {
                     let (kind, sequence) = (frame.kind, frame.sequence);
                     match (kind, angle) {
                         (FrameKind::Configure | FrameKind::Program, _) => {
+                            self.asked = frame::requested_chirps(frame.payload).unwrap_or(1);
                             requests.push(Request::Configure);
                             out.extend(self.configure(sequence));
                         }
@@ -284,7 +297,11 @@ impl<'a> Module<'a> {
         let Some(samples) = self.player.trigger(trigger.shaft_angle) else {
             return out;
         };
-        let mut chirp = encode(FrameKind::Chirp, sequence, &chirp_payload(samples));
+        let mut chirp = match self.asked == self.chirps {
+            true => encode(FrameKind::Chirp, sequence, &chirp_payload(samples)),
+            // Not ready: the recording has rows of another number of chirps.
+            false => encode(FrameKind::Error, sequence, &[1]),
+        };
         let before = std::mem::replace(&mut self.last_chirp, chirp.clone());
         let fault = self.fault(self.rows, trigger.attempt);
         self.silent |= fault == Some(InjectedFault::Silent);

@@ -59,6 +59,7 @@ fn radar(s: &SceneSpec) -> Result<()> {
                 DECIBEL,
             ),
             ("system_loss_db", r.system_loss_db, DECIBEL),
+            ("chirps_per_row", r.chirps_per_row.into(), (1.0, 32.0)),
         ],
     )
 }

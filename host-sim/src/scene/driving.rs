@@ -153,6 +153,7 @@ impl Scene {
     /// # Errors
     /// Names the place at which the mirror lies inside or behind a surface.
     pub fn simulate_drive(&self, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
+        self.check_one_chirp()?;
         let course = Course::new(self, seed, drive);
         let relief = self.relief(seed, &course.eyes());
         let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
@@ -189,6 +190,7 @@ impl Scene {
     /// # Errors
     /// Names the place at which the mirror lies inside or behind a surface.
     pub fn simulate_sweeps(&self, name: &str, seed: u64, drive: &Drive) -> Result<Recording> {
+        self.check_one_chirp()?;
         let course = Course::new(self, seed, drive);
         let way = Way::new(self, seed, course.length_m);
         let mut whole = course.record(name, |shot, (scan, row)| {

@@ -50,10 +50,11 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
 use num_complex::Complex64;
 use stairscan::Iq;
 use stairscan::config::Plane;
+use stairscan::signal::radar::dwell::ChirpSum;
 
 use crate::recording::{self, Metadata, MirrorSetup, Recording, Truth};
 use beam::Beam;
@@ -158,6 +159,26 @@ impl Scene {
         })
     }
 
+    /// Returns the scene scanned with `chirps` chirps per row.
+    ///
+    /// # Errors
+    /// The number is not 1 to 32.
+    pub fn with_chirps(mut self, chirps: u8) -> Result<Self> {
+        self.spec.radar.chirps_per_row = chirps;
+        check::spec(&self.spec)?;
+        Ok(self)
+    }
+
+    /// Returns an error if the scene has several chirps per row: the travel between a row's chirps is not simulated.
+    fn check_one_chirp(&self) -> Result<()> {
+        let chirps = self.spec.radar.chirps_per_row;
+        ensure!(
+            chirps == 1,
+            "radar.chirps_per_row: found {chirps}, expected 1 for a chair that drives"
+        );
+        Ok(())
+    }
+
     /// Scans the scene. The same seed gives the same bytes on every host.
     pub fn simulate(&self, name: &str, seed: u64) -> Recording {
         let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
@@ -185,6 +206,7 @@ impl Scene {
             .unzip();
         let scan = self.geometry();
         let noise = receiver.noise_power() + receiver.quantisation_power();
+        let noise = noise / f64::from(self.spec.radar.chirps_per_row);
         let truth = scan.truth(&self.world, |steps| {
             let snr = scan.snr(steps, &clean, noise);
             snr.into_iter().map(Some).collect()
@@ -203,6 +225,7 @@ impl Scene {
                 carrier_hz: radar.carrier_hz,
                 bandwidth_hz: radar.bandwidth_hz,
                 samples_per_chirp: radar.samples_per_chirp,
+                chirps_per_row: (radar.chirps_per_row > 1).then_some(radar.chirps_per_row),
                 real: radar.real,
                 mirror: Some(MirrorSetup {
                     offset_m: mount.mirror_offset_m,
@@ -320,8 +343,8 @@ impl Scene {
             .unwrap_or_else(|| decibel(directivity))
     }
 
-    /// Simulates the chirp of angle number `row`. Returns its samples, and its complex echoes before the receiver's
-    /// noise and errors.
+    /// Simulates angle number `row`: the mean of its chirps. Returns its samples, and its complex echoes before the
+    /// receiver's noise and errors.
     fn chirp(
         &self,
         receiver: &Receiver,
@@ -329,9 +352,38 @@ impl Scene {
         row: usize,
         random: &mut Random,
     ) -> (Vec<Iq>, Vec<Complex64>) {
-        let mirror = &self.spec.mirror;
+        let (radar, mirror) = (&self.spec.radar, &self.spec.mirror);
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
         let row_deg = self.angles[row] + off;
+        let count = f64::from(radar.chirps_per_row);
+        let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
+        let periods = receiver.beat(self.spec.mount.mirror_offset_m) * receiver.samples() as f64;
+        let mut sums = vec![[0.0; 2]; radar.samples_per_chirp];
+        let mut sum = ChirpSum::new(&mut sums, (!radar.real).then_some(periods as f32));
+        let mut mean = vec![Complex64::ZERO; radar.samples_per_chirp];
+        for k in 0..radar.chirps_per_row {
+            // A mirror that turns passes the row's angle in the middle of the chirps.
+            let on_s = (f64::from(k) - 0.5 * (count - 1.0)) * chirp_s;
+            let (chirp, echo) =
+                self.single_chirp(receiver, tones, row_deg + on_s * mirror.turn_deg_s, random);
+            sum.add(&chirp);
+            mean.iter_mut().zip(echo).for_each(|(m, e)| *m += e / count);
+        }
+        let mut samples = vec![Iq::default(); radar.samples_per_chirp];
+        sum.finish(&mut samples);
+        (samples, mean)
+    }
+
+    /// Simulates one chirp, in whose middle the mirror is at `row_deg`. Returns its samples, and its complex echoes
+    /// before the receiver's noise and errors.
+    fn single_chirp(
+        &self,
+        receiver: &Receiver,
+        tones: &[&Bundles],
+        row_deg: f64,
+        random: &mut Random,
+    ) -> (Vec<Iq>, Vec<Complex64>) {
+        let mirror = &self.spec.mirror;
         let shaft = (row_deg + shaft::vibration_deg(mirror, row_deg)).to_radians();
         let mount = &self.spec.mount;
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;

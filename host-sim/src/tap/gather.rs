@@ -45,6 +45,7 @@ pub struct Part {
 #[derive(Clone, Debug, PartialEq)]
 struct RecordingKind {
     radar: RadarConfig,
+    chirps: u8,
     /// Schedule of the angles; `None` if the angles follow no schedule.
     sweep: Option<SweepConfig>,
     whole: bool,
@@ -138,6 +139,7 @@ impl Gather {
         }
         let kind = RecordingKind {
             radar,
+            chirps: scan.chirps,
             sweep: found.as_ref().map(|found| found.config),
             whole: scan.lost() == 0,
         };
@@ -253,6 +255,7 @@ impl Gather {
                     carrier_hz: f64::from(carrier_khz) * 1e3,
                     bandwidth_hz: f64::from(bandwidth_khz) * 1e3,
                     samples_per_chirp: usize::from(samples),
+                    chirps_per_row: (kind.chirps > 1).then_some(kind.chirps),
                     real,
                     mirror: Some(self.mounting.setup.clone()),
                     ..Metadata::default()

@@ -7,8 +7,8 @@ use stairscan::signal::radar::frame::{self, Decoder, Frame, FrameKind, Progress}
 /// Content of a frame received from the radar link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkEvent {
-    /// From the scanner: request for the module's settings, also one that changes them.
-    Configure,
+    /// From the scanner: request for the module's settings, also one that changes them; with the chirps per row.
+    Configure(u8),
     /// From the scanner: request for a chirp at this shaft angle, 0.001°.
     Trigger(i32),
     /// From the module: its settings.
@@ -28,7 +28,8 @@ impl LinkEvent {
         let payload = frame.payload;
         let received = match frame.kind {
             FrameKind::Rate | FrameKind::RateSet => return None,
-            FrameKind::Configure | FrameKind::Program => Some(Self::Configure),
+            FrameKind::Configure => Some(Self::Configure(1)),
+            FrameKind::Program => frame::requested_chirps(payload).map(Self::Configure),
             FrameKind::Trigger => {
                 let angle = <[u8; 4]>::try_from(payload).ok();
                 angle.map(|angle| Self::Trigger(i32::from_le_bytes(angle)))

@@ -31,6 +31,8 @@ struct Asked {
 struct Draft {
     /// Sequence number of the settings request; `None` if the tap began during the scan.
     question: Option<u16>,
+    /// Number of chirps per row that the scanner requested.
+    chirps: u8,
     radar: Option<RadarConfig>,
     /// Module settings valid before this scan, used if its own are not received.
     before: Option<RadarConfig>,
@@ -82,6 +84,8 @@ pub struct Scan {
     /// Whether the module's settings were received in this scan; otherwise they are those of an
     /// earlier one.
     pub settings_heard: bool,
+    /// Number of chirps per row that the scanner requested.
+    pub chirps: u8,
     /// Whether the scan's beginning, the request for settings, was received.
     pub begun: bool,
     /// The scan's rows, in the order of their triggers.
@@ -135,7 +139,7 @@ impl Tap {
         for (sequence, received) in self.wires[wire as usize].push(bytes) {
             self.received = Some(now);
             match received {
-                LinkEvent::Configure => self.begin(Some(sequence)),
+                LinkEvent::Configure(chirps) => self.begin(Some(sequence), chirps),
                 LinkEvent::Trigger(angle) => self.trigger(now, sequence, angle),
                 answer => {
                     if let Some(answer) = self.answer(sequence, answer) {
@@ -187,7 +191,7 @@ impl Tap {
     fn trigger(&mut self, now: Ms, sequence: u16, angle: i32) {
         if self.drafts.is_empty() {
             // The tap began during a scan.
-            self.begin(None);
+            self.begin(None, 1);
         }
         if let Some(draft) = self.drafts.back_mut() {
             draft.triggers.push(Asked {
@@ -199,9 +203,10 @@ impl Tap {
         }
     }
 
-    fn begin(&mut self, question: Option<u16>) {
+    fn begin(&mut self, question: Option<u16>, chirps: u8) {
         self.drafts.push_back(Draft {
             question,
+            chirps,
             radar: None,
             before: self.radar,
             triggers: Vec::new(),
@@ -284,6 +289,7 @@ impl Tap {
             }
         }
         self.done.push_back(Scan {
+            chirps: draft.chirps,
             radar,
             settings_heard: draft.radar.is_some(),
             begun: draft.question.is_some(),

@@ -14,6 +14,9 @@ const EXTENSION_VERSION: &str = "1.0.0";
 /// Maximum number of scans of one recording.
 const MAX_SCANS: f64 = 10_000.0;
 
+/// Maximum number of chirps per row: that of the scanner's setting `chirps-per-row`.
+const MAX_CHIRPS: f64 = 32.0;
+
 /// Installation parameters of the scanner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MirrorSetup {
@@ -64,6 +67,8 @@ pub struct Metadata {
     /// Number of complex samples per chirp, Ns; for real samples the number of pairs, half of the
     /// number in the file.
     pub samples_per_chirp: usize,
+    /// Number of chirps whose mean each row's samples are; `None` stands for one.
+    pub chirps_per_row: Option<u8>,
     /// Whether the samples are real: two consecutive values take the place of I and Q.
     pub real: bool,
     /// Mirror and mounting; `None` for radars without a mirror.
@@ -86,6 +91,7 @@ pub struct Metadata {
 
 /// Datatypes (`core:datatype`) that are read, as messages name them.
 const DATATYPES: &str = "\"ci16_le\", or \"ri16_le\" of real samples";
+const CHIRPS_PER_ROW: &str = "stairscan:chirps_per_row";
 const SCANS: &str = "stairscan:scans";
 const TRUTH_SCANS: &str = "stairscan:truth_scans";
 const TRUTH_TRAVEL: &str = "stairscan:truth_travel_m";
@@ -103,6 +109,7 @@ const KEYS: &[&str] = &[
     "core:extensions",
     "stairscan:bandwidth_hz",
     "stairscan:samples_per_chirp",
+    CHIRPS_PER_ROW,
     "stairscan:mirror_offset_m",
     "stairscan:beamwidth_deg",
     "stairscan:mount_height_m",
@@ -155,6 +162,7 @@ impl Metadata {
             carrier_hz: captures.carrier_hz,
             bandwidth_hz,
             samples_per_chirp,
+            chirps_per_row: chirps_per_row(&global)?,
             real,
             mirror: MirrorSetup::parse(&global)?,
             angles_deg: captures.angles_deg,
@@ -199,6 +207,9 @@ impl Metadata {
         put("core:extensions", extension);
         put("stairscan:bandwidth_hz", json!(self.bandwidth_hz));
         put("stairscan:samples_per_chirp", json!(self.file_samples()));
+        if let Some(chirps) = self.chirps_per_row {
+            put(CHIRPS_PER_ROW, json!(chirps));
+        }
         if let Some(mirror) = &self.mirror {
             put("stairscan:mirror_offset_m", json!(mirror.offset_m));
             put("stairscan:beamwidth_deg", json!(mirror.beamwidth_deg));
@@ -284,6 +295,15 @@ fn samples_per_chirp(global: &Keys<'_>, real: bool) -> Result<usize> {
         (v / values).fract() == 0.0 && range.contains(&(v / values))
     })?;
     Ok((samples / values) as usize)
+}
+
+/// Returns the number of chirps per row; `None` if it is not stated.
+fn chirps_per_row(global: &Keys<'_>) -> Result<Option<u8>> {
+    let expected = "a whole number of chirps from 1 to 32";
+    let chirps = global.optional(CHIRPS_PER_ROW, expected, |v| {
+        v.fract() == 0.0 && (1.0..=MAX_CHIRPS).contains(&v)
+    })?;
+    Ok(chirps.map(|v| v as u8))
 }
 
 impl Sequence {

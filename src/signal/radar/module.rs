@@ -60,11 +60,6 @@ impl ModuleKind {
             ModuleKind::Pstr | ModuleKind::Bgt60 => (0, 0),
         }
     }
-
-    /// Whether a module of this kind may be able to add the chirps of a row; it reports whether it is.
-    pub fn adds_chirps(self) -> bool {
-        self == ModuleKind::Pstr
-    }
 }
 
 words!(ModuleKind: "pstr" ModuleKind::Pstr, "sirad" ModuleKind::SiRad, "bgt60" ModuleKind::Bgt60);
@@ -92,6 +87,11 @@ settings! {
 }
 
 impl RequestedSettings {
+    /// Returns whether a module of this kind may be able to add the requested chirps per row.
+    pub fn chirps_fit(&self) -> bool {
+        self.chirps == 1 || self.kind == ModuleKind::Pstr
+    }
+
     /// Returns whether any setting of the module itself is requested, not only of the wire.
     pub fn is_of_module(&self) -> bool {
         self.bandwidth_khz != 0 || self.samples != 0 || self.pin || self.chirps != 1

@@ -157,14 +157,17 @@ pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
     });
     let requested = RequestedSettings {
         kind: ModuleKind::Bgt60,
-        ..RequestedSettings::DEFAULT
+        ..settings.module
     };
-    let chip = row_times(&requested, samples).map(|times| (("bgt60", "SPI".into()), times));
+    let chip = row_times(&requested, samples).filter(|_| requested.chirps_fit());
+    let chip = chip.map(|times| (("bgt60", "SPI".into()), times));
     let mut times: Vec<GuardTime> = serial
         .chain(chip)
         .filter_map(|(names, times)| GuardTime::passing(&settings, &schedule, names, times))
         .collect();
-    times.push(GuardTime::stopping(&settings, &schedule, &SIRAD));
+    if requested.chirps_fit() {
+        times.push(GuardTime::stopping(&settings, &schedule, &SIRAD));
+    }
     Ok(times)
 }
 
@@ -223,6 +226,15 @@ mod tests {
         assert!(rate(&settings, "bgt60") >= 8.0);
         (settings.motor.speed, settings.motor.acceleration) = (60_000, 8_000_000);
         assert!(rate(&settings, "bgt60") >= 10.0);
+    }
+
+    #[test]
+    fn several_chirps_per_row_slow_the_guard_down() {
+        let mut settings = Settings::default();
+        let one = rate(&settings, "pstr");
+        settings.set("chirps-per-row", "16").unwrap();
+        let sixteen = rate(&settings, "pstr");
+        assert!((1.0..0.4 * one).contains(&sixteen), "{one} {sixteen}");
     }
 
     #[test]

@@ -61,6 +61,8 @@ pub struct RadarSpec {
     pub bandwidth_hz: f64,
     /// Complex samples per chirp.
     pub samples_per_chirp: usize,
+    /// Number of chirps of a row, 1 to 32, whose mean the samples are; above 1 for a chair that stands.
+    pub chirps_per_row: u8,
     /// Rate of the ADC, Hz: with the samples per chirp it gives the length of the sweep.
     pub sample_rate_hz: f64,
     /// Whether the receiver has no Q channel: one ADC takes the real part, twice as many values at
@@ -93,6 +95,7 @@ impl Default for RadarSpec {
             carrier_hz: 94e9,
             bandwidth_hz: 10e9,
             samples_per_chirp: 200,
+            chirps_per_row: 1,
             sample_rate_hz: 200e3,
             real: false,
             tx_power_dbm: 0.0,
