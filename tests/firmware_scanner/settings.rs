@@ -299,6 +299,14 @@ fn the_module_is_what_the_setting_says() {
         samples: 128,
         baud: 2_000_000,
         pin: true,
+        chirps: 1,
     };
     assert_eq!(bench.world.0.borrow().module.get().requested, requested);
+    let refused = bench.send("set,chirps-per-row,8");
+    assert!(refused.starts_with("FAIL,set,chirps-per-row,"), "{refused}");
+    bench.send("set,module,pstr");
+    assert_eq!(bench.send("set,chirps-per-row,8"), "CONF,chirps-per-row,8");
+    bench.scan();
+    bench.scan();
+    assert_eq!(bench.world.0.borrow().module.get().requested.chirps, 8);
 }

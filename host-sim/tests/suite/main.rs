@@ -11,6 +11,7 @@ mod common;
 mod demo;
 mod doctor;
 mod documents;
+mod dwell;
 mod firmware;
 mod forms;
 mod live;

@@ -173,6 +173,43 @@ fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
 }
 
 #[test]
+fn several_chirps_per_row_are_waited_for_in_both_modes() {
+    for (mode, ms) in [
+        (SweepMode::Stop, 281.0 * (6.8 + 5.0 + 0.06 + 8.0 + 0.1)),
+        (SweepMode::Continuous, 280.0 * 8.15 * 1.05 + 50.0),
+    ] {
+        let mut settings = settings(mode);
+        settings.module.chirps = 8;
+        let outcome = Bench::new(3_000_000).scan(&settings, false);
+        assert_eq!((outcome.fault, outcome.lost.len()), (None, 0), "{mode:?}");
+        assert_whole(&outcome, 281);
+        assert!(
+            (outcome.ms / ms - 1.0).abs() < 0.03,
+            "{mode:?}: {} ms",
+            outcome.ms
+        );
+        match mode {
+            SweepMode::Stop => assert_still(&outcome),
+            // The row's position comes in the middle of its chirps, within one microstep.
+            SweepMode::Continuous => {
+                let off = |c: &bench::Capture| (c.middle - f64::from(c.wanted)).abs();
+                assert!(outcome.captures.iter().all(|c| off(c) < 1.0));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_module_that_cannot_add_chirps_is_a_fault_of_the_configuration() {
+    let mut settings = settings(SweepMode::Continuous);
+    settings.module.chirps = 8;
+    let mut bench = Bench::new(3_000_000);
+    bench.module(|module| module.ability.adds = false);
+    let outcome = bench.scan(&settings, false);
+    assert_eq!(outcome.fault, Some(Reason::ModuleConfig));
+}
+
+#[test]
 fn a_chip_that_wakes_up_first_sees_every_row_in_mid_chirp() {
     for backward in [false, true] {
         let settings = settings(SweepMode::Continuous);

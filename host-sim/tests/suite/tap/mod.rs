@@ -39,6 +39,17 @@ fn replaying_the_tap_gives_the_scanners_sentences() {
 }
 
 #[test]
+fn the_tap_hears_how_many_chirps_a_row_has() {
+    let mut original = read("stair_a");
+    original.meta.chirps_per_row = Some(8);
+    let scanned = scan(&original, &Config::default(), 1, &[]);
+    let (parts, _, _) = tapped(&scanned, &scanned.traffic);
+    let (recording, answers) = replayed("tap-dwell", &parts[0], &scanned);
+    assert_eq!(recording.meta.chirps_per_row, Some(8));
+    assert_eq!(answers, scanned.answers);
+}
+
+#[test]
 fn other_settings_are_learned_from_the_report() {
     let mut base = Config {
         estimator: EstimatorKind::Paper,
