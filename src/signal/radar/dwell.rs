@@ -5,8 +5,9 @@
 //!
 //! Coherent integration: the oscillator's phase, which all echoes of a chirp share, is measured at the mirror's own
 //! echo, by one bin of a Fourier transform with a Hann window. Each chirp is turned to the phase of the row's first
-//! one and added in floating point, so that no sum overflows; the mean is rounded to 16 bits once. The scanner does
-//! not use it: the module adds, in its own firmware or in the simulator.
+//! one and added in floating point, so that no sum overflows; the mean is rounded to 16 bits once. Its phase has the
+//! error of the first measurement, which the scanner takes out with the row's phase. The scanner does not add: the
+//! module does, in its own firmware or in the simulator.
 
 use core::f32::consts::TAU;
 
