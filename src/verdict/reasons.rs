@@ -179,7 +179,7 @@ reasons! {
         "The radar module answered with an error or to another request: when asked for its settings, or for 8 consecutive rows.",
     /// The radar module has settings with which the scanner cannot work.
     ModuleConfig = "module-config" [Fault]
-        "With the radar module's settings the scanner's are not valid, or the scan exceeds schedule or buffers.",
+        "With the radar module's settings the scanner's are not valid, the scan exceeds schedule or buffers, or the module cannot add the chirps of a row.",
     /// The motor's driver reports a stall.
     MotorStall = "motor-stall" [Fault]
         "The driver's stall input reached the level `stall-level`.",

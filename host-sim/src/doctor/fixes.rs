@@ -92,7 +92,7 @@ pub fn fix(reason: Reason) -> &'static str {
             "What it reports is in docs/design/modules.md; `module` set to the one that is there?"
         }
         R::ModuleConfig => {
-            "Its bandwidth or samples make no map: module-bandwidth, module-samples."
+            "Its bandwidth or samples make no map, or it cannot add chirps: module-bandwidth, module-samples, chirps-per-row."
         }
         R::TooManyLost | R::LostRows => {
             "Chirps do not come in time: link's cable and ground, chirp-timeout, or sweep-mode stop."
