@@ -15,7 +15,7 @@ use crate::Iq;
 use crate::math::{sin_cos, sqrt};
 
 /// A complex number as real and imaginary part.
-type Pair = [f32; 2];
+type ComplexPair = [f32; 2];
 
 /// Sum of the chirps of one row.
 ///
@@ -38,11 +38,11 @@ type Pair = [f32; 2];
 #[derive(Debug)]
 pub struct ChirpSum<'a> {
     /// Sum of each sample over the chirps; infinite where the converter was at full scale.
-    sums: &'a mut [Pair],
+    sums: &'a mut [ComplexPair],
     /// Number of periods of the mirror's own echo in a chirp; `None`: the phase is not changed.
     mirror_periods: Option<f32>,
     /// Complex amplitude of the mirror's own echo in the first chirp.
-    first: Pair,
+    first: ComplexPair,
     /// Number of chirps in the sums.
     chirps: u16,
 }
@@ -51,7 +51,7 @@ impl<'a> ChirpSum<'a> {
     /// Begins the sum of a row. `sums` is its memory, one place for each sample of a chirp. `mirror_periods` is the range
     /// of the mirror's own echo in range resolutions c / 2B, which is its number of periods in a chirp; `None` for real
     /// samples, whose phase cannot be turned: they are added as they are.
-    pub fn new(sums: &'a mut [Pair], mirror_periods: Option<f32>) -> Self {
+    pub fn new(sums: &'a mut [ComplexPair], mirror_periods: Option<f32>) -> Self {
         sums.fill([0.0; 2]);
         Self {
             sums,
@@ -112,7 +112,7 @@ fn rounded(value: f32) -> i16 {
 }
 
 /// Returns the complex amplitude of an echo with `periods` periods in `chirp`, times half the number of samples.
-fn amplitude(chirp: &[Iq], periods: f32) -> Pair {
+fn amplitude(chirp: &[Iq], periods: f32) -> ComplexPair {
     let step = 1.0 / chirp.len().max(1) as f32;
     let mut sum = [0.0; 2];
     for (n, sample) in chirp.iter().enumerate() {
@@ -127,7 +127,7 @@ fn amplitude(chirp: &[Iq], periods: f32) -> Pair {
 }
 
 /// Returns the phase of `to` relative to `from` as a number of absolute value 1; 1 if either is 0.
-fn phase_between([i, q]: Pair, to: Pair) -> Pair {
+fn phase_between([i, q]: ComplexPair, to: ComplexPair) -> ComplexPair {
     let [re, im] = product(to, [i, -q]);
     let size = sqrt(re * re + im * im);
     if size > 0.0 {
@@ -137,7 +137,7 @@ fn phase_between([i, q]: Pair, to: Pair) -> Pair {
     }
 }
 
-fn product([a, b]: Pair, [c, d]: Pair) -> Pair {
+fn product([a, b]: ComplexPair, [c, d]: ComplexPair) -> ComplexPair {
     [a * c - b * d, a * d + b * c]
 }
 
