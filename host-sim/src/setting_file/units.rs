@@ -143,6 +143,7 @@ static UNITS: &[Unit] = &[
     unit("rows", &[]),
     unit("sweeps/s", &[]),
     unit("samples", &[]),
+    unit("chirps", &[]),
     unit("microsteps", &[]),
 ];
 

@@ -25,7 +25,7 @@ type ComplexPair = [f32; 2];
 ///
 /// // Two chirps of a mirror's echo with 3 periods, the second one a quarter of a period ahead.
 /// let echo = |turns: f64| {
-///     let wave = |n: u32| core::f64::consts::TAU * (3.0 * f64::from(n) / 64.0 + turns);
+///     let wave = move |n: u32| core::f64::consts::TAU * (3.0 * f64::from(n) / 64.0 + turns);
 ///     (0..64).map(move |n| Iq::new((8e3 * wave(n).cos()) as i16, (8e3 * wave(n).sin()) as i16))
 /// };
 /// let (mut sums, mut out) = ([[0.0; 2]; 64], [Iq::default(); 64]);
