@@ -2,6 +2,7 @@
 
 mod number;
 mod stairs;
+mod steady;
 
 use anyhow::{Result, bail, ensure};
 
@@ -85,6 +86,7 @@ fn mount(s: &SceneSpec) -> Result<()> {
             ("yaw_deg", m.yaw_deg, (-15.0, 15.0)),
         ],
     )?;
+    steady::mount(m)?;
     numbers(
         "mirror.",
         &[
@@ -102,12 +104,14 @@ fn mount(s: &SceneSpec) -> Result<()> {
             ("sidelobe_floor_db", mirror.sidelobe_floor_db, (10.0, 300.0)),
         ],
     )?;
+    steady::mirror(mirror)?;
     numbers(
         "sweep.",
         &[
             ("first_deg", sweep.first_deg, (-170.0, 170.0)),
             ("last_deg", sweep.last_deg, (-170.0, 170.0)),
             ("step_deg", sweep.step_deg, (0.01, 10.0)),
+            ("row_s", sweep.row_s, (1e-4, 1.0)),
         ],
     )?;
     let count = (sweep.last_deg - sweep.first_deg) / sweep.step_deg;
@@ -123,7 +127,7 @@ fn mount(s: &SceneSpec) -> Result<()> {
         sweep.step_deg,
         count + 1.0
     );
-    Ok(())
+    steady::drifts(s, count * sweep.row_s)
 }
 
 fn receiver(s: &SceneSpec) -> Result<()> {
@@ -143,6 +147,10 @@ fn receiver(s: &SceneSpec) -> Result<()> {
             ("sweep_bow", r.sweep_bow, (-0.01, 0.01)),
             ("sweep_ripple", r.sweep_ripple, (-0.01, 0.01)),
             ("sweep_ripple_cycles", r.sweep_ripple_cycles, (0.0, 1000.0)),
+            ("slope_drift_s", r.slope_drift_s, (-0.01, 0.01)),
+            ("carrier_drift_hz_s", r.carrier_drift_hz_s, (-1e9, 1e9)),
+            ("trigger_jitter_s", r.trigger_jitter_s, (0.0, 1e-3)),
+            ("start_phase_deg", r.start_phase_deg, (0.0, 360.0)),
             ("iq_gain_db", r.iq_gain_db, (-20.0, 20.0)),
             ("iq_phase_deg", r.iq_phase_deg, (-60.0, 60.0)),
             ("antialias_cutoff", r.antialias_cutoff, (0.05, 10.0)),

@@ -164,7 +164,8 @@ impl Scene {
             let (here, tones) = passing.tones(shot)?;
             let stream = CHIRPS + scan as u64 * SCAN_STREAMS + row as u64;
             let mut random = Random::new(seed, stream);
-            Ok(here.chirp(&receiver, &tones, row, &mut random).0)
+            let at = (row, shot.time_s);
+            Ok(here.chirp(&receiver, &tones, at, &mut random).0)
         })?;
         for scan in 0..drive.scans {
             // The truth's signal-to-noise ratios are those of a chair that stands where the scan
@@ -270,6 +271,7 @@ impl<'a> Course<'a> {
                     speed: drive.speed(time),
                     pitch_deg: pitch,
                     angle_deg: scene.angles[row],
+                    time_s: time,
                 };
                 whole.samples.extend(chirp(&shot, (scan, row))?);
                 whole.meta.angles_deg.push(scene.angles[row]);

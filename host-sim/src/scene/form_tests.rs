@@ -200,7 +200,12 @@ fn strongest(s: &Scene) -> (f64, f64) {
     let tones = s.place(&receiver, &s.echoes(1));
     let power: Vec<f64> = (0..s.angles.len())
         .map(|row| {
-            let (_, echo) = s.chirp(&receiver, &[&tones], row, &mut Random::new(1, row as u64));
+            let (_, echo) = s.chirp(
+                &receiver,
+                &[&tones],
+                (row, 0.0),
+                &mut Random::new(1, row as u64),
+            );
             echo.iter().map(Complex64::norm_sqr).sum()
         })
         .collect();

@@ -14,6 +14,8 @@
 pub mod beam;
 mod bundles;
 pub mod check;
+mod chirp;
+mod displacement;
 pub mod driving;
 pub mod edge;
 pub mod facets;
@@ -39,6 +41,8 @@ pub mod shapes;
 pub mod sight;
 pub mod spec;
 #[cfg(test)]
+mod steady_tests;
+#[cfg(test)]
 mod textbook;
 pub mod tones;
 pub mod truth;
@@ -46,15 +50,14 @@ mod turning;
 pub mod view;
 pub mod way;
 
+use core::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, Result, anyhow, ensure};
-use num_complex::Complex64;
 use stairscan::Iq;
 use stairscan::config::Plane;
-use stairscan::signal::radar::dwell::ChirpSum;
 
 use crate::recording::{self, Metadata, MirrorSetup, Recording, Truth};
 use beam::Beam;
@@ -201,7 +204,8 @@ impl Scene {
         let (chirps, clean): (Vec<_>, Vec<_>) = rows
             .map(|row| {
                 let mut random = Random::new(seed, stream + row as u64);
-                self.chirp(receiver, &[tones], row, &mut random)
+                let time_s = row as f64 * self.spec.sweep.row_s;
+                self.chirp(receiver, &[tones], (row, time_s), &mut random)
             })
             .unzip();
         let scan = self.geometry();
@@ -293,7 +297,7 @@ impl Scene {
             eye: self.eye,
             plane: self.spec.mount.plane,
             beam: &self.beam,
-            wavenumber: core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT,
+            wavenumber: TAU * self.spec.radar.carrier_hz / LIGHT,
             polarisation: self.spec.radar.polarisation,
             reach: reach(&self.spec),
             between: EVERYWHERE,
@@ -341,79 +345,6 @@ impl Scene {
             .radar
             .antenna_gain_dbi
             .unwrap_or_else(|| decibel(directivity))
-    }
-
-    /// Simulates angle number `row`: the mean of its chirps. Returns its samples, and its complex echoes before the
-    /// receiver's noise and errors.
-    fn chirp(
-        &self,
-        receiver: &Receiver,
-        tones: &[&Bundles],
-        row: usize,
-        random: &mut Random,
-    ) -> (Vec<Iq>, Vec<Complex64>) {
-        let (radar, mirror) = (&self.spec.radar, &self.spec.mirror);
-        let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
-        let row_deg = self.angles[row] + off;
-        let count = f64::from(radar.chirps_per_row);
-        let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
-        let periods = receiver.beat(self.spec.mount.mirror_offset_m) * receiver.samples() as f64;
-        let mut sums = vec![[0.0; 2]; radar.samples_per_chirp];
-        let mut sum = ChirpSum::new(&mut sums, (!radar.real).then_some(periods as f32));
-        let mut mean = vec![Complex64::ZERO; radar.samples_per_chirp];
-        for k in 0..radar.chirps_per_row {
-            // A mirror that turns passes the row's angle in the middle of the chirps.
-            let on_s = (f64::from(k) - 0.5 * (count - 1.0)) * chirp_s;
-            let (chirp, echo) =
-                self.single_chirp(receiver, tones, row_deg + on_s * mirror.turn_deg_s, random);
-            sum.add(&chirp);
-            mean.iter_mut().zip(echo).for_each(|(m, e)| *m += e / count);
-        }
-        let mut samples = vec![Iq::default(); radar.samples_per_chirp];
-        sum.finish(&mut samples);
-        (samples, mean)
-    }
-
-    /// Simulates one chirp, in whose middle the mirror is at `row_deg`. Returns its samples, and its complex echoes
-    /// before the receiver's noise and errors.
-    fn single_chirp(
-        &self,
-        receiver: &Receiver,
-        tones: &[&Bundles],
-        row_deg: f64,
-        random: &mut Random,
-    ) -> (Vec<Iq>, Vec<Complex64>) {
-        let mirror = &self.spec.mirror;
-        let shaft = (row_deg + shaft::vibration_deg(mirror, row_deg)).to_radians();
-        let mount = &self.spec.mount;
-        let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
-        let tilt = mount.tilt_deg(pitch).to_radians();
-        let warp = receiver.phase_noise(random);
-        let mut echo = vec![Complex64::ZERO; receiver.samples()];
-        if shaft::turns(mirror) {
-            self.turning_echoes(row_deg, tilt, tones, &warp, &mut echo);
-        } else {
-            let grid = self.weighed(shaft + tilt, tones);
-            self.beats().tones.sum(&grid, &warp, &mut echo);
-        }
-        let [leakage, own] = &self.beats().inside;
-        let turn = cis(2.0 * self.view().wavenumber * mirror.runout_m * libm::sin(shaft));
-        let inside = leakage.iter().zip(own).zip(&warp);
-        let inside = inside.map(|((leakage, own), w)| leakage.moved(*w) + own.moved(*w) * turn);
-        let analog: Vec<Complex64> = echo.iter().zip(inside).map(|(a, b)| a + b).collect();
-        let echo = echo
-            .into_iter()
-            .step_by(self.spec.radar.values_per_sample());
-        (receiver.digitise(&analog, random), echo.collect())
-    }
-
-    /// Returns the grid of beat frequencies with the tones as weighted by a beam that points at `angle`, radians.
-    fn weighed(&self, angle: f64, tones: &[&Bundles]) -> Vec<Complex64> {
-        let mut grid = self.beats().tones.grid();
-        for bundles in tones {
-            bundles.weigh(&self.beam, angle, &mut grid);
-        }
-        grid
     }
 
     /// Returns the echoes from inside the scanner, sample by sample: the leakage, and the mirror's own echo, without

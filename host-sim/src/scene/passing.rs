@@ -39,6 +39,8 @@ pub struct Shot {
     pub pitch_deg: f64,
     /// Mirror angle of the row as scheduled, degrees.
     pub angle_deg: f64,
+    /// Time at which the row is fired, seconds from the first row.
+    pub time_s: f64,
 }
 
 /// The scene as seen from the middle of one stretch of the way.
@@ -301,6 +303,7 @@ mod tests {
                 speed: 0.0,
                 pitch_deg: 0.0,
                 angle_deg,
+                time_s: 0.0,
             };
             let (_, tones) = passing.tones(&shot).unwrap();
             // Facets may cross the sector's border within the two centimetres between both grains.
@@ -334,6 +337,7 @@ mod tests {
             speed: 0.1,
             pitch_deg: 0.0,
             angle_deg: 0.0,
+            time_s: 0.0,
         };
         let (_, tones) = passing.tones(&shot).unwrap();
         assert!(tones.iter().any(|t| t.directions() > 0));

@@ -117,6 +117,38 @@ impl<'a> Receiver<'a> {
         deviations
     }
 
+    /// Returns by how much later, in samples, one chirp is sampled at `time_s`: trigger jitter, and the drift of the
+    /// sweep's middle, which a linear sweep reaches later or earlier.
+    pub fn delay(&self, time_s: f64, random: &mut Random) -> f64 {
+        let samples = self.radar.samples_per_chirp as f64;
+        let drifted = self.spec.carrier_drift_hz_s * time_s / self.radar.bandwidth_hz * samples;
+        if self.spec.trigger_jitter_s > 0.0 {
+            let late = self.spec.trigger_jitter_s * random.normal();
+            return drifted + late * self.radar.sample_rate_hz;
+        }
+        drifted
+    }
+
+    /// Returns the deviations of the sample times of one chirp at `time_s`, in samples: phase noise and the drift of the
+    /// sweep's slope.
+    pub fn warp(&self, time_s: f64, random: &mut Random) -> Vec<f64> {
+        let mut warp = self.phase_noise(random);
+        let steeper = self.spec.slope_drift_s * time_s;
+        if steeper != 0.0 {
+            let late = warp.iter_mut().enumerate();
+            late.for_each(|(n, w)| *w += steeper * n as f64);
+        }
+        warp
+    }
+
+    /// Returns the phase factor with which a chirp begins.
+    pub fn start_phase(&self, random: &mut Random) -> Complex64 {
+        if self.spec.start_phase_deg > 0.0 {
+            return cis(self.spec.start_phase_deg.to_radians() * random.normal());
+        }
+        Complex64::ONE
+    }
+
     /// Applies the last stages of the receiver to the signals `analog` (in full scales): noise, I/Q imbalance, offsets
     /// and the ADC. Returns the samples; a real chirp's values come as pairs in place of I and Q.
     pub fn digitise(&self, analog: &[Complex64], random: &mut Random) -> Vec<Iq> {

@@ -216,6 +216,13 @@ impl Tones {
         }
     }
 
+    /// Multiplies the tones of `grid` by the phases that they have `delay` sample periods later.
+    pub fn delay(&self, grid: &mut [Complex64], delay: f64) {
+        for (m, point) in grid.iter_mut().enumerate() {
+            *point *= cis(TAU * delay * (m as f64 - TAPS as f64) / self.density);
+        }
+    }
+
     /// Adds the grid's transform to the samples. `warp` shifts the time of every sample, in sample periods, far below
     /// one, to first order.
     pub fn sum(&self, grid: &[Complex64], warp: &[f64], samples: &mut [Complex64]) {

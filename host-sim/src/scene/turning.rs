@@ -1,35 +1,40 @@
-//! A beam that turns while a chirp is captured.
+//! A beam that turns, or a chair that vibrates, while a chirp is captured.
 //!
-//! The beam's gain for every echo is computed at the beginning, the middle and the end of the
-//! chirp. In between it follows the parabola through these three. For a beam of 5 degrees that
-//! turns by a quarter of a degree the error is below 1e-5 of its peak.
+//! The echoes are computed at the beginning, the middle and the end of the chirp. In between they
+//! follow the parabola through these three. For a beam of 5 degrees that turns by a quarter of a
+//! degree the error is below 1e-5 of its peak.
 
 use num_complex::Complex64;
 
+use super::chirp::Firing;
+use super::displacement::vibrates;
 use super::shaft::vibration_deg;
 use super::{Bundles, Scene};
 
 impl Scene {
-    /// Adds to `echo` the echoes of a chirp in whose middle the mirror passes `row_deg`, sample by sample; `tilt` is
-    /// the beam angle less the mirror angle, radians, and `warp` the shift of every sample's time.
+    /// Adds to `echo` the echoes of a chirp during which mirror or chair move, sample by sample.
     pub(super) fn turning_echoes(
         &self,
-        row_deg: f64,
-        tilt: f64,
+        firing: &Firing,
         tones: &[&Bundles],
-        warp: &[f64],
         echo: &mut [Complex64],
     ) {
         let (radar, mirror) = (&self.spec.radar, &self.spec.mirror);
         let count = echo.len();
         let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
+        let half_s = 0.5 * chirp_s;
         let half = 0.5 * mirror.turn_deg_s * chirp_s;
         let parts = [-1.0, 0.0, 1.0].map(|at| {
-            let angle = row_deg + at * half;
-            let beam = (angle + vibration_deg(mirror, angle)).to_radians() + tilt;
+            let angle = firing.row_deg + at * half;
+            let beam = (angle + vibration_deg(mirror, angle)).to_radians() + firing.tilt;
             let mut part = vec![Complex64::ZERO; count];
-            let grid = self.weighed(beam, tones);
-            self.beats().tones.sum(&grid, warp, &mut part);
+            let grid = if vibrates(&self.spec.mount) {
+                let shaken = self.shaken(tones, firing.time_s + at * half_s);
+                self.weighed(beam, &shaken.iter().collect::<Vec<_>>(), firing.delay)
+            } else {
+                self.weighed(beam, tones, firing.delay)
+            };
+            self.beats().tones.sum(&grid, &firing.warp, &mut part);
             part
         });
         let [begin, middle, end] = &parts;

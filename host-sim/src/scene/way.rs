@@ -107,7 +107,7 @@ impl<'a> Way<'a> {
         here.spec.mount.pitch_deg = Some(shot.pitch_deg);
         let stream = CHIRPS + (drive + 1) * DRIVE_STREAMS + number;
         let mut random = Random::new(self.seed, stream);
-        let (chirp, _) = here.chirp(&self.receiver, &[&tones], row, &mut random);
+        let (chirp, _) = here.chirp(&self.receiver, &[&tones], (row, shot.time_s), &mut random);
         Ok(chirp)
     }
 
@@ -302,15 +302,16 @@ mod tests {
                 speed: 0.5,
                 pitch_deg: 0.1,
                 angle_deg: scene.angles[row],
+                time_s: 0.0,
             };
             let random = || Random::new(5, 7);
             let place = way.place(shot.travel_m).unwrap();
             let tones = way.tones(place, &shot);
             let mut here = place.scene.borrow_mut();
             here.spec.mount.pitch_deg = Some(shot.pitch_deg);
-            let (_, ours) = here.chirp(&receiver, &[&tones], row, &mut random());
+            let (_, ours) = here.chirp(&receiver, &[&tones], (row, 0.0), &mut random());
             let (there, tones) = passing.tones(&shot).unwrap();
-            let (_, theirs) = there.chirp(&receiver, &tones, row, &mut random());
+            let (_, theirs) = there.chirp(&receiver, &tones, (row, 0.0), &mut random());
             let (p, e) = powers(&theirs, &ours);
             (power, error) = (power + p, error + e);
         }

@@ -184,6 +184,7 @@ impl<'a> World<'a> {
             speed: pose.speed_m_s,
             pitch_deg: self.pitch_deg(time),
             angle_deg: self.course.scene().row_deg(row),
+            time_s: time,
         };
         let [alone, joined] = self.ways;
         let way = match self.is_joined {

@@ -141,6 +141,16 @@ pub struct MountSpec {
     /// Heading of the chair relative to the perpendicular of the edges. All lengths of the scene
     /// are measured in the plane that the mirror sweeps, at any yaw.
     pub yaw_deg: f64,
+    /// Amplitude of the vibration of chair, radar and mirror together: echoes turn by its part along their direction,
+    /// the mirror's own echo does not. A sine of the acceleration a has the amplitude a / (2πf)²; on wheelchairs the seat
+    /// has some 1 to 2 m/s² at 5 to 60 Hz (VanSickle et al., J. Rehabil. Res. Dev. 38, 2001): 0.01 to 0.5 mm.
+    pub vibration_m: f64,
+    /// Frequency of this vibration, Hz: seat and frame have resonances at 5 to 60 Hz.
+    pub vibration_hz: f64,
+    /// Direction of this vibration, from forward to straight up.
+    pub vibration_up_deg: f64,
+    /// Phase of this vibration at the first row.
+    pub vibration_phase_deg: f64,
 }
 
 impl MountSpec {
@@ -166,6 +176,10 @@ impl Default for MountSpec {
             pitch_deg: None,
             pitch_error_deg: 0.0,
             yaw_deg: 0.0,
+            vibration_m: 0.0,
+            vibration_hz: 20.0,
+            vibration_up_deg: 90.0,
+            vibration_phase_deg: 0.0,
         }
     }
 }
@@ -190,6 +204,8 @@ pub struct SweepSpec {
     pub last_deg: f64,
     /// Step from one mirror angle to the next.
     pub step_deg: f64,
+    /// Time from one row to the next, s, by which vibrations and drifts go on: 281 rows in 1.3 s. A drive has its own.
+    pub row_s: f64,
 }
 
 impl Default for SweepSpec {
@@ -198,6 +214,7 @@ impl Default for SweepSpec {
             first_deg: -20.0,
             last_deg: 50.0,
             step_deg: 0.25,
+            row_s: 4.63e-3,
         }
     }
 }
@@ -224,6 +241,17 @@ pub struct MirrorSpec {
     /// Run-out of the mirror's surface over a turn, which changes the phase of the mirror's own
     /// echo.
     pub runout_m: f64,
+    /// Run-out of the shaft, along its axis and across: the mirror moves with it. Turned by 45°, the path of the
+    /// echoes changes by the displacement along the axis less that along the beam, that of the mirror's own echo by
+    /// the former. Step motors have 50 µm at the shaft's end (NEMA ICS 16), their bearings play of 20 µm.
+    pub shaft_runout_m: f64,
+    /// Periods of the shaft's run-out in a turn: 1 for a bent shaft, the number of balls that pass for a bearing.
+    pub shaft_runout_cycles: f64,
+    /// Phase of the shaft's run-out at the mirror angle 0.
+    pub shaft_runout_phase_deg: f64,
+    /// Drift of the distance from radar to mirror, m/s: aluminium grows by 23 ppm per kelvin, 5 µm over 0.22 m, and
+    /// electronics warm up by some 0.1 K/s.
+    pub offset_drift_m_s: f64,
     /// First side lobe of the beam, one way, dB below its peak (Hansen, Phased Array Antennas, sec.
     /// 3.2: one-parameter distribution; a lens feeding a mirror lies between 18 and 25 dB).
     pub sidelobe_db: f64,
@@ -241,6 +269,10 @@ impl Default for MirrorSpec {
             vibration_deg: 0.0,
             vibration_phase_deg: 0.0,
             runout_m: 5e-6,
+            shaft_runout_m: 0.0,
+            shaft_runout_cycles: 1.0,
+            shaft_runout_phase_deg: 0.0,
+            offset_drift_m_s: 0.0,
             sidelobe_db: 20.0,
             sidelobe_floor_db: 35.0,
         }
@@ -275,6 +307,19 @@ pub struct ReceiverSpec {
     /// voltage-controlled oscillator's slope drifts by some 1e-4 per kelvin until it is calibrated
     /// again.
     pub sweep_slope: f64,
+    /// Drift of the sweep's slope, relative, per second: that of `sweep_slope` per kelvin, at 0.1 K/s, is 1e-5. The sweep
+    /// begins at the same frequency, so that its middle drifts by half as much of B.
+    pub slope_drift_s: f64,
+    /// Drift of the sweep's middle, Hz per second. An oscillator that is not locked drifts by some 1e-4 per kelvin: at
+    /// 94 GHz and 0.1 K/s by 1 MHz/s. The phase of an echo turns in proportion to its range, 4π R/c a hertz.
+    pub carrier_drift_hz_s: f64,
+    /// Standard deviation from chirp to chirp of the time between trigger and first sample, s: a tone of the beat
+    /// frequency f turns by 2πf times this, so that echoes turn against the mirror's own echo. A timer's tick is 6 ns
+    /// at 168 MHz, an interrupt's latency changes by some 0.1 µs.
+    pub trigger_jitter_s: f64,
+    /// Standard deviation of the phase with which a chirp begins; leakage and all echoes share it. A homodyne radar has
+    /// 0, one whose local oscillator is divided or switched between chirps may have any.
+    pub start_phase_deg: f64,
     /// Bow of the sweep: largest deviation from the straight line, fraction of B.
     pub sweep_bow: f64,
     /// Ripple of the sweep: amplitude of a sine, fraction of B (Griffiths, 1991: paired echoes).
@@ -306,6 +351,10 @@ impl Default for ReceiverSpec {
             dc_q: -0.06,
             phase_noise_dbc_hz: -75.0,
             sweep_slope: 0.0,
+            slope_drift_s: 0.0,
+            carrier_drift_hz_s: 0.0,
+            trigger_jitter_s: 0.0,
+            start_phase_deg: 0.0,
             sweep_bow: 1e-4,
             sweep_ripple: 3e-5,
             sweep_ripple_cycles: 7.0,
