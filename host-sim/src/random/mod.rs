@@ -22,6 +22,7 @@ mod regular;
 mod shaped;
 #[cfg(test)]
 mod tests;
+mod unsteady;
 
 use core::fmt;
 use core::str::FromStr;
@@ -78,10 +79,13 @@ pub enum Kind {
     /// The way between street and foyer, with and without steps: consecutive seeds take the contents of [`ENTRANCE`] in
     /// turn.
     Entrance = 19,
+    /// A flight going up before a scanner that is not steady: a chair that vibrates, a shaft that runs out, drifts and
+    /// jitter.
+    Vibrating = 20,
 }
 
 impl Kind {
-    /// All kinds.
+    /// Kinds of which studies and tables draw scenes.
     pub const ALL: [Kind; 20] = [
         Kind::Ascending,
         Kind::None,
@@ -104,6 +108,14 @@ impl Kind {
         Kind::Mounting,
         Kind::Entrance,
     ];
+
+    /// Kinds that are drawn only where they are asked for, so that tables and fits stay those of [`Kind::ALL`].
+    pub const APART: [Kind; 1] = [Kind::Vibrating];
+
+    /// Returns all kinds.
+    pub fn every() -> impl Iterator<Item = Kind> {
+        Kind::ALL.into_iter().chain(Kind::APART)
+    }
 
     /// Returns the name that `random:KIND` uses.
     pub const fn name(self) -> &'static str {
@@ -128,6 +140,7 @@ impl Kind {
             Kind::Hole => "hole",
             Kind::Mounting => "mounting",
             Kind::Entrance => "entrance",
+            Kind::Vibrating => "vibrating",
         }
     }
 
@@ -135,10 +148,12 @@ impl Kind {
     /// tables were made.
     pub const fn variety(self) -> Variety {
         match self {
-            Kind::Ascending | Kind::None | Kind::Descending | Kind::Irregular => Variety {
-                instrument: Spread::Paper,
-                effects: Spread::Paper,
-            },
+            Kind::Ascending | Kind::None | Kind::Descending | Kind::Irregular | Kind::Vibrating => {
+                Variety {
+                    instrument: Spread::Paper,
+                    effects: Spread::Paper,
+                }
+            }
             Kind::Mounting => Variety {
                 instrument: Spread::Wide,
                 effects: Spread::Wide,
@@ -160,13 +175,10 @@ impl fmt::Display for Kind {
 impl FromStr for Kind {
     type Err = String;
     fn from_str(text: &str) -> Result<Self, String> {
-        Kind::ALL
-            .into_iter()
-            .find(|k| k.name() == text)
-            .ok_or_else(|| {
-                let names = Kind::ALL.map(Kind::name).join(", ");
-                format!("\"{text}\": expected one of {names}")
-            })
+        Kind::every().find(|k| k.name() == text).ok_or_else(|| {
+            let names: Vec<&str> = Kind::every().map(Kind::name).collect();
+            format!("\"{text}\": expected one of {}", names.join(", "))
+        })
     }
 }
 
@@ -190,11 +202,12 @@ pub struct Variety {
     pub effects: Spread,
 }
 
-/// Numbers of the streams of random numbers for a scene's shapes, instrument and effects, to which the kind's number is
-/// added. They differ from the streams of a scan.
+/// Numbers of the streams of random numbers for a scene's shapes, instrument, effects and unsteadiness, to which the kind's
+/// number is added. They differ from the streams of a scan.
 const STREAM: u64 = 0x5343_454E_4500;
 const INSTRUMENT: u64 = 0x494E_5354_5200;
 const EFFECTS: u64 = 0x4546_4645_4300;
+const UNSTEADY: u64 = 0x554E_5354_4400;
 
 /// Returns the scene of a kind that `seed` draws, with the kind's default variety.
 pub fn random(kind: Kind, seed: u64) -> SceneSpec {
@@ -208,7 +221,7 @@ pub fn random_with(kind: Kind, variety: Variety, seed: u64) -> SceneSpec {
     let mut scene = SceneSpec::default();
     instrument::equipment(&mut scene, rng);
     let what = match kind {
-        Kind::Ascending | Kind::Mounting => regular::ascending(&mut scene, rng),
+        Kind::Ascending | Kind::Mounting | Kind::Vibrating => regular::ascending(&mut scene, rng),
         Kind::None => none::none(&mut scene, seed, rng),
         Kind::Descending => regular::descending(&mut scene, rng),
         Kind::Irregular => odd::irregular(&mut scene, rng),
@@ -233,6 +246,9 @@ pub fn random_with(kind: Kind, variety: Variety, seed: u64) -> SceneSpec {
     }
     if variety.effects == Spread::Wide {
         effects::wide(&mut scene, &mut stream(EFFECTS));
+    }
+    if kind == Kind::Vibrating {
+        unsteady::unsteady(&mut scene, &mut stream(UNSTEADY));
     }
     scene.description = format!("random scene, {kind} {seed}: {what}");
     scene

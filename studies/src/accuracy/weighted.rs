@@ -23,6 +23,8 @@ fn met(kind: Kind) -> f64 {
         Kind::Platform | Kind::Uneven | Kind::Soft | Kind::Beside => 12.0,
         Kind::Landing | Kind::Low | Kind::Irregular | Kind::Odd | Kind::Open => 10.0,
         Kind::Steep | Kind::Hole | Kind::Mounting => 5.0,
+        // A state of the chair, not a place.
+        Kind::Vibrating => 0.0,
     }
 }
 
