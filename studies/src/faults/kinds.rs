@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use stairscan::verdict::Reason::{self, *};
 
-use super::{converter, mounting, rows, signal::Signal, world};
+use super::{converter, mounting, reference, rows, signal::Signal, world};
 use host_sim::recording::Recording;
 use host_sim::scene::maths::Random;
 
@@ -78,10 +78,12 @@ const BITS: &[f64] = &[
 const ROWS: &[f64] = &[10.0, 20.0, 40.0, 80.0, 120.0];
 const NEAR: &[f64] = &[0.1, 0.2, 0.3, 0.4];
 const ONCE: &[f64] = &[1.0];
+const SHARES: &[f64] = &[0.05, 0.2, 0.5];
 
 const CHANNELS: &[Reason] = &[AdcBit, ChannelDead, IqImbalance, IqSwapped];
 const LEVELS: &[Reason] = &[GainDrift, MirrorMissing];
 const ANGLES: &[Reason] = &[AngleJump, MirrorStuck, Mount];
+const REFERENCE: &[Reason] = &[MirrorMissing, GainDrift, Moving, AngleJump];
 const VIEW: &[Reason] = &[BlockedView, NoEcho];
 
 /// All kinds of faults. The index of a fault selects its stream of random numbers.
@@ -123,4 +125,8 @@ pub static ALL: &[Fault] = &[
     fault("person-approaches", world::person_approaches, &[0.6, 1.0], "m", &[BlockedView, AngleJump]),
     fault("chair-creeps", world::chair_moves, &[0.01, 0.02, 0.04, 0.08], "m", &[Moving, Mount]),
     fault("chair-rocks", world::rocks, &[0.25, 0.5, 1.0], "deg", &[Moving, AngleJump, MirrorStuck, Mount]),
+    fault("reference-lost", reference::lost, SHARES, "of the rows", REFERENCE),
+    fault("reference-weak", reference::weak, &[10.0, 20.0, 30.0, 40.0], "dB", REFERENCE),
+    fault("reference-jumps", reference::jumps, SHARES, "of the rows", REFERENCE),
+    fault("reference-flips", reference::flips, SHARES, "of the rows", REFERENCE),
 ];

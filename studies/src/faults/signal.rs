@@ -279,6 +279,32 @@ impl Signal {
             .collect()
     }
 
+    /// Returns the mirror's own echo, one value a sample, in the phase of the first row: the part of the common component
+    /// at the mirror's range, under a Hann window.
+    fn own_echo(&self) -> Vec<Complex64> {
+        let tone = self.turn(self.mirror().offset_m);
+        let window = |n: usize| {
+            let turn = core::f64::consts::TAU * (n as f64 + 0.5) / tone.len() as f64;
+            1.0 - libm::cos(turn)
+        };
+        // The window's mean is 1.
+        let pairs = self.inside.iter().zip(&tone).enumerate();
+        let part = pairs
+            .map(|(n, (inside, tone))| inside * tone.conj() * window(n))
+            .sum::<Complex64>()
+            / tone.len().max(1) as f64;
+        tone.iter().map(|s| s * part).collect()
+    }
+
+    /// Replaces the mirror's own echo in a row's chirp by `factor` times itself.
+    pub fn scale_own_echo(&mut self, row: usize, factor: Complex64) {
+        let own = self.own_echo();
+        let change = self.phases[row] * (factor - Complex64::ONE);
+        for (sample, own) in self.chirps[row].iter_mut().zip(own) {
+            *sample += own * change;
+        }
+    }
+
     /// Returns the RMS amplitude of the scene's echoes with noise in the strongest row, in units of the 16-bit samples.
     pub fn strongest(&self) -> f64 {
         let power = |row: usize| {

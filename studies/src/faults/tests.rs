@@ -1,7 +1,12 @@
+use core::f64::consts::TAU;
+
+use num_complex::Complex64;
+
 use super::*;
 use host_sim::random::Kind;
 use host_sim::recording::Recording;
 use host_sim::replay;
+use host_sim::scene::maths::{LIGHT, cis};
 use host_sim::simulation::random_scan;
 use stairscan::verdict::{Reason, Reasons, Status};
 
@@ -131,4 +136,51 @@ fn other_microsteps_than_set_are_reported_by_the_beam() {
             assert_detected(&faulty, Reason::AngleJump, &format!("{name} {factor}"));
         }
     }
+}
+
+/// Returns the amplitude of a chirp at the range of its mirror, under a Hann window.
+fn own_echo(recording: &Recording, row: usize) -> Complex64 {
+    let meta = &recording.meta;
+    let samples = meta.samples_per_chirp as f64;
+    let offset_m = meta.mirror.as_ref().unwrap().offset_m;
+    let beat = 2.0 * offset_m * meta.bandwidth_hz / (LIGHT * samples);
+    let terms = recording.chirp(row).unwrap().iter().enumerate();
+    let terms = terms.map(|(n, s)| {
+        let n = n as f64 + 0.5;
+        let window = 1.0 - libm::cos(TAU * n / samples);
+        Complex64::new(s.i.into(), s.q.into()) * cis(-TAU * beat * n) * window
+    });
+    terms.sum()
+}
+
+#[test]
+fn a_lost_reference_is_missing_and_a_flipped_one_half_a_turn_off() {
+    let clean = clean();
+    for (name, factor) in [("reference-lost", 0.0), ("reference-flips", -1.0)] {
+        let faulty = Fault::named(name).unwrap().on(&clean, 0.5, 1).unwrap();
+        let rows = clean.meta.angles_deg.len();
+        let changed = (0..rows).filter(|&row| {
+            let (before, after) = (own_echo(&clean, row), own_echo(&faulty, row));
+            let left = (after - before * factor).norm_sqr() / before.norm_sqr();
+            let same = (after - before).norm_sqr() / before.norm_sqr();
+            assert!(left.min(same) < 0.03, "{name} row {row}: {left} {same}");
+            left < same
+        });
+        let share = changed.count() as f64 / rows as f64;
+        assert!((0.4..0.6).contains(&share), "{name}: {share}");
+    }
+}
+
+#[test]
+fn a_weak_reference_leaves_the_scenes_echoes() {
+    let clean = clean();
+    let fault = Fault::named("reference-weak").unwrap();
+    let faulty = fault.on(&clean, 20.0, 1).unwrap();
+    let power = |recording: &Recording| {
+        let rows = 0..clean.meta.angles_deg.len();
+        rows.map(|row| own_echo(recording, row).norm_sqr())
+            .sum::<f64>()
+    };
+    let fall_db = 10.0 * libm::log10(power(&clean) / power(&faulty));
+    assert!((18.0..22.0).contains(&fall_db), "{fall_db}");
 }
