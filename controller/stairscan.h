@@ -175,6 +175,7 @@ extern "C" {
     X("module-samples") \
     X("link-rate") \
     X("trigger-pin") \
+    X("chirps-per-row") \
     X("guard-first") \
     X("guard-last") \
     X("guard-step") \
