@@ -15,7 +15,7 @@ use crate::cache;
 use crate::console::{busy, emit, progress};
 use crate::output::{Outputs, Overwrite};
 use crate::random::{Kind, Spread, Variety, random_with};
-use crate::recording::{DATA_SUFFIX, Recording, meta_path};
+use crate::recording::{DATA_SUFFIX, MAX_CHIRPS, Recording, meta_path};
 use crate::scene::Scene;
 use crate::scene::driving::Drive;
 use crate::scene::sequence::{Approach, pushed};
@@ -52,7 +52,7 @@ pub struct SimulateArgs {
     scan_time: Option<f64>,
     /// Number of chirps per row, whose mean each row is: independent noise, brought to one phase and added as a module
     /// does; without it that of the scene file, or 1.
-    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=32), conflicts_with = "speed")]
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=i64::from(MAX_CHIRPS)), conflicts_with = "speed")]
     chirps_per_row: Option<u8>,
     /// Spread of a random scene's instrument (mount, beam, bandwidth, pitch); without it that of the scene's kind.
     #[arg(long, value_enum)]

@@ -8,6 +8,8 @@ use anyhow::{Result, bail, ensure};
 
 use number::{DECIBEL, LENGTH, POSITION, WORLD, number, numbers, ordered};
 
+use crate::recording::MAX_CHIRPS;
+
 use super::facets::{self, MAX_FACETS, MAX_PATCHES};
 use super::geometry::World;
 use super::material::{self, builtin};
@@ -60,7 +62,11 @@ fn radar(s: &SceneSpec) -> Result<()> {
                 DECIBEL,
             ),
             ("system_loss_db", r.system_loss_db, DECIBEL),
-            ("chirps_per_row", r.chirps_per_row.into(), (1.0, 32.0)),
+            (
+                "chirps_per_row",
+                r.chirps_per_row.into(),
+                (1.0, MAX_CHIRPS.into()),
+            ),
         ],
     )
 }

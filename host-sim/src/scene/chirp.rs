@@ -45,7 +45,9 @@ impl Scene {
         let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
         let periods = receiver.beat(self.spec.mount.mirror_offset_m) * receiver.samples() as f64;
         let mut sums = vec![[0.0; 2]; radar.samples_per_chirp];
-        let mut sum = ChirpSum::new(&mut sums, (!radar.real).then_some(periods as f32));
+        // One chirp keeps its phase.
+        let turned = !radar.real && radar.chirps_per_row > 1;
+        let mut sum = ChirpSum::new(&mut sums, turned.then_some(periods as f32));
         let mut mean = vec![Complex64::ZERO; radar.samples_per_chirp];
         for k in 0..radar.chirps_per_row {
             // A mirror that turns passes the row's angle in the middle of the chirps.
@@ -91,7 +93,7 @@ impl Scene {
         let wave = 2.0 * self.view().wavenumber;
         let by_mirror = cis(wave * shift.echoes);
         echo.iter_mut().for_each(|e| *e *= by_mirror);
-        let own = cis(wave * (mirror.runout_m * libm::sin(shaft))) * cis(wave * shift.own);
+        let own = cis(wave * (mirror.runout_m * libm::sin(shaft) + shift.own));
         let inside = self.inside_of(receiver, &firing, own);
         let analog = echo.iter().zip(inside).map(|(a, b)| (a + b) * start);
         let analog: Vec<Complex64> = analog.collect();

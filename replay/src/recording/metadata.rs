@@ -15,7 +15,7 @@ const EXTENSION_VERSION: &str = "1.0.0";
 const MAX_SCANS: f64 = 10_000.0;
 
 /// Maximum number of chirps per row: that of the scanner's setting `chirps-per-row`.
-const MAX_CHIRPS: f64 = 32.0;
+pub const MAX_CHIRPS: u8 = 32;
 
 /// Installation parameters of the scanner.
 #[derive(Clone, Debug, PartialEq)]
@@ -301,7 +301,7 @@ fn samples_per_chirp(global: &Keys<'_>, real: bool) -> Result<usize> {
 fn chirps_per_row(global: &Keys<'_>) -> Result<Option<u8>> {
     let expected = "a whole number of chirps from 1 to 32";
     let chirps = global.optional(CHIRPS_PER_ROW, expected, |v| {
-        v.fract() == 0.0 && (1.0..=MAX_CHIRPS).contains(&v)
+        v.fract() == 0.0 && (1.0..=f64::from(MAX_CHIRPS)).contains(&v)
     })?;
     Ok(chirps.map(|v| v as u8))
 }

@@ -22,7 +22,7 @@ use serde_json::Value;
 use stairscan::Iq;
 
 use keys::explain_syntax;
-pub use metadata::{Metadata, MirrorSetup, Sequence};
+pub use metadata::{MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
 pub use truth::{Disturbance, TrueDrop, TrueStep, Truth};
 

@@ -9,10 +9,11 @@ use host_sim::scene::maths::{amplitude, cis};
 
 /// Replaces the mirror's own echo by `factor` times itself in a fraction `share` of the rows, at random.
 fn some_rows(signal: &mut Signal, share: f64, mut factor: impl FnMut(&mut Signal) -> Complex64) {
+    let own = signal.own_echo();
     for row in 0..signal.rows() {
         if signal.random.chance(share) {
-            let factor = factor(signal);
-            signal.scale_own_echo(row, factor);
+            let more = factor(signal) - Complex64::ONE;
+            signal.add_echo(row, &own, more);
         }
     }
 }

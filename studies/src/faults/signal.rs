@@ -281,7 +281,7 @@ impl Signal {
 
     /// Returns the mirror's own echo, one value a sample, in the phase of the first row: the part of the common component
     /// at the mirror's range, under a Hann window.
-    fn own_echo(&self) -> Vec<Complex64> {
+    pub fn own_echo(&self) -> Vec<Complex64> {
         let tone = self.turn(self.mirror().offset_m);
         let window = |n: usize| {
             let turn = core::f64::consts::TAU * (n as f64 + 0.5) / tone.len() as f64;
@@ -296,12 +296,11 @@ impl Signal {
         tone.iter().map(|s| s * part).collect()
     }
 
-    /// Replaces the mirror's own echo in a row's chirp by `factor` times itself.
-    pub fn scale_own_echo(&mut self, row: usize, factor: Complex64) {
-        let own = self.own_echo();
-        let change = self.phases[row] * (factor - Complex64::ONE);
-        for (sample, own) in self.chirps[row].iter_mut().zip(own) {
-            *sample += own * change;
+    /// Adds `factor` times an echo, given in the phase of the first row, to a row's chirp.
+    pub fn add_echo(&mut self, row: usize, echo: &[Complex64], factor: Complex64) {
+        let change = self.phases[row] * factor;
+        for (sample, echo) in self.chirps[row].iter_mut().zip(echo) {
+            *sample += echo * change;
         }
     }
 
