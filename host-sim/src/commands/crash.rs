@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn reported(args: &Args) -> Result<Report> {
     let source = match (&args.sentence, &args.source) {
         (Some(sentence), _) => {
-            return report::last(sentence.lines()).context("--sentence");
+            return report::last(sentence.as_bytes()).context("--sentence");
         }
         (None, Some(source)) => source,
         (None, None) => bail!("expected a log, a port or --sentence"),
@@ -82,5 +82,5 @@ fn reported(args: &Args) -> Result<Report> {
         let version = talk.version_line()?;
         log = [version, talk.crash()?].join("\n").into_bytes();
     }
-    report::last(String::from_utf8_lossy(&log).lines()).with_context(|| source.clone())
+    report::last(&log).with_context(|| source.clone())
 }

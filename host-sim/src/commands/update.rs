@@ -123,9 +123,13 @@ fn tell(outcome: &Outcome) -> ExitCode {
         Outcome::RolledBack(states) => {
             eprintln!("error: rolled back: the loader runs another image; slots a and b: {states}")
         }
-        Outcome::Silent => eprintln!(
-            "error: nothing is heard of the new image: the watchdog resets it within half a minute, and the third time the \
-             image before runs again"
+        Outcome::NotHeard(instead) => eprintln!(
+            "error: {} of the new image: the watchdog resets it within half a minute, and the third time the image before \
+             runs again",
+            match instead {
+                None => "nothing is heard".to_owned(),
+                Some(instead) => format!("no sentence is heard ({instead})"),
+            }
         ),
     }
     ExitCode::FAILURE

@@ -22,6 +22,8 @@ use super::trouble::Trouble;
 const READ: Duration = Duration::from_millis(20);
 /// Interval between two attempts to open a port.
 const RETRY: Duration = Duration::from_millis(300);
+/// Time after which the end of a line that has begun is overdue; a sentence takes 20 ms at 115,200 baud.
+const OVERDUE: Duration = Duration::from_millis(500);
 /// Timeout of a write. A command of one line takes 8 ms at 115,200 baud.
 const WRITE: Duration = Duration::from_secs(1);
 
@@ -132,6 +134,8 @@ pub fn open(path: &str, baud: u32) -> serialport::Result<Box<dyn SerialPort>> {
 fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String> {
     let mut splitter = Splitter::default();
     let mut buffer = [0; 1024];
+    // Time of the last bytes, if a line has begun and its end may be overdue.
+    let mut begun: Option<Instant> = None;
     while !inside.ended() {
         while let Some(line) = inside.line() {
             if let Err(error) = write(port, format!("{line}\r\n").as_bytes()) {
@@ -145,11 +149,17 @@ fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String
                 lines
                     .into_iter()
                     .for_each(|line| inside.send(Event::Line(line)));
+                begun = Some(Instant::now());
             }
             Err(error) if passes(error.kind()) => {
                 // Not every driver reports to a reader that its device was unplugged.
                 if !Path::new(path).exists() {
                     return Some("no such device any more".to_owned());
+                }
+                if begun.take_if(|begun| begun.elapsed() > OVERDUE).is_some()
+                    && let Some(text) = splitter.pending()
+                {
+                    inside.send(Event::Pending(text));
                 }
             }
             Err(error) => return Some(error.to_string()),

@@ -131,7 +131,7 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let old = match standing {
         Validity::Fresh => None,
         Validity::Unplugged => Some("the port is closed".to_owned()),
-        Validity::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
+        Validity::Silent(ms) => Some(format!("no intact sentence for {}", span(ms))),
         Validity::Restarted => Some("the scanner has restarted since".to_owned()),
         Validity::Old => Some("too old to act on".to_owned()),
     };

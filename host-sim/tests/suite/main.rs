@@ -29,6 +29,7 @@ mod settings;
 mod single_rises;
 mod sirad;
 mod special_files;
+mod streams;
 mod sweep_modes;
 mod tap;
 mod update;
