@@ -18,6 +18,7 @@ use stairscan::signal::radar::wire::LINK_BAUD;
 
 use super::{Settings, emit};
 use crate::live::Ms;
+use crate::live::arrived::Arrived;
 use crate::live::lines::Splitter;
 use crate::live::port::{self, passes};
 use crate::live::ports;
@@ -30,6 +31,8 @@ use crate::tap::ask;
 use crate::tap::beside::{self, Beside, MountingArgs};
 use crate::tap::demo::Demo;
 use crate::tap::gather::{Gather, Mounting, Part};
+use crate::tap::nothing::{instead, nothing};
+use crate::tap::pace::Pace;
 use crate::tap::scans::{Scan, Tap, Wire};
 use crate::tap::unfinished::Unfinished;
 
@@ -75,7 +78,7 @@ pub struct Args {
     /// Number of scans after which recording ends
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: Option<u32>,
-    /// Baud rate of the radar link
+    /// Baud rate of the radar link at the beginning; the rate that scanner and module agree on is followed
     #[arg(long, default_value_t = LINK_BAUD)]
     baud: u32,
     #[command(flatten)]
@@ -113,22 +116,53 @@ enum PortEvent {
 }
 
 /// Traffic of the radar link and sentences of the scanner received so far.
-#[derive(Default)]
 struct Received {
+    pace: Pace,
     tap: Tap,
     beside: Beside,
     splitter: Splitter,
+    /// Lines of the report port, by kind.
+    arrived: Arrived,
     /// Cause for which a port has ended, if it is to be reported.
     gone: Option<String>,
 }
 
 impl Received {
+    fn new(baud: u32) -> Self {
+        Self {
+            pace: Pace::new(baud),
+            tap: Tap::default(),
+            beside: Beside::default(),
+            splitter: Splitter::default(),
+            arrived: Arrived::default(),
+            gone: None,
+        }
+    }
+
+    /// Sets the ports of the link to the rate that its traffic shows at `now`, after `count` more bytes.
+    fn follow(&mut self, at: Ms, count: usize, ports: &mut [(String, Box<dyn SerialPort>)]) {
+        let Some(baud) = self.pace.take(at, count, &mut self.tap) else {
+            return;
+        };
+        if self.pace.agreed == Some(baud) {
+            eprintln!("note: scanner and module go to {baud} baud, and the ports with them");
+        }
+        for (path, port) in ports {
+            if let Err(error) = port.set_baud_rate(baud) {
+                eprintln!(
+                    "note: {path}: not at {baud} baud ({error}); `set link-rate {LINK_BAUD}` keeps the link at {LINK_BAUD}"
+                );
+            }
+        }
+    }
+
     /// Processes the bytes that a port received at the time `at`, or the port's end; returns `false` at the end.
     fn take(&mut self, at: Ms, event: PortEvent) -> bool {
         match event {
             PortEvent::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
             PortEvent::Report(bytes) => {
                 for line in self.splitter.push(&bytes) {
+                    self.arrived.line(&line);
                     self.beside.line(at, &line);
                 }
             }
@@ -207,9 +241,13 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received
         1 => &[Wire::Both],
         _ => &[Wire::ToModule, Wire::FromModule],
     };
-    let mut threads = Vec::new();
+    let (mut threads, mut link) = (Vec::new(), Vec::new());
     for (path, wire) in args.ports.iter().zip(wires) {
         let (port, wire) = (open(path, args.baud)?, *wire);
+        link.push((
+            path.clone(),
+            port.try_clone().with_context(|| path.clone())?,
+        ));
         let bytes = move |bytes| PortEvent::Link(wire, bytes);
         threads.push(follow(path, port, started, &sender, stop, bytes));
     }
@@ -229,7 +267,7 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received
     }
     drop(sender);
     eprintln!("receiving; Ctrl-C ends");
-    let found = collect(session, &events, started, stop);
+    let found = collect(session, (&events, &mut link), started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
         let _ = thread.join();
@@ -276,11 +314,14 @@ fn follow(
 /// Collects the events of all ports until there are enough scans, a port disappears, or the user ends the session.
 fn collect(
     session: &mut Session<'_>,
-    events: &Receiver<(Ms, PortEvent)>,
+    (events, link): (
+        &Receiver<(Ms, PortEvent)>,
+        &mut [(String, Box<dyn SerialPort>)],
+    ),
     started: Instant,
     stop: &AtomicBool,
 ) -> (Received, Vec<Scan>) {
-    let (mut received, mut scans) = (Received::default(), Vec::new());
+    let (mut received, mut scans) = (Received::new(session.args.baud), Vec::new());
     let wanted = session
         .args
         .scans
@@ -289,9 +330,14 @@ fn collect(
     while !stop.load(Ordering::Relaxed) && whole(&scans) < wanted {
         match events.recv_timeout(Duration::from_millis(100)) {
             Ok((at, what)) => {
+                let count = match &what {
+                    PortEvent::Link(_, bytes) => bytes.len(),
+                    _ => 0,
+                };
                 if !received.take(at, what) {
                     break;
                 }
+                received.follow(at, count, link);
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
@@ -337,7 +383,7 @@ fn ask_module(
     let mut angles: Vec<i32> = (0..schedule.rows())
         .map(|row| shaft_angle(schedule.position(row)))
         .collect();
-    let (mut received, mut scans) = (Received::default(), Vec::new());
+    let (mut received, mut scans) = (Received::new(args.baud), Vec::new());
     for _ in 0..args.scans.unwrap_or(1) {
         let mut now = || {
             let at = started.elapsed();
@@ -351,7 +397,13 @@ fn ask_module(
         received.tap.end();
         received.scans_into(session, &mut scans);
         match asked {
-            Err(error) if scans.is_empty() => return Err(error.context(port.to_owned())),
+            Err(error) if scans.is_empty() => {
+                let instead = instead(&received.tap, &received.pace);
+                let error = instead
+                    .into_iter()
+                    .fold(error, |error, text| anyhow!("{error}\n  {text}"));
+                return Err(error.context(port.to_owned()));
+            }
             Err(error) => received.gone = Some(format!("{port}: {error}")),
             Ok(()) => {}
         }
@@ -375,7 +427,20 @@ fn write(
         sweep,
         unfinished,
     } = session;
-    let Received { tap, beside, .. } = received;
+    let Received {
+        tap,
+        beside,
+        pace,
+        arrived,
+        ..
+    } = received;
+    if args.report.is_some() && arrived.sentences == 0 {
+        let (what, help) = arrived.kind().explain(REPORT_BAUD);
+        eprintln!(
+            "note: --report: {}",
+            [vec![what], help].concat().join("\n  ")
+        );
+    }
     let (mut mounting, doubt) = beside::mounting(&args.said, &beside);
     mounting.sweep = sweep.or(mounting.sweep);
     let meta_file = recording::meta_path(&args.output);
@@ -391,7 +456,7 @@ fn write(
         );
     }
     if gather.recorded() == 0 {
-        bail!("{}", nothing(&tap, scans.len(), args.baud));
+        bail!("{}", nothing(&tap, scans.len(), &pace));
     }
     let mut parts = gather.parts();
     for part in &mut parts {
@@ -406,21 +471,6 @@ fn write(
     }
     unfinished.done()?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Returns the reason, as text, why there is no scan to write.
-fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
-    match (tap.received(), tap.damaged()) {
-        (None, 0) => format!(
-            "nothing was received on the radar link. Is the receiver's input connected to TX+/TX- \
-             or RX+/RX-, with a common ground? Does the scanner scan? Port speed: {baud} baud"
-        ),
-        (None, damaged) => format!(
-            "no intact frame was received, {damaged} damaged ones: the link's speed is {LINK_BAUD} \
-             baud (port speed {baud}); does the adapter support it?"
-        ),
-        _ => format!("no complete scan was received ({scans} in part)"),
-    }
 }
 
 /// Whether the scanner was in guard mode during the scans of one recording: it then sends `GUARD` instead of `SCAN`.
