@@ -6,12 +6,13 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::config::Config;
 
-use super::{Settings, emit, progress, recordings};
+use super::{Settings, emit, logs, progress, recordings};
 use crate::convert::keys::Given;
 use crate::convert::npy::Axes;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
 use crate::convert::{self, Source, mcap, npy, suffix};
+use crate::live::log::Log;
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording};
 use crate::replay::Options;
@@ -21,7 +22,8 @@ use crate::setup;
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Input: a recording or any SigMF file of complex samples, a NumPy array (.npy), or a capture of TI's DCA1000
-    /// (.bin with a .toml); for a table also several recordings, or directories of them
+    /// (.bin with a .toml); for a table also several recordings, or directories of them; for a table or .mcap also a
+    /// log of sentences
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
@@ -87,6 +89,9 @@ impl Output {
 /// Converts the inputs to the output file, and prints the number of chirps, rows or messages in it.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let output = Output::of(&args.output)?;
+    if let Some(logs) = logs::all(&args.inputs)? {
+        return of_logs(args, &output, &logs);
+    }
     let paths = inputs(&args.inputs)?;
     ensure!(
         paths.len() == 1 || matches!(output, Output::Table),
@@ -123,6 +128,32 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             outputs.write(&args.output, &mcap::write(&scans)?)?;
             summary(&scans, "messages of")
         }
+    };
+    emit(&format!("{}: {summary}\n", args.output.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the answers of logs, and prints their number.
+fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading(&args.inputs);
+    outputs.check(&args.output)?;
+    let mut all = Vec::new();
+    for log in logs {
+        all.extend(logs::scans(log)?);
+    }
+    let summary = match (output, args.table) {
+        (Output::Messages, _) => {
+            outputs.write(&args.output, &mcap::write(&all)?)?;
+            summary(&all, "messages of")
+        }
+        (Output::Table, Table::Answers | Table::Steps) => {
+            outputs.write(&args.output, &tables::write(&all, args.table)?)?;
+            summary(&all, "rows of")
+        }
+        _ => bail!(
+            "{}: a log has sentences only, no chirps: expected .mcap, or .csv with --table answers or steps",
+            logs.first().map_or("", |log| &log.name)
+        ),
     };
     emit(&format!("{}: {summary}\n", args.output.display()));
     Ok(ExitCode::SUCCESS)

@@ -18,7 +18,6 @@ use crate::live::model::State;
 use crate::live::port::Source;
 use crate::live::pty::Pty;
 use crate::live::session::Session as Watched;
-use crate::live::terminal;
 use crate::live::trouble::REPORT_BAUD;
 use crate::playback::Playback;
 use crate::recording::Recording;
@@ -220,7 +219,7 @@ fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
         });
         let source = Source::port(started, &port, REPORT_BAUD);
         let look = &mut |_: &Answer| ();
-        let shown = terminal::run(started, &source, &mut Watched { state, keep, look });
+        let shown = live::show(started, &source, &mut Watched { state, keep, look });
         ended.store(true, Ordering::Relaxed);
         let emulated = emulator.join();
         shown.and(emulated.unwrap_or_else(|_| Err(anyhow!("the emulator's thread panicked"))))

@@ -10,6 +10,7 @@ pub mod image;
 pub mod inspect;
 pub mod keys;
 pub mod live;
+pub mod logs;
 pub mod module;
 pub mod profile;
 pub mod record;

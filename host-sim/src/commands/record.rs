@@ -123,6 +123,8 @@ struct Received {
     splitter: Splitter,
     /// Lines of the report port, by kind.
     arrived: Arrived,
+    /// The last agreed bit rate that was reported on stderr.
+    told: Option<u32>,
     /// Cause for which a port has ended, if it is to be reported.
     gone: Option<String>,
 }
@@ -135,6 +137,7 @@ impl Received {
             beside: Beside::default(),
             splitter: Splitter::default(),
             arrived: Arrived::default(),
+            told: None,
             gone: None,
         }
     }
@@ -144,7 +147,8 @@ impl Received {
         let Some(baud) = self.pace.take(at, count, &mut self.tap) else {
             return;
         };
-        if self.pace.agreed == Some(baud) {
+        if self.pace.agreed == Some(baud) && self.told != Some(baud) {
+            self.told = Some(baud);
             eprintln!("note: scanner and module go to {baud} baud, and the ports with them");
         }
         for (path, port) in ports {

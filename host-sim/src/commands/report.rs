@@ -5,14 +5,15 @@ mod sides;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use rayon::prelude::*;
 use stairscan::config::Config;
 
 use self::sides::{Set, Wanted, sides};
-use super::{Settings, emit, progress, recordings};
+use super::{Settings, emit, logs, progress, recordings};
 use crate::html::compare::{Comparison, compare};
 use crate::html::{self, Entry, Rank};
+use crate::live::log::Log;
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{Recording, name_of};
 use crate::replay::{Options, SEED};
@@ -20,7 +21,7 @@ use crate::replay::{Options, SEED};
 /// Arguments of `report`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings, with or without suffix, or directories of them
+    /// Recordings, with or without suffix, or logs of sentences, or directories of either
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     /// Output file
@@ -50,6 +51,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         single: args.single,
         ..args.settings.options(args.settings.config()?)
     };
+    if let Some(logs) = logs::all(&args.recordings)? {
+        ensure!(!args.compare, "--compare: expected recordings, found logs");
+        return of_logs(args, &logs);
+    }
     let paths = recordings(&args.recordings)?;
     let outputs = args.overwrite.reading(&paths);
     outputs.check(&args.output)?;
@@ -83,6 +88,20 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else {
         ExitCode::SUCCESS
     })
+}
+
+/// Writes the page of logs: answers over time.
+fn of_logs(args: &Args, logs: &[Log]) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading(&args.recordings);
+    outputs.check(&args.output)?;
+    let page = html::logged(logs)?;
+    outputs.write(&args.output, page.as_bytes())?;
+    emit(&format!(
+        "{} ({} KB): open it in a browser\n",
+        args.output.display(),
+        page.len().div_ceil(1000)
+    ));
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Writes the page that compares two sides, and prints the differences.

@@ -21,6 +21,17 @@ pub struct Keep {
     file: File,
     /// Path of the session's file.
     pub path: PathBuf,
+    /// Whether the file has a line besides the first.
+    used: bool,
+}
+
+impl Drop for Keep {
+    /// Removes a file without a line of the port, as of a program that a service starts until the port is there.
+    fn drop(&mut self) {
+        if !self.used {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
 }
 
 impl Keep {
@@ -35,8 +46,13 @@ impl Keep {
             let path = dir.join(format!("live-{number:03}.txt"));
             match OpenOptions::new().append(true).create_new(true).open(&path) {
                 Ok(file) => {
-                    let mut keep = Self { file, path };
+                    let mut keep = Self {
+                        file,
+                        path,
+                        used: false,
+                    };
                     keep.line(0, '#', about)?;
+                    keep.used = false;
                     return Ok(keep);
                 }
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
@@ -52,6 +68,7 @@ impl Keep {
     /// # Errors
     /// The file cannot be written; the message names it.
     pub fn line(&mut self, at: Ms, way: char, text: &str) -> Result<()> {
+        self.used = true;
         let line = format!("{at} {way} {text}\n");
         let written = self.file.write_all(line.as_bytes());
         written.with_context(|| format!("{}", self.path.display()))
@@ -72,6 +89,9 @@ mod tests {
         let read = |keep: &Keep| fs::read_to_string(&keep.path).unwrap();
         assert_eq!(read(&first), "0 # one\n12 < $PSTR,DONE,stop\n");
         assert_eq!(read(&second), "0 # two\n7 > stop\n");
+        // A session in which no port was opened leaves no file.
+        drop(Keep::begin(&dir, "three").unwrap());
+        assert!(!dir.join("live-003.txt").exists());
         fs::remove_dir_all(&dir).unwrap();
     }
 }

@@ -14,7 +14,8 @@ use serialport::SerialPort;
 
 use super::Ms;
 use super::lines::Splitter;
-use super::model::Event;
+use super::log::Log;
+use super::model::{Event, Way};
 use super::ports;
 use super::trouble::Trouble;
 
@@ -34,6 +35,8 @@ pub struct Source {
     pub events: Receiver<(Ms, Event)>,
     /// Lines to send to the scanner, without line ends.
     pub lines: Sender<String>,
+    /// Whether the source is a log, which ends.
+    pub is_log: bool,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -81,9 +84,31 @@ impl Source {
         Self {
             events,
             lines,
+            is_log: false,
             stop,
             thread: Some(std::thread::spawn(move || work(inside))),
         }
+    }
+
+    /// Creates the source that plays a log at its true speed.
+    pub fn log(started: Instant, log: Log) -> Self {
+        let play = move |inside: Inside| {
+            inside.send(Event::Opened);
+            let received = log.lines.into_iter().filter(|line| line.way == Way::In);
+            for line in received {
+                let due = started + Duration::from_millis(line.at);
+                while Instant::now() < due {
+                    if inside.ended() {
+                        return;
+                    }
+                    std::thread::sleep(READ.min(due.saturating_duration_since(Instant::now())));
+                }
+                inside.send(Event::Line(line.text));
+            }
+        };
+        let mut source = Self::run(started, play);
+        source.is_log = true;
+        source
     }
 
     /// Creates the source for the serial port `path`, which is reopened after each failure.

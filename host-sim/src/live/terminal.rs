@@ -23,7 +23,7 @@ const FRAME: Duration = Duration::from_millis(50);
 pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Result<()> {
     ensure!(
         stdout().is_terminal(),
-        "stdout: expected a terminal to draw on; `--record DIR` keeps the sentences in a file"
+        "stdout: expected a terminal to draw on"
     );
     let mut terminal = ratatui::try_init()?;
     let keys = keys();

@@ -5,6 +5,7 @@
 //! | `page.html` | the page's skeleton |
 //! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
 //! | `article.html` | a page of text, tables and drawings, without a script |
+//! | `log.html`, `log.js` | the page of logs: answers over time |
 //! | `page.css` | its style, for screens of any width |
 //! | `draw.js`, `tell.js`, `page.js` | drawing of a scan; texts and tables of a scan; selection and pointer |
 //!
@@ -12,12 +13,14 @@
 //! report, and the events that the estimator passes to an observer.
 
 mod index;
+mod log;
 mod view;
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 pub use index::{Entry, Rank};
+pub use log::logged;
 pub use view::{answered, entry, failed, scanned};
 
 const PAGE: &str = include_str!("page.html");

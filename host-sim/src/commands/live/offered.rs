@@ -10,7 +10,7 @@ use anyhow::{Context as _, Result};
 
 use super::watching::{Args, interrupted, source, watch};
 use crate::answer::Answer;
-use crate::commands::emit;
+use crate::commands::{emit, logs};
 use crate::convert::scans::Scan;
 use crate::playback::Playback;
 use crate::recording::Recording;
@@ -35,8 +35,8 @@ type Open<'a> = &'a dyn Fn(&Offer) -> Result<Box<dyn Service>>;
 /// Plays a recording or observes a port, and publishes it, until the session is ended.
 pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     match &args.play {
-        Some(path) => play(args, path, open),
-        None => port(args, started, open),
+        Some(path) if logs::read(path)?.is_none() => play(args, path, open),
+        _ => port(args, started, open),
     }
 }
 
@@ -90,7 +90,7 @@ fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
             eprintln!("error: {error:#}");
         }
     };
-    let watched = watch(args, (started, &source, state), look, false);
+    let watched = watch(args, (started, &source, state), look);
     service.stop();
     watched
 }
