@@ -61,9 +61,22 @@ pub fn all(paths: &[PathBuf]) -> Result<Option<Vec<Log>>> {
             let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
             files.retain(|file| IN_DIRECTORIES.contains(&suffix(file)));
             files.sort();
+            let before = logs.len();
+            let mut unread = Vec::new();
             for file in files {
-                logs.extend(read(&file)?);
+                match read(&file) {
+                    Ok(log) => logs.extend(log),
+                    Err(error) => unread.push(error),
+                }
             }
+            unread
+                .iter()
+                .for_each(|error| eprintln!("skipped: {error:#}"));
+            ensure!(
+                logs.len() > before || unread.is_empty(),
+                "{}: no log with a sentence",
+                path.display()
+            );
         } else if let Some(log) = read(path)? {
             logs.push(log);
         } else {

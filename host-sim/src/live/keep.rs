@@ -21,12 +21,12 @@ pub struct Keep {
     file: File,
     /// Path of the session's file.
     pub path: PathBuf,
-    /// Whether the file has a line besides the first.
-    used: bool,
+    /// Whether the file has a received or sent line.
+    pub used: bool,
 }
 
 impl Drop for Keep {
-    /// Removes a file without a line of the port, as of a program that a service starts until the port is there.
+    /// Removes a file without a line of the scanner, as of a program that a service starts until the port is there.
     fn drop(&mut self) {
         if !self.used {
             let _ = fs::remove_file(&self.path);
@@ -52,7 +52,6 @@ impl Keep {
                         used: false,
                     };
                     keep.line(0, '#', about)?;
-                    keep.used = false;
                     return Ok(keep);
                 }
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
@@ -68,7 +67,7 @@ impl Keep {
     /// # Errors
     /// The file cannot be written; the message names it.
     pub fn line(&mut self, at: Ms, way: char, text: &str) -> Result<()> {
-        self.used = true;
+        self.used |= way != '#';
         let line = format!("{at} {way} {text}\n");
         let written = self.file.write_all(line.as_bytes());
         written.with_context(|| format!("{}", self.path.display()))
@@ -90,7 +89,9 @@ mod tests {
         assert_eq!(read(&first), "0 # one\n12 < $PSTR,DONE,stop\n");
         assert_eq!(read(&second), "0 # two\n7 > stop\n");
         // A session in which no port was opened leaves no file.
-        drop(Keep::begin(&dir, "three").unwrap());
+        let mut third = Keep::begin(&dir, "three").unwrap();
+        third.line(1, '#', "no port").unwrap();
+        drop(third);
         assert!(!dir.join("live-003.txt").exists());
         fs::remove_dir_all(&dir).unwrap();
     }

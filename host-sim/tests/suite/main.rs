@@ -15,6 +15,7 @@ mod dwell;
 mod firmware;
 mod forms;
 mod live;
+mod logs;
 mod modules;
 mod motion;
 mod outputs;

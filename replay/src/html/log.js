@@ -126,7 +126,8 @@ function draw() {
   status();
   events();
   line(log.sweeps.map(([at, , m]) => [at, m]), "faint", [2, 2]);
-  line(log.answers.map((answer) => [answer.at, answer.free_m]), "ok", []);
+  const voids = log.events.filter((event) => ["silence", "restart", "halt"].includes(event[1])).map(([at]) => [at, null]);
+  line(log.answers.map((answer) => [answer.at, answer.free_m]).concat(voids).sort((a, b) => a[0] - b[0]), "ok", []);
   steps();
   context.restore();
   byId("span").textContent = `${clock(view[0], true)} to ${clock(view[1], true)}`;

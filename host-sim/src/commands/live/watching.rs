@@ -111,7 +111,7 @@ pub fn watch(
     let kept = keep.as_ref().map(|keep| keep.path.clone());
     let session = &mut Session { state, keep, look };
     show(started, source, session)?;
-    if let Some(path) = kept.filter(|_| session.keep.is_some()) {
+    if let Some(path) = kept.filter(|_| session.keep.as_ref().is_some_and(|keep| keep.used)) {
         emit(&format!("recorded in {}\n", path.display()));
     }
     Ok(ExitCode::SUCCESS)

@@ -147,7 +147,7 @@ fn the_links_rate_is_followed() {
     let (mut master, slave, path) = terminal();
     let output = output.to_str().unwrap();
     let (mut child, mut stderr) = listening(&["record", &path, "-o", output, "--scans", "3"]);
-    let mut feed_scan = |master: &mut TTYPort| {
+    let feed_scan = |master: &mut TTYPort| {
         for (_, _, bytes) in &scanned.traffic {
             master.write_all(bytes).unwrap();
         }
