@@ -1,9 +1,13 @@
 //! The reader of the report: splits the bytes of a port or a log into lines, by the rules of `controller/stairscan.c`.
 //!
 //! CR or LF ends a line; `$` begins one anew, except after a space in a sentence: `FAIL` offers a command's whole
-//! sentence there. So a byte before `$`, noise, or a line without its end costs that line only.
+//! sentence there. So a byte before `$`, noise, or a line without its end costs that line only; [`NO_END`] then follows
+//! it.
 
 use stairscan::report::sentence::MAX_SENTENCE;
+
+/// Mark of a line that begins like a sentence and has no end, so that it is none.
+pub const NO_END: &str = "…";
 
 /// Collects received bytes into lines.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +26,11 @@ impl Splitter {
                     lines.extend(self.take());
                     continue;
                 }
-                b'$' if !self.continues() => lines.extend(self.take()),
+                b'$' if !self.continues() => {
+                    let begun = self.partial.first() == Some(&b'$');
+                    let end = if begun { NO_END } else { "" };
+                    lines.extend(self.take().map(|line| line + end));
+                }
                 _ => {}
             }
             self.partial.push(byte);
@@ -85,7 +93,7 @@ mod tests {
         let offer = "$PSTR,FAIL,-,crc,send $PSTC,stop*1";
         let lines = |text: &str| Splitter::default().push(text.as_bytes());
         assert_eq!(lines("\0$a\n"), ["\\x00", "$a"]);
-        assert_eq!(lines("at 12.5 $a$b\r"), ["at 12.5 ", "$a", "$b"]);
+        assert_eq!(lines("at 12.5 $a$b\r"), ["at 12.5 ", "$a…", "$b"]);
         assert_eq!(lines(&format!("{offer}\n$c\n")), [offer, "$c"]);
     }
 }
