@@ -115,6 +115,9 @@ enum PortEvent {
     Gone(String),
 }
 
+/// Path of a port of the radar link, and a handle that sets its baud rate.
+type LinkPort = (String, Box<dyn SerialPort>);
+
 /// Traffic of the radar link and sentences of the scanner received so far.
 struct Received {
     pace: Pace,
@@ -143,7 +146,7 @@ impl Received {
     }
 
     /// Sets the ports of the link to the rate that its traffic shows at `now`, after `count` more bytes.
-    fn follow(&mut self, at: Ms, count: usize, ports: &mut [(String, Box<dyn SerialPort>)]) {
+    fn follow(&mut self, at: Ms, count: usize, ports: &mut [LinkPort]) {
         let Some(baud) = self.pace.take(at, count, &mut self.tap) else {
             return;
         };
@@ -318,10 +321,7 @@ fn follow(
 /// Collects the events of all ports until there are enough scans, a port disappears, or the user ends the session.
 fn collect(
     session: &mut Session<'_>,
-    (events, link): (
-        &Receiver<(Ms, PortEvent)>,
-        &mut [(String, Box<dyn SerialPort>)],
-    ),
+    (events, link): (&Receiver<(Ms, PortEvent)>, &mut [LinkPort]),
     started: Instant,
     stop: &AtomicBool,
 ) -> (Received, Vec<Scan>) {

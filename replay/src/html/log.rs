@@ -1,45 +1,19 @@
 //! The page of logs: answers, free distance, status and faults over time.
 
-use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use stairscan::report::{LiveLine, Sentence};
 use stairscan::verdict::Status;
 
-use super::{STYLE, escaped};
 use crate::answer::{Answer, metres};
 use crate::live::Ms;
 use crate::live::log::{Log, Logged};
 use crate::live::model::{SILENCE, Way};
 
-const PAGE: &str = include_str!("log.html");
-const SCRIPT: &str = include_str!("log.js");
 /// Time between two damaged lines, ms, up to which they are one event.
 const TOGETHER: Ms = 1_000;
 
-/// Returns the HTML page of these logs.
-///
-/// # Errors
-/// The data cannot be written as JSON.
-pub fn logged(logs: &[Log]) -> Result<String> {
-    let title = match logs {
-        [only] => format!("{} – stairscan", only.name),
-        many => format!("{} logs – stairscan", many.len()),
-    };
-    let data = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "revision": stairscan::REVISION,
-        "logs": logs.iter().map(of).collect::<Vec<_>>(),
-    });
-    let data = serde_json::to_string(&data).context("the page's data")?;
-    let page = PAGE
-        .replace("{{style}}", STYLE)
-        .replace("{{script}}", SCRIPT);
-    let page = page.replace("{{title}}", &escaped(&title));
-    Ok(page.replace("{{data}}", &data.replace("</", "<\\/")))
-}
-
 /// Returns everything that the page shows of a log.
-fn of(log: &Log) -> Value {
+pub fn of(log: &Log) -> Value {
     let answers = log.answers();
     let sweeps = log.sweeps().map(|(at, sweep)| {
         json!([

@@ -57,7 +57,7 @@ impl Clock {
         self.last
     }
 
-    /// Returns the time of the log's beginning, ms since 1970; `None` if no date was told.
+    /// Returns the time of the log's beginning, ms since 1970; `None` if it is not known.
     pub fn begun_ms(&self) -> Option<u64> {
         match self.first {
             Some(Stamp::Date(ms)) => Some(ms),
