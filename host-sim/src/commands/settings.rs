@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn read(path: &Path) -> Result<Profile> {
     recording::regular(path)?;
     let name = path.display().to_string();
-    let text = fs::read_to_string(path).with_context(|| name.clone())?;
+    let text = recording::text(path)?;
     let profile = Profile::parse(&name, &text)?;
     if profile.entries.is_empty() {
         bail!("{name}: holds no setting");

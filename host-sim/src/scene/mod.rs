@@ -108,7 +108,7 @@ impl Scene {
     /// Reads and builds a scene file. Errors name the file and the line or key.
     pub fn read(path: &Path) -> Result<Self> {
         recording::regular(path)?;
-        let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+        let text = recording::text(path)?;
         Self::parse(&text).map_err(|e| anyhow!("{}{e}", path.display()))
     }
 
