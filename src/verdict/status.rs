@@ -91,18 +91,19 @@ impl Verdict {
         }
     }
 
-    /// Returns the verdict by the estimator's assessment alone: `ok` if the answer is valid far enough.
+    /// Returns the verdict by the estimator's assessment alone: `ok` if the answer has a horizon that is far enough.
     fn of(assessment: &Assessment) -> Self {
         let mut verdict = Self {
             status: Status::Ok,
             valid: assessment.valid,
             reasons: assessment.weaknesses,
         };
-        if assessment
-            .valid
-            .is_some_and(|valid| is_short(valid, assessment.drop_m))
-        {
-            verdict.degrade(Reason::ShortHorizon);
+        match assessment.valid {
+            None => verdict.degrade(Reason::NoPromise),
+            Some(valid) if is_short(valid, assessment.drop_m) => {
+                verdict.degrade(Reason::ShortHorizon);
+            }
+            Some(_) => {}
         }
         if assessment.mounting_off {
             verdict.add_instrument_fault(Reasons::NONE.with(Reason::Mount));

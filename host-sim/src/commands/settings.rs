@@ -1,7 +1,6 @@
 //! `settings PORT`: reads a scanner's settings into a file, writes them from one, or compares.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;

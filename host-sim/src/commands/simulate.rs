@@ -1,7 +1,6 @@
 //! `simulate`: simulates full scans ([`crate::simulation`]), or with `--guard` guard sweeps of a driving
 //! chair.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 

@@ -51,11 +51,10 @@ pub mod view;
 pub mod way;
 
 use core::f64::consts::TAU;
-use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Result, anyhow, ensure};
 use stairscan::Iq;
 use stairscan::config::Plane;
 

@@ -36,19 +36,6 @@ pub enum Influence {
     Dropped,
 }
 
-impl Influence {
-    /// Returns the influence's name in documents.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Used => "used",
-            Self::Checked => "checked",
-            Self::Refused => "refused",
-            Self::Kept => "kept",
-            Self::Dropped => "dropped",
-        }
-    }
-}
-
 const HASH: &str = "core:sha512";
 pub(super) const OFFSET: &str = "core:offset";
 const START: &str = "core:sample_start";
@@ -361,7 +348,7 @@ mod tests {
                 Part::Capture => "`captures`",
                 Part::Annotation => "`annotations`",
             };
-            let start = format!("| {} | {part} |", influence.as_str());
+            let start = format!("| {influence:?} | {part} |").to_lowercase();
             let short = key.trim_start_matches("core:");
             let row = text.lines().find(|line| line.starts_with(&start));
             let row = row.unwrap_or_else(|| panic!("no row {start}"));
