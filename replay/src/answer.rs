@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 use stairscan::answer::Direction;
 use stairscan::report::{DropLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths};
-use stairscan::verdict::{Status, free_m};
+use stairscan::verdict::{Status, free_m, promised};
 
 /// The sentences that answer one scan, and their contents.
 #[derive(Clone, Debug)]
@@ -87,7 +87,8 @@ impl Answer {
                 other => bail!("{recording}: unexpected sentence {other:?}"),
             }
         }
-        let scan = scan.with_context(|| format!("{recording}: no SCAN sentence"))?;
+        let mut scan = scan.with_context(|| format!("{recording}: no SCAN sentence"))?;
+        (scan.status, scan.reasons) = promised(scan.status, scan.reasons, scan.horizon.is_some());
         ensure!(
             steps.len() == usize::from(scan.steps),
             "{recording}: {} STEP sentences, {} announced",

@@ -67,6 +67,15 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
     verdict
 }
 
+/// Returns status and reasons of a report as they are to be shown: an `ok` without a horizon, as an image before the reason
+/// `no-promise` sent it, is `degraded`.
+pub fn promised(status: Status, reasons: Reasons, has_horizon: bool) -> (Status, Reasons) {
+    match status {
+        Status::Ok if !has_horizon => (Status::Degraded, reasons.with(Reason::NoPromise)),
+        _ => (status, reasons),
+    }
+}
+
 /// Whether the horizon is too short for an `ok`: below [`MIN_HORIZON_M`] and not up to the near edge of a
 /// reported drop, or the first step's probability is below [`MIN_FIRST_STEP`].
 fn is_short(valid: Validity, drop_m: Option<f32>) -> bool {
