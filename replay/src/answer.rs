@@ -341,6 +341,38 @@ mod tests {
         assert!(text.contains(words), "{text}");
     }
 
+    /// Logs of earlier images contain such answers.
+    #[test]
+    fn an_ok_without_a_horizon_is_shown_as_degraded() {
+        let silent = written(&Outcome::silent());
+        let Ok(Sentence::Scan(mut head)) = Sentence::parse(&silent[0]) else {
+            panic!("{silent:?}");
+        };
+        let verdict = stairscan::verdict::verdict(&Evidence {
+            assessment: Some(Assessment {
+                echo_found: true,
+                valid: Some(Validity {
+                    horizon_m: 2.0,
+                    confidence: 0.999,
+                    first_step: 1.0,
+                }),
+                ..Assessment::nothing(Agreement::STANDING)
+            }),
+            ..Evidence::default()
+        });
+        (head.status, head.reasons, head.horizon) = (verdict.status, verdict.reasons, None);
+        let line = Sentence::Scan(head).write().trim_end().to_owned();
+        assert!(line.contains(",ok,none,"), "{line}");
+        let answer = Answer::parse("log", vec![line]).unwrap();
+        assert_eq!(answer.json()["status"], "degraded");
+        assert_eq!(answer.json()["reasons"], json!(["no-promise"]));
+        assert!(
+            answer.text().contains("degraded (no-promise): no stairs"),
+            "{}",
+            answer.text()
+        );
+    }
+
     #[test]
     fn the_plane_stands_where_the_sentence_tells_it() {
         let mut lines = sentences();
