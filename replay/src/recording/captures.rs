@@ -52,7 +52,7 @@ pub(super) fn parse(
     global_pitch: Option<f64>,
 ) -> Result<Captures> {
     let captures = list(document, "captures")?;
-    let start = first(document, samples_per_chirp)?;
+    let start = first(document)?;
     let carrier_hz = carrier(captures)?;
     let with = |key: &str| captures.iter().any(|c| c.get(key).is_some());
     let mut result = Captures {
@@ -61,6 +61,7 @@ pub(super) fn parse(
         motion: Motion::default(),
     };
     if !with(ANGLE) {
+        standard::whole_chirps(document, samples_per_chirp)?;
         if scans > 1 {
             return Err(anyhow!(
                 "global stairscan:scans: found {scans}, expected captures with {ANGLE} for as many"
@@ -100,16 +101,16 @@ pub(super) fn parse(
             motion.travel_m.push(travel);
         }
         if with_time {
-            let before = motion.time_s.last().copied();
-            let expected = match before {
-                None => format!("seconds from 0 to {LONGEST_S}, in every capture"),
-                Some(before) => format!(
-                    "seconds above {before}, the time of the capture before, to {LONGEST_S}, in every capture"
-                ),
-            };
-            let time = capture.number(TIME, &expected, |v| {
-                (0.0..=LONGEST_S).contains(&v) && before.is_none_or(|before| v > before)
-            })?;
+            let since = motion.time_s.last().copied().unwrap_or(0.0);
+            let expected = format!("seconds from {since} to {LONGEST_S}, in every capture");
+            let time = capture.number(TIME, &expected, |v| (since..=LONGEST_S).contains(&v))?;
+            // A recorder's clock may be coarser than the rows, but goes on during a scan.
+            let first = motion.time_s.get(k - k % order.per_scan);
+            if (k + 1).is_multiple_of(order.per_scan) && first == Some(&time) {
+                let expected =
+                    format!("seconds above {time}: the time stands still during the scan");
+                return Err(capture.wrong(TIME, &expected));
+            }
             motion.time_s.push(time);
         }
         if with_pitch {
@@ -124,7 +125,7 @@ pub(super) fn parse(
 
 /// Returns the number of the first sample, from which captures count: that of the first capture, because a recording
 /// holds nothing else.
-fn first(document: &Value, samples_per_chirp: usize) -> Result<usize> {
+fn first(document: &Value) -> Result<usize> {
     let before = standard::before_first(document)?;
     let offset = document["global"][standard::OFFSET].as_u64().unwrap_or(0) as usize;
     ensure!(
@@ -133,7 +134,6 @@ fn first(document: &Value, samples_per_chirp: usize) -> Result<usize> {
          samples before it",
         before + offset
     );
-    standard::whole_chirps(document, samples_per_chirp)?;
     Ok(offset)
 }
 
