@@ -7,7 +7,6 @@ use anyhow::{Result, anyhow, ensure};
 use serde_json::Value;
 use sha2::{Digest as _, Sha512};
 
-use super::DATA_SUFFIX;
 use super::keys::Keys;
 
 /// Part of a metadata document.
@@ -36,6 +35,8 @@ pub enum Influence {
     Dropped,
 }
 
+/// Suffix of the sample file.
+const SAMPLES: &str = ".sigmf-data";
 const HASH: &str = "core:sha512";
 pub(super) const OFFSET: &str = "core:offset";
 const START: &str = "core:sample_start";
@@ -110,10 +111,9 @@ pub(crate) fn check(document: &Value) -> Result<()> {
         "false, and a file of samples",
         |v| v == &Value::Bool(false),
     )?;
-    let file = format!("the samples in NAME.{DATA_SUFFIX}");
+    let file = format!("the samples in NAME{SAMPLES}");
     only(&global, "core:dataset", &file, |v| {
-        v.as_str()
-            .is_some_and(|v| v.ends_with(&format!(".{DATA_SUFFIX}")))
+        v.as_str().is_some_and(|v| v.ends_with(SAMPLES))
     })?;
     only(&global, HASH, "128 hexadecimal digits", |v| {
         v.as_str()
