@@ -21,7 +21,7 @@ use crate::setup;
 /// Arguments of `convert`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Input: a recording or any SigMF file of complex samples, a NumPy array (.npy), or a capture of TI's DCA1000
+    /// Input: a recording or any SigMF file of samples, a NumPy array (.npy), or a capture of TI's DCA1000
     /// (.bin with a .toml); for a table also several recordings, or directories of them; for a table or .mcap also a
     /// log of sentences
     #[arg(required = true)]
@@ -52,6 +52,9 @@ pub struct Args {
     /// for one entry of another axis: chirp,sample or frame,receiver=0,chirp,sample
     #[arg(long, value_name = "AXES")]
     real: Option<Axes>,
+    /// Each row of the .npy holds all I of a chirp, then all Q
+    #[arg(long, conflicts_with = "real")]
+    planar: bool,
     #[command(flatten)]
     given: Given,
     /// Treat every scan of a recording as if it were the first
@@ -187,6 +190,7 @@ fn source(args: &Args, path: &Path) -> Source {
         given: args.given.clone(),
         full_scale: args.full_scale,
         real: args.real.clone(),
+        planar: args.planar,
     }
 }
 

@@ -1,7 +1,6 @@
 //! `settings PORT`: reads a scanner's settings into a file, writes them from one, or compares.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -115,7 +114,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn read(path: &Path) -> Result<Profile> {
     recording::regular(path)?;
     let name = path.display().to_string();
-    let text = fs::read_to_string(path).with_context(|| name.clone())?;
+    let text = recording::text(path)?;
     let profile = Profile::parse(&name, &text)?;
     if profile.entries.is_empty() {
         bail!("{name}: holds no setting");

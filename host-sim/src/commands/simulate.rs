@@ -1,7 +1,6 @@
 //! `simulate`: simulates full scans ([`crate::simulation`]), or with `--guard` guard sweeps of a driving
 //! chair.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -10,7 +9,7 @@ use clap::{ArgMatches, Command, Error, FromArgMatches, ValueEnum};
 
 use super::{busy, emit};
 use crate::output::Overwrite;
-use crate::recording::{Recording, meta_path};
+use crate::recording::{self, Recording, meta_path};
 use crate::scene::Scene;
 use crate::scene::spec::SceneSpec;
 use crate::simulation::{SimulateArgs, simulate};
@@ -147,7 +146,7 @@ impl Guard {
 fn spec(path: &Path) -> Result<SceneSpec> {
     // Building it reports errors with their place.
     Scene::read(path)?;
-    let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+    let text = recording::text(path)?;
     toml::from_str(&text).with_context(|| format!("{}", path.display()))
 }
 

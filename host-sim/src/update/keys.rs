@@ -11,7 +11,7 @@ use ed25519_dalek::{Signer, SigningKey};
 use stairscan_boot::header::{HEADER, Header, SIGNED, sealed};
 use stairscan_boot::key::{KEY, PublicKey};
 
-use crate::recording::regular;
+use crate::recording::{self, regular};
 
 /// File with the secret key of development, which is in the repository and therefore not secret.
 const DEVELOPMENT: &str = include_str!("../../../boot/keys/development.key");
@@ -69,7 +69,7 @@ pub fn hex(bytes: &[u8]) -> String {
 pub fn read(path: &Path) -> Result<Key> {
     regular(path)?;
     let name = || path.display().to_string();
-    let text = fs::read_to_string(path).with_context(name)?;
+    let text = recording::text(path)?;
     parse(&text).with_context(name)
 }
 

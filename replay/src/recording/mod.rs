@@ -11,6 +11,7 @@ mod captures;
 mod keys;
 mod metadata;
 mod motion;
+pub(crate) mod standard;
 mod truth;
 
 use std::fs;
@@ -143,15 +144,15 @@ impl Recording {
     pub fn read(path: &Path) -> Result<Self> {
         let meta_file = with_suffix(path, META_SUFFIX);
         regular(&meta_file)?;
-        let text =
-            fs::read_to_string(&meta_file).with_context(|| format!("{}", meta_file.display()))?;
-        let meta = metadata(&text, &meta_file)?;
+        let (document, meta) = metadata(&text(&meta_file)?, &meta_file)?;
         let data_file = with_suffix(path, DATA_SUFFIX);
-        let samples = samples(&read_data(&data_file, &meta)?);
+        let data = read_data(&data_file, &meta)?;
+        standard::check_hash(&document, &data)
+            .with_context(|| format!("{}", meta_file.display()))?;
         Ok(Self {
             name: name_of(&meta_file),
             meta,
-            samples,
+            samples: samples(&data),
         })
     }
 
@@ -162,8 +163,10 @@ impl Recording {
     /// Names the file, the key and the expected value.
     pub fn parse(name: &str, text: &str, data: &[u8]) -> Result<Self> {
         let file = |suffix: &str| PathBuf::from(format!("{name}.{suffix}"));
-        let meta = metadata(text, &file(META_SUFFIX))?;
+        let (document, meta) = metadata(text, &file(META_SUFFIX))?;
         check_length(data.len() as u64, &meta, &file(DATA_SUFFIX))?;
+        standard::check_hash(&document, data)
+            .with_context(|| format!("{}", file(META_SUFFIX).display()))?;
         Ok(Self {
             name: name.to_owned(),
             meta,
@@ -304,11 +307,44 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
+/// Reads a file of text. A byte order mark before it, which some editors write, is left out.
+///
+/// # Errors
+/// Names the file, and the encoding if it is not UTF-8.
+pub fn text(path: &Path) -> Result<String> {
+    let file = || format!("{}", path.display());
+    let bytes = fs::read(path).with_context(file)?;
+    let utf16 = matches!(bytes.as_slice(), [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
+    ensure!(
+        !utf16,
+        "{}: the byte order mark of UTF-16, expected text in UTF-8",
+        path.display()
+    );
+    let text = String::from_utf8(bytes).with_context(|| format!("{}: no text in UTF-8", file()))?;
+    Ok(unmarked(&text).to_owned())
+}
+
+/// Returns a text without the byte order mark that may stand before it.
+pub fn unmarked(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+/// Parses the text of a metadata file, with or without a byte order mark, as a JSON document.
+///
+/// # Errors
+/// Names the key before the mistake.
+pub fn document(text: &str) -> Result<Value> {
+    let text = unmarked(text);
+    serde_json::from_str(text).map_err(|e| anyhow!("{}", explain_syntax(text, &e)))
+}
+
 /// Parses the metadata in `text`, the content of `file`.
-fn metadata(text: &str, file: &Path) -> Result<Metadata> {
-    let document: Value = serde_json::from_str(text)
-        .map_err(|e| anyhow!("{}: {}", file.display(), explain_syntax(text, &e)))?;
-    Metadata::parse(&document).with_context(|| format!("{}", file.display()))
+fn metadata(text: &str, file: &Path) -> Result<(Value, Metadata)> {
+    let parsed = document(text).and_then(|document| {
+        let meta = Metadata::parse(&document)?;
+        Ok((document, meta))
+    });
+    parsed.with_context(|| format!("{}", file.display()))
 }
 
 /// Returns an error for a sample file of `found` bytes that does not hold the number of chirps in
