@@ -1,4 +1,4 @@
-//! Output to stdout, and progress bars on stderr.
+//! Output to stdout; notes, errors and progress bars on stderr.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
@@ -18,13 +18,27 @@ pub enum Format {
     Json,
 }
 
+/// Writes a line to stderr, formatted as by `format!`. A closed stderr (`2>&1 | head -1`) ends no work: `eprintln!` would
+/// panic.
+#[macro_export]
+macro_rules! note {
+    ($($text:tt)*) => {
+        $crate::console::aside(format_args!($($text)*))
+    };
+}
+
+/// Writes a line to stderr, or nowhere if that is closed; what [`note!`] calls.
+pub fn aside(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
 /// Writes to stdout. If the reader closes the pipe (`| head`) the program ends without an error message.
 pub fn emit(text: &str) {
     let mut out = std::io::stdout().lock();
     if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         let broken_pipe = error.kind() == std::io::ErrorKind::BrokenPipe;
         if !broken_pipe {
-            eprintln!("error: stdout: {error}");
+            crate::note!("error: stdout: {error}");
         }
         std::process::exit(if broken_pipe { 0 } else { 1 });
     }
@@ -33,7 +47,7 @@ pub fn emit(text: &str) {
 /// Returns the exit status of a command, after its error message on stderr.
 pub fn exit(done: Result<ExitCode>) -> ExitCode {
     done.unwrap_or_else(|error| {
-        eprintln!("error: {error:#}");
+        crate::note!("error: {error:#}");
         ExitCode::FAILURE
     })
 }

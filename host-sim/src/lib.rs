@@ -1,6 +1,9 @@
 //! Library of `cargo sim`: scenes and the simulated radar, pictures, the emulator and its radar module, and the programs
 //! at a scanner's ports.
 
+// `emit` and `note!` end or go on where stdout or stderr is closed; the macros would panic.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod budgets;
 pub mod cache;
 pub mod captures;

@@ -1,5 +1,8 @@
 //! `cargo sim …`: the program on the host, from recordings to steps, figures and drawings.
 
+// `emit` and `note!` end or go on where stdout or stderr is closed; the macros would panic.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 use std::process::ExitCode;
 
 use clap::{FromArgMatches, Parser, Subcommand};

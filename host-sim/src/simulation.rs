@@ -13,7 +13,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::cache;
 use crate::console::{busy, emit, progress};
-use crate::output::{Outputs, Overwrite};
+use crate::output::{Outputs, Overwrite, no_stdout};
 use crate::random::{Kind, Spread, Variety, random_with};
 use crate::recording::{DATA_SUFFIX, MAX_CHIRPS, Recording, meta_path};
 use crate::scene::Scene;
@@ -316,6 +316,7 @@ fn pattern(scene: &Path, output: &Path) -> Result<String> {
         !output.is_file(),
         "{name}: a file: expected a directory, or a name with {{}} for the number"
     );
+    no_stdout(output)?;
     fs::create_dir_all(output).with_context(|| name.to_string())?;
     let path = output.join(format!("{stem}_{{}}"));
     Ok(path.to_string_lossy().into_owned())

@@ -1,5 +1,8 @@
 //! `cargo study …`: what the makers measure, fit and print.
 
+// `emit` and `note!` end or go on where stdout or stderr is closed; the macros would panic.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 use std::process::ExitCode;
 
 use clap::{FromArgMatches, Parser, Subcommand};

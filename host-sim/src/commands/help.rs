@@ -14,7 +14,7 @@ use clap_mangen::Man;
 use stairscan::verdict::Reason;
 
 use super::emit;
-use crate::output::Overwrite;
+use crate::output::{Overwrite, no_stdout};
 
 /// Name of the installed program; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
@@ -164,6 +164,7 @@ pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitC
 /// Writes the manual pages: one of the program, one of each command.
 pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     let dir = &args.dir;
+    no_stdout(dir)?;
     fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
     let mut command = command
         .name(PROGRAM)

@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in &paths {
         bar.inc(1);
         if let Err(error) = inspect(path, args, &outputs) {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
             code = ExitCode::FAILURE;
         }
     }

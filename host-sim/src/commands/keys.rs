@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let key = match key {
                 Some(path) => keys::read_secret(path)?,
                 None => {
-                    eprintln!(
+                    crate::note!(
                         "warning: signed with the development key, which everybody has: expected --key for a scanner that \
                          somebody relies on"
                     );

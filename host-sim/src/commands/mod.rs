@@ -59,7 +59,7 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
         } else if paths.len() == 1 || recording::may_be(path) {
             found.push(recording::meta_path(path));
         } else {
-            eprintln!("skipped: {}: no recording", path.display());
+            crate::note!("skipped: {}: no recording", path.display());
         }
     }
     let mut seen = HashSet::new();

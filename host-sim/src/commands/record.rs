@@ -148,10 +148,10 @@ impl Received {
             let sweep = session.sweep.or(mounting.sweep);
             let mounting = Mounting { sweep, ..mounting };
             if let Err(error) = session.unfinished.keep(&scan, mounting) {
-                eprintln!("note: {error:#}: this scan is lost if the session is interrupted");
+                crate::note!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
-            eprintln!("scan: {rows} rows, {lost} of them lost");
+            crate::note!("scan: {rows} rows, {lost} of them lost");
             scans.push(scan);
         }
     }
@@ -194,7 +194,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (None, false) => listen(&mut session, &stop)?,
     };
     if let Some(why) = &received.gone {
-        eprintln!("{why}: complete scans are written");
+        crate::note!("{why}: complete scans are written");
     }
     write(session, &outputs, received, scans)
 }
@@ -228,7 +228,7 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received
         ));
     }
     drop(sender);
-    eprintln!("receiving; Ctrl-C ends");
+    crate::note!("receiving; Ctrl-C ends");
     let found = collect(session, &events, started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
@@ -382,9 +382,9 @@ fn write(
     let mut gather = Gather::new(&recording::name_of(&meta_file), mounting);
     scans.iter().for_each(|scan| gather.take(scan));
     let notes = doubt.iter().chain(&gather.notes);
-    notes.for_each(|note| eprintln!("note: {note}"));
+    notes.for_each(|note| crate::note!("note: {note}"));
     if tap.damaged() > 0 || tap.unmatched_count() > 0 {
-        eprintln!(
+        crate::note!(
             "note: {} damaged frames, {} answers to requests that were not received",
             tap.damaged(),
             tap.unmatched_count()

@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let paths = recordings(&args.recordings)?;
     let outputs = args.overwrite.reading(&paths);
-    outputs.check(&args.output)?;
+    outputs.check_kind(&args.output, &["html", "htm"])?;
     if args.compare {
         return beside(args, &options, &paths, &outputs);
     }
@@ -69,7 +69,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut unreadable = false;
     for entry in entries.iter().filter(|e| e.rank == Rank::Unreadable) {
         unreadable = true;
-        eprintln!("error: {}", entry.data["error"].as_str().unwrap_or(""));
+        crate::note!("error: {}", entry.data["error"].as_str().unwrap_or(""));
     }
     let page = html::page(entries)?;
     outputs.write(&args.output, page.as_bytes())?;

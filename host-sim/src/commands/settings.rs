@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 .filter(|key| table::row(key).is_none_or(|row| !row.read_only))
                 .count();
             if left > 0 {
-                eprintln!(
+                crate::note!(
                     "note: {left} settings of the scanner are not in the file and were not compared"
                 );
             }
@@ -177,7 +177,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     if save {
         keep(talk)?;
     } else {
-        eprintln!("note: they hold until the next reset; --save stores them");
+        crate::note!("note: they hold until the next reset; --save stores them");
     }
     Ok(ExitCode::SUCCESS)
 }

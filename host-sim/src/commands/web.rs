@@ -34,7 +34,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         given => recordings(given)?,
     };
     let outputs = args.overwrite.reading(&paths);
-    outputs.check(&args.output)?;
+    outputs.check_kind(&args.output, &["html", "htm"])?;
     let read = |path: &PathBuf| Recording::read(path);
     let mut stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
     if args.recordings.is_empty() {

@@ -39,7 +39,7 @@ fn build(root: PathBuf, feature: &str) -> Result<PathBuf> {
     let program = target.join("release/host-sim");
     let built = program.exists();
     if !built {
-        eprintln!(
+        crate::note!(
             "--{feature}: building the program with the feature {feature}, once (a minute or more)"
         );
     }
