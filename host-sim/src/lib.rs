@@ -30,6 +30,6 @@ pub mod tap;
 pub mod update;
 
 pub use stairscan_replay::{
-    answer, coherent, guarded, inspect, motion, playback, posterior, recording, replay, score,
+    answer, coherent, counted, guarded, inspect, motion, playback, posterior, recording, replay, score,
     setup, views, volatile,
 };

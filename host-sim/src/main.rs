@@ -168,7 +168,7 @@ mod tests {
                 )
             })
             .to_vec();
-        for name in ["replay", "emulate", "inspect", "report", "convert"] {
+        for name in ["replay", "emulate", "inspect", "report"] {
             let mut whole = program();
             let command = whole.find_subcommand_mut(name).unwrap();
             places.push((

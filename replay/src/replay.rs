@@ -16,6 +16,7 @@ use stairscan::scanner::{BytePort, DataPath, Hardware, LentParts, Micros, Report
 use stairscan::signal::image::KeptImage;
 use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
+use crate::counted::counted;
 use crate::answer::Answer;
 use crate::guarded::Guarded;
 use crate::motion::inlet::Inlet;
@@ -63,8 +64,9 @@ impl Options {
         let scans = self.scans.map_or(held, |scans| scans as usize);
         ensure!(
             held == 1 || scans <= held,
-            "{}: {scans} scans: the recording holds {held}",
-            recording.name
+            "{}: {}: the recording holds {held}",
+            recording.name,
+            counted(scans, "scan")
         );
         ensure!(
             held == 1 || !self.backwards,

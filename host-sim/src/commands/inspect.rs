@@ -7,6 +7,7 @@ use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
+use crate::counted::counted;
 use crate::coherent::CoherentView;
 use crate::inspect::Inspection;
 use crate::output::{Outputs, Overwrite};
@@ -93,7 +94,7 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
                 emit(&format!("{json}\n"));
             }
             Format::Text => {
-                let chirps = chirps.map_or(String::new(), |n| format!("{n} chirps per row; "));
+                let chirps = chirps.map_or(String::new(), |n| format!("{} per row; ", counted(n, "chirp")));
                 emit(&format!(
                     "{}\n{chirps}{}\n",
                     answer.name(),

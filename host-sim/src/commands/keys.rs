@@ -7,7 +7,7 @@ use anyhow::Result;
 use stairscan_boot::key::PublicKey;
 
 use super::emit;
-use crate::emulate::seal::seal;
+use crate::emulate::image;
 use crate::output::Overwrite;
 use crate::update::client::version;
 use crate::update::keys::{self, Key, hex};
@@ -36,8 +36,8 @@ enum What {
     },
     /// Seal an image and sign it for both slots: the file that `update` sends
     Sign {
-        /// The image that `cargo firmware` builds
-        elf: PathBuf,
+        /// The image that `cargo firmware` builds; without it the workspace's image is built
+        elf: Option<PathBuf>,
         /// The signed file
         #[arg(short, long)]
         output: PathBuf,
@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             number,
             overwrite,
         } => {
-            let outputs = overwrite.reading([Some(elf), key.as_ref()].into_iter().flatten());
+            let outputs = overwrite.reading(elf.iter().chain(key));
             outputs.check(output)?;
             let key = match key {
                 Some(path) => keys::read_secret(path)?,
@@ -90,8 +90,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                     keys::development()?
                 }
             };
-            seal(elf)?;
-            let package = Package::sign(elf, *number, &key)?;
+            let elf = match elf {
+                Some(elf) => elf.clone(),
+                None => image::build(&[])?,
+            };
+            image::seal_built(&elf)?;
+            let package = Package::sign(&elf, *number, &key)?;
             let bytes = package.bytes();
             outputs.write(output, &bytes)?;
             emit(&format!(

@@ -17,6 +17,7 @@ use stairscan::schedule::shaft_angle;
 use stairscan::signal::radar::wire::LINK_BAUD;
 
 use super::{Settings, emit};
+use crate::counted::counted;
 use crate::live::Ms;
 use crate::live::lines::Splitter;
 use crate::live::port::{self, passes};
@@ -151,7 +152,7 @@ impl Received {
                 crate::note!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
-            crate::note!("scan: {rows} rows, {lost} of them lost");
+            crate::note!("scan: {}, {lost} of them lost", counted(rows, "row"));
             scans.push(scan);
         }
     }
@@ -385,9 +386,9 @@ fn write(
     notes.for_each(|note| crate::note!("note: {note}"));
     if tap.damaged() > 0 || tap.unmatched_count() > 0 {
         crate::note!(
-            "note: {} damaged frames, {} answers to requests that were not received",
-            tap.damaged(),
-            tap.unmatched_count()
+            "note: {}, {} to requests that were not received",
+            counted(tap.damaged(), "damaged frame"),
+            counted(tap.unmatched_count(), "answer")
         );
     }
     if gather.recorded() == 0 {
@@ -456,7 +457,10 @@ fn write_answers(
     };
     let Recording { name, meta, .. } = &part.recording;
     let rows = part.recording.chirps_per_scan();
-    let mut text = format!("{name}: {} scans of {rows} rows", part.times.len());
+    let mut text = format!("{name}: {} of {}",
+        counted(part.times.len(), "scan"),
+        counted(rows, "row")
+    );
     if let (Some(first), Some(last)) = (
         meta.angles_deg.first(),
         meta.angles_deg.get(rows.wrapping_sub(1)),
@@ -489,7 +493,7 @@ fn write_answers(
     }
     if compared > 0 {
         text +=
-            &format!("\n  replay gives the scanner's own sentences for {same} of {compared} scans");
+            &format!("\n  replay gives the scanner's own sentences for {same} of {}", counted(compared, "scan"));
     }
     written(outputs, path, &text, (beside, &word, &kept))
 }

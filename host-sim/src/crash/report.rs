@@ -1,5 +1,6 @@
 //! The last crash in a scanner's sentences.
 
+use crate::counted::counted;
 use anyhow::{Result, bail};
 use stairscan::report::sentence::PREFIX;
 use stairscan::report::{CrashSite, Sentence};
@@ -65,7 +66,8 @@ pub fn last<'a>(lines: impl Iterator<Item = &'a str>) -> Result<Report> {
         None if none => bail!("no crash since power-on: the scanner answers `crash?` with none"),
         None if sentences == 0 => bail!("no sentence of a scanner with a right CRC-32"),
         None => bail!(
-            "no crash in {sentences} sentences: expected BOOT after a crash, or CRASH, the answer to `crash?`"
+            "no crash in {}: expected BOOT after a crash, or CRASH, the answer to `crash?`",
+            counted(sentences, "sentence")
         ),
     }
 }

@@ -11,6 +11,7 @@ use stairscan::signal::range::FULL_SCALE;
 use stairscan::verdict::Status;
 
 use super::index::{Entry, Rank};
+use crate::counted::counted;
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::playback::Playback;
@@ -83,7 +84,7 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
         "scans": [],
         "guard": {
             "status": status.as_str(),
-            "summary": format!("{} guard sweeps{judged}", words.len()),
+            "summary": format!("{}{judged}", counted(words.len(), "guard sweep")),
             "sentences": words.iter().map(|word| &word.sentence).collect::<Vec<_>>(),
             "strip": strip::svg(&words, truth.as_ref()),
         },

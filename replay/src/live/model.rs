@@ -8,6 +8,7 @@ use stairscan::verdict::Reason;
 use super::Ms;
 use super::guard::Guard;
 use super::trouble::{Trouble, UnexpectedData};
+use crate::counted::counted;
 use crate::answer::Answer;
 
 /// Time without an intact sentence after which the scanner or the line is considered dead, ms
@@ -372,7 +373,8 @@ impl State {
             } => {
                 let why: Vec<_> = reasons.iter().map(Reason::meaning).collect();
                 let text = format!(
-                    "{state}, clock {clock}, {scans} scans, {estimator}. {}",
+                    "{state}, clock {clock}, {}, {estimator}. {}",
+                    counted(*scans, "scan"),
                     why.join(" ")
                 );
                 self.reply(now, "status", text.trim_end(), true);

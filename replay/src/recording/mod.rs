@@ -22,6 +22,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde_json::Value;
 use stairscan::Iq;
 
+pub use captures::degrees;
 use keys::explain_syntax;
 pub use metadata::{MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
