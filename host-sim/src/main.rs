@@ -110,6 +110,10 @@ fn main() -> ExitCode {
 }
 
 #[cfg(test)]
+#[path = "../tests/suite/common/shared_documents.rs"]
+mod shared_documents;
+
+#[cfg(test)]
 mod tests {
     use clap::CommandFactory;
     use commands::help::GROUPS;
@@ -152,6 +156,18 @@ mod tests {
             let words = std::iter::once("sim").chain(line.split_whitespace());
             if let Err(error) = program().try_get_matches_from(words) {
                 panic!("cargo sim {line}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_command_of_a_document_is_what_the_program_takes() {
+        let commands = shared_documents::commands_of("sim");
+        assert!(commands.len() > 40, "{commands:?}");
+        for words in commands {
+            let all = ["sim"].into_iter().chain(words.iter().map(String::as_str));
+            if let Err(error) = program().try_get_matches_from(all) {
+                panic!("cargo sim {}: {error}", words.join(" "));
             }
         }
     }

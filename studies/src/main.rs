@@ -100,9 +100,25 @@ fn main() -> ExitCode {
 }
 
 #[cfg(test)]
+#[path = "../../host-sim/tests/suite/common/shared_documents.rs"]
+mod shared_documents;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
+
+    #[test]
+    fn every_command_of_a_document_is_what_the_program_takes() {
+        let commands = shared_documents::commands_of("study");
+        assert!(commands.len() > 5, "{commands:?}");
+        for words in commands {
+            let all = ["study"].into_iter().chain(words.iter().map(String::as_str));
+            if let Err(error) = program().try_get_matches_from(all) {
+                panic!("cargo study {}: {error}", words.join(" "));
+            }
+        }
+    }
 
     #[test]
     fn every_command_stands_in_one_group_and_has_examples_that_parse() {

@@ -27,9 +27,9 @@ pub struct Args {
 /// What is done.
 #[derive(clap::Subcommand, Debug)]
 enum What {
-    /// Make a new pair: the secret half in FILE, for its owner only, the public half beside it as .pub
+    /// Make a new pair: the secret half in NAME.key, for its owner only, the public half beside it in NAME.pub
     New {
-        /// File of the secret half
+        /// File of the secret half, NAME.key
         file: PathBuf,
         #[command(flatten)]
         overwrite: Overwrite,

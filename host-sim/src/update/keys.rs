@@ -142,6 +142,11 @@ pub fn create(path: &Path, force: bool) -> Result<PublicKey> {
         path.display()
     );
     no_stdout(path)?;
+    ensure!(
+        path.extension().is_some_and(|suffix| suffix == "key"),
+        "{}: expected a name that ends in .key, which this repository's .gitignore keeps out of commits",
+        path.display()
+    );
     let free = || {
         [path, &public].into_iter().try_for_each(|file| {
             ensure!(
