@@ -124,8 +124,7 @@ impl Pace {
             Since::FirstItem => Self::FEWEST,
         };
         let each = now.duration_since(begun).as_secs_f64() / counted as f64;
-        (counted >= fewest)
-            .then(|| Duration::from_secs_f64(each * all.saturating_sub(done) as f64))
+        (counted >= fewest).then(|| Duration::from_secs_f64(each * all.saturating_sub(done) as f64))
     }
 
     /// Returns [`Self::left`] as text.
@@ -175,7 +174,9 @@ fn in_lines(
             return;
         };
         let (done, all) = (bar.position(), bar.length().unwrap_or_default());
-        let left = pace.as_mut().map(|pace| pace.text(Instant::now(), done, all));
+        let left = pace
+            .as_mut()
+            .map(|pace| pace.text(Instant::now(), done, all));
         if step % STEPS > 0 {
             continue;
         }
@@ -207,7 +208,10 @@ mod tests {
             in_lines(&weak, Some(pace), every, |line| sender.send(line).unwrap());
         });
         let line = lines.recv().unwrap();
-        assert!(line.starts_with("rows 2/8, ") && line.ends_with("s to go"), "{line}");
+        assert!(
+            line.starts_with("rows 2/8, ") && line.ends_with("s to go"),
+            "{line}"
+        );
         bar.inc(1);
         lines.recv().unwrap();
         assert!(lines.recv().unwrap().starts_with("rows 3/8, "));

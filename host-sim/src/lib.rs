@@ -30,6 +30,6 @@ pub mod tap;
 pub mod update;
 
 pub use stairscan_replay::{
-    answer, coherent, counted, guarded, inspect, motion, playback, posterior, recording, replay, score,
-    setup, views, volatile,
+    answer, coherent, counted, guarded, inspect, motion, playback, posterior, recording, replay,
+    score, setup, views, volatile,
 };

@@ -11,9 +11,9 @@ use clap::Args;
 use indicatif::ParallelProgressIterator;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use crate::counted::counted;
 use crate::cache;
 use crate::console::{busy, emit, progress};
+use crate::counted::counted;
 use crate::output::{Outputs, Overwrite, no_stdout};
 use crate::random::{Kind, Spread, Variety, random_with};
 use crate::recording::{DATA_SUFFIX, MAX_CHIRPS, Recording, meta_path};

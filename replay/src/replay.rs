@@ -16,8 +16,8 @@ use stairscan::scanner::{BytePort, DataPath, Hardware, LentParts, Micros, Report
 use stairscan::signal::image::KeptImage;
 use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
-use crate::counted::counted;
 use crate::answer::Answer;
+use crate::counted::counted;
 use crate::guarded::Guarded;
 use crate::motion::inlet::Inlet;
 use crate::motion::{Fault, MotionSentences, Timetable};

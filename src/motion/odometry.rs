@@ -668,7 +668,10 @@ mod tests {
             }
         }
         odometry.finish(at(950));
-        assert_eq!((odometry.state(at(950)), odometry.faults()), (Input::Good, 0));
+        assert_eq!(
+            (odometry.state(at(950)), odometry.faults()),
+            (Input::Good, 0)
+        );
         let drive = odometry.drive(Mode::Auto, 0);
         assert_eq!(drive.input, Input::Good);
         // Every row lies where the chair was, also those of the gap.

@@ -113,7 +113,9 @@ mod tests {
         let commands = shared_documents::commands_of("study");
         assert!(commands.len() > 5, "{commands:?}");
         for words in commands {
-            let all = ["study"].into_iter().chain(words.iter().map(String::as_str));
+            let all = ["study"]
+                .into_iter()
+                .chain(words.iter().map(String::as_str));
             if let Err(error) = program().try_get_matches_from(all) {
                 panic!("cargo study {}: {error}", words.join(" "));
             }

@@ -6,13 +6,13 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::config::Config;
 
-use super::{Settings, emit, progress, recordings};
-use crate::counted::counted;
+use super::{Settings, emit, full_scans, progress, recordings};
 use crate::convert::keys::Given;
 use crate::convert::npy::Axes;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
 use crate::convert::{self, Source, mcap, npy, suffix};
+use crate::counted::counted;
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording};
 use crate::replay::Options;
@@ -29,7 +29,13 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Rows of a .csv: a step (or a scan without), an echo, or a cell of the polar map; reasons: docs/reasons.md
-    #[arg(long, value_enum, default_value_t, value_name = "steps|echoes|map", hide_possible_values = true)]
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "steps|echoes|map",
+        hide_possible_values = true
+    )]
     table: Table,
     /// Write a .npy of complex64, full scale 1.0, instead of 16-bit I and Q
     #[arg(long)]
@@ -141,7 +147,15 @@ fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if paths.iter().any(file) {
         return Ok(paths.to_vec());
     }
-    recordings(paths)
+    // Sweeps of the guard among the recordings of a directory have no steps to tabulate.
+    let mut all = Vec::new();
+    for path in paths {
+        match path.is_dir() {
+            true => all.extend(full_scans(path)?),
+            false => all.push(path.clone()),
+        }
+    }
+    recordings(&all)
 }
 
 fn only(paths: &[PathBuf]) -> Result<&Path> {

@@ -168,7 +168,9 @@ fn boot(
     let rows = recording.chirps_per_scan() * scans;
     booting.finish_and_clear();
     let bar = progress_after_start(rows as u64);
-    let bar = bar.with_prefix(format!("self-test, homing, then rows of {name} in the emulator:"));
+    let bar = bar.with_prefix(format!(
+        "self-test, homing, then rows of {name} in the emulator:"
+    ));
     session.module.watch(bar.clone());
     session.skip_lines();
     session.connect()?;

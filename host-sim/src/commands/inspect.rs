@@ -7,8 +7,8 @@ use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
-use crate::counted::counted;
 use crate::coherent::CoherentView;
+use crate::counted::counted;
 use crate::inspect::Inspection;
 use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
@@ -94,7 +94,9 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
                 emit(&format!("{json}\n"));
             }
             Format::Text => {
-                let chirps = chirps.map_or(String::new(), |n| format!("{} per row; ", counted(n, "chirp")));
+                let chirps = chirps.map_or(String::new(), |n| {
+                    format!("{} per row; ", counted(n, "chirp"))
+                });
                 emit(&format!(
                     "{}\n{chirps}{}\n",
                     answer.name(),

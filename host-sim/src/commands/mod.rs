@@ -30,9 +30,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail, ensure};
 use stairscan::config::{Config, EstimatorKind};
 
-pub use crate::console::{
-    Format, busy, emit, progress, progress_after_start, progress_aside,
-};
+pub use crate::console::{Format, busy, emit, progress, progress_after_start, progress_aside};
 use crate::convert::suffix;
 use crate::recording::{self, Recording};
 use crate::replay::{Options, SEED};

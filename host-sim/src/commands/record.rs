@@ -457,7 +457,8 @@ fn write_answers(
     };
     let Recording { name, meta, .. } = &part.recording;
     let rows = part.recording.chirps_per_scan();
-    let mut text = format!("{name}: {} of {}",
+    let mut text = format!(
+        "{name}: {} of {}",
         counted(part.times.len(), "scan"),
         counted(rows, "row")
     );
@@ -492,8 +493,10 @@ fn write_answers(
         }
     }
     if compared > 0 {
-        text +=
-            &format!("\n  replay gives the scanner's own sentences for {same} of {}", counted(compared, "scan"));
+        text += &format!(
+            "\n  replay gives the scanner's own sentences for {same} of {}",
+            counted(compared, "scan")
+        );
     }
     written(outputs, path, &text, (beside, &word, &kept))
 }

@@ -149,9 +149,17 @@ fn own_name(args: &Args) -> PathBuf {
     parts.extend(args.compare.then(|| "compared".to_owned()));
     parts.extend(args.with.iter().map(|set| set.words().to_owned()));
     parts.push(words(args, &defaults()));
-    let plain = |c: char| if c.is_alphanumeric() || "_.=".contains(c) { c } else { '-' };
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "_.=".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
     let parts = parts.iter().filter(|part| !part.is_empty());
-    let name: Vec<String> = parts.map(|part| part.chars().map(plain).collect()).collect();
+    let name: Vec<String> = parts
+        .map(|part| part.chars().map(plain).collect())
+        .collect();
     PathBuf::from(format!("{}.html", name.join("-")))
 }
 

@@ -16,8 +16,8 @@ use stairscan::signal::radar::sirad::SiRad;
 use stairscan::signal::range::{Profile, RangeProcessor};
 
 use super::{Format, emit};
-use crate::counted::counted;
 use crate::captures::sirad::Capture;
+use crate::counted::counted;
 use crate::modules::sirad::SiRadPort;
 
 /// Simulated time between two polls of the module, µs; `TIMEOUT_US` is the timeout of an answer.

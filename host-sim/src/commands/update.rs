@@ -121,7 +121,9 @@ fn tell(outcome: &Outcome) -> ExitCode {
              brings the image before back"
         ),
         Outcome::RolledBack(states) => {
-            crate::note!("error: rolled back: the loader runs another image; slots a and b: {states}")
+            crate::note!(
+                "error: rolled back: the loader runs another image; slots a and b: {states}"
+            )
         }
         Outcome::Silent => crate::note!(
             "error: nothing is heard of the new image: the watchdog resets it within half a minute, and the third time the \

@@ -12,8 +12,8 @@ use super::model::{Entry, Link, Pulse, State, Validity, Way};
 use super::prompt::{HELP, Prompt};
 use super::side;
 use super::trouble::Trouble;
-use crate::counted::counted;
 use crate::answer::{Answer, drop_words, maybe_words, metres};
+use crate::counted::counted;
 
 /// Minimum size of the terminal, columns and rows of characters.
 const MIN_SIZE: (u16, u16) = (72, 22);

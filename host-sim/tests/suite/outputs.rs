@@ -138,7 +138,11 @@ fn a_closed_stderr_ends_no_command() {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-        let status = command.args(args).stdout(Stdio::null()).stderr(writer).status();
+        let status = command
+            .args(args)
+            .stdout(Stdio::null())
+            .stderr(writer)
+            .status();
         // A panic would give 101.
         assert_eq!(status.unwrap().code(), Some(1), "{args:?}");
     }
@@ -150,10 +154,30 @@ fn a_file_is_what_its_name_says() {
     let [name, ..] = &recording(&scratch);
     let path = |file: &str| scratch.path().join(file).display().to_string();
     let [film, page, picture] = ["film.png", "page.pdf", "picture.svg"].map(path);
-    refused(&scratch, &["replay", name, "--film", &film], &film, "expected .svg");
-    refused(&scratch, &["report", name, "-o", &page], &page, "expected .html");
-    refused(&scratch, &["web", name, "-o", &page], &page, "expected .html");
-    refused(&scratch, &["profile", name, "--plot", &picture], &picture, "expected .png");
+    refused(
+        &scratch,
+        &["replay", name, "--film", &film],
+        &film,
+        "expected .svg",
+    );
+    refused(
+        &scratch,
+        &["report", name, "-o", &page],
+        &page,
+        "expected .html",
+    );
+    refused(
+        &scratch,
+        &["web", name, "-o", &page],
+        &page,
+        "expected .html",
+    );
+    refused(
+        &scratch,
+        &["profile", name, "--plot", &picture],
+        &picture,
+        "expected .png",
+    );
 }
 
 #[test]
@@ -180,10 +204,17 @@ fn no_output_goes_to_a_file_named_like_stdout() {
         &["man", "-"],
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
-        let out = command.args(args).current_dir(scratch.path()).output().unwrap();
+        let out = command
+            .args(args)
+            .current_dir(scratch.path())
+            .output()
+            .unwrap();
         let message = String::from_utf8(out.stderr).unwrap();
         assert_eq!(out.status.code(), Some(1), "{args:?}: {message}");
-        assert!(message.contains("not written to stdout"), "{args:?}: {message}");
+        assert!(
+            message.contains("not written to stdout"),
+            "{args:?}: {message}"
+        );
         assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 2, "{args:?}");
     }
 }
@@ -195,12 +226,19 @@ fn of_two_writers_one_wins() {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     let to = scratch.path().join("both");
     let names = ["empty", "stair_a", "wall", "stair_b"].map(|name| dir.join(name));
-    let names: Vec<_> = names.iter().filter(|n| n.with_extension("sigmf-meta").exists()).collect();
+    let names: Vec<_> = names
+        .iter()
+        .filter(|n| n.with_extension("sigmf-meta").exists())
+        .collect();
     let children: Vec<_> = (names.iter())
         .map(|name| {
             let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
             command.arg("convert").arg(name).arg("-o").arg(&to);
-            command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+            command
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap()
         })
         .collect();
     let mut winner = None;

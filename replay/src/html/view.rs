@@ -11,8 +11,8 @@ use stairscan::signal::range::FULL_SCALE;
 use stairscan::verdict::Status;
 
 use super::index::{Entry, Rank};
-use crate::counted::counted;
 use crate::answer::Answer;
+use crate::counted::counted;
 use crate::inspect::Inspection;
 use crate::playback::Playback;
 use crate::recording::{Recording, TrueStep, Truth};

@@ -8,8 +8,8 @@ use stairscan::verdict::Reason;
 use super::Ms;
 use super::guard::Guard;
 use super::trouble::{Trouble, UnexpectedData};
-use crate::counted::counted;
 use crate::answer::Answer;
+use crate::counted::counted;
 
 /// Time without an intact sentence after which the scanner or the line is considered dead, ms
 /// (docs/user/controller.md).

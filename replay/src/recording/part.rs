@@ -86,7 +86,9 @@ impl Part {
             }
             match OpenOptions::new().write(true).open(&part) {
                 // The name still means the file that is locked here, so that no other program's is removed.
-                Ok(left) if locked(&left).map_err(|e| failed(path, &e))? && stands(&left, &part) => {
+                Ok(left)
+                    if locked(&left).map_err(|e| failed(path, &e))? && stands(&left, &part) =>
+                {
                     fs::remove_file(&part).map_err(|e| failed(path, &e))?;
                 }
                 Ok(_) => return Err(busy()),

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use crate::counted::counted;
 use super::judge::{DEPTH_M, NEAR_DROP_M, SceneScore};
 use super::set::{SetScore, Spread, quantile};
 use super::share::Share;
+use crate::counted::counted;
 
 /// Returns a text table of sets, one line each, errors in centimetres; below it the lines on drops,
 /// harmful faults and the horizon.

@@ -79,7 +79,9 @@ pub fn instructions() -> Vec<(PathBuf, String)> {
 }
 
 /// First words of commands in blocks that are indented only.
-const PROGRAMS: &[&str] = &["cargo ", "sh ", "bash ", "git ", "chip/", "./", "APPROVE=", "VERBOSE="];
+const PROGRAMS: &[&str] = &[
+    "cargo ", "sh ", "bash ", "git ", "chip/", "./", "APPROVE=", "VERBOSE=",
+];
 
 /// Returns the commands that a document prints in blocks: those of shell, and indented lines that begin with a program;
 /// continued lines joined.
@@ -96,7 +98,9 @@ pub fn commands(document: &str) -> Vec<String> {
         if text.is_empty() || !(fence == Some(true) || fence.is_none() && (indented || continued)) {
             continue;
         }
-        let (part, more) = text.strip_suffix('\\').map_or((text, false), |part| (part, true));
+        let (part, more) = text
+            .strip_suffix('\\')
+            .map_or((text, false), |part| (part, true));
         match found.last_mut().filter(|_| continued) {
             Some(last) => last.push_str(part),
             None => found.push(part.to_owned()),
@@ -109,7 +113,9 @@ pub fn commands(document: &str) -> Vec<String> {
 /// Returns the words of the commands of `cargo ALIAS` in all blocks, without comments and pipes.
 pub fn commands_of(alias: &str) -> Vec<Vec<String>> {
     let mark = format!("cargo {alias} ");
-    let all = instructions().into_iter().flat_map(|(_, text)| commands(&text));
+    let all = instructions()
+        .into_iter()
+        .flat_map(|(_, text)| commands(&text));
     let own = all.filter_map(|line| Some(line.strip_prefix(&mark)?.to_owned()));
     own.map(|line| {
         let end = [" #", " |"].iter().filter_map(|end| line.find(end)).min();
