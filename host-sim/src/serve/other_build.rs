@@ -40,7 +40,7 @@ fn build(root: PathBuf, feature: &str) -> Result<PathBuf> {
     let built = program.exists();
     if !built {
         crate::note!(
-            "--{feature}: building the program with the feature {feature}, once (a minute or more)"
+            "--{feature}: building the program with the feature {feature}, once (two to ten minutes)"
         );
     }
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());

@@ -26,6 +26,7 @@ pub use captures::degrees;
 use keys::explain_syntax;
 pub use metadata::{MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
+use part::named;
 pub use part::{Content, Readers, write_together};
 pub use truth::{Disturbance, TrueDrop, TrueStep, Truth};
 
@@ -79,34 +80,6 @@ pub fn regular(path: &Path) -> Result<()> {
     ensure!(
         found.is_file(),
         "{}: expected a regular file",
-        path.display()
-    );
-    Ok(())
-}
-
-/// Returns an error for a path that names no file: `/`, `..`, or one that ends in a separator or a
-/// dot, whose files would be hidden.
-fn named(path: &Path) -> Result<()> {
-    let text = path.as_os_str().as_encoded_bytes();
-    let last = text
-        .rsplit(|&b| std::path::is_separator(b.into()))
-        .next()
-        .unwrap_or_default();
-    ensure!(
-        !matches!(last, b"" | b"." | b".."),
-        "{}: expected the name of a file, not of a directory",
-        path.display()
-    );
-    Ok(())
-}
-
-/// Returns an error if something that is no regular file exists at the path, such as a device that
-/// root could replace.
-fn replaceable(path: &Path) -> Result<()> {
-    let found = fs::metadata(path);
-    ensure!(
-        found.is_err() || found.is_ok_and(|found| found.is_file()),
-        "{}: expected a regular file, or none yet",
         path.display()
     );
     Ok(())

@@ -7,9 +7,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
-
-use super::{named, replaceable};
+use anyhow::{Result, anyhow, ensure};
 
 /// Who may read a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +41,34 @@ pub fn write_together(files: &[Content<'_>], check: impl FnOnce() -> Result<()>)
     for (part, (path, ..)) in parts.iter_mut().zip(files) {
         part.rename(path).map_err(|e| failed(path, &e))?;
     }
+    Ok(())
+}
+
+/// Returns an error for a path that names no file: `/`, `..`, or one that ends in a separator or a
+/// dot, whose files would be hidden.
+pub(super) fn named(path: &Path) -> Result<()> {
+    let text = path.as_os_str().as_encoded_bytes();
+    let last = text
+        .rsplit(|&b| std::path::is_separator(b.into()))
+        .next()
+        .unwrap_or_default();
+    ensure!(
+        !matches!(last, b"" | b"." | b".."),
+        "{}: expected the name of a file, not of a directory",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Returns an error if something that is no regular file exists at the path, such as a device that
+/// root could replace.
+fn replaceable(path: &Path) -> Result<()> {
+    let found = fs::metadata(path);
+    ensure!(
+        found.is_err() || found.is_ok_and(|found| found.is_file()),
+        "{}: expected a regular file, or none yet",
+        path.display()
+    );
     Ok(())
 }
 
