@@ -64,11 +64,8 @@ fn ok() {
 /// The help stays while sentences come, and is whole on the smallest screen.
 #[test]
 fn help() {
-    let prompt = Prompt {
-        helping: true,
-        ..Prompt::default()
-    };
-    let mut state = scanned();
+    let (mut prompt, mut state) = (Prompt::default(), scanned());
+    prompt.helping = true;
     (0..20).for_each(|k| receive(&mut state, 3_200 + k, &STAIR_A));
     snapshot("help", &state, &prompt, 3_300);
     let mut terminal = Terminal::new(TestBackend::new(72, 22)).unwrap();
