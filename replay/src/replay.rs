@@ -18,6 +18,7 @@ use stairscan::signal::image::KeptImage;
 use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
 use crate::answer::Answer;
+use crate::counted::counted;
 use crate::guarded::Guarded;
 use crate::live::lines::Splitter;
 use crate::motion::inlet::Inlet;
@@ -65,8 +66,9 @@ impl Options {
         let scans = self.scans.map_or(held, |scans| scans as usize);
         ensure!(
             held == 1 || scans <= held,
-            "{}: {scans} scans: the recording holds {held}",
-            recording.name
+            "{}: {}: the recording holds {held}",
+            recording.name,
+            counted(scans, "scan")
         );
         ensure!(
             held == 1 || !self.backwards,

@@ -6,12 +6,13 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::config::Config;
 
-use super::{Settings, emit, logs, progress, recordings};
+use super::{Settings, emit, full_scans, logs, progress, recordings};
 use crate::convert::keys::Given;
 use crate::convert::npy::Axes;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
 use crate::convert::{self, Source, mcap, npy, suffix};
+use crate::counted::counted;
 use crate::live::log::Log;
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording};
@@ -29,28 +30,34 @@ pub struct Args {
     /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Content of a .csv
-    #[arg(long, value_enum, default_value_t)]
+    /// Rows of a .csv: a step (or a scan without), an echo, or a cell of the polar map; reasons: docs/reasons.md
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "steps|echoes|map",
+        hide_possible_values = true
+    )]
     table: Table,
     /// Write a .npy of complex64, full scale 1.0, instead of 16-bit I and Q
     #[arg(long)]
     complex: bool,
     /// Radar settings of a DCA1000 capture (docs/user/formats.md); without it NAME.toml of NAME.bin
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Inputs of other programs")]
     setup: Option<PathBuf>,
     /// Angles of the beam, degrees: one a line, one line a chirp
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Inputs of other programs")]
     angles: Option<PathBuf>,
     /// Take keys that are not given from this recording
-    #[arg(long, value_name = "REC")]
+    #[arg(long, value_name = "REC", help_heading = "Inputs of other programs")]
     keys_of: Option<PathBuf>,
     /// Full-scale value of a sample, and the zero of unsigned numbers; without it 1.0 for floating point, the
     /// format's range for integers
-    #[arg(long, value_name = "VALUE")]
+    #[arg(long, value_name = "VALUE", help_heading = "Inputs of other programs")]
     full_scale: Option<f64>,
     /// The .npy holds real samples, not I and Q, with these axes in order: frame, chirp, sample, and NAME=ENTRY
     /// for one entry of another axis: chirp,sample or frame,receiver=0,chirp,sample
-    #[arg(long, value_name = "AXES")]
+    #[arg(long, value_name = "AXES", help_heading = "Inputs of other programs")]
     real: Option<Axes>,
     /// Each row of the .npy holds all I of a chirp, then all Q
     #[arg(long, conflicts_with = "real")]
@@ -174,7 +181,15 @@ fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if paths.iter().any(file) {
         return Ok(paths.to_vec());
     }
-    recordings(paths)
+    // Sweeps of the guard among the recordings of a directory have no steps to tabulate.
+    let mut all = Vec::new();
+    for path in paths {
+        match path.is_dir() {
+            true => all.extend(full_scans(path)?),
+            false => all.push(path.clone()),
+        }
+    }
+    recordings(&all)
 }
 
 fn only(paths: &[PathBuf]) -> Result<&Path> {
@@ -231,13 +246,12 @@ fn write_recording(args: &Args, path: &Path, outputs: &Outputs) -> Result<String
 
 fn chirps(recording: &Recording) -> String {
     format!(
-        "{} chirps of {} samples",
-        recording.chirps(),
+        "{} of {} samples",
+        counted(recording.chirps(), "chirp"),
         recording.meta.file_samples()
     )
 }
 
 fn summary(scans: &[Scan], what: &str) -> String {
-    let plural = if scans.len() == 1 { "" } else { "s" };
-    format!("{what} {} scan{plural}", scans.len())
+    format!("{what} {}", counted(scans.len(), "scan"))
 }

@@ -44,16 +44,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let image = Image::parse(&args.elf, &bytes)?;
     let report = reported(args)?;
     match check(&image, &report) {
-        Err(error) if args.force => eprintln!("warning: {error}"),
+        Err(error) if args.force => crate::note!("warning: {error}"),
         checked => checked.with_context(|| args.elf.display().to_string())?,
     }
     match report.revision.as_deref() {
-        None => eprintln!(
+        None => crate::note!(
             "warning: the sentence does not tell the image's revision: lines are right only if {} is the image that \
              crashed",
             args.elf.display()
         ),
-        Some(revision) if revision.ends_with("-dirty") => eprintln!(
+        Some(revision) if revision.ends_with("-dirty") => crate::note!(
             "warning: the image was built from changed sources: lines are right only if {} is that very build",
             args.elf.display()
         ),

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use super::replay::{show, show_guarded};
-use super::{Format, Settings, live, progress};
+use super::{Format, Settings, busy, live, progress_after_start};
 use crate::answer::Answer;
 use crate::emulate::module::InjectedFault;
 use crate::emulate::session::Waits;
@@ -158,13 +158,18 @@ fn boot(
     let name = &recording.name;
     // The emulator's time is not the recording's.
     let playback = Playback::new(recording, &args.settings.config()?)?.by_trigger();
+    let booting = busy(&format!("the emulator boots the image for {name}"));
     let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
     session
         .configure(&playback.settings(), waits(args))
         .with_context(|| name.clone())?;
     session.module.set_faults(&args.faults);
     let rows = recording.chirps_per_scan() * scans;
-    let bar = progress(rows as u64).with_prefix(format!("rows of {name} in the emulator"));
+    booting.finish_and_clear();
+    let bar = progress_after_start(rows as u64);
+    let bar = bar.with_prefix(format!(
+        "self-test, homing, then rows of {name} in the emulator:"
+    ));
     session.module.watch(bar.clone());
     session.skip_lines();
     session.connect()?;

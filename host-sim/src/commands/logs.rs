@@ -71,7 +71,7 @@ pub fn all(paths: &[PathBuf]) -> Result<Option<Vec<Log>>> {
             }
             unread
                 .iter()
-                .for_each(|error| eprintln!("skipped: {error:#}"));
+                .for_each(|error| crate::note!("skipped: {error:#}"));
             ensure!(
                 logs.len() > before || unread.is_empty(),
                 "{}: no log with a sentence",

@@ -247,7 +247,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     args.plot.iter().try_for_each(|file| outputs.check(file))?;
     let recording = Recording::read(&args.recording)?;
     if let Some(words) = mirrored::warning(&recording)? {
-        eprintln!("note: {}: {words}", recording.name);
+        crate::note!("note: {}: {words}", recording.name);
     }
     if args.statistics {
         let found = spectra(&recording, args.frame)?.statistics();

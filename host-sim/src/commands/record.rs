@@ -17,6 +17,7 @@ use stairscan::schedule::shaft_angle;
 use stairscan::signal::radar::wire::LINK_BAUD;
 
 use super::{Settings, emit};
+use crate::counted::counted;
 use crate::live::Ms;
 use crate::live::arrived::Arrived;
 use crate::live::lines::Splitter;
@@ -152,11 +153,11 @@ impl Received {
         };
         if self.pace.agreed == Some(baud) && self.told != Some(baud) {
             self.told = Some(baud);
-            eprintln!("note: scanner and module go to {baud} baud, and the ports with them");
+            crate::note!("note: scanner and module go to {baud} baud, and the ports with them");
         }
         for (path, port) in ports {
             if let Err(error) = port.set_baud_rate(baud) {
-                eprintln!(
+                crate::note!(
                     "note: {path}: not at {baud} baud ({error}); `set link-rate {LINK_BAUD}` keeps the link at {LINK_BAUD}"
                 );
             }
@@ -189,10 +190,10 @@ impl Received {
             let sweep = session.sweep.or(mounting.sweep);
             let mounting = Mounting { sweep, ..mounting };
             if let Err(error) = session.unfinished.keep(&scan, mounting) {
-                eprintln!("note: {error:#}: this scan is lost if the session is interrupted");
+                crate::note!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
-            eprintln!("scan: {rows} rows, {lost} of them lost");
+            crate::note!("scan: {}, {lost} of them lost", counted(rows, "row"));
             scans.push(scan);
         }
     }
@@ -235,7 +236,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (None, false) => listen(&mut session, &stop)?,
     };
     if let Some(why) = &received.gone {
-        eprintln!("{why}: complete scans are written");
+        crate::note!("{why}: complete scans are written");
     }
     write(session, &outputs, received, scans)
 }
@@ -273,7 +274,7 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received
         ));
     }
     drop(sender);
-    eprintln!("receiving; Ctrl-C ends");
+    crate::note!("receiving; Ctrl-C ends");
     let found = collect(session, (&events, &mut link), started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
@@ -440,7 +441,7 @@ fn write(
     } = received;
     if args.report.is_some() && arrived.sentences == 0 {
         let (what, help) = arrived.kind().explain(REPORT_BAUD);
-        eprintln!(
+        crate::note!(
             "note: --report: {}",
             [vec![what], help].concat().join("\n  ")
         );
@@ -451,12 +452,12 @@ fn write(
     let mut gather = Gather::new(&recording::name_of(&meta_file), mounting);
     scans.iter().for_each(|scan| gather.take(scan));
     let notes = doubt.iter().chain(&gather.notes);
-    notes.for_each(|note| eprintln!("note: {note}"));
+    notes.for_each(|note| crate::note!("note: {note}"));
     if tap.damaged() > 0 || tap.unmatched_count() > 0 {
-        eprintln!(
-            "note: {} damaged frames, {} answers to requests that were not received",
-            tap.damaged(),
-            tap.unmatched_count()
+        crate::note!(
+            "note: {}, {} to requests that were not received",
+            counted(tap.damaged(), "damaged frame"),
+            counted(tap.unmatched_count(), "answer")
         );
     }
     if gather.recorded() == 0 {
@@ -510,7 +511,11 @@ fn write_answers(
     };
     let Recording { name, meta, .. } = &part.recording;
     let rows = part.recording.chirps_per_scan();
-    let mut text = format!("{name}: {} scans of {rows} rows", part.times.len());
+    let mut text = format!(
+        "{name}: {} of {}",
+        counted(part.times.len(), "scan"),
+        counted(rows, "row")
+    );
     if let (Some(first), Some(last)) = (
         meta.angles_deg.first(),
         meta.angles_deg.get(rows.wrapping_sub(1)),
@@ -542,8 +547,10 @@ fn write_answers(
         }
     }
     if compared > 0 {
-        text +=
-            &format!("\n  replay gives the scanner's own sentences for {same} of {compared} scans");
+        text += &format!(
+            "\n  replay gives the scanner's own sentences for {same} of {}",
+            counted(compared, "scan")
+        );
     }
     written(outputs, path, &text, (beside, &word, &kept))
 }

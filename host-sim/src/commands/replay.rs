@@ -56,7 +56,7 @@ pub struct Args {
     /// Draw the paper's figures for each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
-    /// Draw an animation of the scans: an SVG file for a page or a README
+    /// Draw an animation of the scans: an SVG file (.svg) for a page or a README
     #[arg(long, value_name = "FILE")]
     film: Option<PathBuf>,
     #[command(flatten)]
@@ -97,7 +97,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         paths.len()
     );
     let outputs = args.overwrite.reading(&paths);
-    args.film.iter().try_for_each(|file| outputs.check(file))?;
+    args.film
+        .iter()
+        .try_for_each(|file| outputs.check_kind(file, &["svg"]))?;
     let bar = progress_aside(paths.len() as u64);
     for path in &paths {
         let shown = scan(path, args, &options, &outputs);
@@ -225,7 +227,7 @@ fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
             true
         }
         Err(error) => {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
             false
         }
     }
@@ -257,7 +259,7 @@ pub fn show(answer: Result<Answer>, truth: Option<&Truth>, format: Format) -> bo
             !answer.is_fault()
         }
         Err(error) => {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
             false
         }
     }

@@ -8,6 +8,7 @@ use anyhow::{Context as _, Result, anyhow, ensure};
 use clap::{ArgMatches, Command, Error, FromArgMatches, ValueEnum};
 
 use super::{busy, emit};
+use crate::counted::counted;
 use crate::output::Overwrite;
 use crate::recording::{self, Recording, meta_path};
 use crate::scene::Scene;
@@ -132,10 +133,10 @@ impl Guard {
         outputs.write_recording(&self.output, &recording)?;
         bar.finish_and_clear();
         emit(&format!(
-            "{}: {} guard sweeps, with the first hazard of each\n\
+            "{}: {}, with the first hazard of each\n\
              next: cargo sim replay {} for the free distances\n",
             meta_path(&self.output).display(),
-            recording.scans(),
+            counted(recording.scans(), "guard sweep"),
             self.output.display()
         ));
         Ok(ExitCode::SUCCESS)

@@ -85,7 +85,7 @@ impl Source {
         let base = base.map(|path| sigmf::metadata(path)).transpose()?;
         let chirps = self.chirps(base.as_ref())?;
         let angles = self.angles(chirps.count())?;
-        let note = |words: &str| eprintln!("note: {}: {words}", self.path.display());
+        let note = |words: &str| crate::note!("note: {}: {words}", self.path.display());
         chirps.left_out.iter().for_each(|words| note(words));
         let recording = chirps.recording(name, &self.given, base.as_ref(), angles.as_deref());
         let recording = recording.with_context(|| format!("{}", self.path.display()))?;

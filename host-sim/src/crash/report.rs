@@ -1,5 +1,6 @@
 //! The last crash in a scanner's sentences.
 
+use crate::counted::counted;
 use anyhow::{Result, bail};
 use stairscan::report::{CrashSite, Sentence};
 
@@ -73,7 +74,8 @@ pub fn last(log: &[u8]) -> Result<Report> {
             }
         ),
         None => bail!(
-            "no crash in {sentences} sentences: expected BOOT after a crash, or CRASH, the answer to `crash?`"
+            "no crash in {}: expected BOOT after a crash, or CRASH, the answer to `crash?`",
+            counted(sentences, "sentence")
         ),
     }
 }

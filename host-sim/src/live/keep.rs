@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use super::Ms;
+use crate::output::no_stdout;
 
 /// Maximum number of recorded sessions, a file each, in a directory.
 const MAX_SESSIONS: u32 = 9_999;
@@ -41,6 +42,7 @@ impl Keep {
     /// # Errors
     /// The directory or the file cannot be created; the message names the path.
     pub fn begin(dir: &Path, about: &str) -> Result<Self> {
+        no_stdout(dir)?;
         fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
         for number in 1..=MAX_SESSIONS {
             let path = dir.join(format!("live-{number:03}.txt"));

@@ -141,7 +141,12 @@ fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
         "ok",
         "sentences come and commands are answered",
     );
-    has(&text, "firmware", "ok", "version 0.1.0, revision host");
+    has(
+        &text,
+        "firmware",
+        "ok",
+        concat!("version ", env!("CARGO_PKG_VERSION"), ", revision host"),
+    );
     has(&text, "seal", "ok", "");
     has(&text, "chip", "ok", "clock host");
     has(&text, "motor", "ok", "step-dir");

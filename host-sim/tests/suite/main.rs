@@ -21,6 +21,7 @@ mod motion;
 mod outputs;
 mod own_data;
 mod planes;
+mod printed_commands;
 mod processor;
 mod real;
 mod report;

@@ -10,6 +10,7 @@ use super::arrived::Arrived;
 use super::guard::Guard;
 use super::trouble::{Trouble, UnexpectedData};
 use crate::answer::Answer;
+use crate::counted::counted;
 
 /// Time without an intact sentence after which the scanner or the line is considered dead, ms
 /// (docs/user/controller.md).
@@ -349,7 +350,8 @@ impl State {
             } => {
                 let why: Vec<_> = reasons.iter().map(Reason::meaning).collect();
                 let text = format!(
-                    "{state}, clock {clock}, {scans} scans, {estimator}. {}",
+                    "{state}, clock {clock}, {}, {estimator}. {}",
+                    counted(*scans, "scan"),
                     why.join(" ")
                 );
                 self.reply(now, "status", text.trim_end(), true);

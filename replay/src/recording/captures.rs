@@ -94,6 +94,9 @@ pub(super) fn parse(
             .check(&result.angles_deg, angle)
             .map_err(|expected| capture.wrong(ANGLE, &expected))?;
         result.angles_deg.push(angle);
+        if k + 1 == captures.len() {
+            degrees(&result.angles_deg).map_err(|e| anyhow!("captures {ANGLE}: {e}"))?;
+        }
         let motion = &mut result.motion;
         if with_travel {
             let expected = "metres of travel, within ±1000, in every capture";
@@ -135,6 +138,25 @@ fn first(document: &Value) -> Result<usize> {
         before + offset
     );
     Ok(offset)
+}
+
+/// Refuses angles that must be radians: a scan of at least sixteen, all within half a turn in radians and closer together
+/// than any beam in degrees.
+///
+/// # Errors
+/// Names the first and the last angle.
+pub fn degrees(angles: &[f64]) -> Result<()> {
+    const FEWEST: usize = 16;
+    let wide = |angle: &f64| angle.abs() > std::f64::consts::PI;
+    let (Some(first), Some(last)) = (angles.first(), angles.last()) else {
+        return Ok(());
+    };
+    ensure!(
+        angles.len() < FEWEST || angles.iter().any(wide),
+        "{} angles, from {first:.4} to {last:.4}: they look like radians, expected degrees (times 57.2958)",
+        angles.len()
+    );
+    Ok(())
 }
 
 /// Returns the first capture's carrier, Hz, and checks the frequencies and the spelling of the keys

@@ -11,6 +11,7 @@ mod captures;
 mod keys;
 mod metadata;
 mod motion;
+mod part;
 pub(crate) mod standard;
 mod truth;
 
@@ -22,9 +23,12 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde_json::Value;
 use stairscan::Iq;
 
+pub use captures::degrees;
 use keys::explain_syntax;
 pub use metadata::{MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
+use part::named;
+pub use part::{Content, Readers, write_together};
 pub use truth::{Disturbance, TrueDrop, TrueStep, Truth};
 
 /// Suffix of the metadata file.
@@ -77,34 +81,6 @@ pub fn regular(path: &Path) -> Result<()> {
     ensure!(
         found.is_file(),
         "{}: expected a regular file",
-        path.display()
-    );
-    Ok(())
-}
-
-/// Returns an error for a path that names no file: `/`, `..`, or one that ends in a separator or a
-/// dot, whose files would be hidden.
-fn named(path: &Path) -> Result<()> {
-    let text = path.as_os_str().as_encoded_bytes();
-    let last = text
-        .rsplit(|&b| std::path::is_separator(b.into()))
-        .next()
-        .unwrap_or_default();
-    ensure!(
-        !matches!(last, b"" | b"." | b".."),
-        "{}: expected the name of a file, not of a directory",
-        path.display()
-    );
-    Ok(())
-}
-
-/// Returns an error if something that is no regular file exists at the path, such as a device that
-/// root could replace.
-fn replaceable(path: &Path) -> Result<()> {
-    let found = fs::metadata(path);
-    ensure!(
-        found.is_err() || found.is_ok_and(|found| found.is_file()),
-        "{}: expected a regular file, or none yet",
         path.display()
     );
     Ok(())
@@ -283,28 +259,31 @@ impl Recording {
     /// # Errors
     /// Names the file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_checked(path, || Ok(()))
+    }
+
+    /// Writes both files as [`Self::write`] does. `check` is called while no other program can write them.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written, or the error of `check`.
+    pub fn write_checked(&self, path: &Path, check: impl FnOnce() -> Result<()>) -> Result<()> {
         named(path)?;
         let text = self.metadata_text()?;
-        write_whole(&with_suffix(path, DATA_SUFFIX), &self.sample_bytes())?;
-        write_whole(&with_suffix(path, META_SUFFIX), text.as_bytes())
+        let [data, meta] = [DATA_SUFFIX, META_SUFFIX].map(|suffix| with_suffix(path, suffix));
+        let files = [
+            (&*data, &*self.sample_bytes(), Readers::All),
+            (&*meta, text.as_bytes(), Readers::All),
+        ];
+        write_together(&files, check)
     }
 }
 
-/// Writes a file under a temporary name and renames it, so that no reader finds it half-written.
+/// Writes a file completely or not at all.
 ///
 /// # Errors
 /// Names the path if it is no regular file or cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    named(path)?;
-    replaceable(path)?;
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
-    written.map_err(|e| {
-        let _ = fs::remove_file(&part);
-        anyhow!("{}: {e}", path.display())
-    })
+    write_together(&[(path, bytes, Readers::All)], || Ok(()))
 }
 
 /// Reads a file of text. A byte order mark before it, which some editors write, is left out.

@@ -44,9 +44,9 @@ pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
 fn opened(open: Open<'_>, offer: &Offer) -> Result<Box<dyn Service>> {
     let service = open(offer)?;
     if let Some(warning) = service.warning() {
-        eprintln!("{warning}");
+        crate::note!("{warning}");
     }
-    eprintln!("{}", service.place());
+    crate::note!("{}", service.place());
     Ok(service)
 }
 
@@ -87,7 +87,7 @@ fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     let look = &mut |answer: &Answer| {
         let scan = Scan::from_sentences(answer, unix_ns());
         if let Err(error) = publish_scan(&*service, &scan) {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
         }
     };
     let watched = watch(args, (started, &source, state), look);
