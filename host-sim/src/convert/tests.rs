@@ -205,7 +205,7 @@ fn keys_given_one_by_one_make_the_same_scan() {
         "{error}"
     );
     let twice = Source {
-        angles: Some(scratch.put("twice.csv", "1\n".repeat(281).as_bytes())),
+        angles: Some(scratch.put("twice.csv", "10\n".repeat(281).as_bytes())),
         ..source
     };
     let error = format!("{:#}", twice.read("x").unwrap_err());

@@ -129,7 +129,7 @@ mod tests {
                 "no sentence of a scanner with a right CRC-32: it is empty",
             ),
             ("$PSTR,BOOT,1*00000000".to_owned(), "received damaged"),
-            (boot(CrashSite::NONE), "no crash in 1 sentences"),
+            (boot(CrashSite::NONE), "no crash in 1 sentence:"),
             (none.to_string(), "with none"),
         ] {
             let error = last(lines.as_bytes()).unwrap_err();
