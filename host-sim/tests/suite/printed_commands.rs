@@ -77,6 +77,14 @@ const NOT_RUN: &[(&str, &str)] = &[
         "cargo sim keys sign",
         "builds the image; update.rs signs and sends one",
     ),
+    (
+        "cargo sim report sessions",
+        "a log of a scanner; logs.rs writes and reads one",
+    ),
+    (
+        "cargo sim convert session.log",
+        "a log of a scanner; logs.rs writes and reads one",
+    ),
     ("dfu-util", "a board"),
     ("openocd", "a board with a probe"),
     ("gdb-multiarch", "a board with a probe"),

@@ -216,7 +216,8 @@ fn every_reader_takes_the_same_sentences() {
         let live = of_live(&bytes, sentences.len());
         assert_eq!(live, (sentences.clone(), whole), "{name}: live");
         let crash = crash::report::last(&bytes).unwrap_err().to_string();
-        let expected = format!("no crash in {} sentences", sentences.len());
+        let plural = if sentences.len() == 1 { "" } else { "s" };
+        let expected = format!("no crash in {} sentence{plural}:", sentences.len());
         assert!(crash.starts_with(&expected), "{name}: {crash}");
     }
 }
