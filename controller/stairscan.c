@@ -1566,12 +1566,12 @@ static enum stairscan_event end_line(stairscan_t *scanner, uint32_t now_ms, int3
 }
 
 /* Whether a '$' continues the line: FAIL offers a command's whole sentence, after a space. Any other '$' begins
- * a new line, so that a lost line end does not cost the following line. */
+ * a new line, so that noise or a lost line end does not cost the following line. */
 /*@ requires \valid_read(scanner);
     requires 0 < scanner->length <= STAIRSCAN_MAX_SENTENCE;
     assigns \nothing; */
 static bool is_within(const stairscan_t *scanner) {
-    return !scanner->skipping && scanner->line[scanner->length - 1] == ' ';
+    return !scanner->skipping && scanner->line[0] == '$' && scanner->line[scanner->length - 1] == ' ';
 }
 
 enum stairscan_event stairscan_take(stairscan_t *scanner, char byte, uint32_t now_ms, int32_t travel) {

@@ -114,7 +114,8 @@ extern "C" {
     X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and the setting `internal-clock` is off.") \
     X(MOTOR_DRIVER, "motor-driver", "The motor's driver does not answer, was reset, or reports an error.") \
     X(MIRROR_SLIPPED, "mirror-slipped", "The home switch or the encoder finds the mirror elsewhere: its angle does not match its steps.") \
-    X(ENCODER_SILENT, "encoder-silent", "The encoder on the mirror's shaft does not answer, or finds no magnet.")
+    X(ENCODER_SILENT, "encoder-silent", "The encoder on the mirror's shaft does not answer, or finds no magnet.") \
+    X(NO_PROMISE, "no-promise", "The estimator computes no horizon: how far the answer is right is not known.")
 
 /* Keys of settings: for `get` and `set`. */
 #define STAIRSCAN_KEYS(X) \

@@ -405,6 +405,11 @@ static void lines_end_anyhow_and_never_overflow(void) {
     CHECK(send(CLEAR("1")) == STAIRSCAN_ANSWER && scanner.damaged == 2);
     CHECK(take(full, sizeof full) == STAIRSCAN_NOTHING);
     CHECK(send(CLEAR("2")) == STAIRSCAN_ANSWER && scanner.damaged == 3);
+    /* Nor do bytes before it, of which the last may be a space. */
+    CHECK(take("\0", 1) == STAIRSCAN_NOTHING);
+    CHECK(send(CLEAR("3")) == STAIRSCAN_ANSWER && scanner.damaged == 4);
+    CHECK(take("at 12.5 ", 8) == STAIRSCAN_NOTHING);
+    CHECK(send(CLEAR("4")) == STAIRSCAN_ANSWER && scanner.damaged == 5);
 }
 
 static void commands_are_written(void) {

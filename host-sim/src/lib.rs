@@ -1,6 +1,9 @@
 //! Library of `cargo sim`: scenes and the simulated radar, pictures, the emulator and its radar module, and the programs
 //! at a scanner's ports.
 
+// `emit` and `note!` end or go on where stdout or stderr is closed; the macros would panic.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 pub mod budgets;
 pub mod cache;
 pub mod captures;
@@ -27,6 +30,6 @@ pub mod tap;
 pub mod update;
 
 pub use stairscan_replay::{
-    answer, coherent, guarded, inspect, motion, playback, posterior, recording, replay, score,
-    setup, views, volatile,
+    answer, coherent, counted, guarded, inspect, motion, playback, posterior, recording, replay,
+    score, setup, views, volatile,
 };

@@ -1,5 +1,8 @@
 //! `cargo sim …`: the program on the host, from recordings to steps, figures and drawings.
 
+// `emit` and `note!` end or go on where stdout or stderr is closed; the macros would panic.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 use std::process::ExitCode;
 
 use clap::{FromArgMatches, Parser, Subcommand};
@@ -107,6 +110,10 @@ fn main() -> ExitCode {
 }
 
 #[cfg(test)]
+#[path = "../tests/suite/common/shared_documents.rs"]
+mod shared_documents;
+
+#[cfg(test)]
 mod tests {
     use clap::CommandFactory;
     use commands::help::GROUPS;
@@ -153,6 +160,18 @@ mod tests {
         }
     }
 
+    #[test]
+    fn every_command_of_a_document_is_what_the_program_takes() {
+        let commands = shared_documents::commands_of("sim");
+        assert!(commands.len() > 40, "{commands:?}");
+        for words in commands {
+            let all = ["sim"].into_iter().chain(words.iter().map(String::as_str));
+            if let Err(error) = program().try_get_matches_from(all) {
+                panic!("cargo sim {}: {error}", words.join(" "));
+            }
+        }
+    }
+
     /// Every text in which users read answers contains all reasons with their meanings, from the library's table.
     #[test]
     fn every_reason_is_explained_wherever_answers_are_read() {
@@ -165,7 +184,7 @@ mod tests {
                 )
             })
             .to_vec();
-        for name in ["replay", "emulate", "inspect", "report", "convert"] {
+        for name in ["replay", "emulate", "inspect", "report"] {
             let mut whole = program();
             let command = whole.find_subcommand_mut(name).unwrap();
             places.push((

@@ -2,11 +2,12 @@
 //! `--force`, and writes each file completely or not at all.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::recording::{DATA_SUFFIX, Recording, meta_path, write_whole};
+use crate::convert::suffix;
+use crate::recording::{DATA_SUFFIX, Readers, Recording, meta_path, write_together};
 
 /// The option that all commands with an output share.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -50,8 +51,9 @@ impl Outputs {
     /// Checks whether a path may be written. Long commands check before they begin.
     ///
     /// # Errors
-    /// The path is an input, or exists and `--force` is not given; the message names it.
+    /// The path is `-` or an input, or exists and `--force` is not given; the message names it.
     pub fn check(&self, path: &Path) -> Result<()> {
+        no_stdout(path)?;
         let place = fs::canonicalize(path);
         ensure!(
             place.is_err() || place.is_ok_and(|place| !self.inputs.contains(&place)),
@@ -67,11 +69,29 @@ impl Outputs {
         Ok(())
     }
 
+    /// Checks a path as [`Self::check`] does, and that its name, if it has a suffix, has one of `suffixes`: the file is
+    /// what its name says.
+    ///
+    /// # Errors
+    /// Those of [`Self::check`], or another suffix.
+    pub fn check_kind(&self, path: &Path, suffixes: &[&str]) -> Result<()> {
+        self.check(path)?;
+        let found = suffix(path);
+        ensure!(
+            found.is_empty() || suffixes.iter().any(|s| found.eq_ignore_ascii_case(s)),
+            "{}: .{found}: expected .{}",
+            path.display(),
+            suffixes.join(" or .")
+        );
+        Ok(())
+    }
+
     /// Checks both files of a recording, as [`Self::check`] does for one.
     ///
     /// # Errors
     /// Those of [`Self::check`].
     pub fn check_recording(&self, path: &Path) -> Result<()> {
+        no_stdout(path)?;
         pair(path).iter().try_for_each(|file| self.check(file))
     }
 
@@ -81,7 +101,7 @@ impl Outputs {
     /// Those of [`Self::check`], or the file cannot be written.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         self.check(path)?;
-        write_whole(path, bytes)
+        write_together(&[(path, bytes, Readers::All)], || self.check(path))
     }
 
     /// Writes a file as [`Self::write`] does, and creates its directory if that is missing.
@@ -89,6 +109,7 @@ impl Outputs {
     /// # Errors
     /// The directory or the file cannot be written; the message names it.
     pub fn write_picture(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        self.check(path)?;
         if let Some(dir) = path.parent().filter(|d| !d.as_os_str().is_empty()) {
             fs::create_dir_all(dir)
                 .with_context(|| format!("{}: no directory for pictures", dir.display()))?;
@@ -102,8 +123,22 @@ impl Outputs {
     /// Those of [`Self::check_recording`], or a file cannot be written.
     pub fn write_recording(&self, path: &Path, recording: &Recording) -> Result<()> {
         self.check_recording(path)?;
-        recording.write(path)
+        recording.write_checked(path, || self.check_recording(path))
     }
+}
+
+/// Refuses `-`, by which other programs mean stdout, and a file in a directory of that name: no command writes its output
+/// there.
+///
+/// # Errors
+/// The path is `-`, or begins with it.
+pub fn no_stdout(path: &Path) -> Result<()> {
+    ensure!(
+        path.components().next() != Some(Component::Normal("-".as_ref())),
+        "{}: outputs are not written to stdout: expected a name, ./- for one of that name",
+        path.display()
+    );
+    Ok(())
 }
 
 /// Returns the paths of metadata and samples of a recording named with or without suffix.

@@ -13,7 +13,8 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::cache;
 use crate::console::{busy, emit, progress};
-use crate::output::{Outputs, Overwrite};
+use crate::counted::counted;
+use crate::output::{Outputs, Overwrite, no_stdout};
 use crate::random::{Kind, Spread, Variety, random_with};
 use crate::recording::{DATA_SUFFIX, MAX_CHIRPS, Recording, meta_path};
 use crate::scene::Scene;
@@ -270,13 +271,14 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
 
 /// Returns the message after one simulated recording: what was written, and the commands to use next.
 fn summary(output: &Path, chirps: usize, scans: usize) -> String {
-    let plural = if scans == 1 { "" } else { "s" };
     let (meta, name) = (meta_path(output), output.display());
     format!(
-        "{}: {chirps} chirps, {scans} scan{plural}, with ground truth; samples beside it in \
+        "{}: {}, {}, with ground truth; samples beside it in \
          .{DATA_SUFFIX}\nnext: cargo sim replay {name} for the answer, cargo sim report {name} for \
          an HTML report\n",
-        meta.display()
+        meta.display(),
+        counted(chirps, "chirp"),
+        counted(scans, "scan")
     )
 }
 
@@ -289,8 +291,9 @@ fn summary_of_many(pattern: &str, count: u32) -> String {
     let (first, last) = (0, count.saturating_sub(1));
     let name = |k| numbered(pattern, k);
     format!(
-        "{count} recordings, {} to {}, with ground truth\nnext: cargo sim score {dir} to evaluate \
+        "{}, {} to {}, with ground truth\nnext: cargo sim score {dir} to evaluate \
          the answers, cargo sim report {dir} for an HTML report of all\n",
+        counted(count, "recording"),
         name(first),
         name(last)
     )
@@ -316,6 +319,7 @@ fn pattern(scene: &Path, output: &Path) -> Result<String> {
         !output.is_file(),
         "{name}: a file: expected a directory, or a name with {{}} for the number"
     );
+    no_stdout(output)?;
     fs::create_dir_all(output).with_context(|| name.to_string())?;
     let path = output.join(format!("{stem}_{{}}"));
     Ok(path.to_string_lossy().into_owned())

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 use stairscan::answer::Direction;
 use stairscan::report::{DropLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths};
-use stairscan::verdict::{Status, free_m};
+use stairscan::verdict::{Status, free_m, promised};
 
 /// The sentences that answer one scan, and their contents.
 #[derive(Clone, Debug)]
@@ -87,7 +87,8 @@ impl Answer {
                 other => bail!("{recording}: unexpected sentence {other:?}"),
             }
         }
-        let scan = scan.with_context(|| format!("{recording}: no SCAN sentence"))?;
+        let mut scan = scan.with_context(|| format!("{recording}: no SCAN sentence"))?;
+        (scan.status, scan.reasons) = promised(scan.status, scan.reasons, scan.horizon.is_some());
         ensure!(
             steps.len() == usize::from(scan.steps),
             "{recording}: {} STEP sentences, {} announced",
@@ -338,6 +339,38 @@ mod tests {
         let text = answer.text();
         let words = "  drop     91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)\n";
         assert!(text.contains(words), "{text}");
+    }
+
+    /// Logs of earlier images contain such answers.
+    #[test]
+    fn an_ok_without_a_horizon_is_shown_as_degraded() {
+        let silent = written(&Outcome::silent());
+        let Ok(Sentence::Scan(mut head)) = Sentence::parse(&silent[0]) else {
+            panic!("{silent:?}");
+        };
+        let verdict = stairscan::verdict::verdict(&Evidence {
+            assessment: Some(Assessment {
+                echo_found: true,
+                valid: Some(Validity {
+                    horizon_m: 2.0,
+                    confidence: 0.999,
+                    first_step: 1.0,
+                }),
+                ..Assessment::nothing(Agreement::STANDING)
+            }),
+            ..Evidence::default()
+        });
+        (head.status, head.reasons, head.horizon) = (verdict.status, verdict.reasons, None);
+        let line = Sentence::Scan(head).write().trim_end().to_owned();
+        assert!(line.contains(",ok,none,"), "{line}");
+        let answer = Answer::parse("log", vec![line]).unwrap();
+        assert_eq!(answer.json()["status"], "degraded");
+        assert_eq!(answer.json()["reasons"], json!(["no-promise"]));
+        assert!(
+            answer.text().contains("degraded (no-promise): no stairs"),
+            "{}",
+            answer.text()
+        );
     }
 
     #[test]

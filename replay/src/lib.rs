@@ -5,6 +5,7 @@
 pub mod answer;
 pub mod coherent;
 pub mod convert;
+pub mod counted;
 pub mod guarded;
 pub mod html;
 pub mod inspect;

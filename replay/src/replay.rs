@@ -2,6 +2,7 @@
 //! recording as the radar module and a buffer as the report UART.
 
 use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
@@ -17,7 +18,9 @@ use stairscan::signal::image::KeptImage;
 use stairscan::verdict::{Conditions, GuardResult, Outcome};
 
 use crate::answer::Answer;
+use crate::counted::counted;
 use crate::guarded::Guarded;
+use crate::live::lines::Splitter;
 use crate::motion::inlet::Inlet;
 use crate::motion::{Fault, MotionSentences, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
@@ -63,8 +66,9 @@ impl Options {
         let scans = self.scans.map_or(held, |scans| scans as usize);
         ensure!(
             held == 1 || scans <= held,
-            "{}: {scans} scans: the recording holds {held}",
-            recording.name
+            "{}: {}: the recording holds {held}",
+            recording.name,
+            counted(scans, "scan")
         );
         ensure!(
             held == 1 || !self.backwards,
@@ -406,7 +410,8 @@ pub const SHORTEST_SETTLE_US: u32 = 100;
 pub struct Console {
     /// Motion sentences and commands that the scanner reads.
     pub inlet: Inlet,
-    line: Vec<u8>,
+    reader: Splitter,
+    lines: VecDeque<String>,
     /// Sentences of the current answer, and the number of those that are still missing.
     scan: Vec<String>,
     to_come: u8,
@@ -418,7 +423,7 @@ impl BytePort for Console {
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
-        self.line.extend(bytes);
+        self.lines.extend(self.reader.push(bytes));
         bytes.len()
     }
 }
@@ -434,9 +439,7 @@ impl Console {
 
     /// Returns the sentences that answer a scan when all have been written; `None` until then.
     pub fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
-        while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
-            let line: Vec<u8> = self.line.drain(..=end).collect();
-            let line = String::from_utf8(line)?.trim_end().to_owned();
+        while let Some(line) = self.lines.pop_front() {
             match Sentence::parse(&line)? {
                 Sentence::Scan(head) => self.to_come = head.following(),
                 Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {

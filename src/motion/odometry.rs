@@ -3,7 +3,8 @@
 //!
 //! A sentence has no timestamp; its time is that of its arrival. A row's position is therefore known once the
 //! next sentence has arrived, and rows wait for it. The last rows of a scan are extrapolated on the line
-//! through the last two sentences. An implausible change between two sentences discards the positions of the
+//! through the last two sentences. Sentences that arrive together after a gap were read at different times: the
+//! last of them is the position on arrival, and the travel of all is judged over the gap. An implausible change between two sentences discards the positions of the
 //! rows between them, and the scan then counts as one without motion input.
 
 use crate::drive::{Drive, Input, Mode, Retention};
@@ -19,8 +20,8 @@ const MAX_WAITING: usize = 64;
 /// Maximum speed of a power chair near stairs, mm/s: 6 km/h, the speed limit of indoor chairs (EN 12184 class A
 /// and B), and a margin.
 const MAX_MM_S: u64 = 2_000;
-/// Permitted excess of the travel between two sentences over the maximum speed, mm: the odometer's resolution,
-/// and sentences that arrive together after the scanner was busy with an answer.
+/// Permitted excess of the travel between two sentences over the maximum speed, mm: the odometer's resolution and
+/// small differences of delay.
 const TRAVEL_SLACK_MM: u64 = 20;
 /// Maximum pitch rate of a chair that stays on its wheels, degrees/s: off a 5 cm kerb at walking pace.
 const MAX_DEG_S: u64 = 60;
@@ -29,6 +30,10 @@ const PITCH_SLACK: u64 = 1_000;
 /// Maximum step of the sequence number from one motion sentence to the next: forward for lost sentences (those
 /// of 200 ms at 100 Hz, with a margin), backward for sentences out of order.
 const MAX_LOST: u16 = 1_000;
+
+/// Maximum time between sentences that arrive together, microseconds, if nothing is known of the time before: one
+/// sentence takes 4 ms on the wire.
+const TOGETHER_US: u32 = 5_000;
 
 /// Content of one motion sentence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,6 +81,10 @@ pub struct Odometry {
     /// Last reading, and (`before`) the one before it if the travel between them is known.
     last: Option<Arrived>,
     before: Option<Arrived>,
+    /// Arrival of the first of the sentences that arrived together with `last`; its own without others.
+    first_at: Micros,
+    /// Whether rows have been placed since then.
+    placed: bool,
     /// Number of the chain of readings; a new one begins when the travel between two readings is unknown.
     segment: u16,
     state: Input,
@@ -111,6 +120,8 @@ impl Odometry {
         Self {
             last: None,
             before: None,
+            first_at: Micros(0),
+            placed: false,
             segment: 0,
             state: Input::Absent,
             faults: 0,
@@ -182,8 +193,7 @@ impl Odometry {
         let next = Arrived { at: now, reading };
         let Some(last) = self.last else {
             self.state = Input::Good;
-            self.last = Some(next);
-            return;
+            return self.follow(None, next);
         };
         let step = reading.sequence.wrapping_sub(last.reading.sequence);
         if step == 0 {
@@ -194,26 +204,41 @@ impl Odometry {
             return self.fault(Input::Disordered);
         }
         let trouble = if now.since(last.at) > self.max_age_us {
-            Some(Input::Late)
-        } else if !is_steady(&last, &next) {
-            Some(Input::Jumping)
+            Input::Late
+        } else if is_steady(&last, &next) {
+            self.state = Input::Good;
+            self.settle();
+            return self.follow(Some(last), next);
+        } else if !self.joins(&next) {
+            Input::Jumping
+        } else if self.placed {
+            // Rows lie already where the first of these sentences says, which was too late.
+            Input::Late
         } else {
-            None
+            self.state = Input::Good;
+            self.last = Some(next);
+            return;
         };
-        match trouble {
-            None => {
-                self.state = Input::Good;
-                self.before = Some(last);
-                self.last = Some(next);
-                self.interpolate_waiting(now);
-            }
-            Some(what) => {
-                self.fault(what);
-                self.segment = self.segment.wrapping_add(1);
-                self.before = None;
-                self.last = Some(next);
-            }
-        }
+        self.fault(trouble);
+        self.settle();
+        self.segment = self.segment.wrapping_add(1);
+        self.follow(None, next);
+    }
+
+    /// Makes `next` the last reading, and `before` the one before it. Waiting rows are placed once no other can arrive
+    /// together with it.
+    fn follow(&mut self, before: Option<Arrived>, next: Arrived) {
+        (self.before, self.last) = (before, Some(next));
+        (self.first_at, self.placed) = (next.at, false);
+    }
+
+    /// Returns whether `next` arrives together with the last reading, sooner after it than after half the gap before
+    /// it, and is where a chair can be that moved since the reading before the gap.
+    fn joins(&self, next: &Arrived) -> bool {
+        let gap = |before: Arrived| self.first_at.since(before.at);
+        let together = TOGETHER_US.max(self.before.map_or(0, gap) / 2);
+        next.at.since(self.first_at) < together
+            && self.before.is_none_or(|before| is_steady(&before, next))
     }
 
     /// Begins a scan of `rows` rows.
@@ -232,6 +257,7 @@ impl Odometry {
             let origin = self.last.map_or(0, |last| last.reading.travel);
             self.begun = Some((at, origin));
         }
+        self.settle();
         if self.waiting.is_full()
             && let Some((row, at)) = self.waiting.pop_front()
         {
@@ -260,6 +286,13 @@ impl Odometry {
         at.since(begun) as f32 * 1e-6
     }
 
+    /// Places the waiting rows between the last two readings.
+    fn settle(&mut self) {
+        if let (Some(_), Some(last)) = (self.before, self.last) {
+            self.interpolate_waiting(last.at);
+        }
+    }
+
     /// Adds the waiting rows up to time `until` to the track, interpolated on the line through the last two
     /// readings.
     fn interpolate_waiting(&mut self, until: Micros) {
@@ -268,6 +301,7 @@ impl Odometry {
                 return;
             }
             self.waiting.pop_front();
+            self.placed = true;
             match self.place(at) {
                 Some(place) => self.track.add(row, place),
                 None => self.add_without_position(row, at, Input::Late),
@@ -605,6 +639,74 @@ mod tests {
             _ => take(o, k),
         });
         assert_eq!(odometry.drive(Mode::Auto, 1_000).input, Input::Garbled);
+    }
+
+    /// Sentences of a chair at 1 m/s, every 50 ms; those of a quarter of a second are held back and arrive together.
+    #[test]
+    fn sentences_that_arrive_together_are_no_jump() {
+        let said = |k: u16| Reading {
+            sequence: k,
+            travel: 500 * i32::from(k),
+            pitch: None,
+        };
+        let at = |ms: u16| Micros(0).plus(1_000 * u32::from(ms));
+        let mut odometry = Odometry::new();
+        // At the very beginning, in one read.
+        (0..3).for_each(|k| odometry.take(at(100), said(k)));
+        odometry.begin(100);
+        let mut row = 0;
+        for k in 3..20 {
+            while row * 5 < 50 * (k - 2) {
+                odometry.row(row, at(100 + row * 5));
+                row += 1;
+            }
+            let now = at(50 * k);
+            match k {
+                8..10 => {}
+                10 => (8..=10).for_each(|k| odometry.take(now, said(k))),
+                _ => odometry.take(now, said(k)),
+            }
+        }
+        odometry.finish(at(950));
+        assert_eq!(
+            (odometry.state(at(950)), odometry.faults()),
+            (Input::Good, 0)
+        );
+        let drive = odometry.drive(Mode::Auto, 0);
+        assert_eq!(drive.input, Input::Good);
+        // Every row lies where the chair was, also those of the gap.
+        let track = drive.known().unwrap();
+        for row in [0u16, 40, 50, 60, 79, 80, 100] {
+            let travel_m = track.at(f32::from(row)).travel_m - track.at(0.0).travel_m;
+            let expected = 0.005 * f32::from(row);
+            assert!((travel_m - expected).abs() < 1e-3, "{row}: {travel_m}");
+        }
+        // One that tells more than a chair can travel in the gap is a jump all the same.
+        odometry.take(at(1_000), said(20));
+        odometry.take(at(1_150), said(22));
+        odometry.take(at(1_150), said(30));
+        assert_eq!(odometry.state(at(1_150)), Input::Jumping);
+    }
+
+    /// On the wire, sentences of a burst arrive one after another: where rows were placed in between, the first was late.
+    #[test]
+    fn a_burst_between_rows_is_late() {
+        let said = |k: u16| Reading {
+            sequence: k,
+            travel: 500 * i32::from(k),
+            pitch: None,
+        };
+        let mut odometry = Odometry::new();
+        odometry.take(Micros(0), said(0));
+        odometry.take(Micros(50_000), said(1));
+        odometry.begin(3);
+        odometry.row(0, Micros(60_000));
+        odometry.take(Micros(200_000), said(2));
+        odometry.row(1, Micros(201_000));
+        odometry.take(Micros(204_000), said(4));
+        odometry.row(2, Micros(206_000));
+        odometry.finish(Micros(207_000));
+        assert_eq!(odometry.drive(Mode::Auto, 0).input, Input::Late);
     }
 
     #[test]

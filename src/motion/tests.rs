@@ -4,7 +4,7 @@ use super::*;
 use crate::config::Config;
 use crate::signal::echoes::{Echo, Echoes, ScattererMotion, tests};
 use crate::signal::grid::PolarMap;
-use crate::verdict::{Assessment, Evidence, Outcome, Reason, Status};
+use crate::verdict::{Assessment, Evidence, Outcome, Reason, Status, Validity};
 use std::vec::Vec;
 
 const ROW_S: f32 = 0.0046;
@@ -103,6 +103,11 @@ fn under(agreement: Agreement) -> Outcome {
     let mut outcome = Outcome::silent();
     let sight = Assessment {
         echo_found: true,
+        valid: Some(Validity {
+            horizon_m: 2.0,
+            confidence: 0.999,
+            first_step: 1.0,
+        }),
         ..Assessment::nothing(agreement)
     };
     outcome.decide(&Evidence {

@@ -533,7 +533,9 @@ mod tests {
                 (level, particles::uniform(&mut rng, 100) < density)
             });
             let outcome = paper.finish(&map, &config, 7, &mut ());
-            prop_assert!(outcome.status() == Status::Fault || outcome.reasons().is_empty());
+            prop_assert!(outcome.status() != Status::Ok);
+            let no_promise = Reasons::NONE.with(Reason::NoPromise);
+            prop_assert!(outcome.status() == Status::Fault || outcome.reasons() == no_promise);
             prop_assert!(outcome.status() != Status::Fault || outcome.answer.steps.is_empty());
             let farthest = map.geometry().range_m(map.bins() as f32);
             for step in &outcome.answer.steps {

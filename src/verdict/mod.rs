@@ -25,4 +25,4 @@ pub use evidence::{Assessment, Conditions, Evidence, Validity};
 pub use guard::{FreeGround, GuardEvidence, GuardResult, HazardKind, MotionQuality};
 pub use outcome::{Outcome, free_m};
 pub use reasons::{INSTRUMENT_REASONS, Reason, ReasonEffect, Reasons};
-pub use status::{MIN_FIRST_STEP, MIN_HORIZON_M, Status, Verdict, verdict};
+pub use status::{MIN_FIRST_STEP, MIN_HORIZON_M, Status, Verdict, promised, verdict};

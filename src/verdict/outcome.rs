@@ -91,8 +91,7 @@ impl Outcome {
         self.verdict.reasons
     }
 
-    /// Returns the horizon, metres from the mirror. `None` if the estimator computes none; the answer then
-    /// claims the whole range.
+    /// Returns the horizon, metres from the mirror. `None` if the estimator computes none; the answer is then never `ok`.
     pub fn horizon_m(&self) -> Option<f32> {
         self.verdict.valid.map(|valid| valid.horizon_m)
     }

@@ -225,6 +225,9 @@ reasons! {
     /// The encoder on the mirror's shaft does not answer, or finds no magnet.
     EncoderSilent = "encoder-silent" [Fault]
         "The encoder does not answer on its bus, or reports no magnet.",
+    /// The estimator computes no horizon: how far the answer is right is not known.
+    NoPromise = "no-promise" [Degraded]
+        "The answer is the paper's estimator's, which has neither horizon nor confidence.",
 }
 
 /// Reasons about the instrument: each is a rule of `health`.

@@ -67,6 +67,15 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
     verdict
 }
 
+/// Returns status and reasons of a report as they are to be shown: an `ok` without a horizon, as an image before the reason
+/// `no-promise` sent it, is `degraded`.
+pub fn promised(status: Status, reasons: Reasons, has_horizon: bool) -> (Status, Reasons) {
+    match status {
+        Status::Ok if !has_horizon => (Status::Degraded, reasons.with(Reason::NoPromise)),
+        _ => (status, reasons),
+    }
+}
+
 /// Whether the horizon is too short for an `ok`: below [`MIN_HORIZON_M`] and not up to the near edge of a
 /// reported drop, or the first step's probability is below [`MIN_FIRST_STEP`].
 fn is_short(valid: Validity, drop_m: Option<f32>) -> bool {
@@ -91,18 +100,19 @@ impl Verdict {
         }
     }
 
-    /// Returns the verdict by the estimator's assessment alone: `ok` if the answer is valid far enough.
+    /// Returns the verdict by the estimator's assessment alone: `ok` if the answer has a horizon that is far enough.
     fn of(assessment: &Assessment) -> Self {
         let mut verdict = Self {
             status: Status::Ok,
             valid: assessment.valid,
             reasons: assessment.weaknesses,
         };
-        if assessment
-            .valid
-            .is_some_and(|valid| is_short(valid, assessment.drop_m))
-        {
-            verdict.degrade(Reason::ShortHorizon);
+        match assessment.valid {
+            None => verdict.degrade(Reason::NoPromise),
+            Some(valid) if is_short(valid, assessment.drop_m) => {
+                verdict.degrade(Reason::ShortHorizon);
+            }
+            Some(_) => {}
         }
         if assessment.mounting_off {
             verdict.add_instrument_fault(Reasons::NONE.with(Reason::Mount));

@@ -159,11 +159,11 @@ fn horizon_is_none_for_a_fault_and_zero_for_an_instrument_fault_and_long_enough_
             (_, false) => sight.valid,
         };
         assert_eq!(found.valid, expected, "{evidence:?}");
-        let horizon_m = found.valid.map_or(MIN_HORIZON_M, |v| v.horizon_m);
         let least = sight
             .drop_m
             .map_or(MIN_HORIZON_M, |edge| edge.min(MIN_HORIZON_M));
-        assert!(found.status != Status::Ok || horizon_m >= least);
+        let is_far = found.valid.is_some_and(|v| v.horizon_m >= least);
+        assert!(found.status != Status::Ok || is_far, "{evidence:?}");
     }
 }
 
@@ -283,6 +283,13 @@ fn reasons_from_plain_values_have_the_effect_of_the_table() {
             }),
         ),
         (
+            Reason::NoPromise,
+            seen(Assessment {
+                valid: None,
+                ..sure()
+            }),
+        ),
+        (
             Reason::Mount,
             seen(Assessment {
                 mounting_off: true,
@@ -363,6 +370,32 @@ fn an_answer_is_ok_from_a_horizon_of_one_metre_on() {
     };
     assert_eq!(to(0.999), "degraded short-horizon");
     assert_eq!(to(1.0), "ok");
+}
+
+#[test]
+fn an_answer_without_a_horizon_is_never_ok() {
+    for evidence in all() {
+        let found = verdict(&evidence);
+        let is_promised = found.valid.is_some();
+        assert!(is_promised || found.status != Status::Ok, "{evidence:?}");
+        assert_eq!(
+            found.reasons.has(Reason::NoPromise),
+            !is_promised && found.status == Status::Degraded,
+            "{evidence:?}"
+        );
+    }
+    let as_reported = |status, has_horizon| promised(status, Reasons::NONE, has_horizon);
+    assert_eq!(
+        as_reported(Status::Ok, false),
+        (Status::Degraded, Reasons::NONE.with(Reason::NoPromise))
+    );
+    for status in [Status::Ok, Status::Degraded, Status::Fault] {
+        assert_eq!(as_reported(status, true), (status, Reasons::NONE));
+    }
+    assert_eq!(
+        as_reported(Status::Fault, false),
+        (Status::Fault, Reasons::NONE)
+    );
 }
 
 #[test]

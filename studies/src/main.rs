@@ -1,5 +1,8 @@
 //! `cargo study …`: what the makers measure, fit and print.
 
+// `emit` and `note!` end or go on where stdout or stderr is closed; the macros would panic.
+#![cfg_attr(not(test), warn(clippy::print_stderr, clippy::print_stdout))]
+
 use std::process::ExitCode;
 
 use clap::{FromArgMatches, Parser, Subcommand};
@@ -97,9 +100,27 @@ fn main() -> ExitCode {
 }
 
 #[cfg(test)]
+#[path = "../../host-sim/tests/suite/common/shared_documents.rs"]
+mod shared_documents;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
+
+    #[test]
+    fn every_command_of_a_document_is_what_the_program_takes() {
+        let commands = shared_documents::commands_of("study");
+        assert!(commands.len() > 5, "{commands:?}");
+        for words in commands {
+            let all = ["study"]
+                .into_iter()
+                .chain(words.iter().map(String::as_str));
+            if let Err(error) = program().try_get_matches_from(all) {
+                panic!("cargo study {}: {error}", words.join(" "));
+            }
+        }
+    }
 
     #[test]
     fn every_command_stands_in_one_group_and_has_examples_that_parse() {

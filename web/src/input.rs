@@ -4,8 +4,9 @@ use anyhow::{Context, Result, anyhow, ensure};
 use serde_json::Value;
 use stairscan::config::{Config, EstimatorKind, Plane};
 use stairscan_replay::convert::keys::Given;
+use stairscan_replay::convert::npy::Layout;
 use stairscan_replay::convert::{Chirps, angles};
-use stairscan_replay::recording::{MirrorSetup, Recording};
+use stairscan_replay::recording::{self, MirrorSetup, Recording};
 use stairscan_replay::replay::{Options, SEED};
 
 use crate::request::{Files, Settings};
@@ -67,7 +68,7 @@ fn of_pair(files: &Files, data: &[u8]) -> Result<Recording> {
     let name = &files.name;
     let text = files.meta.as_ref();
     let text = text.with_context(|| format!("{name}.sigmf-meta: missing beside its samples"))?;
-    let document: Option<Value> = serde_json::from_str(text).ok();
+    let document: Option<Value> = recording::document(text).ok();
     let datatype = document
         .as_ref()
         .and_then(|d| d["global"]["core:datatype"].as_str());
@@ -93,14 +94,16 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
             "full scale: found {value}, expected a number above 0"
         );
     }
-    let chirps = Chirps::of_array(data, full_scale, None).with_context(file)?;
     let base: Option<Value> = match &files.meta {
         Some(text) => {
-            let context = || format!("{}.sigmf-meta: no JSON", files.name);
-            Some(serde_json::from_str(text).with_context(context)?)
+            let context = || format!("{}.sigmf-meta", files.name);
+            Some(recording::document(text).with_context(context)?)
         }
         None => None,
     };
+    let samples = base.as_ref().and_then(|b| b["global"]["stairscan:samples_per_chirp"].as_u64());
+    let layout = Layout::ByShape(samples.and_then(|n| usize::try_from(n).ok()));
+    let chirps = Chirps::of_array(data, full_scale, &layout).with_context(file)?;
     let defaults = Config::default().mount;
     let missing = |value: Option<f64>, default: f64| match base {
         Some(_) => value,

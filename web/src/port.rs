@@ -49,7 +49,11 @@ impl Port {
                     answers.extend(self.fresh());
                 }
             }
-            Event::Tick => {}
+            Event::Tick => {
+                if let Some(text) = self.lines.pending() {
+                    self.state.take(now, &model::Event::Pending(text));
+                }
+            }
             Event::Gone => {
                 let trouble = Trouble::Unplugged(news.why.clone());
                 self.state.take(now, &model::Event::Failed(trouble));
@@ -113,7 +117,7 @@ fn standing(standing: Validity) -> [String; 2] {
     let [word, meaning] = match standing {
         Validity::Fresh => ["fresh", "the current answer"],
         Validity::Unplugged => ["unplugged", "the port is closed: this answer is stale"],
-        Validity::Silent(_) => ["silent", "no sentence for 500 ms: this answer is stale"],
+        Validity::Silent(_) => ["silent", "no intact sentence for 500 ms: this answer is stale"],
         Validity::Restarted => [
             "restarted",
             "the scanner has restarted: this answer is stale",

@@ -6,12 +6,14 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::config::Config;
 
-use super::{Settings, emit, progress, recordings};
+use super::{Settings, emit, full_scans, logs, progress, recordings};
 use crate::convert::keys::Given;
 use crate::convert::npy::Axes;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
 use crate::convert::{self, Source, mcap, npy, suffix};
+use crate::counted::counted;
+use crate::live::log::Log;
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording};
 use crate::replay::Options;
@@ -20,36 +22,46 @@ use crate::setup;
 /// Arguments of `convert`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Input: a recording or any SigMF file of complex samples, a NumPy array (.npy), or a capture of TI's DCA1000
-    /// (.bin with a .toml); for a table also several recordings, or directories of them
+    /// Input: a recording or any SigMF file of samples, a NumPy array (.npy), or a capture of TI's DCA1000
+    /// (.bin with a .toml); for a table also several recordings, or directories of them; for a table or .mcap also a
+    /// log of sentences
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Content of a .csv
-    #[arg(long, value_enum, default_value_t)]
+    /// Rows of a .csv: a step (or a scan without), an echo, or a cell of the polar map; reasons: docs/reasons.md
+    #[arg(
+        long,
+        value_enum,
+        default_value_t,
+        value_name = "steps|echoes|map",
+        hide_possible_values = true
+    )]
     table: Table,
     /// Write a .npy of complex64, full scale 1.0, instead of 16-bit I and Q
     #[arg(long)]
     complex: bool,
     /// Radar settings of a DCA1000 capture (docs/user/formats.md); without it NAME.toml of NAME.bin
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Inputs of other programs")]
     setup: Option<PathBuf>,
     /// Angles of the beam, degrees: one a line, one line a chirp
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Inputs of other programs")]
     angles: Option<PathBuf>,
     /// Take keys that are not given from this recording
-    #[arg(long, value_name = "REC")]
+    #[arg(long, value_name = "REC", help_heading = "Inputs of other programs")]
     keys_of: Option<PathBuf>,
     /// Full-scale value of a sample, and the zero of unsigned numbers; without it 1.0 for floating point, the
     /// format's range for integers
-    #[arg(long, value_name = "VALUE")]
+    #[arg(long, value_name = "VALUE", help_heading = "Inputs of other programs")]
     full_scale: Option<f64>,
     /// The .npy holds real samples, not I and Q, with these axes in order: frame, chirp, sample, and NAME=ENTRY
     /// for one entry of another axis: chirp,sample or frame,receiver=0,chirp,sample
-    #[arg(long, value_name = "AXES")]
+    #[arg(long, value_name = "AXES", help_heading = "Inputs of other programs")]
     real: Option<Axes>,
+    /// Each row of the .npy holds all I of a chirp, then all Q
+    #[arg(long, conflicts_with = "real")]
+    planar: bool,
     #[command(flatten)]
     given: Given,
     /// Treat every scan of a recording as if it were the first
@@ -87,6 +99,9 @@ impl Output {
 /// Converts the inputs to the output file, and prints the number of chirps, rows or messages in it.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let output = Output::of(&args.output)?;
+    if let Some(logs) = logs::all(&args.inputs)? {
+        return of_logs(args, &output, &logs);
+    }
     let paths = inputs(&args.inputs)?;
     ensure!(
         paths.len() == 1 || matches!(output, Output::Table),
@@ -128,6 +143,32 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Writes the answers of logs, and prints their number.
+fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading(&args.inputs);
+    outputs.check(&args.output)?;
+    let mut all = Vec::new();
+    for log in logs {
+        all.extend(logs::scans(log)?);
+    }
+    let summary = match (output, args.table) {
+        (Output::Messages, _) => {
+            outputs.write(&args.output, &mcap::write(&all)?)?;
+            summary(&all, "messages of")
+        }
+        (Output::Table, Table::Answers | Table::Steps) => {
+            outputs.write(&args.output, &tables::write(&all, args.table)?)?;
+            summary(&all, "rows of")
+        }
+        _ => bail!(
+            "{}: a log has sentences only, no chirps: expected .mcap, or .csv with --table answers or steps",
+            logs.first().map_or("", |log| &log.name)
+        ),
+    };
+    emit(&format!("{}: {summary}\n", args.output.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
 /// Returns the paths of the inputs: foreign files as given, recordings as other commands find them.
 fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if let Some(archive) = paths.iter().find(|path| suffix(path) == "npz") {
@@ -140,7 +181,15 @@ fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     if paths.iter().any(file) {
         return Ok(paths.to_vec());
     }
-    recordings(paths)
+    // Sweeps of the guard among the recordings of a directory have no steps to tabulate.
+    let mut all = Vec::new();
+    for path in paths {
+        match path.is_dir() {
+            true => all.extend(full_scans(path)?),
+            false => all.push(path.clone()),
+        }
+    }
+    recordings(&all)
 }
 
 fn only(paths: &[PathBuf]) -> Result<&Path> {
@@ -156,6 +205,7 @@ fn source(args: &Args, path: &Path) -> Source {
         given: args.given.clone(),
         full_scale: args.full_scale,
         real: args.real.clone(),
+        planar: args.planar,
     }
 }
 
@@ -196,13 +246,12 @@ fn write_recording(args: &Args, path: &Path, outputs: &Outputs) -> Result<String
 
 fn chirps(recording: &Recording) -> String {
     format!(
-        "{} chirps of {} samples",
-        recording.chirps(),
+        "{} of {} samples",
+        counted(recording.chirps(), "chirp"),
         recording.meta.file_samples()
     )
 }
 
 fn summary(scans: &[Scan], what: &str) -> String {
-    let plural = if scans.len() == 1 { "" } else { "s" };
-    format!("{what} {} scan{plural}", scans.len())
+    format!("{what} {}", counted(scans.len(), "scan"))
 }

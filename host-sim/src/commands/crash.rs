@@ -44,16 +44,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let image = Image::parse(&args.elf, &bytes)?;
     let report = reported(args)?;
     match check(&image, &report) {
-        Err(error) if args.force => eprintln!("warning: {error}"),
+        Err(error) if args.force => crate::note!("warning: {error}"),
         checked => checked.with_context(|| args.elf.display().to_string())?,
     }
     match report.revision.as_deref() {
-        None => eprintln!(
+        None => crate::note!(
             "warning: the sentence does not tell the image's revision: lines are right only if {} is the image that \
              crashed",
             args.elf.display()
         ),
-        Some(revision) if revision.ends_with("-dirty") => eprintln!(
+        Some(revision) if revision.ends_with("-dirty") => crate::note!(
             "warning: the image was built from changed sources: lines are right only if {} is that very build",
             args.elf.display()
         ),
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn reported(args: &Args) -> Result<Report> {
     let source = match (&args.sentence, &args.source) {
         (Some(sentence), _) => {
-            return report::last(sentence.lines()).context("--sentence");
+            return report::last(sentence.as_bytes()).context("--sentence");
         }
         (None, Some(source)) => source,
         (None, None) => bail!("expected a log, a port or --sentence"),
@@ -82,5 +82,5 @@ fn reported(args: &Args) -> Result<Report> {
         let version = talk.version_line()?;
         log = [version, talk.crash()?].join("\n").into_bytes();
     }
-    report::last(String::from_utf8_lossy(&log).lines()).with_context(|| source.clone())
+    report::last(&log).with_context(|| source.clone())
 }

@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let findings = match Talk::open(&args.port, args.baud) {
         Err(broken) => doctor::unusable(&broken),
         Ok(mut talk) => {
-            eprintln!("reading settings, waiting for a scan");
+            crate::note!("reading settings, waiting for a scan");
             let patience = Duration::from_secs(args.wait.into());
             doctor::examine(&Evidence::gather(
                 &mut talk,

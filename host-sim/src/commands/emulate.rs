@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use super::replay::{show, show_guarded};
-use super::{Format, Settings, live, progress};
+use super::{Format, Settings, busy, live, progress_after_start};
 use crate::answer::Answer;
 use crate::emulate::module::InjectedFault;
 use crate::emulate::session::Waits;
@@ -18,7 +18,6 @@ use crate::live::model::State;
 use crate::live::port::Source;
 use crate::live::pty::Pty;
 use crate::live::session::Session as Watched;
-use crate::live::terminal;
 use crate::live::trouble::REPORT_BAUD;
 use crate::playback::Playback;
 use crate::recording::Recording;
@@ -159,13 +158,18 @@ fn boot(
     let name = &recording.name;
     // The emulator's time is not the recording's.
     let playback = Playback::new(recording, &args.settings.config()?)?.by_trigger();
+    let booting = busy(&format!("the emulator boots the image for {name}"));
     let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
     session
         .configure(&playback.settings(), waits(args))
         .with_context(|| name.clone())?;
     session.module.set_faults(&args.faults);
     let rows = recording.chirps_per_scan() * scans;
-    let bar = progress(rows as u64).with_prefix(format!("rows of {name} in the emulator"));
+    booting.finish_and_clear();
+    let bar = progress_after_start(rows as u64);
+    let bar = bar.with_prefix(format!(
+        "self-test, homing, then rows of {name} in the emulator:"
+    ));
     session.module.watch(bar.clone());
     session.skip_lines();
     session.connect()?;
@@ -220,7 +224,7 @@ fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
         });
         let source = Source::port(started, &port, REPORT_BAUD);
         let look = &mut |_: &Answer| ();
-        let shown = terminal::run(started, &source, &mut Watched { state, keep, look });
+        let shown = live::show(started, &source, &mut Watched { state, keep, look });
         ended.store(true, Ordering::Relaxed);
         let emulated = emulator.join();
         shown.and(emulated.unwrap_or_else(|_| Err(anyhow!("the emulator's thread panicked"))))

@@ -14,7 +14,7 @@ use clap_mangen::Man;
 use stairscan::verdict::Reason;
 
 use super::emit;
-use crate::output::Overwrite;
+use crate::output::{Overwrite, no_stdout};
 
 /// Name of the installed program; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
@@ -63,7 +63,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
 ];
 
 /// The commands whose `--help` also lists the report's reasons.
-const WITH_REASONS: &[&str] = &["replay", "emulate", "inspect", "report", "convert"];
+const WITH_REASONS: &[&str] = &["replay", "emulate", "inspect", "report"];
 
 /// Arguments of `completions`.
 #[derive(clap::Args, Debug)]
@@ -105,13 +105,12 @@ fn complete(command: Command, texts: &Texts) -> Command {
             // The command's own text follows its examples.
             let own = c.get_after_help().map(|own| format!("\n\n{own}"));
             let examples = examples(name, texts) + &own.unwrap_or_default();
-            let reasons = if WITH_REASONS.contains(&name.as_str()) {
-                format!("\n\n{}", reasons())
-            } else {
-                String::new()
-            };
-            c.after_help(examples.clone())
-                .after_long_help(format!("{examples}{reasons}"))
+            // Without a longer text `--help` prints what `-h` prints, an option a line.
+            match WITH_REASONS.contains(&name.as_str()) {
+                true => c.after_long_help(format!("{examples}\n\n{}", reasons())),
+                false => c,
+            }
+            .after_help(examples)
         })
     })
 }
@@ -164,6 +163,7 @@ pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitC
 /// Writes the manual pages: one of the program, one of each command.
 pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     let dir = &args.dir;
+    no_stdout(dir)?;
     fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
     let mut command = command
         .name(PROGRAM)

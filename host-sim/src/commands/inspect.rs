@@ -8,6 +8,7 @@ use stairscan::config::EstimatorKind;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::coherent::CoherentView;
+use crate::counted::counted;
 use crate::inspect::Inspection;
 use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
@@ -48,7 +49,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in &paths {
         bar.inc(1);
         if let Err(error) = inspect(path, args, &outputs) {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
             code = ExitCode::FAILURE;
         }
     }
@@ -93,7 +94,9 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
                 emit(&format!("{json}\n"));
             }
             Format::Text => {
-                let chirps = chirps.map_or(String::new(), |n| format!("{n} chirps per row; "));
+                let chirps = chirps.map_or(String::new(), |n| {
+                    format!("{} per row; ", counted(n, "chirp"))
+                });
                 emit(&format!(
                     "{}\n{chirps}{}\n",
                     answer.name(),

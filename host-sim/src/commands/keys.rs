@@ -7,7 +7,7 @@ use anyhow::Result;
 use stairscan_boot::key::PublicKey;
 
 use super::emit;
-use crate::emulate::seal::seal;
+use crate::emulate::image;
 use crate::output::Overwrite;
 use crate::update::client::version;
 use crate::update::keys::{self, Key, hex};
@@ -27,17 +27,17 @@ pub struct Args {
 /// What is done.
 #[derive(clap::Subcommand, Debug)]
 enum What {
-    /// Make a new pair: the secret half in FILE, for its owner only, the public half beside it as .pub
+    /// Make a new pair: the secret half in NAME.key, for its owner only, the public half beside it in NAME.pub
     New {
-        /// File of the secret half
+        /// File of the secret half, NAME.key
         file: PathBuf,
         #[command(flatten)]
         overwrite: Overwrite,
     },
     /// Seal an image and sign it for both slots: the file that `update` sends
     Sign {
-        /// The image that `cargo firmware` builds
-        elf: PathBuf,
+        /// The image that `cargo firmware` builds; without it the workspace's image is built
+        elf: Option<PathBuf>,
         /// The signed file
         #[arg(short, long)]
         output: PathBuf,
@@ -78,20 +78,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             number,
             overwrite,
         } => {
-            let outputs = overwrite.reading([Some(elf), key.as_ref()].into_iter().flatten());
+            let outputs = overwrite.reading(elf.iter().chain(key));
             outputs.check(output)?;
             let key = match key {
                 Some(path) => keys::read_secret(path)?,
                 None => {
-                    eprintln!(
+                    crate::note!(
                         "warning: signed with the development key, which everybody has: expected --key for a scanner that \
                          somebody relies on"
                     );
                     keys::development()?
                 }
             };
-            seal(elf)?;
-            let package = Package::sign(elf, *number, &key)?;
+            let elf = match elf {
+                Some(elf) => elf.clone(),
+                None => image::build(&[])?,
+            };
+            image::seal_built(&elf)?;
+            let package = Package::sign(&elf, *number, &key)?;
             let bytes = package.bytes();
             outputs.write(output, &bytes)?;
             emit(&format!(

@@ -13,7 +13,7 @@ use anyhow::{Result, bail};
 use super::emit;
 use crate::answer::Answer;
 use crate::live::ports;
-pub use watching::{Args, begin};
+pub use watching::{Args, begin, show};
 
 /// Shows the scanner at the port, or the demonstration; publishes it if a service is requested; lists the ports without
 /// either.
@@ -26,7 +26,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return list();
     };
     let look = &mut |_: &Answer| ();
-    watching::watch(args, (started, &source, state), look, true)
+    watching::watch(args, (started, &source, state), look)
 }
 
 fn list() -> Result<ExitCode> {

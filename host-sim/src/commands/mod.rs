@@ -10,6 +10,7 @@ pub mod image;
 pub mod inspect;
 pub mod keys;
 pub mod live;
+pub mod logs;
 pub mod module;
 pub mod profile;
 pub mod record;
@@ -30,7 +31,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail, ensure};
 use stairscan::config::{Config, EstimatorKind};
 
-pub use crate::console::{Format, busy, emit, progress, progress_aside};
+pub use crate::console::{Format, busy, emit, progress, progress_after_start, progress_aside};
 use crate::convert::suffix;
 use crate::recording::{self, Recording};
 use crate::replay::{Options, SEED};
@@ -59,7 +60,7 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
         } else if paths.len() == 1 || recording::may_be(path) {
             found.push(recording::meta_path(path));
         } else {
-            eprintln!("skipped: {}: no recording", path.display());
+            crate::note!("skipped: {}: no recording", path.display());
         }
     }
     let mut seen = HashSet::new();

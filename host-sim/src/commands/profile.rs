@@ -1,6 +1,7 @@
 //! `profile REC`: computes one chirp's range profile, or statistics over all chirps, for any FMCW radar's
 //! recording.
 
+mod cells;
 mod statistics;
 
 use std::fmt::Write as _;
@@ -8,12 +9,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, anyhow};
+use cells::Cells;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 use stairscan::config::{CfarConfig, MAX_SAMPLES, MountConfig, to_fixed};
 use stairscan::signal::range::packed::Packed;
 use stairscan::signal::range::window::Window;
 use stairscan::signal::range::{Profile, RangeProcessor};
+use stairscan_replay::convert::mirrored;
 use statistics::Spectra;
 
 use super::{Format, emit};
@@ -45,6 +48,8 @@ pub struct Args {
     #[arg(long, value_name = "N", requires = "statistics", value_parser = clap::value_parser!(u32).range(2..))]
     frame: Option<u32>,
     #[command(flatten)]
+    cells: Cells,
+    #[command(flatten)]
     overwrite: Overwrite,
     /// Output format
     #[arg(long, value_enum, default_value_t)]
@@ -62,41 +67,37 @@ pub struct RangeProfile {
     pub threshold_db: Vec<f32>,
     /// Range, metres, and power, dB relative to full scale, of every detection, interpolated between bins.
     pub detections: Vec<(f32, f32)>,
+    /// Range, metres, and power, dB relative to full scale, of every echo that is no detection because other echoes lie in
+    /// its training cells.
+    pub masked: Vec<(f32, f32)>,
+}
+
+/// Returns the settings of CA-CFAR for a recording of any radar, with or without a mirror.
+fn cfar(recording: &Recording, cells: &Cells) -> CfarConfig {
+    let mut cfar = cells.config(CfarConfig::default());
+    if recording.meta.mirror.is_none() {
+        cfar.near_margin = 0;
+    }
+    cfar
 }
 
 /// Returns the range processor for a recording of any radar, with or without a mirror.
-fn processor(recording: &Recording) -> Result<RangeProcessor> {
+fn processor(recording: &Recording, cells: &Cells) -> Result<RangeProcessor> {
     let radar = setup::radar(recording)?;
-    let (mount, cfar) = match &recording.meta.mirror {
-        Some(mirror) => {
-            let mirror_offset = to_fixed(mirror.offset_m, 1e-5)
-                .ok_or_else(|| anyhow!("{}: mirror offset out of range", recording.name))?;
-            (
-                MountConfig {
-                    mirror_offset,
-                    ..MountConfig::default()
-                },
-                CfarConfig::default(),
-            )
-        }
-        None => (
-            MountConfig {
-                mirror_offset: 0,
-                ..MountConfig::default()
-            },
-            CfarConfig {
-                near_margin: 0,
-                ..CfarConfig::default()
-            },
-        ),
+    let offset = recording.meta.mirror.as_ref().map_or(0.0, |m| m.offset_m);
+    let mount = MountConfig {
+        mirror_offset: to_fixed(offset, 1e-5)
+            .ok_or_else(|| anyhow!("{}: mirror offset out of range", recording.name))?,
+        ..MountConfig::default()
     };
-    RangeProcessor::new(&radar, &mount, &cfar).map_err(|e| anyhow!("{}: {e}", recording.name))
+    RangeProcessor::new(&radar, &mount, &cfar(recording, cells))
+        .map_err(|e| anyhow!("{}: {e}", recording.name))
 }
 
 /// Returns the range profile of chirp `k` of a recording, counted from 0.
-pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
+pub fn profile(recording: &Recording, cells: &Cells, k: usize) -> Result<RangeProfile> {
     let radar = setup::radar(recording)?;
-    let mut processor = processor(recording)?;
+    let mut processor = processor(recording, cells)?;
     let chirp = recording.chirp(k).ok_or_else(|| {
         anyhow!(
             "{}: chirp {k}: the recording holds chirps 0 to {}",
@@ -118,13 +119,17 @@ pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
             .detections()
             .map(|d| (d.bin * spacing, d.power_db))
             .collect(),
+        masked: cells::masked(&profile, &cfar(recording, cells))
+            .into_iter()
+            .map(|bin| (bin as f32 * spacing, profile.power_db(bin)))
+            .collect(),
     })
 }
 
 /// Returns the index of the chirp with the strongest echo in the tested bins, which exclude leakage and mirror echo. Of
 /// equal ones it is the first.
 pub fn strongest(recording: &Recording) -> Result<usize> {
-    let mut processor = processor(recording)?;
+    let mut processor = processor(recording, &Cells::default())?;
     let mut profile = Profile::default();
     let mut best = (0, f32::NEG_INFINITY);
     for k in 0..recording.chirps() {
@@ -147,7 +152,7 @@ pub fn strongest(recording: &Recording) -> Result<usize> {
 /// frame if `None`.
 fn spectra(recording: &Recording, frame: Option<u32>) -> Result<Spectra> {
     let radar = setup::radar(recording)?;
-    let mut processor = processor(recording)?;
+    let mut processor = processor(recording, &Cells::default())?;
     let (mut packed, mut chirps) = ([Packed::ZERO; MAX_SAMPLES], Vec::new());
     for k in 0..recording.chirps() {
         let chirp = recording.chirp(k).unwrap_or_default();
@@ -189,6 +194,7 @@ impl RangeProfile {
             "power_db": list(&self.power_db),
             "threshold_db": list(&self.threshold_db),
             "detections": self.detections.iter().map(detection).collect::<Vec<_>>(),
+            "masked": self.masked.iter().map(detection).collect::<Vec<_>>(),
         })
     }
 
@@ -205,6 +211,13 @@ impl RangeProfile {
         );
         for (range, power) in &self.detections {
             let _ = writeln!(out, "  {range:7.3} m  {power:6.1} dBFS");
+        }
+        for (range, power) in &self.masked {
+            let _ = writeln!(
+                out,
+                "  {range:7.3} m  {power:6.1} dBFS: masked, below the threshold by echoes in its training cells \
+                 (--cfar-training, --cfar-guard)"
+            );
         }
         out.push_str("\n  range from the radar m   power dBFS   threshold\n");
         let bins = self
@@ -233,10 +246,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading([&args.recording]);
     args.plot.iter().try_for_each(|file| outputs.check(file))?;
     let recording = Recording::read(&args.recording)?;
+    if let Some(words) = mirrored::warning(&recording)? {
+        crate::note!("note: {}: {words}", recording.name);
+    }
     if args.statistics {
         let found = spectra(&recording, args.frame)?.statistics();
-        let found =
-            found.with_context(|| format!("{}: expected two chirps in a frame", recording.name))?;
+        let found = found.with_context(|| recording.name.clone())?;
         emit(&match args.format {
             Format::Json => format!("{}\n", found.json()),
             Format::Text => found.text(&recording.name),
@@ -247,7 +262,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(chirp) => chirp,
         None => strongest(&recording)?,
     };
-    let profile = profile(&recording, chirp)?;
+    let profile = profile(&recording, &args.cells, chirp)?;
     emit(&match args.format {
         Format::Json => format!("{}\n", profile.json(chirp)),
         Format::Text => {
@@ -263,7 +278,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     });
     if let Some(file) = &args.plot {
-        let view = plots::profile_view(&recording, chirp, &mut processor(&recording)?)?;
+        let view =
+            plots::profile_view(&recording, chirp, &mut processor(&recording, &args.cells)?)?;
         plots::write_profile((&outputs, file), &view)?;
         if args.format == Format::Text {
             emit(&format!("\npicture\n  {}\n", file.display()));
@@ -276,7 +292,24 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 mod tests {
     use std::path::Path;
 
+    use clap::Parser as _;
+    use stairscan::Iq;
+
     use super::*;
+
+    impl Cells {
+        /// Returns the options of a command line.
+        fn parse(options: &[&str]) -> Self {
+            let line = ["profile", "two"].iter().chain(options);
+            OfProfile::parse_from(line).args.cells
+        }
+    }
+
+    #[derive(clap::Parser)]
+    struct OfProfile {
+        #[command(flatten)]
+        args: Args,
+    }
 
     #[test]
     fn the_strongest_chirp_is_that_of_the_strongest_echo() {
@@ -293,7 +326,54 @@ mod tests {
             }
         }
         assert_eq!(strongest(&recording).unwrap(), chosen);
-        let shown = profile(&recording, chosen).unwrap();
+        let shown = profile(&recording, &Cells::default(), chosen).unwrap();
         assert_eq!(shown.json(chosen)["chirp"], chosen);
+    }
+
+    /// Two reflectors 5 bins apart over weak noise: each lies in the other's training cells.
+    #[test]
+    fn reflectors_that_mask_each_other_are_named() {
+        let tone = |n: usize, bin: f64, level: f64| {
+            let (sin, cos) = (std::f64::consts::TAU * bin * n as f64 / 64.0).sin_cos();
+            (level * cos, level * sin)
+        };
+        let noise = |n: usize| ((n * 7919 + 13) % 31) as f64 - 15.0;
+        let samples = (0..64).map(|n| {
+            let [a, b] = [12.0, 17.0].map(|bin| tone(n, bin, 4000.0));
+            Iq::new(
+                (a.0 + b.0 + noise(n)) as i16,
+                (a.1 + b.1 + noise(3 * n + 1)) as i16,
+            )
+        });
+        let document = json!({"global": {
+            "core:datatype": "ci16_le", "stairscan:bandwidth_hz": 5.5e9, "stairscan:samples_per_chirp": 64,
+        }});
+        let recording = Recording::of("two", &document, samples.collect()).unwrap();
+        let hidden = profile(&recording, &Cells::default(), 0).unwrap();
+        let at = |found: &[(f32, f32)]| -> Vec<i64> {
+            let spacing = 2.998e8 / (2.0 * 5.5e9);
+            found
+                .iter()
+                .map(|(range, _)| (range / spacing).round() as i64)
+                .collect()
+        };
+        assert_eq!(
+            (at(&hidden.detections), at(&hidden.masked)),
+            (vec![], vec![12, 17])
+        );
+        assert!(hidden.text(&recording, 0).contains("masked"));
+        assert_eq!(hidden.json(0)["masked"].as_array().unwrap().len(), 2);
+        let near = Cells::parse(&["--cfar-guard", "1", "--cfar-training", "2"]);
+        let shown = profile(&recording, &near, 0).unwrap();
+        let strong = shown
+            .detections
+            .iter()
+            .copied()
+            .filter(|(_, power)| *power > -30.0);
+        assert_eq!(at(&strong.collect::<Vec<_>>()), [12, 17]);
+        assert!(shown.masked.is_empty());
+        // At a false-alarm rate of one half everything above the mean is a detection.
+        let often = Cells::parse(&["--cfar-false-alarm", "0.5"]);
+        assert!(profile(&recording, &often, 0).unwrap().detections.len() > 2);
     }
 }

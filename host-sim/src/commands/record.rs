@@ -17,7 +17,9 @@ use stairscan::schedule::shaft_angle;
 use stairscan::signal::radar::wire::LINK_BAUD;
 
 use super::{Settings, emit};
+use crate::counted::counted;
 use crate::live::Ms;
+use crate::live::arrived::Arrived;
 use crate::live::lines::Splitter;
 use crate::live::port::{self, passes};
 use crate::live::ports;
@@ -30,6 +32,8 @@ use crate::tap::ask;
 use crate::tap::beside::{self, Beside, MountingArgs};
 use crate::tap::demo::Demo;
 use crate::tap::gather::{Gather, Mounting, Part};
+use crate::tap::nothing::{instead, nothing};
+use crate::tap::pace::Pace;
 use crate::tap::scans::{Scan, Tap, Wire};
 use crate::tap::unfinished::Unfinished;
 
@@ -75,7 +79,7 @@ pub struct Args {
     /// Number of scans after which recording ends
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: Option<u32>,
-    /// Baud rate of the radar link
+    /// Baud rate of the radar link at the beginning; the rate that scanner and module agree on is followed
     #[arg(long, default_value_t = LINK_BAUD)]
     baud: u32,
     #[command(flatten)]
@@ -112,23 +116,61 @@ enum PortEvent {
     Gone(String),
 }
 
+/// Path of a port of the radar link, and a handle that sets its baud rate.
+type LinkPort = (String, Box<dyn SerialPort>);
+
 /// Traffic of the radar link and sentences of the scanner received so far.
-#[derive(Default)]
 struct Received {
+    pace: Pace,
     tap: Tap,
     beside: Beside,
     splitter: Splitter,
+    /// Lines of the report port, by kind.
+    arrived: Arrived,
+    /// The last agreed bit rate that was reported on stderr.
+    told: Option<u32>,
     /// Cause for which a port has ended, if it is to be reported.
     gone: Option<String>,
 }
 
 impl Received {
+    fn new(baud: u32) -> Self {
+        Self {
+            pace: Pace::new(baud),
+            tap: Tap::default(),
+            beside: Beside::default(),
+            splitter: Splitter::default(),
+            arrived: Arrived::default(),
+            told: None,
+            gone: None,
+        }
+    }
+
+    /// Sets the ports of the link to the rate that its traffic shows at `now`, after `count` more bytes.
+    fn follow(&mut self, at: Ms, count: usize, ports: &mut [LinkPort]) {
+        let Some(baud) = self.pace.take(at, count, &mut self.tap) else {
+            return;
+        };
+        if self.pace.agreed == Some(baud) && self.told != Some(baud) {
+            self.told = Some(baud);
+            crate::note!("note: scanner and module go to {baud} baud, and the ports with them");
+        }
+        for (path, port) in ports {
+            if let Err(error) = port.set_baud_rate(baud) {
+                crate::note!(
+                    "note: {path}: not at {baud} baud ({error}); `set link-rate {LINK_BAUD}` keeps the link at {LINK_BAUD}"
+                );
+            }
+        }
+    }
+
     /// Processes the bytes that a port received at the time `at`, or the port's end; returns `false` at the end.
     fn take(&mut self, at: Ms, event: PortEvent) -> bool {
         match event {
             PortEvent::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
             PortEvent::Report(bytes) => {
                 for line in self.splitter.push(&bytes) {
+                    self.arrived.line(&line);
                     self.beside.line(at, &line);
                 }
             }
@@ -148,10 +190,10 @@ impl Received {
             let sweep = session.sweep.or(mounting.sweep);
             let mounting = Mounting { sweep, ..mounting };
             if let Err(error) = session.unfinished.keep(&scan, mounting) {
-                eprintln!("note: {error:#}: this scan is lost if the session is interrupted");
+                crate::note!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
-            eprintln!("scan: {rows} rows, {lost} of them lost");
+            crate::note!("scan: {}, {lost} of them lost", counted(rows, "row"));
             scans.push(scan);
         }
     }
@@ -194,7 +236,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (None, false) => listen(&mut session, &stop)?,
     };
     if let Some(why) = &received.gone {
-        eprintln!("{why}: complete scans are written");
+        crate::note!("{why}: complete scans are written");
     }
     write(session, &outputs, received, scans)
 }
@@ -207,9 +249,13 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received
         1 => &[Wire::Both],
         _ => &[Wire::ToModule, Wire::FromModule],
     };
-    let mut threads = Vec::new();
+    let (mut threads, mut link) = (Vec::new(), Vec::new());
     for (path, wire) in args.ports.iter().zip(wires) {
         let (port, wire) = (open(path, args.baud)?, *wire);
+        link.push((
+            path.clone(),
+            port.try_clone().with_context(|| path.clone())?,
+        ));
         let bytes = move |bytes| PortEvent::Link(wire, bytes);
         threads.push(follow(path, port, started, &sender, stop, bytes));
     }
@@ -228,8 +274,8 @@ fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Received
         ));
     }
     drop(sender);
-    eprintln!("receiving; Ctrl-C ends");
-    let found = collect(session, &events, started, stop);
+    crate::note!("receiving; Ctrl-C ends");
+    let found = collect(session, (&events, &mut link), started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
         let _ = thread.join();
@@ -276,11 +322,11 @@ fn follow(
 /// Collects the events of all ports until there are enough scans, a port disappears, or the user ends the session.
 fn collect(
     session: &mut Session<'_>,
-    events: &Receiver<(Ms, PortEvent)>,
+    (events, link): (&Receiver<(Ms, PortEvent)>, &mut [LinkPort]),
     started: Instant,
     stop: &AtomicBool,
 ) -> (Received, Vec<Scan>) {
-    let (mut received, mut scans) = (Received::default(), Vec::new());
+    let (mut received, mut scans) = (Received::new(session.args.baud), Vec::new());
     let wanted = session
         .args
         .scans
@@ -289,9 +335,14 @@ fn collect(
     while !stop.load(Ordering::Relaxed) && whole(&scans) < wanted {
         match events.recv_timeout(Duration::from_millis(100)) {
             Ok((at, what)) => {
+                let count = match &what {
+                    PortEvent::Link(_, bytes) => bytes.len(),
+                    _ => 0,
+                };
                 if !received.take(at, what) {
                     break;
                 }
+                received.follow(at, count, link);
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
@@ -337,7 +388,7 @@ fn ask_module(
     let mut angles: Vec<i32> = (0..schedule.rows())
         .map(|row| shaft_angle(schedule.position(row)))
         .collect();
-    let (mut received, mut scans) = (Received::default(), Vec::new());
+    let (mut received, mut scans) = (Received::new(args.baud), Vec::new());
     for _ in 0..args.scans.unwrap_or(1) {
         let mut now = || {
             let at = started.elapsed();
@@ -351,7 +402,13 @@ fn ask_module(
         received.tap.end();
         received.scans_into(session, &mut scans);
         match asked {
-            Err(error) if scans.is_empty() => return Err(error.context(port.to_owned())),
+            Err(error) if scans.is_empty() => {
+                let instead = instead(&received.tap, &received.pace);
+                let error = instead
+                    .into_iter()
+                    .fold(error, |error, text| anyhow!("{error}\n  {text}"));
+                return Err(error.context(port.to_owned()));
+            }
             Err(error) => received.gone = Some(format!("{port}: {error}")),
             Ok(()) => {}
         }
@@ -375,23 +432,36 @@ fn write(
         sweep,
         unfinished,
     } = session;
-    let Received { tap, beside, .. } = received;
+    let Received {
+        tap,
+        beside,
+        pace,
+        arrived,
+        ..
+    } = received;
+    if args.report.is_some() && arrived.sentences == 0 {
+        let (what, help) = arrived.kind().explain(REPORT_BAUD);
+        crate::note!(
+            "note: --report: {}",
+            [vec![what], help].concat().join("\n  ")
+        );
+    }
     let (mut mounting, doubt) = beside::mounting(&args.said, &beside);
     mounting.sweep = sweep.or(mounting.sweep);
     let meta_file = recording::meta_path(&args.output);
     let mut gather = Gather::new(&recording::name_of(&meta_file), mounting);
     scans.iter().for_each(|scan| gather.take(scan));
     let notes = doubt.iter().chain(&gather.notes);
-    notes.for_each(|note| eprintln!("note: {note}"));
+    notes.for_each(|note| crate::note!("note: {note}"));
     if tap.damaged() > 0 || tap.unmatched_count() > 0 {
-        eprintln!(
-            "note: {} damaged frames, {} answers to requests that were not received",
-            tap.damaged(),
-            tap.unmatched_count()
+        crate::note!(
+            "note: {}, {} to requests that were not received",
+            counted(tap.damaged(), "damaged frame"),
+            counted(tap.unmatched_count(), "answer")
         );
     }
     if gather.recorded() == 0 {
-        bail!("{}", nothing(&tap, scans.len(), args.baud));
+        bail!("{}", nothing(&tap, scans.len(), &pace));
     }
     let mut parts = gather.parts();
     for part in &mut parts {
@@ -406,21 +476,6 @@ fn write(
     }
     unfinished.done()?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Returns the reason, as text, why there is no scan to write.
-fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
-    match (tap.received(), tap.damaged()) {
-        (None, 0) => format!(
-            "nothing was received on the radar link. Is the receiver's input connected to TX+/TX- \
-             or RX+/RX-, with a common ground? Does the scanner scan? Port speed: {baud} baud"
-        ),
-        (None, damaged) => format!(
-            "no intact frame was received, {damaged} damaged ones: the link's speed is {LINK_BAUD} \
-             baud (port speed {baud}); does the adapter support it?"
-        ),
-        _ => format!("no complete scan was received ({scans} in part)"),
-    }
 }
 
 /// Whether the scanner was in guard mode during the scans of one recording: it then sends `GUARD` instead of `SCAN`.
@@ -456,7 +511,11 @@ fn write_answers(
     };
     let Recording { name, meta, .. } = &part.recording;
     let rows = part.recording.chirps_per_scan();
-    let mut text = format!("{name}: {} scans of {rows} rows", part.times.len());
+    let mut text = format!(
+        "{name}: {} of {}",
+        counted(part.times.len(), "scan"),
+        counted(rows, "row")
+    );
     if let (Some(first), Some(last)) = (
         meta.angles_deg.first(),
         meta.angles_deg.get(rows.wrapping_sub(1)),
@@ -488,8 +547,10 @@ fn write_answers(
         }
     }
     if compared > 0 {
-        text +=
-            &format!("\n  replay gives the scanner's own sentences for {same} of {compared} scans");
+        text += &format!(
+            "\n  replay gives the scanner's own sentences for {same} of {}",
+            counted(compared, "scan")
+        );
     }
     written(outputs, path, &text, (beside, &word, &kept))
 }

@@ -3,15 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use stairscan::config::EstimatorKind;
 use stairscan::motion::Mode;
+use stairscan::report::Sentence;
 
-use super::{Format, Settings, emit, progress_aside, recordings};
+use super::{Format, Settings, emit, logs, progress_aside, recordings};
 use crate::answer::Answer;
 use crate::film::Film;
 use crate::guarded::{self, Guarded};
 use crate::inspect::Inspection;
+use crate::live::model::Way;
 use crate::motion::Fault;
 use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
@@ -24,8 +26,12 @@ use crate::views::PosteriorView;
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Recordings, with or without suffix, or directories of them
-    #[arg(required = true)]
+    #[arg(required_unless_present = "log")]
     recordings: Vec<PathBuf>,
+    /// Print the answers in this log of sentences, of `live --record` or any serial logger, instead of a recording's
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["recordings", "scans", "backwards",
+        "single", "motion", "motion_fault", "by_trigger", "plots", "film"])]
+    log: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
     /// Number of consecutive scans in alternating direction; without it those of the recording
@@ -50,7 +56,7 @@ pub struct Args {
     /// Draw the paper's figures for each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
-    /// Draw an animation of the scans: an SVG file for a page or a README
+    /// Draw an animation of the scans: an SVG file (.svg) for a page or a README
     #[arg(long, value_name = "FILE")]
     film: Option<PathBuf>,
     #[command(flatten)]
@@ -80,6 +86,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         by_trigger: args.by_trigger,
         ..args.settings.options(args.settings.config()?)
     };
+    if let Some(path) = &args.log {
+        return logged(path, args.format);
+    }
     let mut code = ExitCode::SUCCESS;
     let paths = recordings(&args.recordings)?;
     ensure!(
@@ -88,7 +97,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         paths.len()
     );
     let outputs = args.overwrite.reading(&paths);
-    args.film.iter().try_for_each(|file| outputs.check(file))?;
+    args.film
+        .iter()
+        .try_for_each(|file| outputs.check_kind(file, &["svg"]))?;
     let bar = progress_aside(paths.len() as u64);
     for path in &paths {
         let shown = scan(path, args, &options, &outputs);
@@ -99,6 +110,34 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     bar.finish_and_clear();
     Ok(code)
+}
+
+/// Prints the answers and guard sweeps of a log. A fault sets the exit status to 1.
+fn logged(path: &Path, format: Format) -> Result<ExitCode> {
+    let log = logs::read(path)?;
+    let log = log.with_context(|| format!("{}: no log of sentences", path.display()))?;
+    let mut good = true;
+    for (_, answer) in log.answers() {
+        good &= show(Ok(answer), None, format);
+    }
+    let sweeps: Vec<String> = (log.lines.iter())
+        .filter(|line| line.way == Way::In && line.text.starts_with("$PSTR,GUARD,"))
+        .map(|line| line.text.clone())
+        .filter(|line| Sentence::parse(line).is_ok())
+        .collect();
+    if !sweeps.is_empty() {
+        let words = Guarded::parse(0, sweeps)?.into_iter();
+        let named = |word| Guarded {
+            recording: log.name.clone(),
+            ..word
+        };
+        good &= show_guarded(&words.map(named).collect::<Vec<_>>(), format);
+    }
+    Ok(if good {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 /// Scans one recording and prints the answers. Returns whether all answers are without a fault, and all requested
@@ -188,7 +227,7 @@ fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
             true
         }
         Err(error) => {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
             false
         }
     }
@@ -220,7 +259,7 @@ pub fn show(answer: Result<Answer>, truth: Option<&Truth>, format: Format) -> bo
             !answer.is_fault()
         }
         Err(error) => {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
             false
         }
     }

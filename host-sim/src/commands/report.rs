@@ -2,30 +2,31 @@
 
 mod sides;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use rayon::prelude::*;
 use stairscan::config::Config;
 
 use self::sides::{Set, Wanted, sides};
-use super::{Settings, emit, progress, recordings};
+use super::{Settings, emit, logs, progress, recordings};
 use crate::html::compare::{Comparison, compare};
 use crate::html::{self, Entry, Rank};
+use crate::live::log::Log;
 use crate::output::{Outputs, Overwrite};
-use crate::recording::{Recording, name_of};
+use crate::recording::{Recording, meta_path, name_of};
 use crate::replay::{Options, SEED};
 
 /// Arguments of `report`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings, with or without suffix, or directories of them
+    /// Recordings, with or without suffix, or logs of sentences, or directories of either
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// Output file
-    #[arg(short, long, value_name = "FILE", default_value = "scan.html")]
-    output: PathBuf,
+    /// Output file; without it named after the recordings and what is compared, such as stair_a.html, in this directory
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
@@ -50,11 +51,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         single: args.single,
         ..args.settings.options(args.settings.config()?)
     };
+    if let Some(logs) = logs::all(&args.recordings)? {
+        ensure!(!args.compare, "--compare: expected recordings, found logs");
+        return of_logs(args, &logs);
+    }
     let paths = recordings(&args.recordings)?;
     let outputs = args.overwrite.reading(&paths);
-    outputs.check(&args.output)?;
+    let file = args.output.clone().unwrap_or_else(|| own_name(args));
+    outputs.check_kind(&file, &["html", "htm"])?;
     if args.compare {
-        return beside(args, &options, &paths, &outputs);
+        return beside(args, &options, &paths, (&outputs, &file));
     }
     let bar = progress(paths.len() as u64);
     let entries: Vec<Entry> = paths
@@ -69,13 +75,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut unreadable = false;
     for entry in entries.iter().filter(|e| e.rank == Rank::Unreadable) {
         unreadable = true;
-        eprintln!("error: {}", entry.data["error"].as_str().unwrap_or(""));
+        crate::note!("error: {}", entry.data["error"].as_str().unwrap_or(""));
     }
     let page = html::page(entries)?;
-    outputs.write(&args.output, page.as_bytes())?;
+    outputs.write(&file, page.as_bytes())?;
     emit(&format!(
         "{} ({} KB): open it in a browser\n",
-        args.output.display(),
+        file.display(),
         page.len().div_ceil(1000)
     ));
     Ok(if unreadable {
@@ -85,20 +91,29 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     })
 }
 
+/// Writes the page of logs: answers over time.
+fn of_logs(args: &Args, logs: &[Log]) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading(&args.recordings);
+    let file = args.output.clone().unwrap_or_else(|| own_name(args));
+    outputs.check_kind(&file, &["html", "htm"])?;
+    let page = html::logged(logs)?;
+    outputs.write(&file, page.as_bytes())?;
+    emit(&format!(
+        "{} ({} KB): open it in a browser\n",
+        file.display(),
+        page.len().div_ceil(1000)
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
 /// Writes the page that compares two sides, and prints the differences.
 fn beside(
     args: &Args,
     options: &Options,
     paths: &[PathBuf],
-    outputs: &Outputs,
+    (outputs, file): (&Outputs, &Path),
 ) -> Result<ExitCode> {
-    let defaults = Options {
-        config: Config {
-            seed: SEED,
-            ..Config::default()
-        },
-        ..Options::default()
-    };
+    let defaults = defaults();
     let sides = sides(&Wanted {
         paths,
         given: (*options, words(args, &defaults)),
@@ -106,7 +121,7 @@ fn beside(
         sets: &args.with,
     })?;
     let Comparison { page, differences } = compare(&sides)?;
-    outputs.write(&args.output, page.as_bytes())?;
+    outputs.write(file, page.as_bytes())?;
     let [first, second] = sides.each_ref().map(|side| &side.name);
     let mut text = format!("{first} | {second}\n");
     for row in &differences {
@@ -117,10 +132,55 @@ fn beside(
     }
     emit(&format!(
         "{text}{} ({} KB): open it in a browser\n",
-        args.output.display(),
+        file.display(),
         page.len().div_ceil(1000)
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the options of a scan without any on the command line.
+fn defaults() -> Options {
+    Options {
+        config: Config {
+            seed: SEED,
+            ..Config::default()
+        },
+        ..Options::default()
+    }
+}
+
+/// Returns the name of a recording or directory, without a suffix of recordings.
+pub fn plain_name(path: &Path) -> String {
+    let path: PathBuf = path.components().collect();
+    let name = name_of(&meta_path(&path));
+    match name.trim_matches('.') {
+        "" => "scans".to_owned(),
+        name => name.to_owned(),
+    }
+}
+
+/// Returns the name of a page without `--output`: the recordings or directories, and the options that differ from the
+/// defaults, so that pages of different commands have different names.
+fn own_name(args: &Args) -> PathBuf {
+    let mut parts: Vec<String> = match args.recordings.as_slice() {
+        [first, _, _, .., last] => vec![plain_name(first), "to".into(), plain_name(last)],
+        few => few.iter().map(|path| plain_name(path)).collect(),
+    };
+    parts.extend(args.compare.then(|| "compared".to_owned()));
+    parts.extend(args.with.iter().map(|set| set.words().to_owned()));
+    parts.push(words(args, &defaults()));
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "_.=".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
+    let parts = parts.iter().filter(|part| !part.is_empty());
+    let name: Vec<String> = parts
+        .map(|part| part.chars().map(plain).collect())
+        .collect();
+    PathBuf::from(format!("{}.html", name.join("-")))
 }
 
 /// Returns the command line's options for scanning that differ from the defaults, in the syntax of `--with`.

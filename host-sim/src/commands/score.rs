@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             }
             Err(error) => {
                 failed = true;
-                eprintln!("error: {error:#}");
+                crate::note!("error: {error:#}");
             }
         }
     }

@@ -6,8 +6,8 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, Result};
 
 use super::emit;
-use crate::emulate::image::build_loader;
-use crate::emulate::seal::{same, seal, sign};
+use crate::emulate::image::{build_loader, seal_built};
+use crate::emulate::seal::{same, sign};
 use crate::update::files::confirmation;
 
 /// Arguments of `seal`.
@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         emit(&format!("the same {bytes} bytes of flash\n"));
         return Ok(ExitCode::SUCCESS);
     }
-    let [.., crc] = seal(&args.elf)?;
+    let [.., crc] = seal_built(&args.elf)?;
     let order = match args.flash {
         true => confirmation(),
         false => FIRST,

@@ -1,7 +1,6 @@
 //! `settings PORT`: reads a scanner's settings into a file, writes them from one, or compares.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -10,6 +9,7 @@ use anyhow::{Context, Result, bail};
 use stairscan::scanner::Settings;
 
 use super::emit;
+use crate::counted::counted;
 use crate::live::talk::{Reply, Talk};
 use crate::live::trouble::REPORT_BAUD;
 use crate::output::Overwrite;
@@ -76,9 +76,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             );
             outputs.write(path, profile::text(&reported, &about).as_bytes())?;
             emit(&format!(
-                "{}: {} settings\n",
+                "{}: {}\n",
                 path.display(),
-                reported.len()
+                counted(reported.len(), "setting")
             ));
             Ok(ExitCode::SUCCESS)
         }
@@ -102,8 +102,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 .filter(|key| table::row(key).is_none_or(|row| !row.read_only))
                 .count();
             if left > 0 {
-                eprintln!(
-                    "note: {left} settings of the scanner are not in the file and were not compared"
+                crate::note!(
+                    "note: not in the file and not compared: {} of the scanner",
+                    counted(left, "setting")
                 );
             }
             Ok(ExitCode::from(u8::from(!lines.is_empty())))
@@ -115,7 +116,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn read(path: &Path) -> Result<Profile> {
     recording::regular(path)?;
     let name = path.display().to_string();
-    let text = fs::read_to_string(path).with_context(|| name.clone())?;
+    let text = recording::text(path)?;
     let profile = Profile::parse(&name, &text)?;
     if profile.entries.is_empty() {
         bail!("{name}: holds no setting");
@@ -143,8 +144,8 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     if let Some((key, error)) = broken {
         let sent = changes.iter().take_while(|change| change.0 != *key).count();
         bail!(
-            "{error}\n  {sent} of {} settings were set before {key}, and hold until the next reset: repeat the command",
-            changes.len()
+            "{error}\n  {sent} of {} set before {key}, valid until the next reset: repeat the command",
+            counted(changes.len(), "setting")
         );
     }
     let after = talk.settings()?;
@@ -170,14 +171,14 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
         );
     }
     emit(&format!(
-        "{}: {} settings set and read back\n",
+        "{}: {} set and read back\n",
         path.display(),
-        changes.len()
+        counted(changes.len(), "setting")
     ));
     if save {
         keep(talk)?;
     } else {
-        eprintln!("note: they hold until the next reset; --save stores them");
+        crate::note!("note: they hold until the next reset; --save stores them");
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,7 +1,6 @@
 //! `simulate`: simulates full scans ([`crate::simulation`]), or with `--guard` guard sweeps of a driving
 //! chair.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -9,8 +8,9 @@ use anyhow::{Context as _, Result, anyhow, ensure};
 use clap::{ArgMatches, Command, Error, FromArgMatches, ValueEnum};
 
 use super::{busy, emit};
+use crate::counted::counted;
 use crate::output::Overwrite;
-use crate::recording::{Recording, meta_path};
+use crate::recording::{self, Recording, meta_path};
 use crate::scene::Scene;
 use crate::scene::spec::SceneSpec;
 use crate::simulation::{SimulateArgs, simulate};
@@ -133,10 +133,10 @@ impl Guard {
         outputs.write_recording(&self.output, &recording)?;
         bar.finish_and_clear();
         emit(&format!(
-            "{}: {} guard sweeps, with the first hazard of each\n\
+            "{}: {}, with the first hazard of each\n\
              next: cargo sim replay {} for the free distances\n",
             meta_path(&self.output).display(),
-            recording.scans(),
+            counted(recording.scans(), "guard sweep"),
             self.output.display()
         ));
         Ok(ExitCode::SUCCESS)
@@ -147,7 +147,7 @@ impl Guard {
 fn spec(path: &Path) -> Result<SceneSpec> {
     // Building it reports errors with their place.
     Scene::read(path)?;
-    let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+    let text = recording::text(path)?;
     toml::from_str(&text).with_context(|| format!("{}", path.display()))
 }
 

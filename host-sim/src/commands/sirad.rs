@@ -17,6 +17,7 @@ use stairscan::signal::range::{Profile, RangeProcessor};
 
 use super::{Format, emit};
 use crate::captures::sirad::Capture;
+use crate::counted::counted;
 use crate::modules::sirad::SiRadPort;
 
 /// Simulated time between two polls of the module, µs; `TIMEOUT_US` is the timeout of an answer.
@@ -155,8 +156,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn text(name: &str, found: &Found) -> String {
     let ghz = |khz: u32| f64::from(khz) / 1e6;
     let mut out = format!(
-        "{name}: {} chirps of {} samples, {:.3} GHz swept, {:.3} sampled: ",
-        found.chirps,
+        "{name}: {} of {} samples, {:.3} GHz swept, {:.3} sampled: ",
+        counted(found.chirps, "chirp"),
         found.radar.samples,
         ghz(found.swept_khz),
         ghz(found.radar.bandwidth_khz),

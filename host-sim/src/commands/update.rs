@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         anyhow::anyhow!("{}", [&[what][..], &help].concat().join("\n  "))
     })?;
     let mut client = Client::enter_within(opened, Duration::from_secs(args.catch), |remedy| {
-        eprintln!("no answer yet; for {} s more: {remedy}", args.catch);
+        crate::note!("no answer yet; for {} s more: {remedy}", args.catch);
     })?;
     for slot in Slot::BOTH {
         emit(&format!("{}\n", slot_line(&client.info, slot)));
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let option_bytes = option_bytes::text(client.info.option_bytes);
     emit(&format!("option bytes {option_bytes}\n"));
     if client.info.development {
-        eprintln!(
+        crate::note!(
             "warning: this scanner trusts the development key, which everybody has: anybody's image would be taken"
         );
     }
@@ -116,16 +116,22 @@ fn tell(outcome: &Outcome) -> ExitCode {
             emit("confirmed: the self-test has passed\n");
             return ExitCode::SUCCESS;
         }
-        Outcome::OnTrial(why) => eprintln!(
+        Outcome::OnTrial(why) => crate::note!(
             "error: not confirmed: {why}\n  it stays on trial: `selftest` or `start` confirm it, the third start without that \
              brings the image before back"
         ),
         Outcome::RolledBack(states) => {
-            eprintln!("error: rolled back: the loader runs another image; slots a and b: {states}")
+            crate::note!(
+                "error: rolled back: the loader runs another image; slots a and b: {states}"
+            )
         }
-        Outcome::Silent => eprintln!(
-            "error: nothing is heard of the new image: the watchdog resets it within half a minute, and the third time the \
-             image before runs again"
+        Outcome::NotHeard(instead) => crate::note!(
+            "error: {} of the new image: the watchdog resets it within half a minute, and the third time the image before \
+             runs again",
+            match instead {
+                None => "nothing is heard".to_owned(),
+                Some(instead) => format!("no sentence is heard ({instead})"),
+            }
         ),
     }
     ExitCode::FAILURE

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 
+use super::report::plain_name;
 use super::{emit, full_scans, recordings};
 use crate::emulate::image;
 use crate::html::twin;
@@ -19,9 +20,9 @@ pub struct Args {
     /// Recordings that the page contains, or directories of them; without any, those of the repository and a simulated
     /// approach of three scans
     recordings: Vec<PathBuf>,
-    /// Output file
-    #[arg(short, long, value_name = "FILE", default_value = "stairscan.html")]
-    output: PathBuf,
+    /// Output file; without it stairscan.html, of one recording its NAME-web.html, in this directory
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     #[command(flatten)]
     overwrite: Overwrite,
 }
@@ -34,18 +35,23 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         given => recordings(given)?,
     };
     let outputs = args.overwrite.reading(&paths);
-    outputs.check(&args.output)?;
+    let own = match args.recordings.as_slice() {
+        [one] => format!("{}-web.html", plain_name(one)),
+        _ => "stairscan.html".to_owned(),
+    };
+    let file = args.output.clone().unwrap_or_else(|| own.into());
+    outputs.check_kind(&file, &["html", "htm"])?;
     let read = |path: &PathBuf| Recording::read(path);
     let mut stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
     if args.recordings.is_empty() {
         stock.push(approach(&root.join("scenes"))?);
     }
     let page = twin::page(&wasm(&image::build_web()?)?, &stock)?;
-    outputs.write(&args.output, page.as_bytes())?;
+    outputs.write(&file, page.as_bytes())?;
     let names: Vec<&str> = stock.iter().map(|r| r.name.as_str()).collect();
     emit(&format!(
         "{} ({} KB), with {}: open it in a browser\n",
-        args.output.display(),
+        file.display(),
         page.len().div_ceil(1000),
         names.join(", ")
     ));

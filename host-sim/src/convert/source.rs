@@ -8,8 +8,8 @@ use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 use stairscan_replay::convert::keys::Given;
-use stairscan_replay::convert::npy::Axes;
-use stairscan_replay::convert::{Chirps, angles, sigmf, suffix};
+use stairscan_replay::convert::npy::{Axes, Layout};
+use stairscan_replay::convert::{Chirps, angles, mirrored, sigmf, suffix};
 
 use super::dca1000;
 use crate::recording::{self, DATA_SUFFIX, Recording};
@@ -31,6 +31,8 @@ pub struct Source {
     pub full_scale: Option<f64>,
     /// Axes of an array of real samples; `None` for complex samples.
     pub real: Option<Axes>,
+    /// Whether each row of an array holds all I of a chirp, then all Q.
+    pub planar: bool,
 }
 
 /// Reads a whole file.
@@ -40,7 +42,8 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
 }
 
 fn text(path: &Path) -> Result<String> {
-    String::from_utf8(bytes(path)?).with_context(|| format!("{}: no text in UTF-8", path.display()))
+    recording::regular(path)?;
+    recording::text(path)
 }
 
 impl Source {
@@ -52,9 +55,9 @@ impl Source {
         let has_options = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
         let metadata = sigmf::metadata(&self.path)?;
         let datatype = metadata["global"]["core:datatype"].as_str();
-        // Real samples are taken unchanged or not at all: with other keys they are rejected.
         let ours = matches!(datatype, Some("ci16_le" | "ri16_le"));
-        Ok(ours && !has_options && self.full_scale.is_none())
+        let is_whole = ours && !sigmf::begins_late(&metadata);
+        Ok(is_whole && !has_options && self.full_scale.is_none())
     }
 
     /// Reads the file as a recording with the name `name`.
@@ -68,20 +71,28 @@ impl Source {
                 "--full-scale: {scale}: expected a number above 0"
             );
         }
-        ensure!(
-            self.real.is_none() || suffix(&self.path) == "npy",
-            "{}: --real names the axes of an array: expected .npy",
-            self.path.display()
-        );
+        for (option, is_given) in [("--real", self.real.is_some()), ("--planar", self.planar)] {
+            ensure!(
+                !is_given || suffix(&self.path) == "npy",
+                "{}: {option} is about the axes of an array: expected .npy",
+                self.path.display()
+            );
+        }
         if self.is_recording()? {
             return Recording::read(&self.path);
         }
-        let chirps = self.chirps()?;
-        let angles = self.angles(chirps.count())?;
         let base = self.keys_of.as_ref();
         let base = base.map(|path| sigmf::metadata(path)).transpose()?;
+        let chirps = self.chirps(base.as_ref())?;
+        let angles = self.angles(chirps.count())?;
+        let note = |words: &str| crate::note!("note: {}: {words}", self.path.display());
+        chirps.left_out.iter().for_each(|words| note(words));
         let recording = chirps.recording(name, &self.given, base.as_ref(), angles.as_deref());
-        recording.with_context(|| format!("{}", self.path.display()))
+        let recording = recording.with_context(|| format!("{}", self.path.display()))?;
+        if let Some(words) = mirrored::warning(&recording)? {
+            note(&words);
+        }
+        Ok(recording)
     }
 
     /// Returns the angles of the table, one per chirp; `None` without a table. `chirps` is their expected number.
@@ -100,20 +111,32 @@ impl Source {
         Ok(Some(angles))
     }
 
-    fn chirps(&self) -> Result<Chirps> {
+    /// Returns the arrangement of an array's numbers. `samples` is the number of samples per chirp, if it is known.
+    fn layout(&self, samples: Option<usize>) -> Layout {
+        match &self.real {
+            Some(axes) => Layout::Real(axes.clone()),
+            None if self.planar => Layout::Planar,
+            None => Layout::ByShape(samples),
+        }
+    }
+
+    /// Reads the chirps; `base` are the metadata of the recording that supplies keys.
+    fn chirps(&self, base: Option<&Value>) -> Result<Chirps> {
+        let of_base = base.and_then(|base| base["global"]["stairscan:samples_per_chirp"].as_u64());
+        let of_base = of_base.and_then(|samples| usize::try_from(samples).ok());
+        let known = self.given.samples_per_chirp.or(of_base);
         let file = || format!("{}", self.path.display());
         let chirps = match suffix(&self.path) {
             "npy" => {
-                let (file_bytes, real) = (bytes(&self.path)?, self.real.as_ref());
-                Chirps::of_array(&file_bytes, self.full_scale, real).with_context(file)?
+                let (file_bytes, layout) = (bytes(&self.path)?, self.layout(known));
+                Chirps::of_array(&file_bytes, self.full_scale, &layout).with_context(file)?
             }
             "bin" => self.capture()?,
             _ => {
                 let metadata = sigmf::metadata(&self.path)?;
                 let data = recording::meta_path(&self.path).with_extension(DATA_SUFFIX);
                 let data = bytes(&data)?;
-                let given = self.given.samples_per_chirp;
-                Chirps::of_sigmf(metadata, &data, self.full_scale, given).with_context(file)?
+                Chirps::of_sigmf(metadata, &data, self.full_scale, known).with_context(file)?
             }
         };
         if let Some(given) = self.given.samples_per_chirp {
@@ -123,13 +146,8 @@ impl Source {
             };
             ensure!(
                 given == found,
-                "{}: {found} {kind} samples in a chirp, --samples-per-chirp is {given}{}",
-                self.path.display(),
-                if given == 2 * found {
-                    ": --real AXES takes real samples"
-                } else {
-                    ""
-                }
+                "{}: {found} {kind} samples in a chirp, --samples-per-chirp is {given}",
+                self.path.display()
             );
         }
         Ok(chirps)
@@ -151,6 +169,7 @@ impl Source {
             samples_per_chirp: setup.samples_per_chirp,
             real: false,
             metadata: Value::Null,
+            left_out: Vec::new(),
         })
     }
 }

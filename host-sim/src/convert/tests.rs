@@ -97,7 +97,7 @@ fn an_array_of_real_samples_is_a_recording_of_real_samples() {
     scratch.put("made.sigmf-data", &made.sample_bytes());
     let back = Recording::read(&written).unwrap();
     assert_eq!(back.samples, made.samples);
-    let profile = crate::commands::profile::profile(&back, 0).unwrap();
+    let profile = crate::commands::profile::profile(&back, &Default::default(), 0).unwrap();
     let strongest = profile.power_db.iter().enumerate();
     let strongest = strongest.max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
     assert_eq!(strongest.0, 7);
@@ -120,6 +120,47 @@ fn an_array_of_real_samples_is_a_recording_of_real_samples() {
     };
     let error = format!("{:#}", recording.read("x").unwrap_err());
     assert!(error.contains("expected .npy"), "{error}");
+}
+
+/// The scan of an array with all I, then all Q in its rows is that of the recording; taken for pairs, it is noticed.
+#[test]
+fn an_array_of_planes_is_a_scan() {
+    let scratch = Scratch::new("planar");
+    let recording = recorded("stair_a");
+    let header = "{'descr': '<i2', 'fortran_order': False, 'shape': (281, 400), }";
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((header.len() as u16).to_le_bytes());
+    file.extend(header.bytes());
+    for chirp in (0..281).filter_map(|k| recording.chirp(k)) {
+        let numbers = chirp.iter().map(|s| s.i).chain(chirp.iter().map(|s| s.q));
+        file.extend(numbers.flat_map(i16::to_le_bytes));
+    }
+    let source = Source {
+        path: scratch.put("planar.npy", &file),
+        keys_of: Some(repository("stair_a")),
+        planar: true,
+        ..Source::default()
+    };
+    let made = source.read("stair_a").unwrap();
+    assert_eq!(made.samples, recording.samples);
+    let warned =
+        |recording: &Recording| stairscan_replay::convert::mirrored::warning(recording).unwrap();
+    assert_eq!(warned(&made), None);
+    let pairs = Source {
+        planar: false,
+        ..source.clone()
+    };
+    let warning = warned(&pairs.read("x").unwrap()).unwrap();
+    assert!(warning.contains("--planar"), "{warning}");
+    let other = Source {
+        path: repository("stair_a"),
+        ..source
+    };
+    let error = format!("{:#}", other.read("x").unwrap_err());
+    assert!(
+        error.contains("--planar") && error.contains("expected .npy"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -164,7 +205,7 @@ fn keys_given_one_by_one_make_the_same_scan() {
         "{error}"
     );
     let twice = Source {
-        angles: Some(scratch.put("twice.csv", "1\n".repeat(281).as_bytes())),
+        angles: Some(scratch.put("twice.csv", "10\n".repeat(281).as_bytes())),
         ..source
     };
     let error = format!("{:#}", twice.read("x").unwrap_err());
@@ -183,7 +224,7 @@ fn sigmf_of_others_is_read_with_what_it_lacks() {
         .flat_map(|v| (f32::from(v) / 32768.0).to_be_bytes())
         .collect();
     scratch.put("other.sigmf-data", &floats);
-    let meta = r#"{"global": {"core:datatype": "cf32_be", "core:version": "1.0.0", "core:sha512": "0"},
+    let meta = r#"{"global": {"core:datatype": "cf32_be", "core:version": "1.0.0"},
                    "captures": [{"core:sample_start": 0, "core:frequency": 77e9}]}"#;
     let source = Source {
         path: scratch.put("other.sigmf-meta", meta.as_bytes()),
@@ -208,6 +249,142 @@ fn sigmf_of_others_is_read_with_what_it_lacks() {
     let made = Source { given, ..source }.read("x").unwrap();
     assert_eq!(made.samples, recording.samples);
     assert_eq!((made.meta.carrier_hz, made.meta.bandwidth_hz), (77e9, 4e9));
+}
+
+/// Metadata of `stair_a` by another program: `global` beyond datatype and rate, and the first capture's start.
+fn foreign(global: &str, start: usize) -> String {
+    format!(
+        r#"{{"global": {{"core:datatype": "ci16_le", "core:sample_rate": 200000, {global}}},
+            "captures": [{{"core:sample_start": {start}}}], "annotations": [{{"core:sample_start": 0}}]}}"#
+    )
+}
+
+#[test]
+fn a_first_capture_may_begin_late() {
+    let scratch = Scratch::new("late");
+    let recording = recorded("stair_a");
+    let given = Given {
+        bandwidth_hz: Some(10e9),
+        samples_per_chirp: Some(200),
+        ..Given::default()
+    };
+    // 800 samples of something else before the recording's.
+    let data = [&[1; 3200], &recording.sample_bytes()[..]].concat();
+    scratch.put("late.sigmf-data", &data);
+    let read = |global: &str, start| {
+        let source = Source {
+            path: scratch.put("late.sigmf-meta", foreign(global, start).as_bytes()),
+            given: given.clone(),
+            ..Source::default()
+        };
+        source.read("x").map_err(|error| format!("{error:#}"))
+    };
+    for (global, start) in [(r#""x:y": 1"#, 800), (r#""core:offset": 1000"#, 1800)] {
+        let made = read(global, start).unwrap();
+        assert_eq!(made.samples, recording.samples, "{global}");
+        assert!(!made.metadata_text().unwrap().contains("core:offset"));
+    }
+    assert_eq!(read(r#""core:offset": 1000"#, 1000).unwrap().chirps(), 285);
+    let error = read(r#""core:offset": 1000"#, 800).unwrap_err();
+    assert!(
+        error.contains("captures[0] core:sample_start: found 800, expected 1000"),
+        "{error}"
+    );
+    let error = read(r#""core:sha512": "00""#, 800).unwrap_err();
+    assert!(error.contains("core:sha512"), "{error}");
+    let error = read(&format!(r#""core:sha512": "{}""#, "0".repeat(128)), 800).unwrap_err();
+    assert!(error.contains("the samples' checksum is"), "{error}");
+    // A recording that is complete otherwise: read as it is, the start is named; `convert` leaves out what is before.
+    let keys = r#""stairscan:bandwidth_hz": 1e10, "stairscan:samples_per_chirp": 200"#;
+    let path = scratch.put("late.sigmf-meta", foreign(keys, 800).as_bytes());
+    let error = format!("{:#}", Recording::read(&path).unwrap_err());
+    assert!(
+        error.contains("captures[0] core:sample_start: found 800, expected 0"),
+        "{error}"
+    );
+    let source = Source {
+        path,
+        ..Source::default()
+    };
+    assert_eq!(source.read("x").unwrap().samples, recording.samples);
+}
+
+#[test]
+fn keys_of_a_recording_are_all_taken_and_the_input_keeps_its_author() {
+    let scratch = Scratch::new("keys-of");
+    let recording = recorded("stair_a");
+    let global =
+        r#""core:author": "A. Author", "core:license": "CC0-1.0", "core:description": "mine""#;
+    scratch.put("foreign.sigmf-data", &recording.sample_bytes());
+    let source = Source {
+        path: scratch.put("foreign.sigmf-meta", foreign(global, 0).as_bytes()),
+        keys_of: Some(repository("stair_a")),
+        ..Source::default()
+    };
+    let made = source.read("x").unwrap();
+    assert_eq!((made.chirps(), &made.samples), (281, &recording.samples));
+    assert_eq!(made.meta.angles_deg, recording.meta.angles_deg);
+    assert_eq!(made.meta.extra["core:author"], "A. Author");
+    assert_eq!(made.meta.extra["core:license"], "CC0-1.0");
+    assert_eq!(made.meta.description, "mine");
+}
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_a_text() {
+    let scratch = Scratch::new("mark");
+    let recording = recorded("stair_a");
+    scratch.put("bom.sigmf-data", &recording.sample_bytes());
+    let marked = format!("\u{feff}{}", recording.metadata_text().unwrap());
+    let path = scratch.put("bom.sigmf-meta", marked.as_bytes());
+    assert_eq!(Recording::read(&path).unwrap().samples, recording.samples);
+    let parsed = Recording::parse("bom", &marked, &recording.sample_bytes()).unwrap();
+    assert_eq!(parsed.samples, recording.samples);
+    let source = |keys_of| Source {
+        path: path.clone(),
+        keys_of,
+        ..Source::default()
+    };
+    for keys_of in [None, Some(path.clone())] {
+        assert_eq!(
+            source(keys_of).read("x").unwrap().samples,
+            recording.samples
+        );
+    }
+    scratch.put("bom.sigmf-meta", b"\xff\xfe{\0}\0");
+    let error = format!("{:#}", Recording::read(&path).unwrap_err());
+    assert!(
+        error.contains("bom.sigmf-meta: the byte order mark of UTF-16"),
+        "{error}"
+    );
+    let error = format!("{:#}", source(None).read("x").unwrap_err());
+    assert!(
+        error.contains("bom.sigmf-meta: the byte order mark of UTF-16"),
+        "{error}"
+    );
+}
+
+/// Real samples of another program: 16 bits as in a recording, here big-endian and without keys.
+#[test]
+fn real_samples_of_others_are_read() {
+    let scratch = Scratch::new("real-sigmf");
+    let recording = recorded("stair_a");
+    let data = recording.samples.iter().flat_map(|s| [s.i, s.q]);
+    let data: Vec<u8> = data.flat_map(i16::to_be_bytes).collect();
+    scratch.put("real.sigmf-data", &data);
+    let meta = foreign(r#""x:y": 1"#, 0).replace("ci16_le", "ri16_be");
+    let source = Source {
+        path: scratch.put("real.sigmf-meta", meta.as_bytes()),
+        given: Given {
+            bandwidth_hz: Some(10e9),
+            samples_per_chirp: Some(400),
+            ..Given::default()
+        },
+        ..Source::default()
+    };
+    let made = source.read("x").unwrap();
+    assert!(made.meta.real);
+    assert_eq!((made.chirps(), made.meta.file_samples()), (281, 400));
+    assert_eq!(made.samples, recording.samples);
 }
 
 #[test]

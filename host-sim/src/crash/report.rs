@@ -1,8 +1,12 @@
 //! The last crash in a scanner's sentences.
 
+use crate::counted::counted;
 use anyhow::{Result, bail};
-use stairscan::report::sentence::PREFIX;
 use stairscan::report::{CrashSite, Sentence};
+
+use crate::live::arrived::Arrived;
+use crate::live::lines::Splitter;
+use crate::live::trouble::{REPORT_BAUD, UnexpectedData};
 
 /// A crash, as `BOOT` or `CRASH` reports it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,18 +21,17 @@ pub struct Report {
     pub site: CrashSite,
 }
 
-/// Returns the last crash in lines of a log: sentences, with or without a time before each.
+/// Returns the last crash in the bytes of a log: sentences, with or without a time before each.
 ///
 /// # Errors
-/// The lines contain no crash; the message says what was found instead.
-pub fn last<'a>(lines: impl Iterator<Item = &'a str>) -> Result<Report> {
+/// The log contains no crash; the message says what was found instead.
+pub fn last(log: &[u8]) -> Result<Report> {
     let mut revision: Option<String> = None;
     let (mut found, mut sentences, mut none) = (None, 0, false);
-    for line in lines {
-        let Some(at) = line.find(PREFIX) else {
-            continue;
-        };
-        let Ok(sentence) = Sentence::parse(line[at..].trim_end()) else {
+    let mut arrived = Arrived::default();
+    for line in Splitter::default().push(&[log, b"\n"].concat()) {
+        arrived.line(&line);
+        let Ok(sentence) = Sentence::parse(&line) else {
             continue;
         };
         sentences += 1;
@@ -63,9 +66,16 @@ pub fn last<'a>(lines: impl Iterator<Item = &'a str>) -> Result<Report> {
     match found {
         Some(report) => Ok(report),
         None if none => bail!("no crash since power-on: the scanner answers `crash?` with none"),
-        None if sentences == 0 => bail!("no sentence of a scanner with a right CRC-32"),
+        None if sentences == 0 => bail!(
+            "no sentence of a scanner with a right CRC-32: {}",
+            match arrived.kind() {
+                UnexpectedData::Nothing | UnexpectedData::Silence => "it is empty".to_owned(),
+                others => others.explain(REPORT_BAUD).0,
+            }
+        ),
         None => bail!(
-            "no crash in {sentences} sentences: expected BOOT after a crash, or CRASH, the answer to `crash?`"
+            "no crash in {}: expected BOOT after a crash, or CRASH, the answer to `crash?`",
+            counted(sentences, "sentence")
         ),
     }
 }
@@ -100,26 +110,29 @@ mod tests {
             site: SITE,
         });
         let crash = crash.write();
-        let lines = ["noise", &boot(SITE), &boot(CrashSite::NONE)];
-        let report = last(lines.into_iter()).unwrap();
+        let lines = ["noise", &boot(SITE), &boot(CrashSite::NONE)].join("\n");
+        let report = last(lines.as_bytes()).unwrap();
         assert_eq!((report.cause.as_str(), report.boot), ("panic", 3));
         assert_eq!(report.revision.as_deref(), Some("abc"));
-        let report = last([&*boot(CrashSite::NONE), &crash].into_iter()).unwrap();
+        let report = last(format!("{}\r{crash}", boot(CrashSite::NONE)).as_bytes()).unwrap();
         assert_eq!((report.cause.as_str(), report.boot), ("memory-fault", 7));
         assert_eq!(report.revision.as_deref(), Some("abc"));
-        assert_eq!(last([&*crash].into_iter()).unwrap().revision, None);
+        assert_eq!(last(crash.as_bytes()).unwrap().revision, None);
     }
 
     #[test]
     fn what_is_missing_is_named() {
         let none = Sentence::Crash(CrashLine::NONE).write();
         for (lines, part) in [
-            (vec![], "no sentence"),
-            (vec!["$PSTR,BOOT,1*00000000".to_owned()], "no sentence"),
-            (vec![boot(CrashSite::NONE)], "no crash in 1 sentences"),
-            (vec![none.to_string()], "with none"),
+            (
+                String::new(),
+                "no sentence of a scanner with a right CRC-32: it is empty",
+            ),
+            ("$PSTR,BOOT,1*00000000".to_owned(), "received damaged"),
+            (boot(CrashSite::NONE), "no crash in 1 sentence:"),
+            (none.to_string(), "with none"),
         ] {
-            let error = last(lines.iter().map(String::as_str)).unwrap_err();
+            let error = last(lines.as_bytes()).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");
         }
     }

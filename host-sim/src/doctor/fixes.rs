@@ -34,6 +34,7 @@ pub fn check(reason: Reason) -> Check {
         | R::CloseRival
         | R::WeakEchoes
         | R::ShortHorizon
+        | R::NoPromise
         | R::IrregularStep
         | R::Unconfirmed
         | R::Moving
@@ -151,6 +152,7 @@ pub fn fix(reason: Reason) -> &'static str {
         R::ShortHorizon => {
             "Nothing to repair: less than the first metre of this scene was detected well enough."
         }
+        R::NoPromise => "The paper's estimator has no horizon: `set estimator likelihood`.",
         R::InferredStep
         | R::CloseRival
         | R::WeakEchoes

@@ -20,6 +20,7 @@ use std::fmt::Write as _;
 
 use stairscan::verdict::{Reason, ReasonEffect, Reasons, Status};
 
+use crate::counted::counted;
 use crate::live::talk::PortFault;
 use crate::setting_file::table;
 pub use check::Check;
@@ -146,10 +147,10 @@ pub fn text(findings: &[Finding]) -> String {
     };
     let _ = writeln!(
         text,
-        "{} ok, {} warnings, {} faults, {} not seen",
+        "{} ok, {}, {}, {} not seen",
         count(Level::Ok),
-        count(Level::Warning),
-        count(Level::Fault),
+        counted(count(Level::Warning), "warning"),
+        counted(count(Level::Fault), "fault"),
         count(Level::Unseen)
     );
     text
@@ -320,8 +321,10 @@ fn port(evidence: &Evidence) -> Finding {
         return good(Check::Port, here);
     }
     let counts = format!(
-        "{here}; damaged: {} lines here, {damaged} bytes and {refused} lines at the scanner since it booted",
-        evidence.damaged
+        "{here}; damaged: {} here, {} and {} at the scanner since it booted",
+        counted(evidence.damaged, "line"),
+        counted(damaged, "byte"),
+        counted(refused, "line")
     );
     warning(
         Check::Port,

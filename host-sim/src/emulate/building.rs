@@ -1,6 +1,6 @@
 //! Runs Cargo for the chip or the browser, and shows elapsed and remaining time.
 
-use std::io::{BufRead, BufReader, IsTerminal as _, Read as _};
+use std::io::{BufRead, BufReader, Read as _};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
@@ -13,11 +13,7 @@ use crate::console::progress;
 /// # Errors
 /// The build fails; the message is Cargo's.
 pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
-    let total = if std::io::stderr().is_terminal() {
-        packages(&build, package, target)
-    } else {
-        None
-    };
+    let total = packages(&build, package, target);
     let bar = progress(total.unwrap_or(1)).with_prefix(format!("building {package}"));
     let mut child = build
         // One line for each finished package; diagnostics stay text.

@@ -27,6 +27,19 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
     Ok(elf)
 }
 
+/// Seals an image that was built before.
+///
+/// # Errors
+/// The file is missing, for which the message names the remedy, or cannot be sealed.
+pub fn seal_built(elf: &Path) -> Result<[u32; stairscan::scanner::seal::WORDS]> {
+    ensure!(
+        elf.exists(),
+        "{}: no such file: `cargo firmware` builds the image, target/{TARGET}/firmware/stairscan",
+        elf.display()
+    );
+    seal(elf)
+}
+
 /// Builds the boot loader with the key that the environment names, else the development key; returns its ELF file.
 pub fn build_loader() -> Result<PathBuf> {
     build_bin("stairscan-boot", "stairscan-boot", &[])

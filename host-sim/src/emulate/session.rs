@@ -16,6 +16,7 @@ use stairscan::scanner::record::MOUNTING;
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
+use crate::live::lines::Splitter;
 use crate::live::pty::Pty;
 use crate::motion::by_trigger::ByTrigger;
 use crate::playback::Playback;
@@ -145,7 +146,7 @@ pub struct Session<'a> {
     /// Number of the `lines` that were received before the last [`Session::skip_lines`]; [`Session::rewind`] goes back
     /// to there.
     skipped: usize,
-    partial: Vec<u8>,
+    reader: Splitter,
     /// Pseudo-terminal of an observer, who may type commands.
     watcher: Option<Pty>,
     /// Whether the radar module withholds chirps until the mirror has moved on.
@@ -194,7 +195,7 @@ impl<'a> Session<'a> {
             live: Vec::new(),
             read: 0,
             skipped: 0,
-            partial: Vec::new(),
+            reader: Splitter::default(),
             watcher: None,
             withholds: false,
             withheld: None,
@@ -217,8 +218,7 @@ impl<'a> Session<'a> {
         let n = read_some(&mut self.qemu.report, &mut buffer)?;
         if n > 0 {
             busy = true;
-            self.partial.extend(&buffer[..n]);
-            self.split_lines();
+            self.read_lines(&buffer[..n]);
         }
         busy |= self.pass_on(&buffer[..n])?;
         if !busy {
@@ -227,14 +227,12 @@ impl<'a> Session<'a> {
         Ok(busy)
     }
 
-    fn split_lines(&mut self) {
-        while let Some(end) = self.partial.iter().position(|&b| b == b'\n') {
-            let line: Vec<u8> = self.partial.drain(..=end).collect();
-            let line = String::from_utf8_lossy(&line).trim_end().to_owned();
-            if matches!(Sentence::parse(&line), Ok(Sentence::Live(_))) {
-                self.live.push(line);
-            } else if !line.is_empty() {
-                self.lines.push(line);
+    /// Stores the lines that `bytes` of the report port complete.
+    fn read_lines(&mut self, bytes: &[u8]) {
+        for line in self.reader.push(bytes) {
+            match Sentence::parse(&line) {
+                Ok(Sentence::Live(_)) => self.live.push(line),
+                _ => self.lines.push(line),
             }
         }
     }

@@ -237,6 +237,7 @@ mod tests {
     use std::path::Path;
 
     use stairscan::config::{Config, EstimatorKind};
+    use stairscan::verdict::Status;
 
     use super::*;
     use crate::recording::Recording;
@@ -303,6 +304,13 @@ mod tests {
         let a = answer("stair_a", EstimatorKind::Likelihood);
         let b = answer("stair_a", EstimatorKind::Paper);
         let rows = between(&a, &b);
+        assert_eq!(
+            (a.scan.status, b.scan.status),
+            (Status::Ok, Status::Degraded)
+        );
+        assert_eq!(row(&rows, "status").second, "degraded");
+        assert_eq!(row(&rows, "reason no-promise").first, NONE);
+        assert!(b.text().contains("degraded (no-promise): ") && !b.text().contains("valid up to"));
         assert_eq!(row(&rows, "horizon").second, NONE);
         assert_eq!(row(&rows, "confidence").second, NONE);
         assert_eq!(row(&rows, "reason inferred-step").second, NONE);

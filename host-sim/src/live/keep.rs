@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use super::Ms;
+use crate::output::no_stdout;
 
 /// Maximum number of recorded sessions, a file each, in a directory.
 const MAX_SESSIONS: u32 = 9_999;
@@ -21,6 +22,17 @@ pub struct Keep {
     file: File,
     /// Path of the session's file.
     pub path: PathBuf,
+    /// Whether the file has a received or sent line.
+    pub used: bool,
+}
+
+impl Drop for Keep {
+    /// Removes a file without a line of the scanner, as of a program that a service starts until the port is there.
+    fn drop(&mut self) {
+        if !self.used {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
 }
 
 impl Keep {
@@ -30,12 +42,17 @@ impl Keep {
     /// # Errors
     /// The directory or the file cannot be created; the message names the path.
     pub fn begin(dir: &Path, about: &str) -> Result<Self> {
+        no_stdout(dir)?;
         fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
         for number in 1..=MAX_SESSIONS {
             let path = dir.join(format!("live-{number:03}.txt"));
             match OpenOptions::new().append(true).create_new(true).open(&path) {
                 Ok(file) => {
-                    let mut keep = Self { file, path };
+                    let mut keep = Self {
+                        file,
+                        path,
+                        used: false,
+                    };
                     keep.line(0, '#', about)?;
                     return Ok(keep);
                 }
@@ -52,6 +69,7 @@ impl Keep {
     /// # Errors
     /// The file cannot be written; the message names it.
     pub fn line(&mut self, at: Ms, way: char, text: &str) -> Result<()> {
+        self.used |= way != '#';
         let line = format!("{at} {way} {text}\n");
         let written = self.file.write_all(line.as_bytes());
         written.with_context(|| format!("{}", self.path.display()))
@@ -72,6 +90,11 @@ mod tests {
         let read = |keep: &Keep| fs::read_to_string(&keep.path).unwrap();
         assert_eq!(read(&first), "0 # one\n12 < $PSTR,DONE,stop\n");
         assert_eq!(read(&second), "0 # two\n7 > stop\n");
+        // A session in which no port was opened leaves no file.
+        let mut third = Keep::begin(&dir, "three").unwrap();
+        third.line(1, '#', "no port").unwrap();
+        drop(third);
+        assert!(!dir.join("live-003.txt").exists());
         fs::remove_dir_all(&dir).unwrap();
     }
 }

@@ -42,6 +42,7 @@ pub fn run(
                 }
                 continue;
             }
+            Err(RecvTimeoutError::Disconnected) if source.is_log => return Ok(()),
             Err(RecvTimeoutError::Disconnected) => bail!("{}: has ended", session.state.port),
         };
         let (link, answers) = (session.state.link.clone(), session.state.answers);

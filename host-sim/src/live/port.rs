@@ -14,7 +14,8 @@ use serialport::SerialPort;
 
 use super::Ms;
 use super::lines::Splitter;
-use super::model::Event;
+use super::log::Log;
+use super::model::{Event, Way};
 use super::ports;
 use super::trouble::Trouble;
 
@@ -22,6 +23,8 @@ use super::trouble::Trouble;
 const READ: Duration = Duration::from_millis(20);
 /// Interval between two attempts to open a port.
 const RETRY: Duration = Duration::from_millis(300);
+/// Time after which the end of a line that has begun is overdue; a sentence takes 20 ms at 115,200 baud.
+const OVERDUE: Duration = Duration::from_millis(500);
 /// Timeout of a write. A command of one line takes 8 ms at 115,200 baud.
 const WRITE: Duration = Duration::from_secs(1);
 
@@ -32,6 +35,8 @@ pub struct Source {
     pub events: Receiver<(Ms, Event)>,
     /// Lines to send to the scanner, without line ends.
     pub lines: Sender<String>,
+    /// Whether the source is a log, which ends.
+    pub is_log: bool,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -79,9 +84,31 @@ impl Source {
         Self {
             events,
             lines,
+            is_log: false,
             stop,
             thread: Some(std::thread::spawn(move || work(inside))),
         }
+    }
+
+    /// Creates the source that plays a log at its true speed.
+    pub fn log(started: Instant, log: Log) -> Self {
+        let play = move |inside: Inside| {
+            inside.send(Event::Opened);
+            let received = log.lines.into_iter().filter(|line| line.way == Way::In);
+            for line in received {
+                let due = started + Duration::from_millis(line.at);
+                while Instant::now() < due {
+                    if inside.ended() {
+                        return;
+                    }
+                    std::thread::sleep(READ.min(due.saturating_duration_since(Instant::now())));
+                }
+                inside.send(Event::Line(line.text));
+            }
+        };
+        let mut source = Self::run(started, play);
+        source.is_log = true;
+        source
     }
 
     /// Creates the source for the serial port `path`, which is reopened after each failure.
@@ -132,6 +159,8 @@ pub fn open(path: &str, baud: u32) -> serialport::Result<Box<dyn SerialPort>> {
 fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String> {
     let mut splitter = Splitter::default();
     let mut buffer = [0; 1024];
+    // Time of the last bytes, if a line has begun and its end may be overdue.
+    let mut begun: Option<Instant> = None;
     while !inside.ended() {
         while let Some(line) = inside.line() {
             if let Err(error) = write(port, format!("{line}\r\n").as_bytes()) {
@@ -145,11 +174,17 @@ fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String
                 lines
                     .into_iter()
                     .for_each(|line| inside.send(Event::Line(line)));
+                begun = Some(Instant::now());
             }
             Err(error) if passes(error.kind()) => {
                 // Not every driver reports to a reader that its device was unplugged.
                 if !Path::new(path).exists() {
                     return Some("no such device any more".to_owned());
+                }
+                if begun.take_if(|begun| begun.elapsed() > OVERDUE).is_some()
+                    && let Some(text) = splitter.pending()
+                {
+                    inside.send(Event::Pending(text));
                 }
             }
             Err(error) => return Some(error.to_string()),

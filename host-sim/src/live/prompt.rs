@@ -39,14 +39,13 @@ pub enum Own {
     Quit,
 }
 
-/// Lines that `help` prints.
-pub const HELP: [&str; 6] = [
+/// Lines of the help, which stand in place of the last sentences until it is closed.
+pub const HELP: [&str; 5] = [
     "scan | start | stop | reset: one scan, continuous, stop, clear history",
     "status | version | selftest: state of the scanner",
     "get [KEY] | set KEY VALUE | save: settings (docs/user/hardware.md)",
-    "calibrate WALL_MM YYYYMMDD: estimate the mounting",
-    "PageUp, PageDown: older sentences, newer ones",
-    "help, q: this text, the end; all commands: docs/user/commands.md",
+    "calibrate WALL_MM YYYYMMDD: mounting. PageUp, PageDown: older, newer",
+    "?, Esc, q: this text, close it, end. All commands: docs/user/report.md",
 ];
 
 /// The command line with its history. Only ASCII can be typed: commands contain nothing else.
@@ -58,6 +57,8 @@ pub struct Prompt {
     pub cursor: usize,
     /// Note below the line, such as the reason why it was not sent; empty without one.
     pub note: String,
+    /// Whether the help is shown.
+    pub helping: bool,
     /// Whether the next Enter sends the line unchanged, because the note below it has already explained why it was not
     /// sent at once.
     offered: bool,
@@ -95,9 +96,20 @@ impl Prompt {
             Key::Up => self.look_back(),
             Key::Down => self.look_forward(),
             Key::Clear => {
+                self.helping = false;
                 self.replace(String::new());
                 self.place = None;
             }
+        }
+    }
+
+    /// Returns the command to this program that a single key gives without Enter, on an empty line: no command to the
+    /// scanner begins with it.
+    pub fn at_once(&self, key: char) -> Option<Own> {
+        match key {
+            'q' if self.text.is_empty() => Some(Own::Quit),
+            '?' if self.text.is_empty() => Some(Own::Help),
+            _ => None,
         }
     }
 
@@ -138,6 +150,8 @@ impl Prompt {
     }
 
     fn send(&mut self, line: String) -> String {
+        // The reply comes where the help stands.
+        self.helping = false;
         self.replace(String::new());
         self.place = None;
         line
@@ -249,6 +263,17 @@ mod tests {
             assert_eq!(prompt.own(), own, "{typed}");
             assert_eq!(prompt.text.is_empty(), own.is_some(), "{typed}");
         }
+    }
+
+    #[test]
+    fn q_and_question_mark_need_no_enter_on_an_empty_line() {
+        let mut prompt = Prompt::default();
+        assert_eq!(prompt.at_once('q'), Some(Own::Quit));
+        assert_eq!(prompt.at_once('?'), Some(Own::Help));
+        assert_eq!(prompt.at_once('s'), None);
+        // Within a line they are its text.
+        prompt.key(Key::Char('s'));
+        assert_eq!((prompt.at_once('q'), prompt.at_once('?')), (None, None));
     }
 
     #[test]

@@ -9,10 +9,11 @@ use stairscan::verdict::Status;
 
 use super::Ms;
 use super::model::{Entry, Link, Pulse, State, Validity, Way};
-use super::prompt::Prompt;
+use super::prompt::{HELP, Prompt};
 use super::side;
 use super::trouble::Trouble;
 use crate::answer::{Answer, drop_words, maybe_words, metres};
+use crate::counted::counted;
 
 /// Minimum size of the terminal, columns and rows of characters.
 const MIN_SIZE: (u16, u16) = (72, 22);
@@ -46,7 +47,10 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
         lines(verdict.len()),
         Constraint::Min(8),
         lines(1),
-        Constraint::Max(7),
+        match prompt.helping {
+            true => lines(HELP.len() + 2),
+            false => Constraint::Max(7),
+        },
         lines(3),
     ])
     .split(area);
@@ -61,7 +65,10 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     side::draw(frame, middle[0], answer, fresh);
     table(frame, middle[1], answer, fresh);
     frame.render_widget(Paragraph::new(pulse(state, now)), rows[3]);
-    log(frame, rows[4], state);
+    match prompt.helping {
+        true => help(frame, rows[4]),
+        false => log(frame, rows[4], state),
+    }
     command_line(frame, rows[5], state, prompt, now);
 }
 
@@ -131,7 +138,7 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let old = match standing {
         Validity::Fresh => None,
         Validity::Unplugged => Some("the port is closed".to_owned()),
-        Validity::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
+        Validity::Silent(ms) => Some(format!("no intact sentence for {}", span(ms))),
         Validity::Restarted => Some("the scanner has restarted since".to_owned()),
         Validity::Old => Some("too old to act on".to_owned()),
     };
@@ -265,14 +272,22 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
     } = pulse;
     let up = span(u64::from(pulse.uptime_ms));
     let text = format!(
-        " {what}, scan {scan}, up {up} | motion {motion}, {motion_faults} faults | \
-         refused {refused}, damaged {damaged}, link errors {link}"
+        " {what}, scan {scan}, up {up} | motion {motion}, {} | \
+         refused {refused}, damaged {damaged}, link errors {link}",
+        counted(*motion_faults, "fault")
     );
     let style = match state.standing(now) {
         Validity::Unplugged | Validity::Silent(_) => GREY,
         _ => Style::new(),
     };
     Line::styled(text, style)
+}
+
+/// Draws the help.
+fn help(frame: &mut Frame<'_>, area: Rect) {
+    let lines: Vec<_> = HELP.map(Line::raw).into();
+    let block = Block::bordered().title(" Help: Esc closes it ");
+    frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 /// Draws the last sentences except `LIVE`, the newest at the bottom, or earlier ones after scrolling back.
@@ -306,7 +321,7 @@ fn command_line(frame: &mut Frame<'_>, area: Rect, state: &State, prompt: &Promp
         Span::raw(prompt.text.clone()),
     ]);
     let note = Line::styled(format!("   {}", prompt.note), WARN);
-    let help = "   Enter sends, Up and Down: history, Esc clears, q ends. Try: help, status";
+    let help = "   Enter sends, Up and Down: history, Esc clears, q ends, ? helps";
     let note = match prompt.note.is_empty() {
         false => note,
         true => Line::styled(help, GREY),

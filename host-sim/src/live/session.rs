@@ -27,6 +27,7 @@ impl Session<'_> {
         }
         match event {
             Event::Line(line) => self.keep(at, '<', line),
+            Event::Pending(_) => {}
             // A further failed attempt is not reported.
             _ if self.state.link == link => {}
             Event::Opened => self.keep(at, '#', "the port is open"),

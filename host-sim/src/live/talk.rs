@@ -112,7 +112,7 @@ impl Talk {
             match event {
                 Event::Failed(trouble) => return Err(self.failed(&trouble)),
                 Event::Line(line) if Sentence::parse(&line).is_ok() => return Ok(Some(line)),
-                Event::Line(_) | Event::Opened => {}
+                Event::Line(_) | Event::Pending(_) | Event::Opened => {}
             }
         }
     }
@@ -134,10 +134,20 @@ impl Talk {
                     "{}: the scanner sends sentences but does not reply",
                     self.port
                 ),
-                vec!["Is the wire to REPORT_RX (J2 pin 3) connected?".to_owned()],
+                self.no_reply_help(),
             ),
         };
         PortFault { what, help }
+    }
+
+    /// Returns the remedies for a scanner that sends sentences but does not reply.
+    fn no_reply_help(&self) -> Vec<String> {
+        let wire = "Is the wire to REPORT_RX (J2 pin 3) connected?".to_owned();
+        let damaged = self.state.damaged();
+        let lost =
+            format!("{damaged} sentences were received damaged: its reply may be among them.");
+        let some = (damaged > 0).then_some(lost);
+        some.into_iter().chain([wire]).collect()
     }
 
     /// Sends a line to the scanner; does not wait for a reply.

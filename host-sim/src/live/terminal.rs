@@ -9,7 +9,7 @@ use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifi
 
 use super::Ms;
 use super::port::Source;
-use super::prompt::{HELP, Key, Own, Prompt};
+use super::prompt::{Key, Own, Prompt};
 use super::screen;
 use super::session::Session;
 
@@ -23,7 +23,7 @@ const FRAME: Duration = Duration::from_millis(50);
 pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Result<()> {
     ensure!(
         stdout().is_terminal(),
-        "stdout: expected a terminal to draw on; `--record DIR` keeps the sentences in a file"
+        "stdout: expected a terminal to draw on"
     );
     let mut terminal = ratatui::try_init()?;
     let keys = keys();
@@ -97,7 +97,10 @@ impl View<'_, '_> {
             KeyCode::Char('c' | 'd') if control => return false,
             KeyCode::Char(_) if control => return true,
             KeyCode::Enter => return self.enter(source, now),
-            KeyCode::Char(c) => Key::Char(c),
+            KeyCode::Char(c) => match self.prompt.at_once(c) {
+                Some(own) => return self.own(own),
+                None => Key::Char(c),
+            },
             KeyCode::Backspace => Key::Backspace,
             KeyCode::Delete => Key::Delete,
             KeyCode::Left => Key::Left,
@@ -121,13 +124,16 @@ impl View<'_, '_> {
         true
     }
 
+    /// Executes a command to this program. Returns whether to continue.
+    fn own(&mut self, own: Own) -> bool {
+        self.prompt.helping ^= own == Own::Help;
+        own != Own::Quit
+    }
+
     /// Handles the typed line. Returns whether to continue.
     fn enter(&mut self, source: &Source, now: Ms) -> bool {
         match self.prompt.own() {
-            Some(Own::Quit) => return false,
-            Some(Own::Help) => HELP
-                .iter()
-                .for_each(|line| self.session.state.note(now, line)),
+            Some(own) => return self.own(own),
             None if !self.session.state.is_open() => {
                 self.prompt.note = "the port is not open: nothing can be sent".to_owned();
             }

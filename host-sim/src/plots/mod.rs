@@ -160,6 +160,7 @@ pub fn write_scan((outputs, dir): (&Outputs, &Path), scan: &ScanView<'_>) -> Res
 /// # Errors
 /// Names the file if it cannot be written.
 pub fn write_profile((outputs, file): (&Outputs, &Path), view: &ProfileView) -> Result<()> {
+    outputs.check_kind(file, &["png"])?;
     outputs.write_picture(file, &profile::threshold(view)?)
 }
 

@@ -51,11 +51,10 @@ pub mod view;
 pub mod way;
 
 use core::f64::consts::TAU;
-use std::fs;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Result, anyhow, ensure};
 use stairscan::Iq;
 use stairscan::config::Plane;
 
@@ -108,7 +107,7 @@ impl Scene {
     /// Reads and builds a scene file. Errors name the file and the line or key.
     pub fn read(path: &Path) -> Result<Self> {
         recording::regular(path)?;
-        let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+        let text = recording::text(path)?;
         Self::parse(&text).map_err(|e| anyhow!("{}{e}", path.display()))
     }
 

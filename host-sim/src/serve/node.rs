@@ -90,7 +90,7 @@ impl RosNode {
         let spinning = node.spinner()?.spin();
         let spinner = std::thread::spawn(move || {
             if let Err(error) = futures_executor::block_on(spinning) {
-                eprintln!("error: --ros2: the node's parameters are not served: {error}");
+                crate::note!("error: --ros2: the node's parameters are not served: {error}");
             }
         });
         let started = Self {
@@ -142,7 +142,7 @@ impl Outlet for RosNode {
 
     fn publish(&self, stream: Stream, message: &[u8], stamp_ns: u64) {
         if let Err(error) = self.publish_frames(stamp_ns) {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
         }
         for (of, publisher) in &self.publishers {
             if *of == stream {
@@ -181,7 +181,7 @@ impl Service for RosNode {
         } = *self;
         drop((publishers, transforms, node));
         if spinner.join().is_err() {
-            eprintln!("error: --ros2: the thread of the node's parameters failed");
+            crate::note!("error: --ros2: the thread of the node's parameters failed");
         }
     }
 }
@@ -268,6 +268,6 @@ fn publisher(
 fn send(publisher: &Publisher<Body>, message: &[u8]) {
     let body = message.get(ENCAPSULATION.len()..).unwrap_or_default();
     if publisher.publish(Body(body.to_vec())).is_err() {
-        eprintln!("error: --ros2: a message was lost: a reader has not taken the last {DEPTH}");
+        crate::note!("error: --ros2: a message was lost: a reader has not taken the last {DEPTH}");
     }
 }

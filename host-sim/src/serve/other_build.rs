@@ -39,8 +39,8 @@ fn build(root: PathBuf, feature: &str) -> Result<PathBuf> {
     let program = target.join("release/host-sim");
     let built = program.exists();
     if !built {
-        eprintln!(
-            "--{feature}: building the program with the feature {feature}, once (a minute or more)"
+        crate::note!(
+            "--{feature}: building the program with the feature {feature}, once (two to ten minutes)"
         );
     }
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());

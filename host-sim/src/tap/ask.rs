@@ -173,7 +173,7 @@ fn explain(error: LinkError) -> String {
                 .to_owned()
         }
         LinkError::Frame(_) => {
-            "the received bytes are damaged. The link's speed is 1,000,000 baud".to_owned()
+            "the received bytes are damaged. The link's speed is 1,000,000 baud until another is agreed on".to_owned()
         }
         LinkError::Module(code) => format!("it reports error {code} (docs/design/link.md)"),
         _ => "it sends another reply".to_owned(),

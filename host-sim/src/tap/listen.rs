@@ -11,6 +11,8 @@ pub enum LinkEvent {
     Configure(u8),
     /// From the scanner: request for a chirp at this shaft angle, 0.001°.
     Trigger(i32),
+    /// From the module: the bit rate of all following bytes, Mbaud.
+    RateSet(u8),
     /// From the module: its settings.
     Settings(RadarConfig),
     /// From the module: the samples of a chirp.
@@ -22,12 +24,12 @@ pub enum LinkEvent {
 }
 
 impl LinkEvent {
-    /// Returns a frame's content; `None` for frames that set the baud rate, which do not belong to
-    /// a scan.
+    /// Returns a frame's content; `None` for a request of another bit rate, which does not belong to a scan.
     fn of(frame: &Frame<'_>) -> Option<Self> {
         let payload = frame.payload;
         let received = match frame.kind {
-            FrameKind::Rate | FrameKind::RateSet => return None,
+            FrameKind::Rate => return None,
+            FrameKind::RateSet => payload.first().map(|rate| Self::RateSet(*rate)),
             FrameKind::Configure => Some(Self::Configure(1)),
             FrameKind::Program => frame::requested_chirps(payload).map(Self::Configure),
             FrameKind::Trigger => {

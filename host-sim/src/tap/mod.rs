@@ -3,6 +3,8 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`listen`] | decodes frames from the bytes of a direction, also damaged ones |
+//! | [`nothing`] | why there is no scan, from what was received |
+//! | [`pace`] | the bit rate of the link, which the ports follow |
 //! | [`scans`] | assembles requests and answers into scans, row by row |
 //! | [`sweep`] | finds the schedule of angles behind the triggers |
 //! | [`gather`] | collects scans into recordings, within the limits of the format |
@@ -19,6 +21,8 @@ pub mod beside;
 pub mod demo;
 pub mod gather;
 pub mod listen;
+pub mod nothing;
+pub mod pace;
 pub mod scans;
 pub mod sweep;
 pub mod unfinished;

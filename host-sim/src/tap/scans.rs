@@ -8,6 +8,8 @@ use stairscan::config::RadarConfig;
 
 use super::listen::{LinkEvent, Listener};
 use crate::live::Ms;
+use crate::live::arrived::Arrived;
+use crate::live::lines::Splitter;
 
 /// Maximum number of answers that are stored until their requests are read. The ports are read one
 /// after the other, and a busy machine may read one of them half a second late.
@@ -131,14 +133,30 @@ pub struct Tap {
     done: VecDeque<Scan>,
     /// Time at which the last frame was received, ms.
     received: Option<Ms>,
+    frames: u64,
+    /// Bit rate that the module has confirmed, until [`Tap::rate_set`] takes it, Mbaud.
+    rate: Option<u8>,
+    /// Lines that were received before the first frame, if this is another port.
+    reader: Splitter,
+    arrived: Arrived,
 }
 
 impl Tap {
     /// Processes bytes received on `wire` at `now`, ms.
     pub fn push(&mut self, now: Ms, wire: Wire, bytes: &[u8]) {
+        if self.received.is_none() {
+            for line in self.reader.push(bytes) {
+                self.arrived.line(&line);
+            }
+        }
         for (sequence, received) in self.wires[wire as usize].push(bytes) {
             self.received = Some(now);
+            self.frames += 1;
             match received {
+                LinkEvent::RateSet(rate) => {
+                    self.rate = Some(rate);
+                    continue;
+                }
                 LinkEvent::Configure(chirps) => self.begin(Some(sequence), chirps),
                 LinkEvent::Trigger(angle) => self.trigger(now, sequence, angle),
                 answer => {
@@ -176,6 +194,25 @@ impl Tap {
     /// Returns the time at which the last frame was received, ms.
     pub fn received(&self) -> Option<Ms> {
         self.received
+    }
+
+    /// Returns the number of intact frames received on all wires.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    /// Returns the bit rate, Mbaud, that the module has confirmed since the last call; `None` without a confirmation.
+    pub fn rate_set(&mut self) -> Option<u8> {
+        self.rate.take()
+    }
+
+    /// Returns what was received before the first frame.
+    pub fn arrived(&self) -> Arrived {
+        let mut arrived = self.arrived.clone();
+        if let Some(text) = self.reader.pending() {
+            arrived.pending(&text);
+        }
+        arrived
     }
 
     /// Returns the number of damaged frames on all wires.

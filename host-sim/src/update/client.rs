@@ -19,6 +19,8 @@ use stairscan_boot::slot::Slot;
 
 use super::package::{Package, Signed};
 use super::wire::{Link, Reply, Wire};
+use crate::live::arrived::Arrived;
+use crate::live::trouble::UnexpectedData;
 
 /// Timeout and number of tries of the greeting (`hello`) after a scanner was sent into its loader:
 /// the loader checks both slots before it answers, 2 s on the internal oscillator.
@@ -62,8 +64,8 @@ pub enum Outcome {
     /// The loader executes another image than the new one; with the states of both slots, as the
     /// loader reports them.
     RolledBack(String),
-    /// The scanner has stopped sending.
-    Silent,
+    /// No sentence has been received since the reset; with what has been received instead, if anything.
+    NotHeard(Option<String>),
 }
 
 /// Statistics of a completed transfer.
@@ -167,10 +169,7 @@ impl<W: Wire> Client<W> {
             reply = catch(&mut link, patience)?;
         }
         let Some(Reply::Good(payload)) = reply else {
-            bail!(
-                "no boot loader answers: the scanner is off, its wire is, or it has none (`cargo board` writes it). If its \
-                 image crashes: {FORCE}"
-            );
+            bail!("no boot loader answers: {}", no_loader(&link.arrived()));
         };
         let Some(info) = Info::parse(&payload) else {
             bail!(
@@ -307,7 +306,10 @@ impl<W: Wire> Client<W> {
                     return Ok(if trial {
                         Outcome::OnTrial(last)
                     } else {
-                        Outcome::Silent
+                        Outcome::NotHeard(match self.link.arrived().kind() {
+                            UnexpectedData::Nothing | UnexpectedData::Silence => None,
+                            others => Some(others.explain(FIRST_BAUD).0),
+                        })
                     });
                 }
                 continue;
@@ -376,6 +378,27 @@ impl<'a> LoaderLine<'a> {
             states,
         })
     }
+}
+
+/// Returns why no loader answers, with the remedy, from what the port has delivered.
+fn no_loader(arrived: &Arrived) -> String {
+    let (what, help) = match arrived.kind() {
+        UnexpectedData::Nothing => {
+            let what = "nothing is received: the scanner is off, its wire is, or it has none (`cargo board` writes it)";
+            (what.to_owned(), Vec::new())
+        }
+        UnexpectedData::Silence => (
+            "its image reports, but does not leave for one".to_owned(),
+            vec![
+                "Is the wire to REPORT_RX (J2 pin 3) connected? Without a boot loader: `cargo board` writes it."
+                    .to_owned(),
+            ],
+        ),
+        others => others.explain(FIRST_BAUD),
+    };
+    let crashes = format!("If its image crashes: {FORCE}");
+    let lines: Vec<String> = [vec![what], help, vec![crashes]].concat();
+    lines.join("\n  ")
 }
 
 /// Greets the loader again and again until it answers, for `patience`; `None` if it does not.

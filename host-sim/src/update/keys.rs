@@ -1,9 +1,9 @@
 //! Reads, creates and writes key files: one line of text each, the secret key readable by its owner
 //! only.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{Read, Write};
-use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::fs::{self, File};
+use std::io::Read;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
@@ -11,7 +11,8 @@ use ed25519_dalek::{Signer, SigningKey};
 use stairscan_boot::header::{HEADER, Header, SIGNED, sealed};
 use stairscan_boot::key::{KEY, PublicKey};
 
-use crate::recording::regular;
+use crate::output::no_stdout;
+use crate::recording::{self, Readers, regular, write_together};
 
 /// File with the secret key of development, which is in the repository and therefore not secret.
 const DEVELOPMENT: &str = include_str!("../../../boot/keys/development.key");
@@ -19,8 +20,6 @@ const DEVELOPMENT: &str = include_str!("../../../boot/keys/development.key");
 const SECRET: &str = "stairscan secret key ";
 /// Beginning of the line in the file of a public key; the key follows in hexadecimal.
 const PUBLIC: &str = "stairscan public key ";
-/// File mode of a secret key: only its owner may read and write it.
-const OWNER_ONLY: u32 = 0o600;
 
 /// Key from a file.
 #[derive(Debug)]
@@ -69,7 +68,7 @@ pub fn hex(bytes: &[u8]) -> String {
 pub fn read(path: &Path) -> Result<Key> {
     regular(path)?;
     let name = || path.display().to_string();
-    let text = fs::read_to_string(path).with_context(name)?;
+    let text = recording::text(path)?;
     parse(&text).with_context(name)
 }
 
@@ -142,39 +141,37 @@ pub fn create(path: &Path, force: bool) -> Result<PublicKey> {
         "{}: the public half gets that name: expected another one",
         path.display()
     );
-    for file in [path, &public] {
-        ensure!(
-            force || fs::symlink_metadata(file).is_err(),
-            "{}: exists: expected another name, or --force to replace it. Images signed with a key that is lost cannot be \
-             followed by others",
-            file.display()
-        );
-    }
+    no_stdout(path)?;
+    ensure!(
+        path.extension().is_some_and(|suffix| suffix == "key"),
+        "{}: expected a name that ends in .key, which this repository's .gitignore keeps out of commits",
+        path.display()
+    );
+    let free = || {
+        [path, &public].into_iter().try_for_each(|file| {
+            ensure!(
+                force || fs::symlink_metadata(file).is_err(),
+                "{}: exists: expected another name, or --force to replace it. Images signed with a key that is lost cannot \
+                 be followed by others",
+                file.display()
+            );
+            Ok(())
+        })
+    };
+    free()?;
     let mut seed = [0; KEY];
     let random = File::open("/dev/urandom").and_then(|mut source| source.read_exact(&mut seed));
     random.context("/dev/urandom")?;
     let pair = SigningKey::from_bytes(&seed);
     let key = PublicKey(pair.verifying_key().to_bytes());
-    write(path, &format!("{SECRET}{}\n", hex(&seed)), OWNER_ONLY)?;
-    write(&public, &format!("{PUBLIC}{}\n", hex(&key.0)), 0o644)?;
+    let secret = format!("{SECRET}{}\n", hex(&seed));
+    let half = format!("{PUBLIC}{}\n", hex(&key.0));
+    let files = [
+        (path, secret.as_bytes(), Readers::Owner),
+        (&*public, half.as_bytes(), Readers::All),
+    ];
+    write_together(&files, free)?;
     Ok(key)
-}
-
-/// Writes a file under a temporary name, created with the mode `mode`, and then renames it.
-fn write(path: &Path, text: &str, mode: u32) -> Result<()> {
-    let name = || path.display().to_string();
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    let _ = fs::remove_file(&part);
-    let mut options = OpenOptions::new();
-    let options = options.write(true).create_new(true).mode(mode);
-    let written = options.open(&part).and_then(|mut file| {
-        file.write_all(text.as_bytes())?;
-        file.sync_all()
-    });
-    written.with_context(name)?;
-    fs::rename(&part, path).with_context(name)
 }
 
 /// Returns the header with its signature.

@@ -8,6 +8,8 @@ use serialport::SerialPort;
 use stairscan_boot::frame::{ANSWER, Decoder, Frame, Kind, MAX_FRAME, encode};
 use stairscan_boot::refusal::Refusal;
 
+use crate::live::arrived::Arrived;
+use crate::live::lines::Splitter;
 use crate::live::port::passes;
 
 /// A port on which frames and sentences are transferred.
@@ -73,7 +75,8 @@ pub struct Link<W> {
     pub wire: W,
     decoder: Decoder,
     sequence: u8,
-    partial: Vec<u8>,
+    reader: Splitter,
+    arrived: Arrived,
     /// Sentences received and not yet processed, oldest first.
     pub sentences: Vec<String>,
 }
@@ -85,7 +88,8 @@ impl<W: Wire> Link<W> {
             wire,
             decoder: Decoder::new(),
             sequence: 0,
-            partial: Vec::new(),
+            reader: Splitter::default(),
+            arrived: Arrived::default(),
             sentences: Vec::new(),
         }
     }
@@ -126,9 +130,9 @@ impl<W: Wire> Link<W> {
     fn listen(&mut self, kind: Kind) -> Result<Option<Vec<u8>>> {
         let mut buffer = [0; 256];
         let count = self.wire.receive(&mut buffer)?;
+        self.hear(buffer.get(..count).unwrap_or_default());
         let mut found = None;
         for &byte in buffer.iter().take(count) {
-            self.hear(byte);
             if let Some(frame) = self.decoder.push(byte)
                 && (frame.kind, frame.sequence) == (kind as u8 | ANSWER, self.sequence)
             {
@@ -138,21 +142,23 @@ impl<W: Wire> Link<W> {
         Ok(found)
     }
 
-    /// Adds a received byte to the current sentence; bytes outside of sentences are dropped.
-    fn hear(&mut self, byte: u8) {
-        const LONGEST: usize = 512;
-        match byte {
-            b'$' => self.partial = vec![byte],
-            b'\r' | b'\n' => {
-                if self.partial.first() == Some(&b'$') {
-                    let line = String::from_utf8_lossy(&self.partial).into_owned();
-                    self.sentences.push(line);
-                }
-                self.partial.clear();
+    /// Stores the sentences that `bytes` complete, and counts the other lines.
+    fn hear(&mut self, bytes: &[u8]) {
+        for line in self.reader.push(bytes) {
+            self.arrived.line(&line);
+            if line.starts_with('$') {
+                self.sentences.push(line);
             }
-            _ if self.partial.len() < LONGEST => self.partial.push(byte),
-            _ => self.partial.clear(),
         }
+    }
+
+    /// Returns what has been received since the last intact sentence; a line without its end counts.
+    pub fn arrived(&self) -> Arrived {
+        let mut arrived = self.arrived.clone();
+        if let Some(text) = self.reader.pending() {
+            arrived.pending(&text);
+        }
+        arrived
     }
 
     /// Calls `done` with each sentence until it returns a result, and returns that result; `None`
@@ -178,14 +184,14 @@ impl<W: Wire> Link<W> {
                 return Ok(None);
             }
             let count = self.wire.receive(&mut buffer)?;
-            buffer.iter().take(count).for_each(|&byte| self.hear(byte));
+            self.hear(buffer.get(..count).unwrap_or_default());
         }
     }
 
     /// Discards the received bytes and sentences.
     pub fn forget(&mut self) {
         self.sentences.clear();
-        self.partial.clear();
+        self.reader = Splitter::default();
         self.decoder.reset();
     }
 }

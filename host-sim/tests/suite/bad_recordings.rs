@@ -187,6 +187,29 @@ fn times_beyond_the_scanner_s_clock_are_refused() {
 }
 
 #[test]
+fn times_that_stand_still_or_run_backwards_are_refused() {
+    let scratch = Scratch::new("times-stand");
+    for (times, words) in [
+        (
+            [0.2; 5],
+            "captures[4] stairscan:time_s: found 0.2, expected seconds above 0.2",
+        ),
+        (
+            [0.0, 0.1, 0.2, 0.1, 0.3],
+            "captures[3] stairscan:time_s: found 0.1, expected seconds from 0.2",
+        ),
+    ] {
+        let recording = scratch.recording(|m| {
+            for (k, time) in times.into_iter().enumerate() {
+                m["captures"][k]["stairscan:travel_m"] = json!(0.0);
+                m["captures"][k]["stairscan:time_s"] = json!(time);
+            }
+        });
+        refused(&recording, &["bad.sigmf-meta", words]);
+    }
+}
+
+#[test]
 fn absurd_sweeps_have_pictures_or_words() {
     let scratch = Scratch::new("absurd");
     let plots = scratch.path().join("plots");

@@ -84,7 +84,7 @@ fn telling(
         match (typed, command) {
             ("version", _) => vec![line(&Sentence::Config {
                 key: "version",
-                value: "0.1.0 scripted",
+                value: concat!(env!("CARGO_PKG_VERSION"), " scripted"),
             })],
             ("status", _) => vec![line(&Sentence::State {
                 state,
@@ -141,7 +141,12 @@ fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
         "ok",
         "sentences come and commands are answered",
     );
-    has(&text, "firmware", "ok", "version 0.1.0, revision host");
+    has(
+        &text,
+        "firmware",
+        "ok",
+        concat!("version ", env!("CARGO_PKG_VERSION"), ", revision host"),
+    );
     has(&text, "seal", "ok", "");
     has(&text, "chip", "ok", "clock host");
     has(&text, "motor", "ok", "step-dir");
@@ -296,7 +301,7 @@ fn a_port_that_hangs_up_is_reported_with_what_was_seen() {
         |typed| match typed {
             "version" => vec![line(&Sentence::Config {
                 key: "version",
-                value: "0.1.0 scripted",
+                value: concat!(env!("CARGO_PKG_VERSION"), " scripted"),
             })],
             _ => Vec::new(),
         },
@@ -308,7 +313,7 @@ fn a_port_that_hangs_up_is_reported_with_what_was_seen() {
     let output = asking.join().unwrap();
     let text = printed(&output);
     has(&text, "port", "FAULT", "has gone");
-    has(&text, "firmware", "ok", "version 0.1.0");
+    has(&text, "firmware", "ok", "version 0.2.0");
     has(&text, "radar module", "not seen", "");
     assert_eq!(output.status.code(), Some(1));
 }

@@ -156,10 +156,10 @@ fn wrong_ports_are_explained() {
 }
 
 #[test]
-fn a_terminal_is_asked_for_and_a_port_listed() {
+fn a_missing_port_is_named_without_a_terminal_and_ports_are_listed() {
     let output = sim(&["live", "/dev/no-such-port"]);
     let error = String::from_utf8(output.stderr).unwrap();
-    assert!(error.contains("expected a terminal"), "{error}");
+    assert!(error.contains("no /dev/no-such-port"), "{error}");
     let output = sim(&["live"]);
     let printed = [output.stdout, output.stderr].concat();
     let printed = String::from_utf8(printed).unwrap();

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use crate::common::{Scratch, sim};
 
@@ -122,4 +123,139 @@ fn an_existing_file_is_replaced_with_force_only() {
     }
     let parts = contents(&scratch);
     assert!(!parts.iter().any(|(name, _)| name.ends_with(".part")));
+}
+
+#[test]
+fn a_closed_stderr_ends_no_command() {
+    for args in [
+        &["replay", "nothing"][..],
+        &["replay", "nothing", "nowhere"],
+        &["inspect", "nothing"],
+        &["score", "nothing"],
+        &["crash", "nothing", "nothing"],
+        &["keys", "show", "nothing"],
+    ] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+        let status = command
+            .args(args)
+            .stdout(Stdio::null())
+            .stderr(writer)
+            .status();
+        // A panic would give 101.
+        assert_eq!(status.unwrap().code(), Some(1), "{args:?}");
+    }
+}
+
+#[test]
+fn a_file_is_what_its_name_says() {
+    let scratch = Scratch::new("outputs-names");
+    let [name, ..] = &recording(&scratch);
+    let path = |file: &str| scratch.path().join(file).display().to_string();
+    let [film, page, picture] = ["film.png", "page.pdf", "picture.svg"].map(path);
+    refused(
+        &scratch,
+        &["replay", name, "--film", &film],
+        &film,
+        "expected .svg",
+    );
+    refused(
+        &scratch,
+        &["report", name, "-o", &page],
+        &page,
+        "expected .html",
+    );
+    refused(
+        &scratch,
+        &["web", name, "-o", &page],
+        &page,
+        "expected .html",
+    );
+    refused(
+        &scratch,
+        &["profile", name, "--plot", &picture],
+        &picture,
+        "expected .png",
+    );
+}
+
+#[test]
+fn no_output_goes_to_a_file_named_like_stdout() {
+    let scratch = Scratch::new("outputs-stdout");
+    let [name, ..] = &recording(&scratch);
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/empty.toml");
+    for args in [
+        &["report", name, "-o", "-"][..],
+        &["web", name, "-o", "-"],
+        &["convert", name, "-o", "-"],
+        &["replay", name, "--film", "-"],
+        &["replay", name, "--plots", "-"],
+        &["inspect", name, "--plots", "-"],
+        &["profile", name, "--plot", "-"],
+        &["simulate", scene, "-o", "-"],
+        &["simulate", scene, "--guard", "-o", "-"],
+        &["simulate", scene, "--count", "2", "-o", "-"],
+        &["record", "--demo", name, "-o", "-"],
+        &["settings", "/dev/null", "--get", "-"],
+        &["keys", "new", "-"],
+        &["keys", "sign", name, "-o", "-"],
+        &["live", "--demo", name, "--record", "-"],
+        &["man", "-"],
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+        let out = command
+            .args(args)
+            .current_dir(scratch.path())
+            .output()
+            .unwrap();
+        let message = String::from_utf8(out.stderr).unwrap();
+        assert_eq!(out.status.code(), Some(1), "{args:?}: {message}");
+        assert!(
+            message.contains("not written to stdout"),
+            "{args:?}: {message}"
+        );
+        assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 2, "{args:?}");
+    }
+}
+
+/// Of several processes that write the same recording at once, one does, and both its files are that one's.
+#[test]
+fn of_two_writers_one_wins() {
+    let scratch = Scratch::new("outputs-writers");
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let to = scratch.path().join("both");
+    let names = ["empty", "stair_a", "wall", "stair_b"].map(|name| dir.join(name));
+    let names: Vec<_> = names
+        .iter()
+        .filter(|n| n.with_extension("sigmf-meta").exists())
+        .collect();
+    let children: Vec<_> = (names.iter())
+        .map(|name| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_host-sim"));
+            command.arg("convert").arg(name).arg("-o").arg(&to);
+            command
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped())
+                .spawn()
+                .unwrap()
+        })
+        .collect();
+    let mut winner = None;
+    for (child, name) in children.into_iter().zip(&names) {
+        let out = child.wait_with_output().unwrap();
+        let message = String::from_utf8(out.stderr).unwrap();
+        match out.status.code() {
+            Some(0) => assert!(winner.replace(name).is_none(), "two have written"),
+            code => {
+                assert_eq!(code, Some(1), "{message}");
+                let why = ["another program is writing it", "exists"];
+                assert!(why.iter().any(|why| message.contains(why)), "{message}");
+            }
+        }
+    }
+    let samples = |path: &Path| fs::read(path.with_extension("sigmf-data")).unwrap();
+    assert_eq!(samples(&to), samples(winner.unwrap()));
+    assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 2);
+    assert!(sim(&["replay", to.to_str().unwrap()]).status.success());
 }

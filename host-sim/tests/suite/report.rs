@@ -135,6 +135,8 @@ fn one_recording_stands_beside_itself_under_other_settings() {
         json!([["estimator", "likelihood", "paper"]])
     );
     assert_eq!(row(&data, "horizon")["second"], "–");
+    assert_eq!(row(&data, "status")["second"], "degraded");
+    assert_eq!(row(&data, "reason no-promise")["first"], "–");
     let (_, data) = compared(&scratch, &[&a, "--with", "mount-height=43cm,seed=3"]);
     assert_eq!(row(&data, "status")["second"], "degraded");
     let expected = json!([["mount-height", "0.4 m", "0.43 m"], ["seed", "1", "3"]]);

@@ -146,3 +146,33 @@ fn a_first_build_shows_its_progress() {
         assert!(!command.contains("--quiet"), "{command}");
     }
 }
+
+/// The workspaces beside this one and the change log have the same version, and each version of the log has its day.
+#[test]
+fn all_manifests_and_the_change_log_have_one_version() {
+    let version = env!("CARGO_PKG_VERSION");
+    for manifest in [
+        include_str!("../../../python/Cargo.toml"),
+        include_str!("../../../web/Cargo.toml"),
+    ] {
+        let line = manifest.lines().find(|line| line.starts_with("version = "));
+        assert_eq!(line, Some(&*format!("version = \"{version}\"")));
+    }
+    let log = include_str!("../../../CHANGELOG.md");
+    let headings = log.lines().filter_map(|line| line.strip_prefix("## "));
+    let mut headings = headings
+        .filter(|heading| *heading != "[Unreleased]")
+        .peekable();
+    let newest = headings.peek().copied().unwrap_or_default();
+    assert!(newest.starts_with(&format!("[{version}] - ")), "{newest}");
+    for heading in headings {
+        let (_, day) = heading.split_once("] - ").expect(heading);
+        let parts: Vec<&str> = day.split('-').collect();
+        let lengths: Vec<usize> = parts.iter().map(|part| part.len()).collect();
+        assert_eq!(lengths, [4, 2, 2], "{heading}");
+        assert!(
+            parts.iter().all(|part| part.parse::<u16>().is_ok()),
+            "{heading}"
+        );
+    }
+}

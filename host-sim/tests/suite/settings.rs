@@ -53,7 +53,7 @@ fn a_scanner_s_settings_are_got_compared_and_set() {
         "mount-height: scanner 0.4 m, file 0.41 m (line 1)\nretries: scanner 2, file 3 (line 2)\n"
     );
     assert!(
-        printed(&differs).contains("were not compared"),
+        printed(&differs).contains("not compared: "),
         "{}",
         printed(&differs)
     );

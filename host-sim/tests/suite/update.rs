@@ -95,6 +95,14 @@ fn a_secret_key_is_its_owner_s_alone_and_never_replaced_unasked() {
         "{}",
         reported(&shown)
     );
+    // A name that git would take up is refused, and what is written is ignored.
+    let named = sim(&["keys", "new", text(&dir.path().join("secret"))]);
+    assert_eq!(named.status.code(), Some(1));
+    assert!(reported(&named).contains(".key"), "{}", reported(&named));
+    let ignored = include_str!("../../../.gitignore");
+    for suffix in ["*.key", "*.pub", "*.signed"] {
+        assert!(ignored.lines().any(|line| line == suffix), "{suffix}");
+    }
     // A secret key that others may read signs nothing.
     fs::set_permissions(&file, fs::Permissions::from_mode(0o644)).unwrap();
     let open = keys::read_secret(&file).unwrap_err().to_string();

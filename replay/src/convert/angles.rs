@@ -2,6 +2,8 @@
 
 use anyhow::{Context, Result, ensure};
 
+use crate::recording::degrees;
+
 /// Returns the angles in a file's text, degrees: one in each row, without a heading.
 ///
 /// # Errors
@@ -31,12 +33,31 @@ pub fn parse(text: &str) -> Result<Vec<f64>> {
         angles.extend(angle);
     }
     ensure!(!angles.is_empty(), "holds no angle");
+    degrees(&angles)?;
     Ok(angles)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use super::*;
+
+    #[test]
+    fn radians_are_named() {
+        let table = |scale: f64| {
+            (-20..=60).fold(String::new(), |mut text, k| {
+                let _ = writeln!(text, "{}", f64::from(k) * scale);
+                text
+            })
+        };
+        assert_eq!(parse(&table(1.0)).unwrap().len(), 81);
+        let error = format!("{:#}", parse(&table(1f64.to_radians())).unwrap_err());
+        assert!(
+            error.contains("81 angles, from -0.3491 to 1.0472: they look like radians"),
+            "{error}"
+        );
+    }
 
     #[test]
     fn one_angle_a_row() {

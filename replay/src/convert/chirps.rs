@@ -7,9 +7,9 @@ use serde_json::Value;
 use stairscan::Iq;
 
 use super::keys::{self, Given};
-use super::npy::{self, Axes};
+use super::npy::{self, Layout};
 use super::{samples, sigmf};
-use crate::recording::Recording;
+use crate::recording::{Recording, standard};
 
 /// Chirps of another program's file, in memory.
 #[derive(Clone, Debug)]
@@ -22,27 +22,29 @@ pub struct Chirps {
     pub real: bool,
     /// SigMF metadata of the source; null for an array.
     pub metadata: Value,
+    /// What the file holds and the chirps do not, in words for people.
+    pub left_out: Vec<String>,
 }
 
 impl Chirps {
-    /// Reads the chirps of a `.npy` file, of complex samples or, with the array's axes, of real ones.
-    /// `full_scale` is the number at full scale, by default 1.0 or the converter's range; unsigned numbers
+    /// Reads the chirps of a `.npy` file, whose numbers are arranged as `layout` says. `full_scale` is the number at full scale, by default 1.0 or the converter's range; unsigned numbers
     /// have their zero there.
     ///
     /// # Errors
     /// Names the header's key, the length or the sample, and the expected value.
-    pub fn of_array(file: &[u8], full_scale: Option<f64>, real: Option<&Axes>) -> Result<Self> {
-        let array = npy::read(file, real)?;
+    pub fn of_array(file: &[u8], full_scale: Option<f64>, layout: &Layout) -> Result<Self> {
+        let array = npy::read(file, layout)?;
         let ns = array.samples_per_chirp;
         Ok(Self {
             samples: samples::decode(&array.bytes, array.format, full_scale, ns)?,
             samples_per_chirp: ns,
-            real: real.is_some(),
+            real: array.real,
             metadata: Value::Null,
+            left_out: Vec::new(),
         })
     }
 
-    /// Reads the chirps of a SigMF pair of any complex datatype. `given` is the number of samples
+    /// Reads the chirps of a SigMF pair of any datatype, from its first capture on. `given` is the number of samples
     /// per chirp if the metadata do not contain it.
     ///
     /// # Errors
@@ -53,23 +55,34 @@ impl Chirps {
         full_scale: Option<f64>,
         given: Option<usize>,
     ) -> Result<Self> {
-        let format = sigmf::format(&metadata)?;
+        let (format, real) = sigmf::format(&metadata)?;
+        standard::check_hash(&metadata, data)?;
         let stated = metadata["global"][keys::SAMPLES].as_u64();
         let stated = stated.and_then(|n| usize::try_from(n).ok());
         let Some(ns) = stated.or(given).filter(|n| *n > 0) else {
             bail!("missing: {} (--samples-per-chirp)", keys::SAMPLES);
         };
-        let chirp = ns.saturating_mul(2 * format.bytes);
         ensure!(
-            !data.is_empty() && data.len().is_multiple_of(chirp),
-            "{} bytes of samples, expected whole chirps of {ns} samples of {} bytes",
-            data.len(),
-            2 * format.bytes
+            !real || ns.is_multiple_of(2),
+            "{ns} real samples in a chirp, expected an even number"
         );
+        standard::whole_chirps(&metadata, ns)?;
+        let sample = format.bytes * if real { 1 } else { 2 };
+        let before = standard::before_first(&metadata)?;
+        let data = data
+            .get(before.saturating_mul(sample)..)
+            .unwrap_or_default();
+        ensure!(
+            !data.is_empty() && data.len().is_multiple_of(ns.saturating_mul(sample)),
+            "{} bytes of samples from the first capture on, expected whole chirps of {ns} samples of {sample} bytes",
+            data.len()
+        );
+        let ns = if real { ns / 2 } else { ns };
         Ok(Self {
             samples: samples::decode(data, format, full_scale, ns)?,
             samples_per_chirp: ns,
-            real: false,
+            real,
+            left_out: left_out(&metadata, before),
             metadata,
         })
     }
@@ -80,7 +93,7 @@ impl Chirps {
     }
 
     /// Returns these chirps as the recording `name`, with one angle per chirp, degrees. The keys of `given` replace
-    /// those of `base`, or without `base` those of the chirps' own metadata.
+    /// those of `base` and of the chirps' own metadata.
     ///
     /// # Errors
     /// Names the keys that are missing or wrong.
@@ -93,10 +106,25 @@ impl Chirps {
     ) -> Result<Recording> {
         let values = self.samples_per_chirp * (1 + usize::from(self.real));
         let size = (self.count(), values);
-        let base = base.unwrap_or(&self.metadata);
-        let document = given.document(base, size, self.real, angles)?;
+        let base = keys::merged(&self.metadata, base);
+        let document = given.document(&base, size, self.real, angles)?;
         Recording::of(name, &document, self.samples)
     }
+}
+
+/// Returns what is not taken of a SigMF pair, whose first capture begins after `before` samples.
+fn left_out(metadata: &Value, before: usize) -> Vec<String> {
+    let mut words = Vec::new();
+    if before > 0 {
+        words.push(format!(
+            "{before} samples before the first capture (captures[0] core:sample_start) are left out"
+        ));
+    }
+    let annotations = metadata["annotations"].as_array().map_or(0, Vec::len);
+    if annotations > 0 {
+        words.push(format!("annotations are left out: {annotations}"));
+    }
+    words
 }
 
 /// Returns a path's suffix without its dot; empty if it has none.

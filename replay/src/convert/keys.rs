@@ -3,6 +3,8 @@
 use anyhow::{Result, ensure};
 use serde_json::{Map, Value, json};
 
+use crate::recording::standard;
+
 /// Keys given on the command line. Each stands in the place of one that the input may have.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct Given {
@@ -41,6 +43,8 @@ pub struct Given {
 const BANDWIDTH: (&str, &str) = ("stairscan:bandwidth_hz", "--bandwidth-hz");
 pub(super) const SAMPLES: &str = "stairscan:samples_per_chirp";
 const ANGLE: &str = "stairscan:mirror_angle_deg";
+const START: &str = "core:sample_start";
+const FREQUENCY: &str = "core:frequency";
 /// Keys of the mirror that a recording of a scan must have, with their options.
 const MIRROR: [(&str, &str); 4] = [
     ("stairscan:mirror_offset_m", "--mirror-offset-m"),
@@ -93,10 +97,7 @@ impl Given {
         global.insert("core:datatype".into(), json!(datatype));
         global.insert("core:version".into(), json!("1.2.0"));
         global.insert(SAMPLES.into(), json!(samples));
-        // These keys belong to the original file.
-        for key in ["core:sha512", "core:dataset", "core:metadata_only"] {
-            global.shift_remove(key);
-        }
+        global.retain(|key, _| !standard::is_of_file(key));
         for (key, value) in self.global() {
             global.insert(key.into(), value);
         }
@@ -115,6 +116,7 @@ impl Given {
         let own = base["captures"].as_array().map_or(&[][..], Vec::as_slice);
         let own: Vec<_> = own.iter().filter_map(Value::as_object).cloned().collect();
         let first = own.first().cloned().unwrap_or_default();
+        let start = first.get(START).and_then(Value::as_u64).unwrap_or(0);
         let mut captures = match angles {
             // The captures' other keys per chirp still apply.
             Some(_) if own.len() != chirps => vec![first; chirps],
@@ -122,16 +124,43 @@ impl Given {
             _ => own,
         };
         for (k, capture) in captures.iter_mut().enumerate() {
+            if let Some(own) = capture.get(START).and_then(Value::as_u64) {
+                capture.insert(START.into(), json!(own.saturating_sub(start)));
+            }
             if let Some(angle) = angles.and_then(|angles| angles.get(k)) {
-                capture.insert("core:sample_start".into(), json!(k * samples));
+                capture.insert(START.into(), json!(k * samples));
                 capture.insert(ANGLE.into(), json!(angle));
             }
             if let Some(carrier) = self.carrier_hz {
-                capture.insert("core:frequency".into(), json!(carrier));
+                capture.insert(FREQUENCY.into(), json!(carrier));
             }
         }
         captures
     }
+}
+
+/// Returns the metadata of an input with the keys of the recording `base`: the standard's keys of the input stay, because
+/// they describe its samples, and all others are those of `base`.
+pub(super) fn merged(own: &Value, base: Option<&Value>) -> Value {
+    let Some(base) = base else {
+        return own.clone();
+    };
+    let mut merged = base.clone();
+    let empty = Map::new();
+    for (key, value) in own["global"].as_object().unwrap_or(&empty) {
+        if key.starts_with("core:") || base["global"].get(key).is_none() {
+            merged["global"][key] = value.clone();
+        }
+    }
+    if let (Some(carrier), Some(captures)) = (
+        own["captures"][0].get(FREQUENCY),
+        merged["captures"].as_array_mut(),
+    ) {
+        for capture in captures {
+            capture[FREQUENCY] = carrier.clone();
+        }
+    }
+    merged
 }
 
 /// Returns an error for metadata without a key that every recording needs, or with only a part of the mirror's keys.

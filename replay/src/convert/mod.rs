@@ -8,6 +8,7 @@
 //! | `angles.rs` | tables of angles, in |
 //! | `tables.rs` | CSV of steps, echoes and map, out |
 //! | `samples.rs`, `keys.rs` | conversion of numbers to 16 bits; keys that an input lacks |
+//! | `mirrored.rs` | warning where the samples are no I and Q in turn |
 //! | `scans.rs` | the scanner's results of a recording, for the outputs |
 //!
 //! The outputs contain the same values as `replay --format json` and `inspect --format json`, taken
@@ -16,6 +17,7 @@
 pub mod angles;
 mod chirps;
 pub mod keys;
+pub mod mirrored;
 pub mod npy;
 pub mod samples;
 pub mod scans;

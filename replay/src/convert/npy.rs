@@ -23,8 +23,21 @@ pub struct Array {
     pub format: Format,
     /// Number of complex samples of one chirp, or of pairs of real ones.
     pub samples_per_chirp: usize,
+    /// Whether the samples are real.
+    pub real: bool,
     /// Bytes of the numbers, I before Q, sample after sample, chirp after chirp.
     pub bytes: Vec<u8>,
+}
+
+/// What an array's numbers are, as far as its type and shape do not show it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// What type and shape say; the number of samples per chirp, if it is known, tells real samples from pairs.
+    ByShape(Option<usize>),
+    /// Each row holds all I of a chirp, then all Q.
+    Planar,
+    /// Real samples with these axes.
+    Real(Axes),
 }
 
 /// One axis of an array of real samples.
@@ -242,15 +255,55 @@ impl<'a> Header<'a> {
         Ok((format, complex))
     }
 
-    /// Returns the number of complex samples per chirp from the array's shape; `complex`: the items are complex
-    /// numbers; otherwise they are I and Q in turn.
-    fn samples_per_chirp(&self, complex: bool) -> Result<usize> {
-        match (complex, self.shape.as_slice()) {
-            (true, &[_, samples]) | (false, &[_, samples, 2]) => Ok(samples),
-            (false, &[_, numbers]) if numbers % 2 == 0 => Ok(numbers / 2),
+    /// Returns the order of the array's numbers; `complex`: its items are complex numbers.
+    fn order(&self, complex: bool, layout: &Layout) -> Result<Order> {
+        let order = match (complex, layout, self.shape.as_slice()) {
+            (true, Layout::ByShape(_), &[_, samples]) => Order::Pairs(samples),
+            (true, Layout::Real(_), _) => bail!(
+                "descr '{}': complex numbers, --real expects real ones",
+                self.descr
+            ),
+            (false, Layout::Real(axes), _) => Order::Real(axes.clone()),
+            (false, Layout::ByShape(_), &[_, samples, 2]) => Order::Pairs(samples),
+            (false, Layout::ByShape(_) | Layout::Planar, &[_, 2, samples]) => {
+                Order::Planar(samples)
+            }
+            (false, Layout::Planar, &[_, numbers]) if numbers % 2 == 0 => {
+                Order::Planar(numbers / 2)
+            }
+            (_, Layout::Planar, shape) => bail!(
+                "shape {shape:?} of '{}': --planar expects (chirps, 2·samples) or (chirps, 2, samples) of real numbers",
+                self.descr
+            ),
+            (false, Layout::ByShape(stated), &[_, numbers]) => self.flat(*stated, numbers)?,
             _ => bail!(
-                "shape {:?} of '{}': expected (chirps, samples) of complex numbers, or (chirps, samples, 2) \
-                 or (chirps, 2·samples) of I and Q in turn",
+                "shape {:?} of '{}': expected (chirps, samples) of complex numbers, or (chirps, samples, 2), \
+                 (chirps, 2, samples) or (chirps, 2·samples) of I and Q, or --real AXES for real samples",
+                self.shape,
+                self.descr
+            ),
+        };
+        Ok(order)
+    }
+
+    /// Returns the order of a chirp's `numbers` in one row: `stated` samples, or by the numbers' type. Converters give
+    /// whole numbers I and Q in turn; a row of floating point is as likely real samples.
+    fn flat(&self, stated: Option<usize>, numbers: usize) -> Result<Order> {
+        let is_float = self.descr.contains('f');
+        match stated {
+            Some(samples) if samples == numbers => Ok(Order::Real(Axes(vec![Axis::Whole]))),
+            None if is_float => bail!(
+                "shape {:?} of '{}': {numbers} real numbers a chirp: --real chirp,sample for real samples, --planar \
+                 for all I, then all Q, or --samples-per-chirp {} for I and Q in turn; without options expected \
+                 complex numbers, or (chirps, samples, 2)",
+                self.shape,
+                self.descr,
+                numbers / 2
+            ),
+            _ if numbers % 2 == 0 => Ok(Order::Pairs(numbers / 2)),
+            _ => bail!(
+                "shape {:?} of '{}': {numbers} numbers a chirp, expected an even number for I and Q in turn, or \
+                 --real AXES for real samples",
                 self.shape,
                 self.descr
             ),
@@ -258,24 +311,26 @@ impl<'a> Header<'a> {
     }
 }
 
-/// Returns the array of a file, of complex samples or, with `real`, of real ones.
+/// Order of an array's numbers, with the number of complex samples per chirp.
+enum Order {
+    /// I and Q in turn.
+    Pairs(usize),
+    /// All I of a chirp, then all Q.
+    Planar(usize),
+    /// Real samples.
+    Real(Axes),
+}
+
+/// Returns the array of a file.
 ///
 /// # Errors
 /// Names the header's key or the length, and the expected value.
-pub fn read(file: &[u8], real: Option<&Axes>) -> Result<Array> {
+pub fn read(file: &[u8], layout: &Layout) -> Result<Array> {
     ensure!(!file.is_empty(), "empty: expected an array of numpy");
     let (header, data) = split(file)?;
     let header = Header::parse(header)?;
     let (format, complex) = header.format()?;
-    let mut samples_per_chirp = 0;
-    match real {
-        None => samples_per_chirp = header.samples_per_chirp(complex)?,
-        Some(_) => ensure!(
-            !complex,
-            "descr '{}': complex numbers, --real expects real ones",
-            header.descr
-        ),
-    }
+    let order = header.order(complex, layout)?;
     let item = format.bytes * if complex { 2 } else { 1 };
     let length = (header.shape.iter()).try_fold(item, |length, n| length.checked_mul(*n));
     ensure!(
@@ -290,18 +345,35 @@ pub fn read(file: &[u8], real: Option<&Axes>) -> Result<Array> {
         length.map_or("more than there can be".to_owned(), |n| n.to_string()),
         header.shape
     );
-    let mut bytes = match header.fortran_order {
+    let bytes = match header.fortran_order {
         false => data.to_vec(),
         true => in_rows(data, &header.shape, item),
     };
-    if let Some(axes) = real {
-        (samples_per_chirp, bytes) = axes.chirps(&bytes, &header.shape, item)?;
-    }
+    let real = matches!(order, Order::Real(_));
+    let (samples_per_chirp, bytes) = match order {
+        Order::Pairs(samples) => (samples, bytes),
+        Order::Planar(samples) => (samples, in_pairs(&bytes, samples, item)),
+        Order::Real(axes) => axes.chirps(&bytes, &header.shape, item)?,
+    };
     Ok(Array {
         format,
         samples_per_chirp,
+        real,
         bytes,
     })
+}
+
+/// Reorders the numbers, of `item` bytes, of chirps of `samples` I and then as many Q: I and Q in turn.
+fn in_pairs(bytes: &[u8], samples: usize, item: usize) -> Vec<u8> {
+    let mut pairs = Vec::with_capacity(bytes.len());
+    for chirp in bytes.chunks_exact(2 * samples * item) {
+        let (i, q) = chirp.split_at(samples * item);
+        for (i, q) in i.chunks_exact(item).zip(q.chunks_exact(item)) {
+            pairs.extend_from_slice(i);
+            pairs.extend_from_slice(q);
+        }
+    }
+    pairs
 }
 
 /// Returns the header's text and the bytes of the data of a file.
@@ -373,13 +445,19 @@ mod tests {
 
     use super::*;
 
+    const SHAPE: Layout = Layout::ByShape(None);
+
+    fn real(axes: &str) -> Layout {
+        Layout::Real(axes.parse().unwrap())
+    }
+
     fn file(header: &str, data: &[u8]) -> Vec<u8> {
         let length = (header.len() as u16).to_le_bytes();
         [MAGIC, &[1, 0], &length, header.as_bytes(), data].concat()
     }
 
     fn refused(header: &str, data: &[u8], words: &str) {
-        let error = read(&file(header, data), None).unwrap_err().to_string();
+        let error = read(&file(header, data), &SHAPE).unwrap_err().to_string();
         assert!(error.contains(words), "{error:?} does not say {words:?}");
     }
 
@@ -388,8 +466,8 @@ mod tests {
         // (2, 2, 2): chirp, sample, I or Q.
         let header =
             |order| format!("{{'descr': '|i1', 'fortran_order': {order}, 'shape': (2, 2, 2)}}");
-        let rows = read(&file(&header("False"), &[0, 1, 2, 3, 4, 5, 6, 7]), None).unwrap();
-        let columns = read(&file(&header("True"), &[0, 4, 2, 6, 1, 5, 3, 7]), None).unwrap();
+        let rows = read(&file(&header("False"), &[0, 1, 2, 3, 4, 5, 6, 7]), &SHAPE).unwrap();
+        let columns = read(&file(&header("True"), &[0, 4, 2, 6, 1, 5, 3, 7]), &SHAPE).unwrap();
         assert_eq!(rows.bytes, columns.bytes);
         assert_eq!(rows.samples_per_chirp, 2);
     }
@@ -397,14 +475,70 @@ mod tests {
     #[test]
     fn interleaved_and_complex() {
         let flat = "{'shape': (1, 4), 'descr': \">u2\", 'fortran_order': False}";
-        let array = read(&file(flat, &[0; 8]), None).unwrap();
+        let array = read(&file(flat, &[0; 8]), &SHAPE).unwrap();
         assert_eq!(
             (array.samples_per_chirp, array.format.big_endian),
             (2, true)
         );
         let complex = "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2), }";
-        let array = read(&file(complex, &[0; 16]), None).unwrap();
+        let array = read(&file(complex, &[0; 16]), &SHAPE).unwrap();
         assert_eq!((array.samples_per_chirp, array.format.bytes), (2, 4));
+    }
+
+    /// Two chirps of three samples: I 0, 1, 2 and Q 3, 4, 5 of the first.
+    #[test]
+    fn all_i_then_all_q_is_taken_where_shape_or_option_says_it() {
+        let array = |shape: &str, layout: &Layout| {
+            let header = format!("{{'descr': '|i1', 'fortran_order': False, 'shape': {shape}}}");
+            let numbers: Vec<u8> = (0..12).collect();
+            read(&file(&header, &numbers), layout)
+        };
+        let expected = [0, 3, 1, 4, 2, 5, 6, 9, 7, 10, 8, 11];
+        for (shape, layout) in [
+            ("(2, 6)", &Layout::Planar),
+            ("(2, 2, 3)", &Layout::Planar),
+            ("(2, 2, 3)", &SHAPE),
+        ] {
+            let array = array(shape, layout).unwrap();
+            assert_eq!((array.samples_per_chirp, array.real), (3, false), "{shape}");
+            assert_eq!(array.bytes, expected, "{shape}");
+        }
+        for shape in ["(12,)", "(4, 3)", "(1, 2, 3, 2)", "(2, 3, 2)"] {
+            let error = array(shape, &Layout::Planar).unwrap_err().to_string();
+            assert!(error.contains("--planar expects"), "{error}");
+        }
+    }
+
+    #[test]
+    fn rows_of_floating_point_are_not_halved_unless_it_is_said() {
+        let array = |descr: &str, layout: &Layout| {
+            let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (2, 4)}}");
+            read(
+                &file(&header, &vec![0; if descr == "<f8" { 64 } else { 32 }]),
+                layout,
+            )
+        };
+        for descr in ["<f4", ">f4", "<f8"] {
+            let error = array(descr, &SHAPE).unwrap_err().to_string();
+            let options = ["--real chirp,sample", "--planar", "--samples-per-chirp 2"];
+            assert!(options.iter().all(|o| error.contains(o)), "{error}");
+            for (layout, samples, real) in [
+                (Layout::ByShape(Some(2)), 2, false),
+                (Layout::ByShape(Some(4)), 2, true),
+                (Layout::Planar, 2, false),
+                (real("chirp,sample"), 2, true),
+            ] {
+                let array = array(descr, &layout).unwrap();
+                assert_eq!(
+                    (array.samples_per_chirp, array.real),
+                    (samples, real),
+                    "{layout:?}"
+                );
+            }
+        }
+        // A converter's whole numbers, for which four samples are no pairs either.
+        assert!(!array("<i4", &SHAPE).unwrap().real);
+        assert!(array("<i4", &Layout::ByShape(Some(4))).unwrap().real);
     }
 
     /// Frames, receivers, chirps, samples: the second receiver of a cube as numpy stores it, in either order.
@@ -414,8 +548,8 @@ mod tests {
         let header =
             |order| format!("{{'descr': '|u1', 'fortran_order': {order}, 'shape': (2, 3, 2, 4)}}");
         let cube: Vec<u8> = (0..48).collect();
-        let axes: Axes = "frame, receiver=1, chirp, sample".parse().unwrap();
-        let rows = read(&file(&header("False"), &cube), Some(&axes)).unwrap();
+        let axes = real("frame, receiver=1, chirp, sample");
+        let rows = read(&file(&header("False"), &cube), &axes).unwrap();
         assert_eq!(rows.samples_per_chirp, 2);
         let expected: Vec<u8> = (8..16).chain(32..40).collect();
         assert_eq!(rows.bytes, expected);
@@ -424,23 +558,22 @@ mod tests {
         for (k, at) in in_rows(&cube, &shape, 1).into_iter().enumerate() {
             columns[usize::from(at)] = k as u8;
         }
-        let columns = read(&file(&header("True"), &columns), Some(&axes)).unwrap();
+        let columns = read(&file(&header("True"), &columns), &axes).unwrap();
         assert_eq!(columns.bytes, expected);
         for (axes, words) in [
             ("chirp,sample", "4 axes, --real names 2"),
             ("frame,receiver=3,chirp,sample", "entry 3 of an axis of 3"),
         ] {
-            let axes: Axes = axes.parse().unwrap();
-            let error = read(&file(&header("False"), &cube), Some(&axes)).unwrap_err();
+            let error = read(&file(&header("False"), &cube), &real(axes)).unwrap_err();
             assert!(error.to_string().contains(words), "{error}");
         }
         let flat = |descr: &str, samples: usize| {
             format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (1, {samples})}}")
         };
-        let axes: Axes = "chirp,sample".parse().unwrap();
-        let error = read(&file(&flat("|i1", 3), &[0; 3]), Some(&axes)).unwrap_err();
+        let axes = real("chirp,sample");
+        let error = read(&file(&flat("|i1", 3), &[0; 3]), &axes).unwrap_err();
         assert!(error.to_string().contains("3 real samples"), "{error}");
-        let error = read(&file(&flat("<c8", 2), &[0; 16]), Some(&axes)).unwrap_err();
+        let error = read(&file(&flat("<c8", 2), &[0; 16]), &axes).unwrap_err();
         assert!(error.to_string().contains("complex numbers"), "{error}");
         for wrong in [
             "",
@@ -475,7 +608,7 @@ mod tests {
         refused("{'descr': '<c8'}", &[], "fortran_order is missing");
         refused("", &[], "expected \"{\"");
         assert!(
-            read(b"PK\x03\x04", None)
+            read(b"PK\x03\x04", &SHAPE)
                 .unwrap_err()
                 .to_string()
                 .contains("numpy")
@@ -485,15 +618,16 @@ mod tests {
     proptest! {
         #[test]
         fn no_bytes_bring_it_down(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-            let _ = read(&bytes, None);
-            let _ = read(&[MAGIC, &bytes[..]].concat(), None);
+            let _ = read(&bytes, &SHAPE);
+            let _ = read(&[MAGIC, &bytes[..]].concat(), &SHAPE);
         }
 
         #[test]
         fn nor_any_header(header in "[{}()\\[\\]':,a-z0-9 <>|]{0,80}") {
-            let _ = read(&file(&header, &[0; 8]), None);
-            let axes = "chirp,sample".parse().unwrap();
-            let _ = read(&file(&header, &[0; 8]), Some(&axes));
+            let _ = read(&file(&header, &[0; 8]), &SHAPE);
+            let axes = real("chirp,sample");
+            let _ = read(&file(&header, &[0; 8]), &axes);
+            let _ = read(&file(&header, &[0; 8]), &Layout::Planar);
         }
     }
 }

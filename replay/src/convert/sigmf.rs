@@ -1,14 +1,12 @@
-//! Reader of SigMF files of other programs: any complex datatype, with missing `stairscan:` keys
-//! added.
+//! Reader of SigMF files of other programs: any datatype, with missing `stairscan:` keys added.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 
 use super::samples::{Format, Number};
-use crate::recording;
+use crate::recording::{self, standard};
 
 /// Reads the JSON document of a metadata file, `.sigmf-meta`.
 ///
@@ -17,9 +15,8 @@ use crate::recording;
 pub fn metadata(path: &Path) -> Result<Value> {
     let file = recording::meta_path(path);
     recording::regular(&file)?;
-    let text = fs::read_to_string(&file).with_context(|| format!("{}", file.display()))?;
-    let document: Value =
-        serde_json::from_str(&text).map_err(|e| anyhow!("{}: no JSON: {e}", file.display()))?;
+    let document = recording::document(&recording::text(&file)?);
+    let document = document.with_context(|| format!("{}", file.display()))?;
     ensure!(
         document["global"].is_object(),
         "{}: global: missing, expected a JSON object",
@@ -28,42 +25,26 @@ pub fn metadata(path: &Path) -> Result<Value> {
     Ok(document)
 }
 
-/// Returns the number format of the samples that a metadata document describes.
+/// Whether a recording's first capture begins after the file's first sample.
+pub fn begins_late(document: &Value) -> bool {
+    standard::before_first(document).is_ok_and(|before| before > 0)
+}
+
+/// Returns the number format of the samples that a metadata document describes, and whether they are real.
 ///
 /// # Errors
 /// Names the key, the value found and the expected value.
-pub fn format(document: &Value) -> Result<Format> {
+pub fn format(document: &Value) -> Result<(Format, bool)> {
     let global = &document["global"];
     let Some(datatype) = global["core:datatype"].as_str() else {
         bail!("global core:datatype: missing, expected a text such as \"cf32_le\"");
     };
-    let channels = &global["core:num_channels"];
-    ensure!(
-        channels.is_null() || channels.as_u64() == Some(1),
-        "global core:num_channels: found {channels}, expected 1"
-    );
-    let captures = document["captures"].as_array();
-    let headers = captures
-        .into_iter()
-        .flatten()
-        .map(|c| &c["core:header_bytes"]);
-    let trailing = &global["core:trailing_bytes"];
-    for bytes in headers.chain([trailing]) {
-        ensure!(
-            bytes.is_null() || bytes.as_u64() == Some(0),
-            "core:header_bytes or core:trailing_bytes: found {bytes}: expected a file of nothing but samples"
-        );
-    }
+    standard::check(document)?;
     parse(datatype)
 }
 
-/// Parses a SigMF datatype such as `ci16_le`: `c` for complex, encoding, bits and order of bytes.
-fn parse(datatype: &str) -> Result<Format> {
-    ensure!(
-        !datatype.starts_with('r'),
-        "global core:datatype: found {datatype:?}: real samples do not contain the sign of the beat \
-         frequency; expected complex ones"
-    );
+/// Parses a SigMF datatype such as `ci16_le`: `c` for complex or `r` for real, encoding, bits and order of bytes.
+fn parse(datatype: &str) -> Result<(Format, bool)> {
     let known = || {
         let (name, big) = match datatype.split_once('_') {
             Some((name, "le")) => (name, false),
@@ -71,7 +52,8 @@ fn parse(datatype: &str) -> Result<Format> {
             None => (datatype, false),
             _ => return None,
         };
-        let (number, bits) = name.strip_prefix('c')?.split_at_checked(1)?;
+        let real = name.starts_with('r');
+        let (number, bits) = name.strip_prefix(['c', 'r'])?.split_at_checked(1)?;
         let number = match number {
             "i" => Number::Signed,
             "u" => Number::Unsigned,
@@ -81,12 +63,13 @@ fn parse(datatype: &str) -> Result<Format> {
         let bits: usize = bits.parse().ok().filter(|bits| bits % 8 == 0)?;
         // A single byte has no order; a longer number must state it.
         let is_complete = datatype.contains('_') || bits == 8;
-        Format::new(number, bits / 8, big).filter(|_| is_complete)
+        let format = Format::new(number, bits / 8, big).filter(|_| is_complete)?;
+        Some((format, real))
     };
     known().with_context(|| {
         format!(
             "global core:datatype: found {datatype:?}, expected ci8, cu8, or ci16, cu16, ci32, cu32, cf32 or \
-             cf64 with _le or _be"
+             cf64 with _le or _be; with r in place of c for real samples"
         )
     })
 }
@@ -109,8 +92,14 @@ mod tests {
             ("cf32_le", Number::Float, 4, false),
             ("cf64_be", Number::Float, 8, true),
         ] {
-            let expected = Format::new(number, bytes, big);
+            let expected = Format::new(number, bytes, big).map(|format| (format, false));
             assert_eq!(parse(name).ok(), expected, "{name}");
+            let real = parse(&name.replacen('c', "r", 1)).unwrap();
+            assert_eq!(
+                Some(real),
+                expected.map(|(format, _)| (format, true)),
+                "{name}"
+            );
         }
         for wrong in [
             "",
@@ -125,12 +114,6 @@ mod tests {
             let error = parse(wrong).unwrap_err().to_string();
             assert!(error.contains("core:datatype"), "{error}");
         }
-        assert!(
-            parse("ri16_le")
-                .unwrap_err()
-                .to_string()
-                .contains("real samples")
-        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use anyhow::Result;
 use clap::ValueEnum;
 use serde_json::Value;
 
-use super::scans::Scan;
+use super::scans::{SECOND_NS, Scan};
 
 /// What a table holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -12,6 +12,8 @@ pub enum Table {
     /// One row per step; a scan without steps has one row with empty columns of the step
     #[default]
     Steps,
+    /// One row per answer, with its time and the number of its steps
+    Answers,
     /// One row per echo
     Echoes,
     /// One row per cell of the polar map
@@ -28,6 +30,8 @@ pub const SCAN: [&str; 6] = [
     "horizon_m",
     "confidence",
 ];
+/// Columns of an answer that follow those of its scan.
+const ANSWER: [&str; 4] = ["lost_rows", "reasons", "steps", "maybes"];
 /// Columns of a step, with the keys of `replay --format json`.
 const STEP: [&str; 7] = [
     "distance_m",
@@ -94,14 +98,19 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
             SCAN.iter()
                 .chain(&["reasons", "step"])
                 .chain(&STEP)
-                .chain(&GROUND),
+                .chain(&GROUND)
+                .chain(&["time_s"]),
         )?,
+        Table::Answers => {
+            csv.write_record(["time_s"].iter().chain(&SCAN).chain(&ANSWER).chain(&GROUND))?;
+        }
         Table::Echoes => csv.write_record(SCAN[..2].iter().chain(&ECHO))?,
         Table::Map => csv.write_record(SCAN[..2].iter().chain(&CELL))?,
     }
     for scan in scans {
         let rows = match table {
             Table::Steps => steps(scan),
+            Table::Answers => vec![answer(scan)],
             Table::Echoes => {
                 let echoes = scan.echoes.as_deref().unwrap_or_default();
                 echoes.iter().map(|echo| pick(echo, &ECHO)).collect()
@@ -110,6 +119,7 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
         };
         let head = match table {
             Table::Steps => pick(&scan.json, &SCAN),
+            Table::Answers => Vec::new(),
             _ => pick(&scan.json, &SCAN[..2]),
         };
         for row in rows {
@@ -119,15 +129,45 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
     Ok(csv.into_inner()?)
 }
 
-fn steps(scan: &Scan) -> Vec<Vec<String>> {
-    let list = |key: &str| scan.json[key].as_array().cloned().unwrap_or_default();
-    let reasons: Vec<String> = list("reasons").iter().map(cell).collect();
-    let reasons = reasons.join(" ");
-    let steps = list("steps");
-    let ground = GROUND.map(|key| match key.strip_prefix("drop_") {
+/// Returns the row of a scan's answer.
+fn answer(scan: &Scan) -> Vec<String> {
+    let count = |key: &str| scan.json[key].as_array().map_or(0, Vec::len).to_string();
+    let time_s = time_s(scan);
+    let counts = vec![
+        cell(&scan.json["lost_rows"]),
+        reasons(scan),
+        count("steps"),
+        count("maybe"),
+    ];
+    let head = vec![time_s].into_iter().chain(pick(&scan.json, &SCAN));
+    head.chain(counts).chain(ground(scan)).collect()
+}
+
+/// Returns the time of a scan's answer, s.
+fn time_s(scan: &Scan) -> String {
+    format!("{:.3}", scan.stamp_ns as f64 / SECOND_NS as f64)
+}
+
+/// Returns the reasons of a scan's answer, separated by spaces.
+fn reasons(scan: &Scan) -> String {
+    let list = scan.json["reasons"]
+        .as_array()
+        .map_or(&[][..], Vec::as_slice);
+    list.iter().map(cell).collect::<Vec<_>>().join(" ")
+}
+
+/// Returns the cells of [`GROUND`].
+fn ground(scan: &Scan) -> [String; 5] {
+    GROUND.map(|key| match key.strip_prefix("drop_") {
         Some(key) => cell(&scan.json["drop"][key]),
         None => cell(&scan.json[key]),
-    });
+    })
+}
+
+fn steps(scan: &Scan) -> Vec<Vec<String>> {
+    let reasons = reasons(scan);
+    let ground: Vec<String> = ground(scan).into_iter().chain([time_s(scan)]).collect();
+    let steps = scan.json["steps"].as_array().cloned().unwrap_or_default();
     let row = |(k, step): (usize, &Value)| {
         let number = [reasons.clone(), (k + 1).to_string()];
         let step = number.into_iter().chain(pick(step, &STEP));
@@ -135,7 +175,7 @@ fn steps(scan: &Scan) -> Vec<Vec<String>> {
     };
     if steps.is_empty() {
         let nothing = vec![String::new(); 1 + STEP.len()];
-        return vec![[vec![reasons], nothing, ground.to_vec()].concat()];
+        return vec![[vec![reasons], nothing, ground].concat()];
     }
     steps.iter().enumerate().map(row).collect()
 }

@@ -5,6 +5,7 @@
 //! | `page.html` | the page's skeleton |
 //! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
 //! | `article.html` | a page of text, tables and drawings, without a script |
+//! | `log.html`, `log.js` | the page of logs: answers over time |
 //! | `page.css` | its style, for screens of any width |
 //! | `draw.js`, `tell.js`, `page.js` | drawing of a scan; texts and tables of a scan; selection and pointer |
 //!
@@ -12,11 +13,13 @@
 //! report, and the events that the estimator passes to an observer.
 
 mod index;
+mod log;
 mod view;
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
+use crate::live::log::Log;
 pub use index::{Entry, Rank};
 pub use view::{answered, entry, failed, scanned};
 
@@ -28,6 +31,8 @@ const PANE: &str = include_str!("pane.html");
 pub const SLIDER: &str = include_str!("slider.html");
 /// The choice of what a view shows.
 pub const LAYERS: &str = "<fieldset id=\"layers\"><legend>Show</legend></fieldset>\n";
+const LOG_PAGE: &str = include_str!("log.html");
+const LOG_SCRIPT: &str = include_str!("log.js");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: [&str; 3] = [
     include_str!("draw.js"),
@@ -59,6 +64,28 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
         ..Parts::default()
     };
     Ok(parts.filled())
+}
+
+/// Returns the HTML page of these logs.
+///
+/// # Errors
+/// The data cannot be written as JSON.
+pub fn logged(logs: &[Log]) -> Result<String> {
+    let title = match logs {
+        [only] => format!("{} – stairscan", only.name),
+        many => format!("{} logs – stairscan", many.len()),
+    };
+    let data = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "revision": stairscan::REVISION,
+        "logs": logs.iter().map(log::of).collect::<Vec<_>>(),
+    });
+    let data = serde_json::to_string(&data).context("the page's data")?;
+    let page = LOG_PAGE
+        .replace("{{style}}", STYLE)
+        .replace("{{script}}", LOG_SCRIPT);
+    let page = page.replace("{{title}}", &escaped(&title));
+    Ok(page.replace("{{data}}", &data.replace("</", "<\\/")))
 }
 
 /// Returns the HTML body of a page with one scan, with `controls` above the recording's name.

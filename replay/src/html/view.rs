@@ -12,6 +12,7 @@ use stairscan::verdict::Status;
 
 use super::index::{Entry, Rank};
 use crate::answer::Answer;
+use crate::counted::counted;
 use crate::inspect::Inspection;
 use crate::playback::Playback;
 use crate::recording::{Recording, TrueStep, Truth};
@@ -83,7 +84,7 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
         "scans": [],
         "guard": {
             "status": status.as_str(),
-            "summary": format!("{} guard sweeps{judged}", words.len()),
+            "summary": format!("{}{judged}", counted(words.len(), "guard sweep")),
             "sentences": words.iter().map(|word| &word.sentence).collect::<Vec<_>>(),
             "strip": strip::svg(&words, truth.as_ref()),
         },

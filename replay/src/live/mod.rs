@@ -4,11 +4,15 @@
 //! |---|---|
 //! | [`model`] | state of the scanner, from its sentences; pure, time is an argument |
 //! | [`guard`] | the last guard sweep, the interval of sweeps, a bar of the free distance |
-//! | [`lines`] | splits the bytes of the port into lines |
+//! | [`lines`] | the reader of the report: splits bytes of a port or a log into lines |
+//! | [`log`] | the files of `live --record` and of any serial logger |
+//! | [`arrived`] | what came since the last intact sentence, by kind |
 //! | [`trouble`] | explanations and remedies for faults of a port |
 
+pub mod arrived;
 pub mod guard;
 pub mod lines;
+pub mod log;
 pub mod model;
 pub mod trouble;
 

@@ -2,13 +2,15 @@
 
 use std::collections::VecDeque;
 
-use stairscan::report::{LiveLine, ParseError, ScanLine, Sentence};
+use stairscan::report::{LiveLine, ScanLine, Sentence};
 use stairscan::verdict::Reason;
 
 use super::Ms;
+use super::arrived::Arrived;
 use super::guard::Guard;
 use super::trouble::{Trouble, UnexpectedData};
 use crate::answer::Answer;
+use crate::counted::counted;
 
 /// Time without an intact sentence after which the scanner or the line is considered dead, ms
 /// (docs/user/controller.md).
@@ -35,6 +37,8 @@ pub enum Event {
     Failed(Trouble),
     /// A line was received.
     Line(String),
+    /// The beginning of a line was received; its end is overdue.
+    Pending(String),
 }
 
 /// State of the port.
@@ -138,18 +142,6 @@ impl PendingCommand {
     }
 }
 
-/// Numbers of received lines by kind, since the port was opened.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Tally {
-    sentences: u64,
-    /// Number of lines that begin like a sentence but are damaged.
-    damaged: u64,
-    /// Number of text lines that are not sentences; `other` is the last one.
-    others: u64,
-    other: String,
-    noise: u64,
-}
-
 /// State of a session: port, scanner, last answer, log.
 #[derive(Clone, Debug)]
 pub struct State {
@@ -183,7 +175,7 @@ pub struct State {
     coming: Option<(ScanLine, Vec<String>)>,
     heard: Option<Ms>,
     restarted: bool,
-    tally: Tally,
+    arrived: Arrived,
 }
 
 impl State {
@@ -206,7 +198,7 @@ impl State {
             coming: None,
             heard: None,
             restarted: false,
-            tally: Tally::default(),
+            arrived: Arrived::default(),
         }
     }
 
@@ -230,11 +222,12 @@ impl State {
                 self.reopened +=
                     u32::from(matches!(self.link, Link::Away(_, Trouble::Unplugged(_))));
                 self.link = Link::Open(now);
-                self.tally = Tally::default();
+                self.arrived = Arrived::default();
                 self.note(now, "the port is open");
             }
             Event::Failed(trouble) => self.fail(now, trouble),
             Event::Line(line) => self.line(now, line),
+            Event::Pending(text) => self.arrived.pending(text),
         }
     }
 
@@ -291,9 +284,9 @@ impl State {
     }
 
     fn line(&mut self, now: Ms, line: &str) {
+        self.arrived.line(line);
         match Sentence::parse(line) {
             Ok(sentence) => {
-                self.tally.sentences += 1;
                 self.heard = Some(now);
                 // `LIVE` (five a second) and `GUARD` (ten) would fill the log.
                 if !matches!(sentence, Sentence::Live(_) | Sentence::Guard(_)) {
@@ -301,22 +294,7 @@ impl State {
                 }
                 self.sentence(now, line, &sentence);
             }
-            Err(error) => {
-                self.count(line, error);
-                self.keep(now, Way::Damaged, line);
-            }
-        }
-    }
-
-    fn count(&mut self, line: &str, error: ParseError) {
-        let noise = line.matches("\\x").count();
-        if error != ParseError::Frame || line.contains("$PSTR") {
-            self.tally.damaged += 1;
-        } else if 8 * noise > line.len() {
-            self.tally.noise += 1;
-        } else {
-            self.tally.others += 1;
-            line.clone_into(&mut self.tally.other);
+            Err(_) => self.keep(now, Way::Damaged, line),
         }
     }
 
@@ -372,7 +350,8 @@ impl State {
             } => {
                 let why: Vec<_> = reasons.iter().map(Reason::meaning).collect();
                 let text = format!(
-                    "{state}, clock {clock}, {scans} scans, {estimator}. {}",
+                    "{state}, clock {clock}, {}, {estimator}. {}",
+                    counted(*scans, "scan"),
                     why.join(" ")
                 );
                 self.reply(now, "status", text.trim_end(), true);
@@ -477,25 +456,12 @@ impl State {
         if now.saturating_sub(heard) < TIMEOUT {
             return None;
         }
-        let Tally {
-            sentences,
-            damaged,
-            others,
-            noise,
-            ref other,
-        } = self.tally;
-        Some(match damaged.max(others).max(noise) {
-            _ if sentences > 0 => UnexpectedData::Silence,
-            0 => UnexpectedData::Nothing,
-            most if most == damaged => UnexpectedData::Damaged,
-            most if most == noise => UnexpectedData::Noise,
-            _ => UnexpectedData::Others(other),
-        })
+        Some(self.arrived.kind())
     }
 
     /// Number of damaged sentences since the port was opened.
     pub fn damaged(&self) -> u64 {
-        self.tally.damaged
+        self.arrived.damaged
     }
 
     /// Whether commands can be sent.

@@ -74,6 +74,10 @@ pub enum UnexpectedData<'a> {
     Noise,
     /// Text lines of another device; the last one.
     Others(&'a str),
+    /// Sentences with a right checksum that this program does not know, such as the boot loader's; the last one.
+    Unknown(&'a str),
+    /// Frames of the radar link.
+    Link,
     /// Mostly damaged sentences, and none that is intact.
     Damaged,
 }
@@ -117,6 +121,27 @@ impl UnexpectedData<'_> {
                 vec![
                     format!("Received: {}", line.chars().take(70).collect::<String>()),
                     "A wrong port? `cargo sim live` without a port lists those there are.".to_owned(),
+                ],
+            ),
+            Self::Unknown(line) if line.contains("PSTR,LOADER,") => (
+                "the boot loader reports, and then no image".to_owned(),
+                vec![
+                    format!("Received: {line}"),
+                    "Does its image crash? `cargo sim update` sends another.".to_owned(),
+                ],
+            ),
+            Self::Unknown(line) => (
+                "sentences with a right checksum that this program does not know".to_owned(),
+                vec![
+                    format!("Received: {line}"),
+                    "A newer firmware? Use the program of its revision.".to_owned(),
+                ],
+            ),
+            Self::Link => (
+                "frames of the radar link are received, not the report".to_owned(),
+                vec![
+                    "The report is at J2 pin 2 (REPORT_TX); `cargo sim record` records the link."
+                        .to_owned(),
                 ],
             ),
             Self::Damaged => (

@@ -1,11 +1,12 @@
 //! Reads the captures of a SigMF document, one per chirp: mirror angle, and the readings of the
 //! chair's odometer and inclinometer.
 
-use anyhow::{Result, anyhow};
+use anyhow::{Result, anyhow, ensure};
 use serde_json::Value;
 
 use super::keys::Keys;
 use super::motion::Motion;
+use super::standard::{self, list};
 
 /// Default carrier of recordings that do not state one, Hz (paper II-A).
 const DEFAULT_CARRIER_HZ: f64 = 94e9;
@@ -50,7 +51,8 @@ pub(super) fn parse(
     scans: usize,
     global_pitch: Option<f64>,
 ) -> Result<Captures> {
-    let captures = list(document)?;
+    let captures = list(document, "captures")?;
+    let start = first(document)?;
     let carrier_hz = carrier(captures)?;
     let with = |key: &str| captures.iter().any(|c| c.get(key).is_some());
     let mut result = Captures {
@@ -59,6 +61,7 @@ pub(super) fn parse(
         motion: Motion::default(),
     };
     if !with(ANGLE) {
+        standard::whole_chirps(document, samples_per_chirp)?;
         if scans > 1 {
             return Err(anyhow!(
                 "global stairscan:scans: found {scans}, expected captures with {ANGLE} for as many"
@@ -78,7 +81,7 @@ pub(super) fn parse(
     let with_pitch = with(PITCH) || global_pitch.is_some();
     for (k, capture) in captures.iter().enumerate() {
         let capture = Keys::of(Some(capture), &format!("captures[{k}]"))?;
-        let start = k * samples_per_chirp;
+        let start = start + k * samples_per_chirp;
         if capture.get("core:sample_start").and_then(Value::as_u64) != Some(start as u64) {
             let expected =
                 format!("{start} (one chirp of {samples_per_chirp} samples after another)");
@@ -91,6 +94,9 @@ pub(super) fn parse(
             .check(&result.angles_deg, angle)
             .map_err(|expected| capture.wrong(ANGLE, &expected))?;
         result.angles_deg.push(angle);
+        if k + 1 == captures.len() {
+            degrees(&result.angles_deg).map_err(|e| anyhow!("captures {ANGLE}: {e}"))?;
+        }
         let motion = &mut result.motion;
         if with_travel {
             let expected = "metres of travel, within ±1000, in every capture";
@@ -101,6 +107,13 @@ pub(super) fn parse(
             let since = motion.time_s.last().copied().unwrap_or(0.0);
             let expected = format!("seconds from {since} to {LONGEST_S}, in every capture");
             let time = capture.number(TIME, &expected, |v| (since..=LONGEST_S).contains(&v))?;
+            // A recorder's clock may be coarser than the rows, but goes on during a scan.
+            let first = motion.time_s.get(k - k % order.per_scan);
+            if (k + 1).is_multiple_of(order.per_scan) && first == Some(&time) {
+                let expected =
+                    format!("seconds above {time}: the time stands still during the scan");
+                return Err(capture.wrong(TIME, &expected));
+            }
             motion.time_s.push(time);
         }
         if with_pitch {
@@ -113,14 +126,37 @@ pub(super) fn parse(
     Ok(result)
 }
 
-fn list(document: &Value) -> Result<&[Value]> {
-    match document.get("captures") {
-        None => Ok(&[]),
-        Some(value) => value
-            .as_array()
-            .map(Vec::as_slice)
-            .ok_or_else(|| anyhow!("captures: expected a JSON array")),
-    }
+/// Returns the number of the first sample, from which captures count: that of the first capture, because a recording
+/// holds nothing else.
+fn first(document: &Value) -> Result<usize> {
+    let before = standard::before_first(document)?;
+    let offset = document["global"][standard::OFFSET].as_u64().unwrap_or(0) as usize;
+    ensure!(
+        before == 0,
+        "captures[0] core:sample_start: found {}, expected {offset}; `cargo sim convert` leaves out the {before} \
+         samples before it",
+        before + offset
+    );
+    Ok(offset)
+}
+
+/// Refuses angles that must be radians: a scan of at least sixteen, all within half a turn in radians and closer together
+/// than any beam in degrees.
+///
+/// # Errors
+/// Names the first and the last angle.
+pub fn degrees(angles: &[f64]) -> Result<()> {
+    const FEWEST: usize = 16;
+    let wide = |angle: &f64| angle.abs() > std::f64::consts::PI;
+    let (Some(first), Some(last)) = (angles.first(), angles.last()) else {
+        return Ok(());
+    };
+    ensure!(
+        angles.len() < FEWEST || angles.iter().any(wide),
+        "{} angles, from {first:.4} to {last:.4}: they look like radians, expected degrees (times 57.2958)",
+        angles.len()
+    );
+    Ok(())
 }
 
 /// Returns the first capture's carrier, Hz, and checks the frequencies and the spelling of the keys
@@ -131,7 +167,11 @@ fn carrier(captures: &[Value]) -> Result<f64> {
         let capture = Keys::of(Some(capture), &format!("captures[{k}]"))?;
         capture.check_spelling(&KEYS)?;
         let found = capture.optional(FREQUENCY, "a frequency above 0 Hz", |v| v > 0.0)?;
-        carrier_hz = carrier_hz.or(Some(found.unwrap_or(DEFAULT_CARRIER_HZ)));
+        let found = found.unwrap_or(DEFAULT_CARRIER_HZ);
+        let first = *carrier_hz.get_or_insert(found);
+        if found != first {
+            return Err(capture.wrong(FREQUENCY, &format!("{first}, that of the first capture")));
+        }
     }
     Ok(carrier_hz.unwrap_or(DEFAULT_CARRIER_HZ))
 }

@@ -7,6 +7,7 @@ use stairscan::config::{self, Plane};
 use super::captures::{self, PITCH, TIME, TRAVEL};
 use super::keys::Keys;
 use super::motion::Motion;
+use super::standard;
 use super::truth::{Disturbance, Truth};
 
 /// Version of the `stairscan` extension that is written.
@@ -85,6 +86,8 @@ pub struct Metadata {
     pub truth: Option<Truth>,
     /// Fault put into the recording on purpose; `None` if the metadata state none.
     pub disturbance: Option<Disturbance>,
+    /// Optional extensions of the recording other than the project's own, as `core:extensions` lists them.
+    pub extensions: Vec<Value>,
     /// Other keys of `global`, kept unchanged.
     pub extra: Map<String, Value>,
 }
@@ -135,11 +138,7 @@ impl Metadata {
             "ri16_le" => true,
             _ => return Err(global.wrong("core:datatype", DATATYPES)),
         };
-        if let Some(channels) = global.get("core:num_channels")
-            && channels.as_u64() != Some(1)
-        {
-            return Err(global.wrong("core:num_channels", "1"));
-        }
+        standard::check(document)?;
         let samples_per_chirp = samples_per_chirp(&global, real)?;
         // The fixed-point configuration holds bandwidths from 1 kHz to 4 THz.
         let bandwidth_hz = global.number(
@@ -170,10 +169,14 @@ impl Metadata {
             sequence,
             truth: truth.transpose()?,
             disturbance: disturbance.map(Disturbance::parse).transpose()?,
+            extensions: (global.get("core:extensions").into_iter())
+                .flat_map(standard::other_extensions)
+                .cloned()
+                .collect(),
             extra: global
                 .object
                 .iter()
-                .filter(|(key, _)| !KEYS.contains(&key.as_str()))
+                .filter(|(key, _)| !KEYS.contains(&key.as_str()) && !standard::is_of_file(key))
                 .map(|(key, value)| (key.clone(), value.clone()))
                 .collect(),
         })
@@ -202,9 +205,9 @@ impl Metadata {
         }
         put("core:num_channels", json!(1));
         put("core:description", json!(self.description));
-        let extension =
-            json!([{"name": "stairscan", "version": EXTENSION_VERSION, "optional": false}]);
-        put("core:extensions", extension);
+        let own = json!({"name": "stairscan", "version": EXTENSION_VERSION, "optional": false});
+        let extensions: Vec<Value> = [own].into_iter().chain(self.extensions.clone()).collect();
+        put("core:extensions", json!(extensions));
         put("stairscan:bandwidth_hz", json!(self.bandwidth_hz));
         put("stairscan:samples_per_chirp", json!(self.file_samples()));
         if let Some(chirps) = self.chirps_per_row {

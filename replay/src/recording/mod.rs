@@ -11,6 +11,8 @@ mod captures;
 mod keys;
 mod metadata;
 mod motion;
+mod part;
+pub(crate) mod standard;
 mod truth;
 
 use std::fs;
@@ -21,9 +23,12 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde_json::Value;
 use stairscan::Iq;
 
+pub use captures::degrees;
 use keys::explain_syntax;
 pub use metadata::{MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
+use part::named;
+pub use part::{Content, Readers, write_together};
 pub use truth::{Disturbance, TrueDrop, TrueStep, Truth};
 
 /// Suffix of the metadata file.
@@ -81,34 +86,6 @@ pub fn regular(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Returns an error for a path that names no file: `/`, `..`, or one that ends in a separator or a
-/// dot, whose files would be hidden.
-fn named(path: &Path) -> Result<()> {
-    let text = path.as_os_str().as_encoded_bytes();
-    let last = text
-        .rsplit(|&b| std::path::is_separator(b.into()))
-        .next()
-        .unwrap_or_default();
-    ensure!(
-        !matches!(last, b"" | b"." | b".."),
-        "{}: expected the name of a file, not of a directory",
-        path.display()
-    );
-    Ok(())
-}
-
-/// Returns an error if something that is no regular file exists at the path, such as a device that
-/// root could replace.
-fn replaceable(path: &Path) -> Result<()> {
-    let found = fs::metadata(path);
-    ensure!(
-        found.is_err() || found.is_ok_and(|found| found.is_file()),
-        "{}: expected a regular file, or none yet",
-        path.display()
-    );
-    Ok(())
-}
-
 /// Whether a path may name a recording: one of its two files, or both without their suffix.
 pub fn may_be(path: &Path) -> bool {
     let suffix = path.extension().and_then(|e| e.to_str());
@@ -143,15 +120,15 @@ impl Recording {
     pub fn read(path: &Path) -> Result<Self> {
         let meta_file = with_suffix(path, META_SUFFIX);
         regular(&meta_file)?;
-        let text =
-            fs::read_to_string(&meta_file).with_context(|| format!("{}", meta_file.display()))?;
-        let meta = metadata(&text, &meta_file)?;
+        let (document, meta) = metadata(&text(&meta_file)?, &meta_file)?;
         let data_file = with_suffix(path, DATA_SUFFIX);
-        let samples = samples(&read_data(&data_file, &meta)?);
+        let data = read_data(&data_file, &meta)?;
+        standard::check_hash(&document, &data)
+            .with_context(|| format!("{}", meta_file.display()))?;
         Ok(Self {
             name: name_of(&meta_file),
             meta,
-            samples,
+            samples: samples(&data),
         })
     }
 
@@ -162,8 +139,10 @@ impl Recording {
     /// Names the file, the key and the expected value.
     pub fn parse(name: &str, text: &str, data: &[u8]) -> Result<Self> {
         let file = |suffix: &str| PathBuf::from(format!("{name}.{suffix}"));
-        let meta = metadata(text, &file(META_SUFFIX))?;
+        let (document, meta) = metadata(text, &file(META_SUFFIX))?;
         check_length(data.len() as u64, &meta, &file(DATA_SUFFIX))?;
+        standard::check_hash(&document, data)
+            .with_context(|| format!("{}", file(META_SUFFIX).display()))?;
         Ok(Self {
             name: name.to_owned(),
             meta,
@@ -280,35 +259,71 @@ impl Recording {
     /// # Errors
     /// Names the file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_checked(path, || Ok(()))
+    }
+
+    /// Writes both files as [`Self::write`] does. `check` is called while no other program can write them.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written, or the error of `check`.
+    pub fn write_checked(&self, path: &Path, check: impl FnOnce() -> Result<()>) -> Result<()> {
         named(path)?;
         let text = self.metadata_text()?;
-        write_whole(&with_suffix(path, DATA_SUFFIX), &self.sample_bytes())?;
-        write_whole(&with_suffix(path, META_SUFFIX), text.as_bytes())
+        let [data, meta] = [DATA_SUFFIX, META_SUFFIX].map(|suffix| with_suffix(path, suffix));
+        let files = [
+            (&*data, &*self.sample_bytes(), Readers::All),
+            (&*meta, text.as_bytes(), Readers::All),
+        ];
+        write_together(&files, check)
     }
 }
 
-/// Writes a file under a temporary name and renames it, so that no reader finds it half-written.
+/// Writes a file completely or not at all.
 ///
 /// # Errors
 /// Names the path if it is no regular file or cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    named(path)?;
-    replaceable(path)?;
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".part");
-    let part = path.with_file_name(name);
-    let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
-    written.map_err(|e| {
-        let _ = fs::remove_file(&part);
-        anyhow!("{}: {e}", path.display())
-    })
+    write_together(&[(path, bytes, Readers::All)], || Ok(()))
+}
+
+/// Reads a file of text. A byte order mark before it, which some editors write, is left out.
+///
+/// # Errors
+/// Names the file, and the encoding if it is not UTF-8.
+pub fn text(path: &Path) -> Result<String> {
+    let file = || format!("{}", path.display());
+    let bytes = fs::read(path).with_context(file)?;
+    let utf16 = matches!(bytes.as_slice(), [0xff, 0xfe, ..] | [0xfe, 0xff, ..]);
+    ensure!(
+        !utf16,
+        "{}: the byte order mark of UTF-16, expected text in UTF-8",
+        path.display()
+    );
+    let text = String::from_utf8(bytes).with_context(|| format!("{}: no text in UTF-8", file()))?;
+    Ok(unmarked(&text).to_owned())
+}
+
+/// Returns a text without the byte order mark that may stand before it.
+pub fn unmarked(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
+}
+
+/// Parses the text of a metadata file, with or without a byte order mark, as a JSON document.
+///
+/// # Errors
+/// Names the key before the mistake.
+pub fn document(text: &str) -> Result<Value> {
+    let text = unmarked(text);
+    serde_json::from_str(text).map_err(|e| anyhow!("{}", explain_syntax(text, &e)))
 }
 
 /// Parses the metadata in `text`, the content of `file`.
-fn metadata(text: &str, file: &Path) -> Result<Metadata> {
-    let document: Value = serde_json::from_str(text)
-        .map_err(|e| anyhow!("{}: {}", file.display(), explain_syntax(text, &e)))?;
-    Metadata::parse(&document).with_context(|| format!("{}", file.display()))
+fn metadata(text: &str, file: &Path) -> Result<(Value, Metadata)> {
+    let parsed = document(text).and_then(|document| {
+        let meta = Metadata::parse(&document)?;
+        Ok((document, meta))
+    });
+    parsed.with_context(|| format!("{}", file.display()))
 }
 
 /// Returns an error for a sample file of `found` bytes that does not hold the number of chirps in

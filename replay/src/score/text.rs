@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::judge::{DEPTH_M, NEAR_DROP_M, SceneScore};
 use super::set::{SetScore, Spread, quantile};
 use super::share::Share;
+use crate::counted::counted;
 
 /// Returns a text table of sets, one line each, errors in centimetres; below it the lines on drops,
 /// harmful faults and the horizon.
@@ -74,8 +75,10 @@ pub fn drops(set: &SetScore) -> String {
     let without = set.false_drops_without;
     let mut out = format!(
         "drops nearer than {NEAR_DROP_M:.1} m reported {hits} of {of}; false drops {}, {} of them \
-         on {} scenes without one",
-        set.false_drops, without.hits, without.of
+         on {} without one",
+        set.false_drops,
+        without.hits,
+        counted(without.of, "scene")
     );
     if set.depths.hits > 0 {
         let _ = write!(

@@ -291,7 +291,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             change_text(c.ok_wrong),
             lines(ablation)?
         );
-        eprintln!(
+        host_sim::note!(
             "{name}: exact {} ok {} wrong {}",
             change_text(c.exact),
             change_text(c.ok_right),

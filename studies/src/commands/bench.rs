@@ -133,7 +133,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let above = above_budget(&counts, &size);
     for line in &above {
-        eprintln!("error: {line}");
+        host_sim::note!("error: {line}");
     }
     Ok(ExitCode::from(u8::from(!above.is_empty())))
 }

@@ -65,7 +65,7 @@ impl Figure {
 pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     let image = Image::read(elf)?;
     for function in &image.may_panic {
-        eprintln!("may panic: {function}");
+        host_sim::note!("may panic: {function}");
     }
     let panics = image.may_panic.len() as u64;
     Ok(vec![

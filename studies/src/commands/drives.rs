@@ -199,7 +199,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let logs = harness::each(&jobs, |(kind, seed)| through(*kind, *seed, args.drives))?;
     let rows = rows(&jobs, &logs);
     let logs = logs.concat();
-    eprintln!(
+    host_sim::note!(
         "{} drives in {:.0} s",
         logs.len(),
         begun.elapsed().as_secs_f64()

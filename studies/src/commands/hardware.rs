@@ -49,6 +49,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         None => emit(&text),
         Some(path) => {
             let outputs = args.overwrite.reading::<&PathBuf>([]);
+            let suffix = match args.what {
+                What::Parts | What::Power => "md",
+                What::Wiring | What::Optics => "svg",
+            };
+            outputs.check_kind(path, &[suffix])?;
             outputs.write(path, text.as_bytes())?;
         }
     }

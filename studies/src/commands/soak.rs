@@ -42,10 +42,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let [early, late] = tally.memory;
     let grown = late > early + GROWTH;
     if grown {
-        eprintln!("error: memory grows by more than {} MiB", GROWTH >> 20);
+        host_sim::note!("error: memory grows by more than {} MiB", GROWTH >> 20);
     }
     for line in tally.differing.iter().take(NAMED) {
-        eprintln!("error: {line}");
+        host_sim::note!("error: {line}");
     }
     Ok(ExitCode::from(u8::from(
         grown || !tally.differing.is_empty(),
@@ -58,7 +58,7 @@ fn run_days(days: u32, seed: u64) -> Result<ExitCode> {
     bar.finish_and_clear();
     emit(&summary.table());
     for line in summary.failures.iter().take(NAMED) {
-        eprintln!("error: {line}");
+        host_sim::note!("error: {line}");
     }
     Ok(ExitCode::from(u8::from(!summary.failures.is_empty())))
 }

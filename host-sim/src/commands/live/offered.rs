@@ -10,7 +10,7 @@ use anyhow::{Context as _, Result};
 
 use super::watching::{Args, interrupted, source, watch};
 use crate::answer::Answer;
-use crate::commands::emit;
+use crate::commands::{emit, logs};
 use crate::convert::scans::Scan;
 use crate::playback::Playback;
 use crate::recording::Recording;
@@ -35,8 +35,8 @@ type Open<'a> = &'a dyn Fn(&Offer) -> Result<Box<dyn Service>>;
 /// Plays a recording or observes a port, and publishes it, until the session is ended.
 pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     match &args.play {
-        Some(path) => play(args, path, open),
-        None => port(args, started, open),
+        Some(path) if logs::read(path)?.is_none() => play(args, path, open),
+        _ => port(args, started, open),
     }
 }
 
@@ -44,9 +44,9 @@ pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
 fn opened(open: Open<'_>, offer: &Offer) -> Result<Box<dyn Service>> {
     let service = open(offer)?;
     if let Some(warning) = service.warning() {
-        eprintln!("{warning}");
+        crate::note!("{warning}");
     }
-    eprintln!("{}", service.place());
+    crate::note!("{}", service.place());
     Ok(service)
 }
 
@@ -87,10 +87,10 @@ fn port(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     let look = &mut |answer: &Answer| {
         let scan = Scan::from_sentences(answer, unix_ns());
         if let Err(error) = publish_scan(&*service, &scan) {
-            eprintln!("error: {error:#}");
+            crate::note!("error: {error:#}");
         }
     };
-    let watched = watch(args, (started, &source, state), look, false);
+    let watched = watch(args, (started, &source, state), look);
     service.stop();
     watched
 }

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::answer::Answer;
-use crate::commands::{Settings, emit};
+use crate::commands::{Settings, emit, logs};
 use crate::live::keep::Keep;
 use crate::live::model::State;
 use crate::live::port::Source;
@@ -37,12 +37,12 @@ pub struct Args {
     /// Run a scanner on this machine that scans this recording, and show it
     #[arg(long, value_name = "REC", group = "source")]
     pub demo: Option<PathBuf>,
-    /// Play this recording to Foxglove or ROS 2 at its true speed, repeatedly, with echoes, map and (Foxglove) chirps
+    /// Play this log of sentences at its true speed; or a recording to Foxglove or ROS 2, repeatedly, with echoes, map and
+    /// (Foxglove) chirps
     #[arg(
         long,
-        value_name = "REC",
+        value_name = "LOG|REC",
         group = "source",
-        requires = "service",
         conflicts_with = "record"
     )]
     pub play: Option<PathBuf>,
@@ -71,6 +71,16 @@ pub struct Args {
 
 /// Returns the port or the demonstration, with the screen's initial state; `None` if neither is given.
 pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> {
+    if let Some(path) = &args.play {
+        let Some(log) = logs::read(path)? else {
+            bail!(
+                "{}: --play of a recording: expected --foxglove or --ros2; --demo shows it here",
+                path.display()
+            );
+        };
+        let state = State::new(&log.name, 0).about("a log, at its true speed".to_owned());
+        return Ok(Some((Source::log(started, log), state)));
+    }
     Ok(Some(match (&args.port, &args.demo) {
         (Some(port), _) => (
             Source::port(started, port, args.baud),
@@ -91,37 +101,49 @@ pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> 
     }))
 }
 
-/// Shows a source on a screen or, without a terminal and unless `screen` requires one, as one line for each answer.
-/// `look` is called with each answer.
+/// Shows a source on a screen or, without a terminal, as one line for each answer. `look` is called with each answer.
 pub fn watch(
     args: &Args,
     (started, source, state): (Instant, &Source, State),
     look: &mut dyn FnMut(&Answer),
-    screen: bool,
 ) -> Result<ExitCode> {
     let keep = begin(args.record.as_deref(), &state.port)?;
     let kept = keep.as_ref().map(|keep| keep.path.clone());
     let session = &mut Session { state, keep, look };
-    if screen || stdout().is_terminal() {
-        terminal::run(started, source, session)?;
-    } else {
-        let print = &mut |line: &str| emit(&format!("{line}\n"));
-        plain::run(started, source, session, &*interrupted()?, print)?;
-    }
-    if let Some(path) = kept {
+    show(started, source, session)?;
+    if let Some(path) = kept.filter(|_| session.keep.as_ref().is_some_and(|keep| keep.used)) {
         emit(&format!("recorded in {}\n", path.display()));
     }
     Ok(ExitCode::SUCCESS)
 }
 
+/// Shows a session on a screen or, without a terminal, as lines, until the user or a signal ends it.
+pub fn show(started: Instant, source: &Source, session: &mut Session<'_>) -> Result<()> {
+    if stdout().is_terminal() {
+        return terminal::run(started, source, session);
+    }
+    let print = &mut |line: &str| emit(&format!("{line}\n"));
+    plain::run(started, source, session, &*interrupted()?, print)
+}
+
 /// Returns a flag that Ctrl-C, SIGTERM and SIGHUP set; the second signal ends the program at once.
 pub fn interrupted() -> Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
+    // `nohup` ignores it.
+    let hangup = (!ignored(SIGHUP)).then_some(SIGHUP);
+    for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
         signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, stop.clone())?;
         signal_hook::flag::register(signal, stop.clone())?;
     }
     Ok(stop)
+}
+
+/// Whether this process ignores a signal, as Linux tells it.
+fn ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask & (1 << (signal - 1)) != 0)
 }
 
 /// Creates the file that records a session in `dir`, if requested.

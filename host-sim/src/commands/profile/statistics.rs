@@ -2,13 +2,14 @@
 //!
 //! Input are the complex spectra of all chirps, in frames of successive chirps during which the scene is
 //! taken to be still. Noise is half the power of the difference of two successive chirps of a frame, so that
-//! echoes cancel. Of each selected bin the phase is followed within frames and from frame to frame.
+//! echoes cancel. Of each selected bin the phase is followed within frames and from frame to frame. A value that the
+//! chirps do not give is `None`, with its reason below the table.
 
-use std::f64::consts::LN_2;
-use std::fmt::Write as _;
+mod table;
 
+use anyhow::{Result, ensure};
 use num_complex::Complex64;
-use serde_json::{Value, json};
+use std::f64::consts::LN_2;
 
 /// Limit of mean power, as a multiple of the noise in the same bin, below which a bin counts as without an echo: 2 dB.
 const EMPTY: f64 = 1.6;
@@ -45,16 +46,16 @@ pub struct Noise {
     pub bins: usize,
     /// Range of the first and the last bin without an echo, metres.
     pub range_m: [f64; 2],
-    /// Mean noise power of a bin, dB relative to full scale.
-    pub power_db: f64,
-    /// Mean of the noise power over its median; in theory 1 / ln 2.
-    pub mean_over_median: f64,
-    /// Share of the noise powers that exceed 4.6 times their mean; in theory 1 %.
-    pub above: f64,
-    /// Magnitude of the correlation of the recorded noise in bins 1 apart, and 2 apart.
-    pub correlation: [f64; 2],
-    /// Correlation of the noise in successive chirps of a frame, in the same bin; in theory 0.
-    pub chirps: f64,
+    /// Mean noise power of a bin, dB relative to full scale; `None` if it is 0.
+    pub power_db: Option<f64>,
+    /// Mean of the noise power over its median; in theory 1 / ln 2. `None` if no noise varies.
+    pub mean_over_median: Option<f64>,
+    /// Share of the noise powers that exceed 4.6 times their mean; in theory 1 %. `None` if no noise varies.
+    pub above: Option<f64>,
+    /// Magnitude of the correlation of the recorded noise in bins 1 apart, and 2 apart; `None` without such bins.
+    pub correlation: [Option<f64>; 2],
+    /// Correlation of the noise in successive chirps of a frame, in the same bin; in theory 0. `None` if no noise varies.
+    pub chirps: Option<f64>,
 }
 
 /// Power and phase of the leakage, or of one echo, over the chirps.
@@ -64,20 +65,21 @@ pub struct Echo {
     pub name: &'static str,
     /// Range, interpolated between bins, metres.
     pub range_m: f64,
-    /// Mean power over the chirps, dB relative to full scale.
-    pub power_db: f64,
-    /// Mean power, dB above the noise of bins without echoes.
-    pub over_noise_db: f64,
-    /// Noise in the echo's bin, dB above that of bins without echoes.
-    pub noise_db: f64,
+    /// Mean power over the chirps, dB relative to full scale; `None` if it is 0.
+    pub power_db: Option<f64>,
+    /// Mean power, dB above the noise of bins without echoes; `None` without noise.
+    pub over_noise_db: Option<f64>,
+    /// Noise in the echo's bin, dB above that of bins without echoes; `None` without noise.
+    pub noise_db: Option<f64>,
     /// Standard deviation of the echo's phase from chirp to chirp within a frame after the part that changes linearly, a
-    /// steady motion's, is removed, radians.
-    pub phase_rad: f64,
-    /// Standard deviation of the phase that noise alone causes, with the power of bins without echoes, radians.
-    pub phase_of_noise_rad: f64,
-    /// Change of the phase from frame to frame, rms, radians; `None` with a single frame.
+    /// steady motion's, is removed, radians; `None` with fewer than three chirps in a frame.
+    pub phase_rad: Option<f64>,
+    /// Standard deviation of the phase that noise alone causes, with the power of bins without echoes, radians; `None`
+    /// without power.
+    pub phase_of_noise_rad: Option<f64>,
+    /// Change of the phase from frame to frame, rms, radians; `None` with a single frame, or without power.
     pub frames_rad: Option<f64>,
-    /// Change of the power from frame to frame, rms, dB; `None` with a single frame.
+    /// Change of the power from frame to frame, rms, dB; `None` with a single frame, or without power.
     pub level_db: Option<f64>,
 }
 
@@ -94,8 +96,8 @@ pub struct Statistics {
     pub echoes: Vec<Echo>,
     /// Range of the first bin behind the leakage that is less than 10 dB over the noise, metres.
     pub leakage_end_m: Option<f64>,
-    /// Noise of the first tested bins, next to the leakage, dB above that of bins without echoes.
-    pub near_noise_db: f64,
+    /// Noise of the first tested bins, next to the leakage, dB above that of bins without echoes; `None` without noise.
+    pub near_noise_db: Option<f64>,
     /// Magnitude of the correlation of white noise in bins 1 apart, and 2 apart, that the window function of the
     /// transform causes.
     window: [f64; 2],
@@ -103,6 +105,23 @@ pub struct Statistics {
 
 fn decibels(power: f64) -> f64 {
     10.0 * power.log10()
+}
+
+/// Returns the quotient; `None` if it is no number.
+fn ratio(value: f64, of: f64) -> Option<f64> {
+    Some(value / of).filter(|ratio| ratio.is_finite())
+}
+
+/// Returns a ratio of powers in decibels; `None` if one of them is 0.
+fn ratio_db(power: f64, of: f64) -> Option<f64> {
+    ratio(power, of)
+        .map(decibels)
+        .filter(|level| level.is_finite())
+}
+
+/// Returns the root of the mean of the squares; `None` without any.
+fn rms(squares: impl Iterator<Item = f64>) -> Option<f64> {
+    Some(mean(squares).sqrt()).filter(|rms| rms.is_finite())
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -158,13 +177,27 @@ impl Spectra {
             .collect()
     }
 
-    /// Returns the statistics; `None` without two chirps in a frame, or without two bins to test.
-    pub fn statistics(&self) -> Option<Statistics> {
+    /// Returns the statistics.
+    ///
+    /// # Errors
+    /// Fewer than two chirps in a frame, a frame longer than the recording, or fewer than two bins to test.
+    pub fn statistics(&self) -> Result<Statistics> {
         let (first, end) = self.tested;
+        ensure!(
+            self.frame >= 2,
+            "one chirp in a frame, expected two for the noise"
+        );
+        ensure!(
+            self.frame <= self.chirps.len(),
+            "--frame {}: longer than the recording of {} chirps",
+            self.frame,
+            self.chirps.len()
+        );
+        ensure!(
+            first + 2 <= end && end <= self.bins(),
+            "fewer than two range bins beyond the leakage, expected more bandwidth or samples"
+        );
         let whole = self.frames().count() * self.frame;
-        if self.frame < 2 || whole == 0 || first + 2 > end || end > self.bins() {
-            return None;
-        }
         let noise = self.noise();
         let power = |bin: usize| mean(self.chirps.iter().map(|chirp| chirp[bin].norm_sqr()));
         let power: Vec<f64> = (0..self.bins()).map(power).collect();
@@ -201,19 +234,19 @@ impl Spectra {
             Some(Echo {
                 name,
                 range_m: self.spacing_m * interpolated(levels, bin),
-                power_db: decibels(power[bin]),
-                over_noise_db: decibels(power[bin] / floor),
-                noise_db: decibels(noise[bin] / floor),
-                phase_of_noise_rad: (floor / (2.0 * power[bin])).sqrt(),
+                power_db: ratio_db(power[bin], 1.0),
+                over_noise_db: ratio_db(power[bin], floor),
+                noise_db: ratio_db(noise[bin], floor),
+                phase_of_noise_rad: ratio(floor, 2.0 * power[bin]).map(f64::sqrt),
                 ..self.phase(name, bin)
             })
         });
-        Some(Statistics {
+        Ok(Statistics {
             chirps: whole,
             frame: self.frame,
             echoes: echoes.collect(),
             leakage_end_m: end_of_leakage.map(|bin| self.spacing_m * bin as f64),
-            near_noise_db: decibels(mean(noise[near].iter().copied()) / floor),
+            near_noise_db: ratio_db(mean(noise[near].iter().copied()), floor),
             noise: (!empty.is_empty()).then(|| self.noise_of(&empty, floor)),
             window: self.window,
         })
@@ -226,7 +259,7 @@ impl Spectra {
         for &bin in empty {
             let powers: Vec<f64> = differences(bin).iter().map(Complex64::norm_sqr).collect();
             let centre = mean(powers.iter().copied());
-            relative.extend(powers.iter().map(|p| p / centre));
+            relative.extend(powers.iter().filter_map(|p| ratio(*p, centre)));
             let still = self.coherent(bin);
             for pair in self.frames().flat_map(|frame| frame.windows(2)) {
                 let [a, b] = [0, 1].map(|k| pair[k][bin] - still);
@@ -243,22 +276,27 @@ impl Spectra {
                     powers += 0.5 * (a.norm_sqr() + b.norm_sqr());
                 }
             }
-            cross.norm_sqr().sqrt() / powers
+            ratio(cross.norm_sqr().sqrt(), powers)
         };
         let ends = [empty.first(), empty.last()];
         Noise {
             bins: empty.len(),
             range_m: ends.map(|bin| bin.map_or(0.0, |&bin| self.spacing_m * bin as f64)),
-            power_db: decibels(floor),
-            mean_over_median: mean(relative.iter().copied()) / median(relative.clone()),
-            above: mean(relative.iter().map(|&r| f64::from(u8::from(r > HUNDREDTH)))),
+            power_db: ratio_db(floor, 1.0),
+            mean_over_median: (!relative.is_empty())
+                .then(|| ratio(mean(relative.iter().copied()), median(relative.clone())))
+                .flatten(),
+            above: ratio(
+                relative.iter().filter(|&&r| r > HUNDREDTH).count() as f64,
+                relative.len() as f64,
+            ),
             correlation: [1, 2].map(correlation),
-            chirps: along / own,
+            chirps: ratio(along, own),
         }
     }
 
-    /// Returns an [`Echo`] named `name` with the changes of phase and power in `bin` over time; the other fields are 0,
-    /// to be set by the caller.
+    /// Returns an [`Echo`] named `name` with the changes of phase and power in `bin` over time; the other fields are to be
+    /// set by the caller.
     fn phase(&self, name: &'static str, bin: usize) -> Echo {
         let angle = |z: Complex64| z.im.atan2(z.re);
         let turn = |a: Complex64, b: Complex64| angle(b * a.conj());
@@ -272,22 +310,26 @@ impl Spectra {
             .frames()
             .map(|frame| frame.iter().map(|chirp| chirp[bin]).sum());
         let sums: Vec<Complex64> = sums.collect();
-        let several = sums.len() > 1;
-        let changes = sums.windows(2).map(|pair| turn(pair[0], pair[1]).powi(2));
-        let steps = sums.windows(2).map(|pair| {
-            let ratio = pair[1].norm_sqr() / pair[0].norm_sqr().max(f64::MIN_POSITIVE);
-            decibels(ratio.max(f64::MIN_POSITIVE)).powi(2)
+        // A frame without power has neither phase nor level.
+        let pairs = sums.windows(2).filter_map(|pair| {
+            let change = ratio_db(pair[1].norm_sqr(), pair[0].norm_sqr())?;
+            Some((turn(pair[0], pair[1]).powi(2), change.powi(2)))
         });
+        let (changes, steps): (Vec<f64>, Vec<f64>) = pairs.unzip();
+        let is_empty = self
+            .chirps
+            .iter()
+            .all(|chirp| chirp[bin] == Complex64::ZERO);
         Echo {
             name,
             range_m: 0.0,
-            power_db: 0.0,
-            over_noise_db: 0.0,
-            noise_db: 0.0,
-            phase_rad: (mean(bends.iter().map(|b| b * b)) / SECOND_DIFFERENCE).sqrt(),
-            phase_of_noise_rad: 0.0,
-            frames_rad: several.then(|| mean(changes).sqrt()),
-            level_db: several.then(|| mean(steps).sqrt()),
+            power_db: None,
+            over_noise_db: None,
+            noise_db: None,
+            phase_rad: rms(bends.iter().map(|b| b * b / SECOND_DIFFERENCE)).filter(|_| !is_empty),
+            phase_of_noise_rad: None,
+            frames_rad: rms(changes.into_iter()),
+            level_db: rms(steps.into_iter()),
         }
     }
 }
@@ -301,99 +343,8 @@ fn interpolated(levels: &[f64], bin: usize) -> f64 {
         return bin as f64;
     };
     let shift = 0.5 * (left - right) / (left - 2.0 * peak + right);
-    // At the end of the bins beyond the leakage the level may rise further.
+    // Without noise a neighbour's power may be 0, and the shift no number. At the end of the bins beyond the leakage the level may rise further.
     bin as f64 + if shift.abs() < 1.0 { shift } else { 0.0 }
-}
-
-impl Statistics {
-    /// Returns the statistics of the chirps as one JSON object.
-    pub fn json(&self) -> Value {
-        let echo = |echo: &Echo| {
-            json!({
-                "name": echo.name, "range_m": echo.range_m, "power_db": echo.power_db,
-                "over_noise_db": echo.over_noise_db, "noise_db": echo.noise_db,
-                "phase_rad": echo.phase_rad, "phase_of_noise_rad": echo.phase_of_noise_rad,
-                "frames_rad": echo.frames_rad, "level_db": echo.level_db,
-            })
-        };
-        let noise = self.noise.as_ref().map(|noise| {
-            json!({
-                "bins": noise.bins, "range_m": noise.range_m, "power_db": noise.power_db,
-                "mean_over_median": noise.mean_over_median, "above": noise.above,
-                "correlation": noise.correlation, "correlation_by_window": self.window,
-                "correlation_of_chirps": noise.chirps,
-            })
-        });
-        json!({
-            "chirps": self.chirps, "frame": self.frame, "noise": noise,
-            "echoes": self.echoes.iter().map(echo).collect::<Vec<_>>(),
-            "leakage_end_m": self.leakage_end_m, "near_noise_db": self.near_noise_db,
-        })
-    }
-
-    /// Returns the statistics of the recording `name` as a table of text.
-    pub fn text(&self, name: &str) -> String {
-        let frames = self.chirps / self.frame;
-        let mut out = format!(
-            "{name}: {} chirps, {frames} frames of {}\n\n",
-            self.chirps, self.frame
-        );
-        match &self.noise {
-            None => out.push_str("noise: every bin holds an echo\n"),
-            Some(noise) => {
-                let [near, far] = noise.range_m;
-                let [one, two] = noise.correlation;
-                let [by_one, by_two] = self.window;
-                let _ = write!(
-                    out,
-                    "noise of {} bins, {near:.2} to {far:.2} m          theory\n\
-                     \x20 power of a bin, dBFS              {:7.1}\n\
-                     \x20 mean over median of power         {:7.3}     {:.3}\n\
-                     \x20 above 4.6 times the mean, %       {:7.2}     1.00\n\
-                     \x20 correlation of bins 1 apart       {one:7.3}     {by_one:.3}\n\
-                     \x20 correlation of bins 2 apart       {two:7.3}     {by_two:.3}\n\
-                     \x20 correlation of successive chirps  {:7.3}     0.000\n",
-                    noise.bins,
-                    noise.power_db,
-                    noise.mean_over_median,
-                    1.0 / LN_2,
-                    100.0 * noise.above,
-                    noise.chirps
-                );
-            }
-        }
-        let _ = write!(
-            out,
-            "\x20 next to the leakage, dB over that  {:+7.1}      0.0\n\
-             leakage less than 10 dB over the noise from {} m on\n",
-            self.near_noise_db,
-            self.leakage_end_m
-                .map_or("-".into(), |range| format!("{range:.3}")),
-        );
-        out.push_str(
-            "\n                 range  power  over    noise    phase, rad rms        frame to frame\n\
-             \x20                m      dBFS   noise   there    chirps    by noise    rad rms   dB rms\n",
-        );
-        for echo in &self.echoes {
-            let or_none = |value: Option<f64>, digits: usize| {
-                value.map_or("-".into(), |v| format!("{v:.digits$}"))
-            };
-            let _ = writeln!(
-                out,
-                "{:15} {:6.3} {:6.1} {:6.1} {:+7.1}   {:8.5}  {:8.5}    {:>8} {:>8}",
-                echo.name,
-                echo.range_m,
-                echo.power_db,
-                echo.over_noise_db,
-                echo.noise_db,
-                echo.phase_rad,
-                echo.phase_of_noise_rad,
-                or_none(echo.frames_rad, 5),
-                or_none(echo.level_db, 3),
-            );
-        }
-        out
-    }
 }
 
 #[cfg(test)]
@@ -439,25 +390,37 @@ mod tests {
         println!("{}", found.text("test"));
         let noise = found.noise.as_ref().unwrap();
         assert_eq!((found.chirps, noise.bins), (800, 27));
-        assert!((noise.power_db + 60.0).abs() < 0.2, "{noise:?}");
-        assert!((noise.mean_over_median - 1.443).abs() < 0.03, "{noise:?}");
-        assert!((noise.above - 0.01).abs() < 0.003, "{noise:?}");
-        assert!(noise.correlation.iter().all(|c| *c < 0.03), "{noise:?}");
-        assert!(noise.chirps.abs() < 0.02, "{noise:?}");
+        assert!((noise.power_db.unwrap() + 60.0).abs() < 0.2, "{noise:?}");
+        assert!(
+            (noise.mean_over_median.unwrap() - 1.443).abs() < 0.03,
+            "{noise:?}"
+        );
+        assert!((noise.above.unwrap() - 0.01).abs() < 0.003, "{noise:?}");
+        assert!(
+            noise.correlation.iter().all(|c| c.unwrap() < 0.03),
+            "{noise:?}"
+        );
+        assert!(noise.chirps.unwrap().abs() < 0.02, "{noise:?}");
         let [leakage, echo] = &found.echoes[..] else {
             panic!("{:?}", found.echoes)
         };
         assert_eq!(found.leakage_end_m, Some(2.0 * 0.03));
-        assert!(found.near_noise_db.abs() < 0.3, "{found:?}");
+        assert!(found.near_noise_db.unwrap().abs() < 0.3, "{found:?}");
         assert_eq!((leakage.name, echo.name), ("leakage", "strongest echo"));
-        assert!((echo.range_m - 0.3).abs() < 0.015 && (echo.power_db + 20.0).abs() < 0.1);
-        assert!((echo.over_noise_db - 40.0).abs() < 0.3, "{echo:?}");
+        assert!((echo.range_m - 0.3).abs() < 0.015 && (echo.power_db.unwrap() + 20.0).abs() < 0.1);
+        assert!((echo.over_noise_db.unwrap() - 40.0).abs() < 0.3, "{echo:?}");
         // Noise alone: 1 / sqrt(2 · 10^4) rad. With the jitter the root of both squares.
-        assert!((echo.phase_of_noise_rad - 0.00707).abs() < 2e-4, "{echo:?}");
-        assert!((echo.phase_rad - 0.01225).abs() < 8e-4, "{echo:?}");
+        assert!(
+            (echo.phase_of_noise_rad.unwrap() - 0.00707).abs() < 2e-4,
+            "{echo:?}"
+        );
+        assert!((echo.phase_rad.unwrap() - 0.01225).abs() < 8e-4, "{echo:?}");
         // Eight chirps of 0.1 rad each.
         assert!((echo.frames_rad.unwrap() - 0.8).abs() < 0.02, "{echo:?}");
-        assert!((leakage.phase_rad - 0.00236).abs() < 2e-4, "{leakage:?}");
+        assert!(
+            (leakage.phase_rad.unwrap() - 0.00236).abs() < 2e-4,
+            "{leakage:?}"
+        );
         assert_eq!(found.json()["echoes"][1]["name"], "strongest echo");
     }
 
@@ -478,14 +441,98 @@ mod tests {
         );
     }
 
+    fn refused(spectra: &Spectra) -> String {
+        spectra.statistics().unwrap_err().to_string()
+    }
+
     #[test]
-    fn too_few_chirps_have_none() {
+    fn too_few_chirps_or_bins_are_named() {
         let all = spectra(0.0);
         let short = Spectra {
             chirps: all.chirps[..7].to_vec(),
             ..all.clone()
         };
-        assert!(short.statistics().is_none());
-        assert!(Spectra { frame: 1, ..all }.statistics().is_none());
+        assert_eq!(
+            refused(&short),
+            "--frame 8: longer than the recording of 7 chirps"
+        );
+        let single = Spectra {
+            frame: 1,
+            ..all.clone()
+        };
+        assert!(refused(&single).starts_with("one chirp in a frame"));
+        let narrow = Spectra {
+            tested: (4, 5),
+            ..all
+        };
+        assert!(refused(&narrow).starts_with("fewer than two range bins"));
+    }
+
+    /// Returns the text of the statistics, and fails if a number in it or in the JSON is none.
+    fn shown(spectra: &Spectra) -> String {
+        let found = spectra.statistics().unwrap();
+        let text = found.text("test");
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        for echo in found.json()["echoes"].as_array().unwrap() {
+            let levels =
+                ["power_db", "over_noise_db", "noise_db", "level_db"].map(|key| echo[key].as_f64());
+            assert!(
+                levels
+                    .into_iter()
+                    .flatten()
+                    .all(|level| level.abs() < 200.0),
+                "{echo}"
+            );
+        }
+        text
+    }
+
+    #[test]
+    fn a_value_that_is_none_has_a_reason() {
+        let all = spectra(0.0);
+        let frames_of = |frame: usize, chirps: usize| Spectra {
+            frame,
+            chirps: all.chirps[..chirps].to_vec(),
+            ..all.clone()
+        };
+        assert!(!shown(&all).contains("\n- "), "all values are there");
+        let text = shown(&frames_of(2, 64));
+        assert!(
+            text.contains("\n- phase, chirps: a frame has 2 chirps, expected 3"),
+            "{text}"
+        );
+        let text = shown(&frames_of(8, 8));
+        assert!(
+            text.contains("\n- frame to frame: a single frame"),
+            "{text}"
+        );
+        // Every second bin holds an echo: no two bins without one are neighbours, and none are 3 apart.
+        let mut combed = all.clone();
+        for chirp in &mut combed.chirps {
+            chirp
+                .iter_mut()
+                .step_by(2)
+                .for_each(|bin| *bin += Complex64::new(0.1, 0.0));
+        }
+        let text = shown(&combed);
+        assert!(
+            text.contains("\n- bins 1 apart: no two without an echo"),
+            "{text}"
+        );
+        assert!(!text.contains("bins 2 apart: no two"), "{text}");
+        let same = Spectra {
+            chirps: vec![all.chirps[0].clone(); 16],
+            ..all.clone()
+        };
+        let text = shown(&same);
+        assert!(
+            text.contains("\n- noise: the chirps are the same"),
+            "{text}"
+        );
+        let silent = Spectra {
+            chirps: vec![vec![Complex64::ZERO; 32]; 16],
+            ..all
+        };
+        assert!(shown(&silent).contains("\n- noise: the chirps are the same"));
     }
 }

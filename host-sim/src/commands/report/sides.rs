@@ -75,6 +75,13 @@ impl FromStr for Set {
     }
 }
 
+impl Set {
+    /// Returns the settings as they stand on the command line.
+    pub fn words(&self) -> &str {
+        &self.text
+    }
+}
+
 /// Arguments of the command line for a comparison.
 pub struct Wanted<'a> {
     /// Paths of two recordings, or of one that is compared under two settings.

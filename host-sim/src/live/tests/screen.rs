@@ -61,6 +61,22 @@ fn ok() {
     assert!(!is_grey(&screen, "3 steps up") && !is_grey(&screen, " 1    50.0"));
 }
 
+/// The help stays while sentences come, and is whole on the smallest screen.
+#[test]
+fn help() {
+    let (mut prompt, mut state) = (Prompt::default(), scanned());
+    prompt.helping = true;
+    (0..20).for_each(|k| receive(&mut state, 3_200 + k, &STAIR_A));
+    snapshot("help", &state, &prompt, 3_300);
+    let mut terminal = Terminal::new(TestBackend::new(72, 22)).unwrap();
+    let draw = |frame: &mut ratatui::Frame<'_>| screen::draw(frame, &state, &prompt, 3_300);
+    terminal.draw(draw).unwrap();
+    let text = text(terminal.backend().buffer());
+    for line in crate::live::prompt::HELP {
+        assert!(text.contains(line), "{line} in\n{text}");
+    }
+}
+
 #[test]
 fn degraded() {
     let mut state = State::new("/dev/ttyUSB0", 115_200);

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStderr, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use host_sim::emulate::Module;
 use host_sim::playback::Playback;
@@ -10,6 +10,7 @@ use host_sim::recording::Recording;
 use host_sim::tap::scans::Wire;
 use serialport::{SerialPort, TTYPort};
 use stairscan::config::Config;
+use stairscan::signal::radar::frame::{self, FrameKind, MAX_FRAME};
 
 use super::bench::{read, scan};
 use crate::common::{Scratch, sim};
@@ -119,6 +120,90 @@ fn three_ports_are_recorded() {
             "said and replayed: {line}"
         );
     }
+}
+
+/// Returns a frame of the link.
+fn encoded(kind: FrameKind, payload: &[u8]) -> Vec<u8> {
+    let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+    frame::encode(kind, 9, payload, &mut out);
+    out.to_vec()
+}
+
+/// Sends bytes of another speed until the reader's end of a terminal has the rate `baud`.
+fn garbage_until(baud: u32, master: &mut TTYPort, slave: &TTYPort) {
+    let until = Instant::now() + Duration::from_secs(60);
+    while slave.baud_rate().unwrap() != baud {
+        assert!(Instant::now() < until, "not at {baud} baud");
+        master.write_all(&[0x55; 250]).unwrap();
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn the_links_rate_is_followed() {
+    let scanned = scan(&read("stair_a"), &Config::default(), 1, &[]);
+    let dir = Scratch::new("record-rate");
+    let output = dir.path().join("hall");
+    let (mut master, slave, path) = terminal();
+    let output = output.to_str().unwrap();
+    let (mut child, mut stderr) = listening(&["record", &path, "-o", output, "--scans", "3"]);
+    let feed_scan = |master: &mut TTYPort| {
+        for (_, _, bytes) in &scanned.traffic {
+            master.write_all(bytes).unwrap();
+        }
+    };
+    // At work at 2 Mbaud before the recording began.
+    garbage_until(2_000_000, &mut master, &slave);
+    feed_scan(&mut master);
+    // An agreement.
+    master.write_all(&encoded(FrameKind::Rate, &[3])).unwrap();
+    master
+        .write_all(&encoded(FrameKind::RateSet, &[3]))
+        .unwrap();
+    let until = Instant::now() + Duration::from_secs(60);
+    while slave.baud_rate().unwrap() != 3_000_000 {
+        assert!(Instant::now() < until, "not at 3 Mbaud");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    feed_scan(&mut master);
+    // A break: back at 1 Mbaud.
+    garbage_until(1_000_000, &mut master, &slave);
+    feed_scan(&mut master);
+    master
+        .write_all(&encoded(FrameKind::Configure, &[]))
+        .unwrap();
+    let mut notes = String::new();
+    stderr.read_to_string(&mut notes).unwrap();
+    assert!(child.wait().unwrap().success(), "{notes}");
+    assert!(
+        notes.contains("scanner and module go to 3000000 baud"),
+        "{notes}"
+    );
+    let whole = notes.matches("scan: 281 rows, 0 of them lost").count();
+    assert_eq!(whole, 3, "{notes}");
+}
+
+#[test]
+fn a_rate_that_the_port_cannot_follow_is_named() {
+    let dir = Scratch::new("record-deaf");
+    let output = dir.path().join("hall");
+    let (mut master, slave, path) = terminal();
+    let (mut child, mut stderr) = listening(&["record", &path, "-o", output.to_str().unwrap()]);
+    master
+        .write_all(&encoded(FrameKind::RateSet, &[3]))
+        .unwrap();
+    for _ in 0..20 {
+        master.write_all(&[0x55; 800]).unwrap();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    drop((master, slave));
+    let mut notes = String::new();
+    stderr.read_to_string(&mut notes).unwrap();
+    assert!(!child.wait().unwrap().success());
+    assert!(
+        notes.contains("--baud 3000000, or `set link-rate 1000000`"),
+        "{notes}"
+    );
 }
 
 #[test]

@@ -91,6 +91,8 @@ pub fn limits() -> Vec<Part> {
          to 1.7 m: nearer and farther bodies are rarely named.",
         "The echo of a wet floor is weak: most answers report no free distance, and some a false \
          step or drop. Loss at the window has the same effect.",
+        "On wet or glass ground an answer may be `ok` with a drop, from 0.8 m on, that is not there: \
+         the weak echo ends as at an edge. It stops a chair, and its free distance ends there.",
         "Each body is the only object, the instrument has no fault, and the surfaces are the \
          simulator's.",
     ];

@@ -1,0 +1,110 @@
+//! Logs of a scanner's sentences as inputs of commands, in place of recordings.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use crate::convert::scans::{SECOND_NS, Scan};
+use crate::convert::suffix;
+use crate::live::log::{self, Log};
+use crate::recording::{self, DATA_SUFFIX, META_SUFFIX};
+
+/// Suffixes of files that are no logs.
+const OTHERS: [&str; 7] = [
+    META_SUFFIX,
+    DATA_SUFFIX,
+    "npy",
+    "npz",
+    "bin",
+    "toml",
+    "html",
+];
+/// Suffixes of the logs in a directory: those of `live --record`, of `record`, and of most loggers.
+const IN_DIRECTORIES: [&str; 3] = ["txt", "log", "sentences"];
+
+/// Whether a path is a file that may be a log: not a recording, nor named like one.
+fn is_file(path: &Path) -> bool {
+    path.is_file() && !OTHERS.contains(&suffix(path)) && !recording::meta_path(path).is_file()
+}
+
+/// Returns the bytes of the log `path`; `None` if it is none, as a recording.
+fn bytes(path: &Path) -> Result<Option<Vec<u8>>> {
+    if !is_file(path) {
+        return Ok(None);
+    }
+    let bytes = fs::read(path).with_context(|| path.display().to_string())?;
+    // Named like a log, it is one, and what it lacks is explained.
+    let named = IN_DIRECTORIES.contains(&suffix(path));
+    Ok((named || log::may_be(&bytes)).then_some(bytes))
+}
+
+/// Reads the log `path`; `None` if it is a recording.
+///
+/// # Errors
+/// The file cannot be read, or has no sentence of a scanner.
+pub fn read(path: &Path) -> Result<Option<Log>> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let log = bytes(path)?.map(|bytes| Log::read(&name, &bytes));
+    log.transpose()
+}
+
+/// Returns the logs that `paths` name, those of a directory without recordings in order; `None` if they are recordings.
+///
+/// # Errors
+/// A file cannot be read, has no sentence of a scanner, or stands beside recordings.
+pub fn all(paths: &[PathBuf]) -> Result<Option<Vec<Log>>> {
+    let (mut logs, mut others) = (Vec::new(), 0);
+    for path in paths {
+        if path.is_dir() && recording::list(path).is_err() {
+            let entries = fs::read_dir(path).with_context(|| path.display().to_string())?;
+            let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+            files.retain(|file| IN_DIRECTORIES.contains(&suffix(file)));
+            files.sort();
+            let before = logs.len();
+            let mut unread = Vec::new();
+            for file in files {
+                match read(&file) {
+                    Ok(log) => logs.extend(log),
+                    Err(error) => unread.push(error),
+                }
+            }
+            unread
+                .iter()
+                .for_each(|error| crate::note!("skipped: {error:#}"));
+            ensure!(
+                logs.len() > before || unread.is_empty(),
+                "{}: no log with a sentence",
+                path.display()
+            );
+        } else if let Some(log) = read(path)? {
+            logs.push(log);
+        } else {
+            others += 1;
+        }
+    }
+    ensure!(
+        logs.is_empty() || others == 0,
+        "{}: a log of sentences, and others are none: expected logs or recordings",
+        logs.first().map_or("", |log| &log.name)
+    );
+    Ok((!logs.is_empty()).then_some(logs))
+}
+
+/// Returns the answers of a log, with their times: since 1970 if the log has dates, else since its beginning.
+///
+/// # Errors
+/// The log has no complete answer.
+pub fn scans(log: &Log) -> Result<Vec<Scan>> {
+    let begun_ms = log.begun_ms.unwrap_or(0);
+    let answers = log.answers();
+    let sweeps = log.sweeps().count();
+    ensure!(
+        !answers.is_empty(),
+        "{}: no complete answer in {} lines ({sweeps} guard sweeps)",
+        log.name,
+        log.lines.len()
+    );
+    let scan = |(at, answer)| Scan::from_sentences(&answer, (begun_ms + at) * (SECOND_NS / 1000));
+    Ok(answers.into_iter().map(scan).collect())
+}
