@@ -101,7 +101,9 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
         }
         None => None,
     };
-    let samples = base.as_ref().and_then(|b| b["global"]["stairscan:samples_per_chirp"].as_u64());
+    let samples = base
+        .as_ref()
+        .and_then(|b| b["global"]["stairscan:samples_per_chirp"].as_u64());
     let layout = Layout::ByShape(samples.and_then(|n| usize::try_from(n).ok()));
     let chirps = Chirps::of_array(data, full_scale, &layout).with_context(file)?;
     let defaults = Config::default().mount;

@@ -117,7 +117,10 @@ fn standing(standing: Validity) -> [String; 2] {
     let [word, meaning] = match standing {
         Validity::Fresh => ["fresh", "the current answer"],
         Validity::Unplugged => ["unplugged", "the port is closed: this answer is stale"],
-        Validity::Silent(_) => ["silent", "no intact sentence for 500 ms: this answer is stale"],
+        Validity::Silent(_) => [
+            "silent",
+            "no intact sentence for 500 ms: this answer is stale",
+        ],
         Validity::Restarted => [
             "restarted",
             "the scanner has restarted: this answer is stale",

@@ -300,7 +300,7 @@ impl<'a> Header<'a> {
                 self.descr,
                 numbers / 2
             ),
-            _ if numbers % 2 == 0 => Ok(Order::Pairs(numbers / 2)),
+            _ if numbers.is_multiple_of(2) => Ok(Order::Pairs(numbers / 2)),
             _ => bail!(
                 "shape {:?} of '{}': {numbers} numbers a chirp, expected an even number for I and Q in turn, or \
                  --real AXES for real samples",
