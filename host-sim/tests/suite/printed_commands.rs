@@ -82,6 +82,10 @@ const NOT_RUN: &[(&str, &str)] = &[
         "a log of a scanner; logs.rs writes and reads one",
     ),
     (
+        "cargo sim replay --log session.log",
+        "a log of a scanner; logs.rs writes and reads one",
+    ),
+    (
         "cargo sim convert session.log",
         "a log of a scanner; logs.rs writes and reads one",
     ),
