@@ -18,7 +18,7 @@ use stairscan::scanner::{
 use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
-    Outcome,
+    Outcome, Validity,
 };
 use testbed::{Board, Echoes, Module, Port};
 
@@ -171,6 +171,11 @@ impl DataPath for Data {
     fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
         let sight = Assessment {
             echo_found: true,
+            valid: Some(Validity {
+                horizon_m: 2.0,
+                confidence: 0.999,
+                first_step: 1.0,
+            }),
             ..Assessment::nothing(Agreement::STANDING)
         };
         let mut outcome = Outcome::silent();

@@ -15,7 +15,7 @@ use stairscan::scanner::{DataPath, MICROSTEPS_PER_TURN};
 use stairscan::signal::radar::frame::Ability;
 use stairscan::verdict::{
     Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, HazardKind,
-    MotionQuality, Outcome,
+    MotionQuality, Outcome, Validity,
 };
 use testbed::port::{Device, Wires};
 use testbed::{AnswerFault, FramedModule, Motor, Pace};
@@ -189,6 +189,11 @@ impl DataPath for Rows {
         );
         let mut sight = Assessment {
             echo_found: true,
+            valid: Some(Validity {
+                horizon_m: 2.0,
+                confidence: 0.999,
+                first_step: 1.0,
+            }),
             ..Assessment::nothing(Agreement::STANDING)
         };
         let mut outcome = Outcome::silent();
