@@ -82,6 +82,7 @@ pub fn in_words_of_python(py: Python<'_>, error: PyErr) -> PyErr {
         .replace("global core:sample_rate", "config.sample_rate_hz")
         .replace("captures[0] core:frequency", "config.carrier_hz")
         .replace("captures[", "angles[")
+        .replace("captures stairscan:mirror_angle_deg:", "angles:")
         .replace("captures:", "angles:");
     refused(&message)
 }
