@@ -30,12 +30,12 @@ pub struct Args {
     /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Rows of a .csv: a step (or a scan without), an echo, or a cell of the polar map; reasons: docs/reasons.md
+    /// Rows of a .csv: a step (or a scan without), an answer, an echo, or a cell of the polar map; reasons: docs/reasons.md
     #[arg(
         long,
         value_enum,
         default_value_t,
-        value_name = "steps|echoes|map",
+        value_name = "steps|answers|echoes|map",
         hide_possible_values = true
     )]
     table: Table,

@@ -208,11 +208,7 @@ impl Tap {
 
     /// Returns what was received before the first frame.
     pub fn arrived(&self) -> Arrived {
-        let mut arrived = self.arrived.clone();
-        if let Some(text) = self.reader.pending() {
-            arrived.pending(&text);
-        }
-        arrived
+        self.arrived.with_pending(&self.reader)
     }
 
     /// Returns the number of damaged frames on all wires.

@@ -154,11 +154,7 @@ impl<W: Wire> Link<W> {
 
     /// Returns what has been received since the last intact sentence; a line without its end counts.
     pub fn arrived(&self) -> Arrived {
-        let mut arrived = self.arrived.clone();
-        if let Some(text) = self.reader.pending() {
-            arrived.pending(&text);
-        }
-        arrived
+        self.arrived.with_pending(&self.reader)
     }
 
     /// Calls `done` with each sentence until it returns a result, and returns that result; `None`

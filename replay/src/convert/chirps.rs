@@ -22,7 +22,7 @@ pub struct Chirps {
     pub real: bool,
     /// SigMF metadata of the source; null for an array.
     pub metadata: Value,
-    /// What the file holds and the chirps do not, in words for people.
+    /// Messages that name contents of the file that the chirps lack, such as annotations.
     pub left_out: Vec<String>,
 }
 

@@ -29,10 +29,10 @@ pub struct Array {
     pub bytes: Vec<u8>,
 }
 
-/// What an array's numbers are, as far as its type and shape do not show it.
+/// Arrangement of an array's numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// What type and shape say; the number of samples per chirp, if it is known, tells real samples from pairs.
+    /// By type and shape, and by the number of samples per chirp if it is known: it distinguishes real samples from pairs.
     ByShape(Option<usize>),
     /// Each row holds all I of a chirp, then all Q.
     Planar,

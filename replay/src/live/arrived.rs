@@ -1,7 +1,8 @@
-//! What a port has delivered since its last intact sentence, by kind: whoever reports that nothing came looks here first.
+//! Kinds of data that a port has delivered since its last intact sentence, for messages about missing sentences.
 
 use stairscan::report::{ParseError, Sentence};
 
+use super::lines::Splitter;
 use super::trouble::UnexpectedData;
 
 /// Kind of a line that is no intact sentence.
@@ -72,6 +73,15 @@ impl Arrived {
         text.clone_into(&mut self.pending);
     }
 
+    /// Returns the same with the line that `reader` has begun, if any.
+    pub fn with_pending(&self, reader: &Splitter) -> Self {
+        let mut arrived = self.clone();
+        if let Some(text) = reader.pending() {
+            arrived.pending(&text);
+        }
+        arrived
+    }
+
     /// Returns the most frequent kind of data since the last intact sentence, [`UnexpectedData::Nothing`] or
     /// [`UnexpectedData::Silence`] if there are none.
     pub fn kind(&self) -> UnexpectedData<'_> {
@@ -105,18 +115,13 @@ impl Arrived {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::live::lines::Splitter;
 
     fn kind(bytes: &[u8]) -> String {
         let (mut arrived, mut splitter) = (Arrived::default(), Splitter::default());
         for line in splitter.push(bytes) {
             arrived.line(&line);
         }
-        splitter
-            .pending()
-            .iter()
-            .for_each(|text| arrived.pending(text));
-        format!("{:?}", arrived.kind())
+        format!("{:?}", arrived.with_pending(&splitter).kind())
     }
 
     fn framed(body: &str) -> String {
