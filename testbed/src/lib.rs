@@ -3,6 +3,7 @@
 //! Time and seeds are arguments: the same calls give the same results on every host. The unit tests of `stairscan` itself
 //! compile the files that they need as part of that crate (`src/testing.rs`), so that the parts implement its own traits.
 
+pub mod answer;
 pub mod board;
 #[cfg(feature = "boot")]
 mod boot;
@@ -14,6 +15,7 @@ pub mod port;
 pub mod shared;
 pub mod tmc2209;
 
+pub use answer::sure;
 pub use board::Board;
 pub use flash::{Flash, FlashFault, Power, SharedPower};
 pub use framed::{AnswerFault, FramedModule};

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use stairscan::Iq;
 use stairscan::answer::DropEdge;
 use stairscan::config::{Config, ConfigError, Plane};
-use stairscan::motion::{Agreement, Drive, Odometry};
+use stairscan::motion::{Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::command::framed;
@@ -17,8 +17,7 @@ use stairscan::scanner::{
 };
 use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{
-    Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality,
-    Outcome, Validity,
+    Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, MotionQuality, Outcome,
 };
 use testbed::{Board, Echoes, Module, Port};
 
@@ -169,15 +168,7 @@ impl DataPath for Data {
         self.0.0.borrow_mut().lost.push(row);
     }
     fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
-        let sight = Assessment {
-            echo_found: true,
-            valid: Some(Validity {
-                horizon_m: 2.0,
-                confidence: 0.999,
-                first_step: 1.0,
-            }),
-            ..Assessment::nothing(Agreement::STANDING)
-        };
+        let sight = testbed::sure();
         let mut outcome = Outcome::silent();
         let w = self.0.0.borrow();
         let seen = w.planes.last() == Some(&Plane::Depth);

@@ -6,14 +6,12 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use stairscan::config::EstimatorKind;
 use stairscan::motion::Mode;
-use stairscan::report::Sentence;
 
 use super::{Format, Settings, emit, logs, progress_aside, recordings};
 use crate::answer::Answer;
 use crate::film::Film;
 use crate::guarded::{self, Guarded};
 use crate::inspect::Inspection;
-use crate::live::model::Way;
 use crate::motion::Fault;
 use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
@@ -120,11 +118,7 @@ fn logged(path: &Path, format: Format) -> Result<ExitCode> {
     for (_, answer) in log.answers() {
         good &= show(Ok(answer), None, format);
     }
-    let sweeps: Vec<String> = (log.lines.iter())
-        .filter(|line| line.way == Way::In && line.text.starts_with("$PSTR,GUARD,"))
-        .map(|line| line.text.clone())
-        .filter(|line| Sentence::parse(line).is_ok())
-        .collect();
+    let sweeps: Vec<String> = log.sweeps().map(|(line, _)| line.text.clone()).collect();
     if !sweeps.is_empty() {
         let words = Guarded::parse(0, sweeps)?.into_iter();
         let named = |word| Guarded {

@@ -78,17 +78,22 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         crate::note!("error: {}", entry.data["error"].as_str().unwrap_or(""));
     }
     let page = html::page(entries)?;
-    outputs.write(&file, page.as_bytes())?;
-    emit(&format!(
-        "{} ({} KB): open it in a browser\n",
-        file.display(),
-        page.len().div_ceil(1000)
-    ));
+    emit(&save(&outputs, &file, &page, "")?);
     Ok(if unreadable {
         ExitCode::FAILURE
     } else {
         ExitCode::SUCCESS
     })
+}
+
+/// Writes a page that holds also what `with` says, and returns a line that tells where it is.
+pub fn save(outputs: &Outputs, file: &Path, page: &str, with: &str) -> Result<String> {
+    outputs.write(file, page.as_bytes())?;
+    Ok(format!(
+        "{} ({} KB){with}: open it in a browser\n",
+        file.display(),
+        page.len().div_ceil(1000)
+    ))
 }
 
 /// Writes the page of logs: answers over time.
@@ -97,12 +102,7 @@ fn of_logs(args: &Args, logs: &[Log]) -> Result<ExitCode> {
     let file = args.output.clone().unwrap_or_else(|| own_name(args));
     outputs.check_kind(&file, &["html", "htm"])?;
     let page = html::logged(logs)?;
-    outputs.write(&file, page.as_bytes())?;
-    emit(&format!(
-        "{} ({} KB): open it in a browser\n",
-        file.display(),
-        page.len().div_ceil(1000)
-    ));
+    emit(&save(&outputs, &file, &page, "")?);
     Ok(ExitCode::SUCCESS)
 }
 
@@ -121,7 +121,7 @@ fn beside(
         sets: &args.with,
     })?;
     let Comparison { page, differences } = compare(&sides)?;
-    outputs.write(file, page.as_bytes())?;
+    let saved = save(outputs, file, &page, "")?;
     let [first, second] = sides.each_ref().map(|side| &side.name);
     let mut text = format!("{first} | {second}\n");
     for row in &differences {
@@ -130,11 +130,7 @@ fn beside(
     if differences.is_empty() {
         text += "  nothing differs\n";
     }
-    emit(&format!(
-        "{text}{} ({} KB): open it in a browser\n",
-        file.display(),
-        page.len().div_ceil(1000)
-    ));
+    emit(&(text + &saved));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 
-use super::report::plain_name;
+use super::report::{plain_name, save};
 use super::{emit, full_scans, recordings};
 use crate::emulate::image;
 use crate::html::twin;
@@ -47,14 +47,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         stock.push(approach(&root.join("scenes"))?);
     }
     let page = twin::page(&wasm(&image::build_web()?)?, &stock)?;
-    outputs.write(&file, page.as_bytes())?;
     let names: Vec<&str> = stock.iter().map(|r| r.name.as_str()).collect();
-    emit(&format!(
-        "{} ({} KB), with {}: open it in a browser\n",
-        file.display(),
-        page.len().div_ceil(1000),
-        names.join(", ")
-    ));
+    let with = format!(", with {}", names.join(", "));
+    emit(&save(&outputs, &file, &page, &with)?);
     Ok(ExitCode::SUCCESS)
 }
 

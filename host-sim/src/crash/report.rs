@@ -6,7 +6,6 @@ use stairscan::report::{CrashSite, Sentence};
 
 use crate::live::arrived::Arrived;
 use crate::live::lines::Splitter;
-use crate::live::trouble::{REPORT_BAUD, UnexpectedData};
 
 /// A crash, as `BOOT` or `CRASH` reports it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,13 +65,7 @@ pub fn last(log: &[u8]) -> Result<Report> {
     match found {
         Some(report) => Ok(report),
         None if none => bail!("no crash since power-on: the scanner answers `crash?` with none"),
-        None if sentences == 0 => bail!(
-            "no sentence of a scanner with a right CRC-32: {}",
-            match arrived.kind() {
-                UnexpectedData::Nothing | UnexpectedData::Silence => "it is empty".to_owned(),
-                others => others.explain(REPORT_BAUD).0,
-            }
-        ),
+        None if sentences == 0 => bail!("{}", arrived.instead_of_sentences()),
         None => bail!(
             "no crash in {}: expected BOOT after a crash, or CRASH, the answer to `crash?`",
             counted(sentences, "sentence")

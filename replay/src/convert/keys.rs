@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use serde_json::{Map, Value, json};
 
-use crate::recording::standard;
+use crate::recording::standard::{self, FREQUENCY, START};
 
 /// Keys given on the command line. Each stands in the place of one that the input may have.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -43,8 +43,6 @@ pub struct Given {
 const BANDWIDTH: (&str, &str) = ("stairscan:bandwidth_hz", "--bandwidth-hz");
 pub(super) const SAMPLES: &str = "stairscan:samples_per_chirp";
 const ANGLE: &str = "stairscan:mirror_angle_deg";
-const START: &str = "core:sample_start";
-const FREQUENCY: &str = "core:frequency";
 /// Keys of the mirror that a recording of a scan must have, with their options.
 const MIRROR: [(&str, &str); 4] = [
     ("stairscan:mirror_offset_m", "--mirror-offset-m"),

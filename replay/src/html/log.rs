@@ -15,9 +15,9 @@ const TOGETHER: Ms = 1_000;
 /// Returns everything that the page shows of a log.
 pub fn of(log: &Log) -> Value {
     let answers = log.answers();
-    let sweeps = log.sweeps().map(|(at, sweep)| {
+    let sweeps = log.sweeps().map(|(line, sweep)| {
         json!([
-            at,
+            line.at,
             sweep.status.as_str(),
             sweep.free.map(metres),
             sweep.hazard.as_str()

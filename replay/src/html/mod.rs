@@ -5,7 +5,7 @@
 //! | `page.html` | the page's skeleton |
 //! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
 //! | `article.html` | a page of text, tables and drawings, without a script |
-//! | `log.html`, `log.js` | the page of logs: answers over time |
+//! | `log.html`, `log.css`, `log.js` | the page of logs: answers over time |
 //! | `page.css` | its style, for screens of any width |
 //! | `draw.js`, `tell.js`, `page.js` | drawing of a scan; texts and tables of a scan; selection and pointer |
 //!
@@ -19,6 +19,7 @@ mod view;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
+use crate::counted::counted;
 use crate::live::log::Log;
 pub use index::{Entry, Rank};
 pub use view::{answered, entry, failed, scanned};
@@ -32,6 +33,7 @@ pub const SLIDER: &str = include_str!("slider.html");
 /// The choice of what a view shows.
 pub const LAYERS: &str = "<fieldset id=\"layers\"><legend>Show</legend></fieldset>\n";
 const LOG_PAGE: &str = include_str!("log.html");
+const LOG_STYLE: &str = include_str!("log.css");
 const LOG_SCRIPT: &str = include_str!("log.js");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: [&str; 3] = [
@@ -46,21 +48,14 @@ const SCRIPT: [&str; 3] = [
 /// The data cannot be written as JSON.
 pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     entries.sort_by_key(|entry| entry.rank);
-    let title = match entries.as_slice() {
-        [only] => format!("{} – stairscan", only.data["name"].as_str().unwrap_or("")),
-        many => format!("{} recordings – stairscan", many.len()),
-    };
-    let recordings: Vec<Value> = entries.into_iter().map(|entry| entry.data).collect();
-    let data = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "revision": stairscan::REVISION,
-        "recordings": recordings,
-    });
-    let data = serde_json::to_string(&data).context("the page's data")?;
+    let names = entries.iter().map(|entry| entry.data["name"].as_str());
+    let names: Vec<&str> = names.map(Option::unwrap_or_default).collect();
+    let title = title(&names, "recording");
+    let recordings = entries.into_iter().map(|entry| entry.data);
     let parts = Parts {
         title: &title,
         body: &report(""),
-        data: &data,
+        data: &data("recordings", recordings)?,
         ..Parts::default()
     };
     Ok(parts.filled())
@@ -71,21 +66,34 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
 /// # Errors
 /// The data cannot be written as JSON.
 pub fn logged(logs: &[Log]) -> Result<String> {
-    let title = match logs {
-        [only] => format!("{} – stairscan", only.name),
-        many => format!("{} logs – stairscan", many.len()),
-    };
+    let names: Vec<&str> = logs.iter().map(|log| log.name.as_str()).collect();
+    let data = data("logs", logs.iter().map(log::of))?;
+    let body = LOG_PAGE.replace("{{script}}", LOG_SCRIPT);
+    let body = body.replace("{{data}}", &in_script(&data));
+    Ok(plain(&title(&names, "log"), LOG_STYLE, &body))
+}
+
+/// Returns the title of a page of things of one kind.
+fn title(names: &[&str], noun: &str) -> String {
+    match names {
+        [only] => format!("{only} – stairscan"),
+        many => format!("{} – stairscan", counted(many.len(), noun)),
+    }
+}
+
+/// Returns the JSON object of a page: `values` under the name `key`, with the program's version.
+fn data(key: &str, values: impl Iterator<Item = Value>) -> Result<String> {
     let data = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "revision": stairscan::REVISION,
-        "logs": logs.iter().map(log::of).collect::<Vec<_>>(),
+        key: values.collect::<Vec<_>>(),
     });
-    let data = serde_json::to_string(&data).context("the page's data")?;
-    let page = LOG_PAGE
-        .replace("{{style}}", STYLE)
-        .replace("{{script}}", LOG_SCRIPT);
-    let page = page.replace("{{title}}", &escaped(&title));
-    Ok(page.replace("{{data}}", &data.replace("</", "<\\/")))
+    serde_json::to_string(&data).context("the page's data")
+}
+
+/// Returns JSON as the text of a `script` element, which ends at the first "</", also inside a string.
+fn in_script(data: &str) -> String {
+    data.replace("</", "<\\/")
 }
 
 /// Returns the HTML body of a page with one scan, with `controls` above the recording's name.
@@ -128,23 +136,26 @@ impl Parts<'_> {
     /// Returns the complete HTML page. Text of recordings is filled in last, so that it is not
     /// taken for a placeholder.
     pub fn filled(&self) -> String {
-        // A script element ends at the first "</", also inside a string.
-        let data = self.data.replace("</", "<\\/");
         PAGE.replace("{{head}}", self.head)
             .replace("{{style}}", &[STYLE, self.style].concat())
             .replace("{{body}}", self.body)
             .replace("{{script}}", &[&SCRIPT.concat(), self.script].concat())
             .replace("{{stock}}", self.stock)
             .replace("{{title}}", &escaped(self.title))
-            .replace("{{data}}", &data)
+            .replace("{{data}}", &in_script(self.data))
     }
 }
 
 /// Returns an HTML page of text, tables and drawings, in the style of a report and without a
 /// script. `body` contains the elements.
 pub fn article(title: &str, body: &str) -> String {
+    plain(title, "", body)
+}
+
+/// Returns an HTML page with `style` after the style of a report, and `body`.
+fn plain(title: &str, style: &str, body: &str) -> String {
     ARTICLE
-        .replace("{{style}}", STYLE)
+        .replace("{{style}}", &[STYLE, style].concat())
         .replace("{{title}}", &escaped(title))
         .replace("{{body}}", body)
 }

@@ -3,7 +3,7 @@
 use stairscan::report::{ParseError, Sentence};
 
 use super::lines::Splitter;
-use super::trouble::UnexpectedData;
+use super::trouble::{REPORT_BAUD, UnexpectedData};
 
 /// Kind of a line that is no intact sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +80,15 @@ impl Arrived {
             arrived.pending(&text);
         }
         arrived
+    }
+
+    /// Returns, as text, what a log has that has no intact sentence.
+    pub fn instead_of_sentences(&self) -> String {
+        let what = match self.kind() {
+            UnexpectedData::Nothing | UnexpectedData::Silence => "it is empty".to_owned(),
+            others => others.explain(REPORT_BAUD).0,
+        };
+        format!("no sentence of a scanner with a right CRC-32: {what}")
     }
 
     /// Returns the most frequent kind of data since the last intact sentence, [`UnexpectedData::Nothing`] or

@@ -13,7 +13,6 @@ use super::Ms;
 use super::arrived::Arrived;
 use super::lines::Splitter;
 use super::model::{Event, State, Way};
-use super::trouble::{REPORT_BAUD, UnexpectedData};
 use crate::answer::Answer;
 use stamp::{Clock, Stamp};
 
@@ -121,11 +120,7 @@ impl Log {
             }
         }
         if arrived.sentences == 0 {
-            let what = match arrived.kind() {
-                UnexpectedData::Nothing | UnexpectedData::Silence => "it is empty".to_owned(),
-                others => others.explain(REPORT_BAUD).0,
-            };
-            bail!("{name}: no sentence of a scanner with a right CRC-32: {what}");
+            bail!("{name}: {}", arrived.instead_of_sentences());
         }
         log.begun_ms = log.begun_ms.or(clock.begun_ms());
         if 2 * stamped < arrived.sentences {
@@ -194,12 +189,12 @@ impl Log {
         }
     }
 
-    /// Returns the guard sweeps with their times, ms since the log's beginning.
-    pub fn sweeps(&self) -> impl Iterator<Item = (Ms, GuardLine)> {
+    /// Returns the lines of guard sweeps, with what they say.
+    pub fn sweeps(&self) -> impl Iterator<Item = (&Logged, GuardLine)> {
         self.lines
             .iter()
             .filter_map(|line| match Sentence::parse(&line.text) {
-                Ok(Sentence::Guard(sweep)) if line.way == Way::In => Some((line.at, sweep)),
+                Ok(Sentence::Guard(sweep)) if line.way == Way::In => Some((line, sweep)),
                 _ => None,
             })
     }

@@ -6,19 +6,18 @@ use serde_json::Value;
 
 use super::keys::Keys;
 use super::motion::Motion;
-use super::standard::{self, list};
+use super::standard::{self, FREQUENCY, START, list};
 
 /// Default carrier of recordings that do not state one, Hz (paper II-A).
 const DEFAULT_CARRIER_HZ: f64 = 94e9;
 
-const FREQUENCY: &str = "core:frequency";
 const ANGLE: &str = "stairscan:mirror_angle_deg";
 pub(super) const TRAVEL: &str = "stairscan:travel_m";
 pub(super) const TIME: &str = "stairscan:time_s";
 pub(super) const PITCH: &str = "stairscan:pitch_deg";
 
 /// Keys of a capture that are read; a key that nearly equals one of them is rejected as misspelt.
-const KEYS: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
+const KEYS: [&str; 6] = [START, FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
 
 /// Maximum magnitude of the chair's pitch, degrees.
 const STEEPEST_DEG: f64 = 45.0;

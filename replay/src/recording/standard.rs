@@ -39,7 +39,8 @@ pub enum Influence {
 const SAMPLES: &str = ".sigmf-data";
 const HASH: &str = "core:sha512";
 pub(super) const OFFSET: &str = "core:offset";
-const START: &str = "core:sample_start";
+pub(crate) const START: &str = "core:sample_start";
+pub(crate) const FREQUENCY: &str = "core:frequency";
 const DATETIME: &str = "core:datetime";
 const EXTENSIONS: &str = "core:extensions";
 /// The project's own extension.
@@ -52,7 +53,7 @@ pub const KEYS: &[(Part, &str, Influence)] = &[
     (Part::Global, "core:description", Influence::Used),
     (Part::Global, OFFSET, Influence::Used),
     (Part::Capture, START, Influence::Used),
-    (Part::Capture, "core:frequency", Influence::Used),
+    (Part::Capture, FREQUENCY, Influence::Used),
     (Part::Global, HASH, Influence::Checked),
     (Part::Capture, DATETIME, Influence::Checked),
     (Part::Annotation, START, Influence::Checked),

@@ -7,15 +7,15 @@ use stairscan::Iq;
 use stairscan::answer::{Direction, Step};
 use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::estimate::Estimate;
-use stairscan::motion::{Agreement, Drive};
+use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
 use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
 use stairscan::scanner::settings::MotorConfig;
 use stairscan::scanner::{DataPath, MICROSTEPS_PER_TURN};
 use stairscan::signal::radar::frame::Ability;
 use stairscan::verdict::{
-    Assessment, Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, HazardKind,
-    MotionQuality, Outcome, Validity,
+    Conditions, Evidence, FreeGround, GuardEvidence, GuardResult, HazardKind, MotionQuality,
+    Outcome,
 };
 use testbed::port::{Device, Wires};
 use testbed::{AnswerFault, FramedModule, Motor, Pace};
@@ -187,15 +187,7 @@ impl DataPath for Rows {
             self.row_done.iter().all(|&seen| seen),
             "concluded without all rows"
         );
-        let mut sight = Assessment {
-            echo_found: true,
-            valid: Some(Validity {
-                horizon_m: 2.0,
-                confidence: 0.999,
-                first_step: 1.0,
-            }),
-            ..Assessment::nothing(Agreement::STANDING)
-        };
+        let mut sight = testbed::sure();
         let mut outcome = Outcome::silent();
         match self.world.0.borrow().verdict % 3 {
             0 => {}
