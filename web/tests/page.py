@@ -3,7 +3,7 @@
 Opens the page from disk in Chromium and checks that its sentences are those of `replay` to the byte, for recordings
 and settings alike; that it logs no error and asks no network; its looks at 1280 and 390 pixels, light and dark; files,
 keys, fingers, slider, downloads; the truth that is edited there and read by the program; a scanner at a serial port
-that the test plays; and the page of `report --compare`.
+that the test plays; and the pages of `report --compare` and of `report LOG`.
 """
 
 import json
@@ -13,6 +13,7 @@ import sys
 
 from browser import Browser
 import compare
+import log_page
 import serial_port
 import truth
 
@@ -363,6 +364,9 @@ def main():
         assert not browser.complaints()
     compare.check(program, ROOT / "recordings", SCRATCH / "approach", SCRATCH)
     print("compare: passed", flush=True)
+    answer = sentences(program, ROOT / "recordings/stair_a")
+    log_page.check(answer, lambda *arguments: run(program, "report", *arguments), SCRATCH)
+    print("log: passed", flush=True)
     print(f"the page ({size} bytes) says what replay says, at every width, without a network")
 
 

@@ -12,7 +12,7 @@ const colour = (name) => getComputedStyle(document.documentElement).getPropertyV
 const metres = (m) => (m === null ? "–" : `${m.toFixed(2)} m`);
 
 function clock(at, fine) {
-  const s = at / 1000;
+  const s = Math.max(at, 0) / 1000;
   if (log.begun_ms !== null) {
     const text = new Date(log.begun_ms + at).toISOString();
     return fine ? text.slice(0, 23).replace("T", " ") : text.slice(11, 19);
@@ -102,8 +102,11 @@ function line(points, name, dash) {
   context.lineWidth = 1;
 }
 
-function steps() {
+/* Each answer's free distance, also where silence follows and no line leads on, and its steps and drop. */
+function marks() {
   for (const answer of seen(log.answers, (one) => one.at)) {
+    context.fillStyle = colour("ok");
+    if (answer.free_m !== null) context.fillRect(x(answer.at) - 4, y(answer.free_m) - 1, 8, 2);
     context.fillStyle = colour("ink");
     for (const m of answer.steps_m) context.fillRect(x(answer.at) - 2, y(m) - 2, 4, 4);
     context.strokeStyle = colour("fault");
@@ -128,7 +131,7 @@ function draw() {
   line(log.sweeps.map(([at, , m]) => [at, m]), "faint", [2, 2]);
   const voids = log.events.filter((event) => ["silence", "restart", "halt"].includes(event[1])).map(([at]) => [at, null]);
   line(log.answers.map((answer) => [answer.at, answer.free_m]).concat(voids).sort((a, b) => a[0] - b[0]), "ok", []);
-  steps();
+  marks();
   context.restore();
   byId("span").textContent = `${clock(view[0], true)} to ${clock(view[1], true)}`;
   tables();
