@@ -26,5 +26,5 @@ def check(answer: list[str], report, scratch: pathlib.Path):
         assert not browser.complaints()
         # Silence follows each answer, and its free distance shows all the same.
         at, free_m = browser.js("return [log.answers[3].at, log.answers[3].free_m]")
-        ink, paper = browser.js(PIXEL, at, free_m), browser.js(PIXEL, at, free_m / 2)
-        assert ink != paper, (at, free_m, ink)
+        ink, ok = browser.js(PIXEL, at, free_m), bytes.fromhex(browser.js("return colour('ok')").strip("#"))
+        assert ink == list(ok), (at, free_m, ink)
