@@ -27,9 +27,9 @@ static const char *const DIRECTIONS[] = {"none", "up", "down"};
 static const char *const PLANES[] = {"", "depth", "height"};
 static const char *const ENDINGS[] = {"none", "rise", "drop", "obstacle", "unknown"};
 /* In the order of enum stairscan_command. */
-static const char *const COMMANDS[] = {"start",    "stop",  "scan", "guard", "watch",     "status", "version",
-                                       "selftest", "save",  "reset", "get",  "set",       "calibrate",
-                                       "MOTION"};
+static const char *const COMMANDS[] = {"start",   "stop",   "scan",        "guard",    "watch", "status",
+                                       "version", "crash?", "crash-clear", "selftest", "save",  "update",
+                                       "reset",   "get",    "set",         "calibrate", "MOTION"};
 
 /*@ requires \valid_read(words + (0 .. count - 1));
     assigns \nothing; */

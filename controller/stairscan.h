@@ -477,8 +477,11 @@ enum stairscan_command {
     STAIRSCAN_COMMAND_WATCH, /* `value`: on or off */
     STAIRSCAN_COMMAND_STATUS,
     STAIRSCAN_COMMAND_VERSION,
+    STAIRSCAN_COMMAND_CRASH,
+    STAIRSCAN_COMMAND_FORGET_CRASH,
     STAIRSCAN_COMMAND_SELFTEST,
     STAIRSCAN_COMMAND_SAVE,
+    STAIRSCAN_COMMAND_UPDATE, /* leaves for the boot loader, whose protocol is not in this parser */
     STAIRSCAN_COMMAND_RESET,
     STAIRSCAN_COMMAND_GET, /* `key`; all of them if it is empty */
     STAIRSCAN_COMMAND_SET, /* `key`, `value` */

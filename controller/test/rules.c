@@ -422,6 +422,9 @@ static void commands_are_written(void) {
     CHECK(strcmp(line.bytes, "$PSTC,set,seed,7*352B37A8\r\n") == 0);
     stairscan_write_command(&motion, &line);
     CHECK(strcmp(line.bytes, "$PSTC,MOTION,7,123.4,-250*A5DC3450\r\n") == 0 && line.length == 36);
+    set.kind = STAIRSCAN_COMMAND_UPDATE;
+    stairscan_write_command(&set, &line);
+    CHECK(strcmp(line.bytes, "$PSTC,update*E84C43C4\r\n") == 0);
     CHECK(strcmp(stairscan_reason_word(STAIRSCAN_REASON_NO_ECHO), "no-echo") == 0);
     CHECK(strcmp(stairscan_reason_meaning(STAIRSCAN_REASON_COUNT), "") == 0);
 }

@@ -263,8 +263,9 @@ static void report(struct out *out, const char *line, size_t length) {
 }
 
 static void command(struct out *out, const char *line, size_t length) {
-    static const char *const names[] = {"start",    "stop", "scan",  "guard", "watch", "status",    "version",
-                                        "selftest", "save", "reset", "get",   "set",   "calibrate", "MOTION"};
+    static const char *const names[] = {"start",   "stop",   "scan",        "guard",    "watch", "status",
+                                        "version", "crash?", "crash-clear", "selftest", "save",  "update",
+                                        "reset",   "get",    "set",         "calibrate", "MOTION"};
     stairscan_command_t command;
     stairscan_line_t again;
     stairscan_refusal_t refusal = stairscan_parse_command(line, length, &command);

@@ -442,7 +442,18 @@ const BAD_LINES: [&str; 9] = [
 
 fn commands() -> Vec<String> {
     let words = [
-        "start", "stop", "scan", "status", "version", "selftest", "save", "reset", "get",
+        "start",
+        "stop",
+        "scan",
+        "status",
+        "version",
+        "crash?",
+        "crash-clear",
+        "selftest",
+        "save",
+        "update",
+        "reset",
+        "get",
     ];
     let mut lines: Vec<String> = words.map(str::to_owned).to_vec();
     let sentence = |words: &[&str]| framed(words).trim_end().to_owned();
