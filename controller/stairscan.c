@@ -1297,7 +1297,7 @@ stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
 /* ---- answers ---- */
 
 stairscan_rules_t stairscan_default_rules(void) {
-    stairscan_rules_t rules = {500, 17000, 5000, 600, false, 0};
+    stairscan_rules_t rules = {500, 17000, 5000, 600, false, 0, 400};
     return rules;
 }
 
@@ -1306,6 +1306,9 @@ void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules) {
     scanner->has_answer = scanner->collecting = scanner->heard = false;
     scanner->faulty = scanner->doubtful = scanner->aged = scanner->skipping = false;
     scanner->edge_known = false;
+    scanner->has_sweep = scanner->sweep_aged = scanner->sweep_faulty = false;
+    scanner->made_with.present = false;
+    scanner->made_with.word = 0;
     scanner->damaged = scanner->dropped = 0;
     scanner->got_steps = scanner->got_drops = scanner->got_maybes = scanner->last_scan = 0;
     scanner->heard_ms = scanner->uptime_ms = 0;
@@ -1343,29 +1346,64 @@ static void forget(stairscan_t *scanner) {
     scanner->edge_known = false;
 }
 
+/* Voids the guard sweep. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->has_sweep, scanner->sweep_aged, scanner->sweep_faulty;
+    ensures stairscan_sound(scanner); */
+static void forget_sweep(stairscan_t *scanner) {
+    scanner->has_sweep = scanner->sweep_aged = scanner->sweep_faulty = false;
+}
+
 /*@ requires \valid(scanner);
     requires stairscan_sound(scanner);
     assigns scanner->dropped, scanner->collecting, scanner->has_answer, scanner->faulty, scanner->doubtful,
-        scanner->aged, scanner->edge_known, scanner->last_scan, scanner->uptime_ms;
+        scanner->aged, scanner->edge_known, scanner->last_scan, scanner->uptime_ms, scanner->has_sweep,
+        scanner->sweep_aged, scanner->sweep_faulty, scanner->made_with;
     ensures stairscan_sound(scanner); */
 static void restarted(stairscan_t *scanner) {
     forget(scanner);
+    forget_sweep(scanner);
+    scanner->made_with.present = false;
     scanner->last_scan = scanner->uptime_ms = 0;
 }
 
-/* Checks the timeouts: silence voids everything, age the answer. Both remain when the clock wraps. */
+/* Keeps the hash of the settings, which GUARD does not contain. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns scanner->made_with;
+    ensures stairscan_sound(scanner); */
+static void keep_hash(stairscan_t *scanner, uint32_t settings) {
+    scanner->made_with.present = true;
+    scanner->made_with.word = settings;
+}
+
+/* Returns the time since the last row of the sweep, rounded up. */
+/*@ requires \valid_read(scanner);
+    assigns \nothing; */
+static uint32_t sweep_age(const stairscan_t *scanner, uint32_t now_ms) {
+    uint32_t since = now_ms - scanner->sweep.came_ms;
+    return since < UINT32_MAX - STAIRSCAN_SWEEP_DELAY_MS ? since + STAIRSCAN_SWEEP_DELAY_MS : UINT32_MAX;
+}
+
+/* Checks the timeouts: silence voids everything, age the answer and the sweep. All remain when the clock wraps. */
 /*@ requires \valid(scanner);
     requires stairscan_sound(scanner);
     assigns scanner->dropped, scanner->collecting, scanner->has_answer, scanner->faulty, scanner->doubtful,
-        scanner->aged, scanner->edge_known, scanner->heard;
+        scanner->aged, scanner->edge_known, scanner->heard, scanner->has_sweep, scanner->sweep_aged,
+        scanner->sweep_faulty;
     ensures stairscan_sound(scanner); */
 static void pass(stairscan_t *scanner, uint32_t now_ms) {
     if (scanner->heard && now_ms - scanner->heard_ms > scanner->rules.silence_ms) {
         scanner->heard = false;
         forget(scanner);
+        forget_sweep(scanner);
     }
     if (scanner->has_answer && now_ms - scanner->answer.came_ms > scanner->rules.oldest_ms) {
         scanner->aged = true;
+    }
+    if (scanner->has_sweep && sweep_age(scanner, now_ms) > scanner->rules.oldest_sweep_ms) {
+        scanner->sweep_aged = true;
     }
 }
 
@@ -1415,6 +1453,7 @@ static bool complete(stairscan_t *scanner) {
 static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     const stairscan_scan_t *head = &scanner->sentence.as.scan;
     drop(scanner);
+    keep_hash(scanner, head->settings);
     if (head->status != STAIRSCAN_OK) {
         scanner->has_answer = false;
         scanner->faulty = head->status == STAIRSCAN_FAULT;
@@ -1497,6 +1536,22 @@ static bool take_maybe(stairscan_t *scanner) {
 
 /*@ requires \valid(scanner);
     requires stairscan_sound(scanner);
+    assigns scanner->has_sweep, scanner->sweep, scanner->sweep_aged, scanner->sweep_faulty;
+    ensures stairscan_sound(scanner); */
+static void take_guard(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    const stairscan_guard_t *guard = &scanner->sentence.as.guard;
+    if (scanner->has_sweep && guard->sweep == scanner->sweep.guard.sweep && guard->status == STAIRSCAN_OK) {
+        return; /* the same sweep again, such as from a buffer */
+    }
+    forget_sweep(scanner);
+    scanner->has_sweep = true;
+    scanner->sweep.guard = *guard;
+    scanner->sweep.came_ms = now_ms;
+    scanner->sweep.travel = travel;
+}
+
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
     assigns *scanner;
     ensures stairscan_sound(scanner); */
 static void take_live(stairscan_t *scanner) {
@@ -1510,7 +1565,8 @@ static void take_live(stairscan_t *scanner) {
     }
     if (is_word(live->state, "fault")) {
         forget(scanner);
-        scanner->faulty = true;
+        forget_sweep(scanner);
+        scanner->faulty = scanner->sweep_faulty = true;
     }
 }
 
@@ -1529,15 +1585,22 @@ static bool act(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
         return take_drop(scanner);
     case STAIRSCAN_MAYBE:
         return take_maybe(scanner);
+    case STAIRSCAN_GUARD:
+        take_guard(scanner, now_ms, travel);
+        return false;
     case STAIRSCAN_LIVE:
         take_live(scanner);
         return false;
+    case STAIRSCAN_STAT:
+        keep_hash(scanner, scanner->sentence.as.stat.settings);
+        return false;
     case STAIRSCAN_HALT:
         restarted(scanner);
-        scanner->faulty = true;
+        scanner->faulty = scanner->sweep_faulty = true;
         return false;
     case STAIRSCAN_BOOT:
         restarted(scanner);
+        keep_hash(scanner, scanner->sentence.as.boot.settings);
         return false;
     default:
         return false;
@@ -1712,7 +1775,60 @@ stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t 
     return go(answer, gone + rules->margin, edge);
 }
 
+/*@ requires \valid_read(scanner);
+    assigns \nothing;
+    ensures \result <= STAIRSCAN_WHY_FAR; */
+static uint32_t why_no_sweep(const stairscan_t *scanner, int32_t travel) {
+    const stairscan_rules_t *rules = &scanner->rules;
+    const stairscan_word_t *made_with = &scanner->made_with;
+    int64_t gone = (int64_t)travel - scanner->sweep.travel;
+    if (!scanner->heard) {
+        return STAIRSCAN_WHY_SILENCE;
+    }
+    if (scanner->sweep_faulty || (scanner->has_sweep && scanner->sweep.guard.status == STAIRSCAN_FAULT)) {
+        return STAIRSCAN_WHY_FAULT;
+    }
+    if (!scanner->has_sweep) {
+        return STAIRSCAN_WHY_NO_ANSWER;
+    }
+    if (rules->check_settings && (!made_with->present || made_with->word != rules->settings)) {
+        return STAIRSCAN_WHY_SETTINGS;
+    }
+    if (scanner->sweep_aged) {
+        return STAIRSCAN_WHY_OLD;
+    }
+    if (gone > rules->farthest || -gone > rules->farthest) {
+        return STAIRSCAN_WHY_FAR;
+    }
+    if (scanner->sweep.guard.status != STAIRSCAN_OK) {
+        return STAIRSCAN_WHY_DEGRADED;
+    }
+    return scanner->sweep.guard.free.present ? STAIRSCAN_WHY_OK : STAIRSCAN_WHY_NO_HORIZON;
+}
+
+stairscan_guard_permit_t stairscan_guard_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    stairscan_guard_permit_t permit = {STAIRSCAN_STOP, STAIRSCAN_WHY_OK, STAIRSCAN_ENDS_UNKNOWN, 0, UINT32_MAX};
+    const stairscan_sweep_t *sweep = &scanner->sweep;
+    pass(scanner, now_ms);
+    permit.why = why_no_sweep(scanner, travel);
+    if (scanner->has_sweep) {
+        permit.ending = sweep->guard.ending;
+        permit.age_ms = scanner->sweep_aged ? UINT32_MAX : sweep_age(scanner, now_ms);
+    }
+    if (permit.why == STAIRSCAN_WHY_OK) {
+        int64_t gone = (int64_t)travel - sweep->travel;
+        permit.clear = clamp(sweep->guard.free.value - gone - scanner->rules.margin);
+        permit.action = permit.clear > 0 ? STAIRSCAN_GO : STAIRSCAN_STOP;
+        permit.why = permit.clear > 0 ? STAIRSCAN_WHY_OK : STAIRSCAN_WHY_NEAR;
+    }
+    return permit;
+}
+
 /* ---- speed limit ---- */
+
+uint32_t stairscan_guard_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    return (uint32_t)stairscan_guard_may(scanner, now_ms, travel).clear / 10;
+}
 
 uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     stairscan_permit_t permit = stairscan_may(scanner, now_ms, travel);

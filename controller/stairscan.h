@@ -17,8 +17,10 @@
  *   old answer            STAIRSCAN_STOP     stand until a newer one is received: its age, or the travel
  *                                            since, is too large
  *
- * Speed: stairscan_max_speed calculates a limit from stairscan_free_mm. Use the smaller of it and the
- * joystick's command.
+ * With the guard on call stairscan_guard_may in place of stairscan_may: it gives STAIRSCAN_GO or STAIRSCAN_STOP.
+ *
+ * Speed: stairscan_max_speed calculates a limit from stairscan_free_mm, or from stairscan_guard_free_mm. Use the
+ * smaller of it and the joystick's command.
  *
  * For forward driving only. The scanner does not look backward, sideways or into a turn.
  *
@@ -34,6 +36,10 @@
  *   clock may wrap; call stairscan_may at least once in a few days.
  * - If you configure the scanner, set `settings` to the hash in BOOT, STAT and SCAN: answers made with other
  *   settings are then ignored.
+ * - Only the newest guard sweep counts, and only if it is ok. It is voided by the next one, BOOT, HALT, an uptime
+ *   that restarts, the state `fault` in LIVE and silence; it is old after `oldest_sweep_ms` or `farthest` of
+ *   travel. A GUARD that repeats the number before does not renew it. GUARD has no hash: that of the last BOOT,
+ *   STAT or SCAN is compared with `settings`.
  *
  * Lengths are integers in tenths of a millimetre, probabilities in tenths of a per cent, angles in 0.001
  * degrees, as in the sentences. Distances are measured from the mirror at the scan's last row.
@@ -553,12 +559,18 @@ typedef struct {
     int32_t margin;      /* 0.1 mm: subtracted from every permitted distance */
     bool check_settings; /* whether answers made with other settings are ignored */
     uint32_t settings;   /* the hash of the required settings */
+    uint32_t oldest_sweep_ms; /* maximum age of a guard sweep, from its last row */
 } stairscan_rules_t;
+
+/* Time in which a GUARD is received after its sweep's last row, ms: 5 ms in the scanner (16 with an encoder) and the
+ * transfer of it and of a LIVE at 115,200 baud. */
+#define STAIRSCAN_SWEEP_DELAY_MS 50
 
 /* Returns the defaults. silence_ms 500: LIVE comes every 200 ms. oldest_ms 17 s: more than four scans of 3.7 s.
  * farthest 500 mm: an odometer's 2 % of it are 1 cm. margin 60 mm: 30 mm error of an ok answer with a
  * sigma of at most 10 mm, and 30 mm of travel at 0.6 m/s from a scan's last row until its SCAN is read.
- * Settings are not checked. */
+ * For a guard sweep, which leaves 80 mm for errors itself, these 60 mm are the travel in 50 ms at 1.2 m/s.
+ * oldest_sweep_ms 400: people step in; two sweeps may be lost at 7.3 a second. Settings are not checked. */
 /*@ assigns \nothing; */
 stairscan_rules_t stairscan_default_rules(void);
 
@@ -572,11 +584,20 @@ typedef struct {
     int32_t travel;                                 /* the chair's travel at that time */
 } stairscan_answer_t;
 
+/* A received guard sweep. */
+typedef struct {
+    stairscan_guard_t guard;
+    uint32_t came_ms; /* time at which it was received */
+    int32_t travel;   /* the chair's travel at that time */
+} stairscan_sweep_t;
+
 /* State of a scanner: about 2.4 KB. Members without a comment belong to the parser. */
 typedef struct {
     stairscan_rules_t rules;
     bool has_answer;
     stairscan_answer_t answer;     /* the newest complete answer, if has_answer */
+    bool has_sweep;
+    stairscan_sweep_t sweep;       /* the newest guard sweep, if has_sweep */
     stairscan_sentence_t sentence; /* the last intact sentence; its text is valid until the next byte */
     uint32_t damaged;              /* number of damaged lines; saturates */
     uint32_t dropped;              /* number of incomplete answers; saturates */
@@ -585,7 +606,8 @@ typedef struct {
     bool collecting;
     uint32_t got_steps, got_drops, got_maybes;
     uint32_t last_scan;
-    bool heard, faulty, doubtful, aged, edge_known;
+    bool heard, faulty, doubtful, aged, edge_known, sweep_aged, sweep_faulty;
+    stairscan_word_t made_with; /* last hash of the settings in BOOT, STAT or SCAN */
     int64_t edge; /* 0.1 mm of travel: nearest place of the last drop that the depth plane reported */
     uint32_t heard_ms, uptime_ms;
     bool skipping;
@@ -625,13 +647,14 @@ enum stairscan_action { STAIRSCAN_STOP, STAIRSCAN_HINT, STAIRSCAN_GO };
 enum stairscan_why {
     STAIRSCAN_WHY_OK,
     STAIRSCAN_WHY_DEGRADED,   /* the answer is degraded; its reasons give the cause */
-    STAIRSCAN_WHY_NO_HORIZON, /* ok without a horizon: valid nowhere */
+    STAIRSCAN_WHY_NO_HORIZON, /* ok without a horizon or free distance: valid nowhere */
     STAIRSCAN_WHY_SILENCE,
     STAIRSCAN_WHY_FAULT,
     STAIRSCAN_WHY_NO_ANSWER, /* none yet, or it was voided */
     STAIRSCAN_WHY_SETTINGS,  /* the answer was made with other settings */
     STAIRSCAN_WHY_OLD,       /* the answer is too old */
-    STAIRSCAN_WHY_FAR        /* the chair has travelled too far since the answer */
+    STAIRSCAN_WHY_FAR,       /* the chair has travelled too far since the answer */
+    STAIRSCAN_WHY_NEAR       /* guard sweeps only: the free distance ends within the margin */
 };
 
 typedef struct {
@@ -658,6 +681,28 @@ stairscan_optional_t stairscan_free(const stairscan_answer_t *answer);
     ensures 0 <= \result.clear && 0 <= \result.vouched; */
 stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
 
+/* What the chair may do by the newest guard sweep. */
+typedef struct {
+    uint32_t action; /* STAIRSCAN_GO or STAIRSCAN_STOP */
+    uint32_t why;    /* enum stairscan_why, of the sweep in place of an answer */
+    uint32_t ending; /* enum stairscan_ending of the sweep; STAIRSCAN_ENDS_UNKNOWN without one */
+    int32_t clear;   /* 0.1 mm ahead of the mirror's current position: free of rises, drops and obstacles up to here.
+                      * 0 unless GO */
+    uint32_t age_ms; /* time since the sweep's last row, rounded up; UINT32_MAX without a sweep */
+} stairscan_guard_permit_t;
+
+/* Returns what the chair may do now by guard sweeps alone; full scans do not count. Call it in every control cycle,
+ * also without new bytes. During a full scan in between (0.6 to 3.7 s) no sweep comes: it gives STAIRSCAN_STOP. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner);
+    ensures \result.action == STAIRSCAN_STOP || \result.action == STAIRSCAN_GO;
+    ensures \result.why <= STAIRSCAN_WHY_NEAR;
+    ensures 0 <= \result.clear;
+    ensures \result.action == STAIRSCAN_STOP ==> \result.clear == 0; */
+stairscan_guard_permit_t stairscan_guard_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
+
 /* ---- speed limit ---- */
 
 /* Returns the free distance ahead of the mirror when the chair is at `travel`, mm, rounded down: `clear` of
@@ -669,11 +714,19 @@ stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t 
     ensures stairscan_sound(scanner); */
 uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
 
+/* The same by guard sweeps: `clear` of stairscan_guard_may, mm, rounded down. */
+/*@ requires \valid(scanner);
+    requires stairscan_sound(scanner);
+    assigns *scanner;
+    ensures stairscan_sound(scanner); */
+uint32_t stairscan_guard_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
+
 /* A free distance, with the time since it was measured and the speed during it. */
 typedef struct {
-    uint32_t free_mm;      /* free distance ahead of the mirror at one instant: stairscan_free_mm, or a guard sweep's */
-    uint32_t age_ms;       /* time since that instant, rounded up: for stairscan_free_mm the age of `travel`; for a
-                            * sweep, or without an odometer, the time since its last row */
+    uint32_t free_mm;      /* free distance ahead of the mirror at one instant: stairscan_free_mm or
+                            * stairscan_guard_free_mm */
+    uint32_t age_ms;       /* time since that instant, rounded up: the age of `travel`; without an odometer the time
+                            * since the last row, for a sweep `age_ms` of stairscan_guard_may */
     uint32_t fastest_mm_s; /* maximum forward speed, measured or commanded, over the last age_ms + latency_ms */
 } stairscan_ground_t;
 

@@ -122,6 +122,17 @@ static stairscan_maybe_t maybe(void) {
     return maybe;
 }
 
+static stairscan_guard_t guard(void) {
+    stairscan_guard_t guard;
+    guard.sweep = any_u32;
+    guard.status = any_u32;
+    guard.free = optional();
+    guard.ending = any_u32;
+    guard.confidence = any_u32;
+    guard.reasons = any_u64;
+    return guard;
+}
+
 static void write_numbers(void) {
     stairscan_sentence_t sentence;
     static stairscan_line_t line;
@@ -138,12 +149,7 @@ static void write_numbers(void) {
     sentence.as.maybe = maybe();
     stairscan_write(&sentence, &line);
     sentence.kind = STAIRSCAN_GUARD;
-    sentence.as.guard.sweep = any_u32;
-    sentence.as.guard.status = any_u32;
-    sentence.as.guard.free = optional();
-    sentence.as.guard.ending = any_u32;
-    sentence.as.guard.confidence = any_u32;
-    sentence.as.guard.reasons = any_u64;
+    sentence.as.guard = guard();
     stairscan_write(&sentence, &line);
     sentence.kind = STAIRSCAN_HALT;
     sentence.as.halt.reason = any_u32;
@@ -247,6 +253,7 @@ static stairscan_rules_t rules(void) {
     rules.margin = any_i32;
     rules.check_settings = flag();
     rules.settings = any_u32;
+    rules.oldest_sweep_ms = any_u32;
     return rules;
 }
 
@@ -274,6 +281,10 @@ static void set_scanner(void) {
     scanner.rules = rules();
     scanner.has_answer = flag();
     set_answer(&scanner.answer);
+    scanner.has_sweep = flag();
+    scanner.sweep.guard = guard();
+    scanner.sweep.came_ms = any_u32;
+    scanner.sweep.travel = any_i32;
     scanner.damaged = any_u32;
     scanner.dropped = any_u32;
     set_answer(&scanner.coming);
@@ -288,6 +299,9 @@ static void set_scanner(void) {
     scanner.aged = flag();
     scanner.edge_known = flag();
     scanner.edge = any_i64 % 0x400000000;
+    scanner.sweep_aged = flag();
+    scanner.sweep_faulty = flag();
+    scanner.made_with = word();
     scanner.heard_ms = any_u32;
     scanner.uptime_ms = any_u32;
     scanner.skipping = flag();
@@ -343,6 +357,10 @@ int main(void) {
         stairscan_init(&scanner, &any_rules);
         break;
     case 9:
+        (void)stairscan_guard_may(&scanner, any_u32, any_i32);
+        (void)stairscan_guard_free_mm(&scanner, any_u32, any_i32);
+        break;
+    case 10:
         (void)stairscan_reason_word(any_u32);
         (void)stairscan_reason_meaning(any_u32);
         break;

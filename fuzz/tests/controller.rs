@@ -160,11 +160,13 @@ fn c_and_rust_agree_on_mutated_lines() {
 
 #[test]
 fn the_rules_hold() {
-    let Some(rules) = compiled("test/rules.c") else {
-        return;
-    };
-    let (text, content) = run(&rules, &[], "");
-    assert!(content, "{text}");
+    for source in ["test/rules.c", "test/guard.c"] {
+        let Some(rules) = compiled(source) else {
+            return;
+        };
+        let (text, content) = run(&rules, &[], "");
+        assert!(content, "{text}");
+    }
 }
 
 #[test]
