@@ -296,3 +296,45 @@ fn the_example_says_what_may_be_done_on_the_readme_s_report() {
     assert!(!content && text.contains("a line is damaged"), "{text}");
     assert!(!text.contains("go:"), "{text}");
 }
+
+#[test]
+fn the_example_drives_by_guard_sweeps() {
+    let Some(example) = compiled("example.c") else {
+        return;
+    };
+    let bodies = [
+        "PSTR,DONE,guard",
+        "PSTR,GUARD,1,ok,1900.0,none,99.9,",
+        "PSTR,GUARD,2,ok,700.0,drop,99.8,",
+        "PSTR,GUARD,3,ok,465.0,rise,99.8,",
+        "PSTR,GUARD,4,ok,0.0,obstacle,99.8,",
+        "PSTR,GUARD,5,degraded,900.0,unknown,50.0,lost-rows",
+        "PSTR,GUARD,6,ok,1900.0,none,99.9,",
+        "PSTR,HALT,crash",
+        "PSTR,GUARD,7,fault,,unknown,0.0,motor-stall",
+        "PSTR,GUARD,8,ok,1900.0,none,99.9,",
+    ];
+    let lines: Vec<String> = bodies.iter().map(|body| vectors::closed(body)).collect();
+    let (text, content) = run(&example, &[], &(lines.join("\r\n") + "\r\n"));
+    let expected = "sweep 1
+  go, 600 mm/s: free for 1440 mm, then nothing in range
+sweep 2
+  slow, 424 mm/s: free for 240 mm, then a drop
+sweep 3
+  stop: no braking distance left in 5 mm, then a rise
+sweep 4
+  stop: no free ground, then an obstacle
+sweep 5
+  stop: the answer is degraded
+sweep 6
+  go, 600 mm/s: free for 1440 mm, then nothing in range
+  stop: the scanner has a fault
+sweep 7
+  stop: the scanner has a fault
+sweep 8
+  go, 600 mm/s: free for 1440 mm, then nothing in range
+a second later:
+  stop: silence
+";
+    assert!(content && text == expected, "{text}");
+}
