@@ -1,7 +1,8 @@
 //! A simulated scanner in real time: the scanner's own loop over a recording, with a port that accepts commands.
 //!
 //! Its answers are those of `replay` (of `replay --by-trigger` if the recording contains the chair's motion). A
-//! recording of one scan is repeated. After the last scan of a sequence the scanner restarts.
+//! recording of one scan is repeated. After the last scan of a sequence the scanner restarts. Guard sweeps begin at the
+//! times of their recording.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -16,6 +17,7 @@ use stairscan::scanner::{BytePort, Hardware, LentParts, Micros, Reports, Scanner
 use super::lines::Splitter;
 use super::model::Event;
 use super::port::Inside;
+use super::sweep_times::{PacedLink, SweepTimes};
 use crate::motion::Timetable;
 use crate::motion::inlet::Inlet;
 use crate::playback::{Playback, PlaybackLink, SimShaft};
@@ -26,6 +28,11 @@ use crate::volatile::{Volatile, identity};
 /// Time between two steps of the simulated scanner's loop. About four steps a row: a scan takes about as long as on
 /// the chip.
 const STEP: Duration = Duration::from_millis(1);
+/// Same, while the guard sweeps: a sweep of 31 rows takes less time than the 100 ms from one to the next at its highest
+/// rate.
+const GUARD_STEP: Duration = Duration::from_micros(200);
+/// Time for which the simulated shaft settles at a row of a guard sweep, µs: the shortest. It does not move.
+const GUARD_SETTLE_US: u32 = 100;
 
 /// Far end of a simulated scanner's report port: sends commands to the scanner and receives its sentences.
 pub trait Cable {
@@ -58,9 +65,17 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
     let table = table.map(|table| Rc::new(RefCell::new(table)));
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
     let mut pipeline = Box::new(Pipeline::new());
+    let guard = playback.kind() == Kind::Guard;
+    let mut settings = playback.settings();
+    if guard {
+        settings.timing.settle = GUARD_SETTLE_US;
+    }
     let hardware = Hardware {
         mirror: SimShaft::default(),
-        link: PlaybackLink::new(playback, table.clone()),
+        link: PacedLink::new(
+            PlaybackLink::new(playback, table.clone()),
+            guard.then(|| SweepTimes::new(recording)),
+        ),
         port: Wire {
             inlet: Inlet::new(table),
             out: Vec::new(),
@@ -75,11 +90,10 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
             reports: &mut reports,
             odometry: &mut odometry,
         },
-        Some(playback.settings()),
+        Some(settings),
         identity("host"),
         Micros(0),
     );
-    let guard = playback.kind() == Kind::Guard;
     if guard {
         scanner.port_mut().inlet.type_in(b"guard on\n");
     }
@@ -103,7 +117,7 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
         if recording.scans() > 1 && scans > recording.scans() {
             return;
         }
-        std::thread::sleep(STEP);
+        std::thread::sleep(if guard { GUARD_STEP } else { STEP });
     }
 }
 

@@ -8,6 +8,7 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use stairscan::verdict::Status;
 
 use super::Ms;
+use super::guarded;
 use super::model::{Entry, Link, Pulse, State, Validity, Way};
 use super::prompt::{HELP, Prompt};
 use super::side;
@@ -19,6 +20,10 @@ use crate::counted::counted;
 const MIN_SIZE: (u16, u16) = (72, 22);
 /// Width of the table of steps, characters.
 const TABLE: u16 = 43;
+/// Height of the guard's side view and strip above an answer, rows.
+const GUARD: u16 = 9;
+/// Minimum height of the side view of an answer below them, rows.
+const MIN_VIEW: u16 = 8;
 /// Maximum number of reasons that are explained; further ones are only counted.
 const REASONS: usize = 4;
 
@@ -40,7 +45,12 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     }
     let trouble = trouble(state, now);
     let mut verdict = verdict(state, now, usize::from(area.width));
-    verdict.extend(guard(state, now));
+    verdict.extend(
+        state
+            .guard
+            .iter()
+            .flat_map(|guard| guarded::lines(guard, now)),
+    );
     let lines = |count: usize| Constraint::Length(count as u16);
     let rows = Layout::vertical([
         lines(1 + trouble.len()),
@@ -58,18 +68,38 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
     head.extend(trouble);
     frame.render_widget(Paragraph::new(head), rows[0]);
     frame.render_widget(Paragraph::new(verdict), rows[1]);
-    let fresh = state.standing(now) == Validity::Fresh;
-    let middle =
-        Layout::horizontal([Constraint::Min(30), Constraint::Length(TABLE)]).split(rows[2]);
-    let answer = state.answer.as_ref().map(|(_, answer)| answer);
-    side::draw(frame, middle[0], answer, fresh);
-    table(frame, middle[1], answer, fresh);
+    middle(frame, rows[2], state, now);
     frame.render_widget(Paragraph::new(pulse(state, now)), rows[3]);
     match prompt.helping {
         true => help(frame, rows[4]),
         false => log(frame, rows[4], state),
     }
     command_line(frame, rows[5], state, prompt, now);
+}
+
+/// Draws the last answer, or the guard while it sweeps; both, one above the other, where the terminal is high enough.
+fn middle(frame: &mut Frame<'_>, area: Rect, state: &State, now: Ms) {
+    let mut below = area;
+    let answer = state.answer.as_ref().map(|(_, answer)| answer);
+    let guard = state.guard.as_ref();
+    if guard.is_some() || answer.is_none() && !state.sweeps.sweeps.is_empty() {
+        let fresh = guard.is_some_and(|guard| guard.is_fresh(now));
+        let [above, rest] =
+            Layout::vertical([Constraint::Length(GUARD), Constraint::Min(0)]).areas(area);
+        match (answer, rest.height >= MIN_VIEW) {
+            (Some(_), true) => {
+                guarded::draw(frame, above, guard, &state.sweeps, fresh);
+                below = rest;
+            }
+            (Some(_), false) if !fresh => {}
+            _ => return guarded::draw(frame, area, guard, &state.sweeps, fresh),
+        }
+    }
+    let fresh = state.standing(now) == Validity::Fresh;
+    let [view, steps] =
+        Layout::horizontal([Constraint::Min(30), Constraint::Length(TABLE)]).areas(below);
+    side::draw(frame, view, answer, fresh);
+    table(frame, steps, answer, fresh);
 }
 
 /// Returns the line with the port and its state.
@@ -113,19 +143,6 @@ fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
             .map(|help| Line::styled(format!("   {help}"), WARN)),
     );
     lines
-}
-
-/// Returns the line with the free distance of the last guard sweep, grey once it is stale; `None` before the first
-/// sweep.
-fn guard(state: &State, now: Ms) -> Option<Line<'static>> {
-    let guard = state.guard.as_ref()?;
-    let style = match guard.line.status {
-        _ if !guard.is_fresh(now) => GREY,
-        Status::Ok => Style::new().fg(Color::Cyan),
-        Status::Degraded => WARN,
-        Status::Fault => Style::new().fg(Color::Red),
-    };
-    Some(Line::styled(format!(" {}", guard.text()), style))
 }
 
 /// Returns the lines with the answer, its age, and its reasons with explanations.

@@ -109,6 +109,15 @@ struct Colours {
 /// Draws the side view of `answer` into `area`; grey if the answer is not `fresh`.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool) {
     let shape = answer.map(Shape::of).unwrap_or_default();
+    let title = match shape.drop {
+        None => " Side view: steps, + their ±2σ, : horizon, ? maybe ",
+        Some(_) => " Side view: + ±2σ, : horizon, | drop, = ±3σ, ? maybe ",
+    };
+    draw_shape(frame, area, &shape, (title, fresh));
+}
+
+/// Draws `shape` into `area` under a title; grey if it is not `fresh`.
+pub fn draw_shape(frame: &mut Frame<'_>, area: Rect, shape: &Shape, (title, fresh): (&str, bool)) {
     let colour = |c: Color| if fresh { c } else { Color::DarkGray };
     let colours = Colours {
         outline: colour(Color::White),
@@ -123,7 +132,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
     let band: Points = (shape.drop.iter())
         .flat_map(|band| [(band[0], 0.0), (band[2], 0.0)])
         .collect();
-    let sets = datasets(&shape, (&horizon, &drop, &band), &colours);
+    let sets = datasets(shape, (&horizon, &drop, &band), &colours);
     let axis = |bounds: [f64; 2], title: &'static str| {
         Axis::default()
             .title(title)
@@ -134,10 +143,6 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
                     .collect::<Vec<_>>(),
             )
             .style(Style::new().fg(Color::Gray))
-    };
-    let title = match shape.drop {
-        None => " Side view: steps, + their ±2σ, : horizon, ? maybe ",
-        Some(_) => " Side view: + ±2σ, : horizon, | drop, = ±3σ, ? maybe ",
     };
     let chart = Chart::new(sets)
         .block(Block::bordered().title(title))

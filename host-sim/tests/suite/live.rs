@@ -8,11 +8,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use host_sim::emulate::Session;
+use host_sim::emulate::image;
 use host_sim::emulate::session::Waits;
 use host_sim::live::model::{Entry, Link, State};
 use host_sim::live::port::Source;
 use host_sim::live::pty::Pty;
+use host_sim::live::session::Session as Observed;
 use host_sim::live::trouble::{Trouble, UnexpectedData};
+use host_sim::live::{device, plain};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay;
@@ -219,6 +222,37 @@ fn the_image_in_the_emulator_is_watched() {
 }
 
 /// A terminal that hangs up ends the program instead of causing a busy loop.
+/// The sweeps of `recordings/guard_kerb` begin every 184 ms.
+#[test]
+fn guard_sweeps_of_a_demo_come_at_their_true_rate_a_line_each() {
+    let recording = Recording::read(&image::workspace().join("recordings/guard_kerb")).unwrap();
+    let started = Instant::now();
+    let source = Source::run(started, move |inside| {
+        let cable = &mut device::Direct::new(inside);
+        device::run(&recording, &Config::default(), cable).unwrap();
+    });
+    let mut session = Observed {
+        state: State::new("demo", 0),
+        keep: None,
+        look: &mut |_| (),
+    };
+    let (mut lines, stop) = (Vec::new(), AtomicBool::new(false));
+    let mut print = |line: &str| {
+        lines.push((started.elapsed(), line.to_owned()));
+        stop.store(lines.len() == 6, Ordering::Relaxed);
+    };
+    plain::run(started, &source, &mut session, &stop, &mut print).unwrap();
+    for (k, (_, line)) in lines.iter().enumerate() {
+        assert!(line.contains(" ok free 0."), "{line}");
+        assert!(line.contains(&format!(", sweep {}", k + 1)), "{line}");
+    }
+    // Five intervals are 0.92 s; late by a sweep's delay on a busy machine.
+    let took = lines[5].0 - lines[0].0;
+    let true_rate = Duration::from_millis(750)..Duration::from_millis(1_200);
+    assert!(true_rate.contains(&took), "{took:?}: {lines:?}");
+    assert!(lines[5].1.ends_with(" a second"), "{lines:?}");
+}
+
 #[test]
 fn a_terminal_that_hung_up_ends_the_program() {
     let (mut master, slave) = {

@@ -7,7 +7,7 @@ use stairscan::verdict::Reason;
 
 use super::Ms;
 use super::arrived::Arrived;
-use super::guard::Guard;
+use super::guard::{Guard, SweepHistory};
 use super::trouble::{Trouble, UnexpectedData};
 use crate::answer::Answer;
 use crate::counted::counted;
@@ -162,6 +162,8 @@ pub struct State {
     pub answers: u64,
     /// State of the guard; `None` before the first guard sweep.
     pub guard: Option<Guard>,
+    /// The last guard sweeps, also those before a restart, and the watch distance.
+    pub sweeps: SweepHistory,
     /// Contents of the last `LIVE` sentence.
     pub pulse: Option<Pulse>,
     /// The last command that was sent.
@@ -190,6 +192,7 @@ impl State {
             answer: None,
             answers: 0,
             guard: None,
+            sweeps: SweepHistory::default(),
             pulse: None,
             asked: None,
             log: VecDeque::new(),
@@ -308,7 +311,8 @@ impl State {
             Sentence::Drop(drop) => self.belongs(now, drop.scan, line),
             Sentence::Maybe(maybe) => self.belongs(now, maybe.scan, line),
             Sentence::Guard(sweep) => {
-                let guard = Guard::after(self.guard.as_ref(), now, *sweep);
+                let guard = Guard::after(self.guard.as_ref(), now, *sweep, self.sweeps.watch_m());
+                self.sweeps.push(&guard);
                 if guard.has_changed(self.guard.as_ref()) {
                     self.keep(now, Way::In, line);
                 }
@@ -329,6 +333,7 @@ impl State {
                 self.reply(now, "crash?", &text, true);
             }
             Sentence::Config { key, value } => {
+                self.sweeps.configure(key, value);
                 self.reply(now, "", &format!("{key} is {value}"), true)
             }
             Sentence::Done { command } => self.reply(now, command, "done", true),

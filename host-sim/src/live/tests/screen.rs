@@ -255,25 +255,116 @@ fn the_log_scrolls_and_stays_where_it_is() {
     drawn(&empty, &Prompt::default(), 0);
 }
 
+/// Receives guard sweeps, each given by the fields after its number, one every 100 ms from `at` on.
+fn sweep(state: &mut State, mut at: Ms, sweeps: impl Iterator<Item = String>) {
+    for (k, fields) in sweeps.enumerate() {
+        let body = format!("PSTR,GUARD,{},{fields}", k + 1);
+        let crc = stairscan::report::sentence::crc32(&body);
+        at += 100;
+        receive(state, at, &[&format!("${body}*{crc:08X}")]);
+    }
+}
+
 #[test]
 fn guarding() {
     let mut state = scanned();
-    for sweep in 1..=9 {
-        let free: u64 = 1_300 - 50 * sweep;
-        let body = format!("PSTR,GUARD,{sweep},ok,{free}.0,rise,99.8,");
-        let crc = stairscan::report::sentence::crc32(&body);
-        let at = 3_100 + 100 * sweep;
-        receive(&mut state, at, &[&format!("${body}*{crc:08X}")]);
-    }
+    let nearer = (1..=9).map(|sweep| format!("ok,{}.0,rise,99.8,", 1_300 - 50 * sweep));
+    sweep(&mut state, 3_100, nearer);
     let screen = snapshot("guarding", &state, &Prompt::default(), 4_050);
-    assert!(!is_grey(&screen, "ok free"));
+    assert!(!is_grey(&screen, "Guard: ok") && !is_grey(&screen, "Last sweep"));
     let kept = state
         .log
         .iter()
         .filter(|entry| entry.text.contains("GUARD"));
     assert_eq!(kept.count(), 1);
-    assert!(is_grey(
-        &drawn(&state, &Prompt::default(), 6_000),
-        "ok free"
-    ));
+    // Once no sweep comes, the answer has the screen again.
+    let stale = drawn(&state, &Prompt::default(), 6_000);
+    assert!(is_grey(&stale, "Guard: ok") && !text(&stale).contains("Last sweep"));
+    assert!(text(&stale).contains("Side view"));
+    // On a high screen both are seen.
+    let mut terminal = Terminal::new(TestBackend::new(100, 40)).unwrap();
+    let draw =
+        |frame: &mut ratatui::Frame<'_>| screen::draw(frame, &state, &Prompt::default(), 4_050);
+    terminal.draw(draw).unwrap();
+    let high = text(terminal.backend().buffer());
+    assert!(high.contains("Last sweep") && high.contains("Side view"));
+}
+
+/// Each status has its colour in the strip; a pause is a gap, and a reported watch distance moves the line.
+#[test]
+fn guard_strip() {
+    let mut state = State::new("demo", 0);
+    state.take(100, &Event::Opened);
+    receive(
+        &mut state,
+        150,
+        &[&framed_line("PSTR,CONF,watch-distance,100000")],
+    );
+    let far = std::iter::repeat_n("ok,2000.0,none,99.9,".to_owned(), 4);
+    let weak = std::iter::repeat_n("degraded,500.0,unknown,60.0,lost-rows".to_owned(), 2);
+    let fault = std::iter::once("fault,,unknown,0.0,motor-stall".to_owned());
+    sweep(&mut state, 200, far.chain(weak).chain(fault));
+    sweep(
+        &mut state,
+        2_000,
+        std::iter::once("ok,1000.0,drop,99.8,".to_owned()),
+    );
+    let screen = snapshot("guard-strip", &state, &Prompt::default(), 2_150);
+    let width = usize::from(screen.area.width);
+    let rows: Vec<_> = screen.content.chunks(width).collect();
+    let is_bottom = |row: &&&[ratatui::buffer::Cell]| {
+        row[width - 2].symbol() == "█" && row[width - 4].symbol() == "x"
+    };
+    let bottom = rows.iter().find(is_bottom).unwrap();
+    let colours: Vec<Color> = bottom[width - 10..width - 1]
+        .iter()
+        .map(|cell| cell.fg)
+        .collect();
+    let (ok, weak) = (Color::Cyan, Color::Yellow);
+    assert_eq!(
+        colours,
+        [ok, ok, ok, ok, weak, weak, Color::Red, Color::Reset, ok]
+    );
+}
+
+/// Each hazard is drawn; after a restart the strip stays.
+#[test]
+fn guard_hazards() {
+    let outline = |ending: &str| {
+        let mut state = State::new("demo", 0);
+        state.take(100, &Event::Opened);
+        let fields = format!("ok,800.0,{ending},99.8,");
+        sweep(&mut state, 200, std::iter::once(fields));
+        let screen = text(&drawn(&state, &Prompt::default(), 350));
+        receive(
+            &mut state,
+            400,
+            &[&framed_line(
+                "PSTR,BOOT,0.2.0,a,power-on,hse-168,1,00000000,000000000000000000000000",
+            )],
+        );
+        let restarted = text(&drawn(&state, &Prompt::default(), 450));
+        assert!(
+            restarted.contains("Sweeps, free") && restarted.contains("restarted"),
+            "{restarted}"
+        );
+        let view = screen
+            .lines()
+            .skip_while(|line| !line.contains("Last sweep"));
+        view.skip(1)
+            .take(14)
+            .map(|line| line.chars().take(56).collect::<String>())
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    let all = ["none", "rise", "drop", "obstacle", "unknown"].map(outline);
+    for (k, view) in all.iter().enumerate() {
+        assert!(view.contains(':'), "{view}");
+        assert!(all[..k].iter().all(|other| other != view), "{view}");
+    }
+    assert!(all[4].contains('?') && !all[0].contains('?'));
+}
+
+fn framed_line(body: &str) -> String {
+    format!("${body}*{:08X}", stairscan::report::sentence::crc32(body))
 }
