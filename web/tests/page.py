@@ -13,6 +13,7 @@ import sys
 
 from browser import Browser
 import compare
+import guard_page
 import log_page
 import serial_port
 import truth
@@ -367,6 +368,10 @@ def main():
     answer = sentences(program, ROOT / "recordings/stair_a")
     log_page.check(answer, lambda *arguments: run(program, "report", *arguments), SCRATCH)
     print("log: passed", flush=True)
+    guard_page.check(
+        ROOT / "recordings/guard_kerb", lambda *arguments: run(program, "report", *arguments), SCRATCH
+    )
+    print("guard sweeps: passed", flush=True)
     print(f"the page ({size} bytes) says what replay says, at every width, without a network")
 
 

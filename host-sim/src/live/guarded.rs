@@ -10,7 +10,7 @@ use stairscan::report::GuardLine;
 use stairscan::verdict::{HazardKind, Status};
 
 use super::Ms;
-use super::guard::{FULL_M, Guard, SweepHistory, ended};
+use super::guard::{FULL_M, Guard, SweepHistory};
 use super::side::{self, Shape};
 use crate::answer::metres;
 
@@ -61,7 +61,8 @@ pub fn draw(
     let hazard = match guard.map(|guard| (guard.line.status, guard.line.hazard)) {
         None => "restarted",
         Some((Status::Fault, _)) => "fault",
-        Some((_, hazard)) => ended(hazard),
+        Some((_, HazardKind::None)) => "no hazard",
+        Some((_, hazard)) => hazard.as_str(),
     };
     let title = format!(" Last sweep: : free, {hazard} ");
     let shape = guard.map(|guard| shape(&guard.line)).unwrap_or_default();

@@ -95,9 +95,14 @@ function showGuard({ at }, guard) {
   Object.assign(at("status"), { textContent: STATUS[guard.status][0], className: guard.status });
   at("summary").textContent = guard.summary;
   ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
-  const strip = Object.assign(document.createElement("img"), { src: `data:image/svg+xml,${encodeURIComponent(guard.strip)}`, alt: "Free distance of each guard sweep, in metres" });
+  const source = (svg) => `data:image/svg+xml,${encodeURIComponent(svg)}`;
+  const strip = Object.assign(document.createElement("img"), { src: source(guard.strip), alt: "Free distance of each guard sweep, in metres" });
   strip.style.maxWidth = "100%";
-  at("advice").replaceChildren(strip, element("pre", guard.sentences.join("\n")));
+  // Scaled down to a phone, the wide drawing's text would be 6 px high.
+  const narrow = Object.assign(document.createElement("source"), { srcset: source(guard.narrow), media: "(max-width: 640px)" });
+  const picture = document.createElement("picture");
+  picture.append(narrow, strip);
+  at("advice").replaceChildren(picture, element("pre", guard.sentences.join("\n")));
 }
 /** Marks the selected recording in the index and scrolls the index to it, without moving the page. */
 function showIndex() {

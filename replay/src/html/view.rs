@@ -20,7 +20,8 @@ use crate::replay::{self, Options, Scanned};
 use crate::score;
 use crate::setup::{self, Kind};
 use crate::sweeps::score::GuardAnswer;
-use crate::sweeps::{self, strip, truth};
+use crate::sweeps::strip::{self, StripLayout};
+use crate::sweeps::{self, truth};
 use crate::views::true_edges;
 
 /// Returns the page's entry for a recording that could not be read or scanned; `why` is shown in
@@ -86,7 +87,8 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
             "status": status.as_str(),
             "summary": format!("{}{judged}", counted(words.len(), "guard sweep")),
             "sentences": words.iter().map(|word| &word.sentence).collect::<Vec<_>>(),
-            "strip": strip::svg(&words, truth.as_ref()),
+            "strip": strip::svg(&words, truth.as_ref(), &StripLayout::WIDE),
+            "narrow": strip::svg(&words, truth.as_ref(), &StripLayout::NARROW),
         },
     });
     Ok(Entry { data, rank })

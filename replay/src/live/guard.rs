@@ -179,7 +179,7 @@ impl Guard {
 }
 
 /// Returns the text for the hazard that ends the free distance.
-pub const fn ended(ending: HazardKind) -> &'static str {
+const fn ended(ending: HazardKind) -> &'static str {
     match ending {
         HazardKind::None => "nothing in range",
         HazardKind::Rise => "then a rise",

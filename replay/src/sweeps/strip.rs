@@ -9,9 +9,42 @@ use super::truth::Truth;
 use crate::answer::metres;
 use crate::guarded::Guarded;
 
-/// Size of the SVG, and the rectangle of the plot (left, top, right, bottom), pixels.
-const SIZE: [f64; 2] = [760.0, 300.0];
-const AREA: [f64; 4] = [52.0, 30.0, 748.0, 256.0];
+/// Sizes of the drawing, pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct StripLayout {
+    /// Width and height of the SVG.
+    size: [f64; 2],
+    /// Rectangle of the plot: left, top, right, bottom.
+    area: [f64; 4],
+    /// Number of legend entries in a row, and the distance from one to the next.
+    legend: (usize, f64),
+}
+
+impl StripLayout {
+    /// For a screen: wide.
+    pub const WIDE: Self = Self {
+        size: [760.0, 300.0],
+        area: [52.0, 30.0, 748.0, 256.0],
+        legend: (4, 130.0),
+    };
+    /// For a phone: not scaled down at 390 pixels, of which the page's margins take 32.
+    pub const NARROW: Self = Self {
+        size: [356.0, 300.0],
+        area: [44.0, 50.0, 350.0, 256.0],
+        legend: (2, 150.0),
+    };
+
+    /// Converts a distance (metres) to a vertical position (pixels).
+    fn height(&self, m: f64) -> f64 {
+        let [_, top, _, bottom] = self.area;
+        bottom - (bottom - top) * m.clamp(0.0, TOP_M) / TOP_M
+    }
+}
+
+/// Minimum distance between the numbers of two sweeps, pixels.
+const NUMBER: f64 = 22.0;
+/// Height of a row of the legend, pixels.
+const LEGEND_ROW: f64 = 20.0;
 /// Distance at the top of the plot, metres: hazards beyond 2.5 m are not counted.
 const TOP_M: f64 = 2.5;
 /// Fraction of the width of a sweep's column that its bar takes.
@@ -26,23 +59,18 @@ const COLOURS: [(Status, &str, &str); 3] = [
 /// Colour of the mark of the true hazard.
 const TRUTH: &str = "#d55e00";
 
-/// Converts a distance (metres) to a vertical position in the SVG (pixels).
-fn height(m: f64) -> f64 {
-    let [_, top, _, bottom] = AREA;
-    bottom - (bottom - top) * m.clamp(0.0, TOP_M) / TOP_M
-}
-
 /// Returns the plot of a recording's sweeps as an SVG document: the answers `words`, one per sweep,
 /// and the true hazards.
-pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
-    let [left, _, right, bottom] = AREA;
+pub fn svg(words: &[Guarded], truth: Option<&Truth>, layout: &StripLayout) -> String {
+    let [left, _, right, bottom] = layout.area;
     let width = (right - left) / words.len().max(1) as f64;
-    let [w, h] = SIZE;
+    let [w, h] = layout.size;
+    let numbered = numbers_apart(width);
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
          font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
     );
-    axes(&mut out);
+    axes(&mut out, layout);
     for (k, word) in words.iter().enumerate() {
         let (x, status) = (left + width * k as f64, word.line.status);
         let colour = COLOURS.iter().find(|(s, _, _)| *s == status);
@@ -51,7 +79,7 @@ pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
         let top = word
             .line
             .free
-            .map_or(bottom - 3.0, |free| height(metres(free)));
+            .map_or(bottom - 3.0, |free| layout.height(metres(free)));
         let bar = [
             x + 0.5 * (1.0 - BAR) * width,
             top,
@@ -59,7 +87,7 @@ pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
             bottom - top,
         ];
         rectangle(&mut out, bar, colour);
-        if words.len() <= 30 || k % 10 == 0 {
+        if k % numbered == 0 {
             let middle = x + 0.5 * width;
             text(
                 &mut out,
@@ -69,22 +97,38 @@ pub fn svg(words: &[Guarded], truth: Option<&Truth>) -> String {
             );
         }
         if let Some(Some(hazard)) = truth.and_then(|truth| truth.get(k)) {
-            rectangle(&mut out, [x, height(hazard.at_m) - 1.0, width, 2.0], TRUTH);
+            rectangle(
+                &mut out,
+                [x, layout.height(hazard.at_m) - 1.0, width, 2.0],
+                TRUTH,
+            );
         }
     }
-    legend(&mut out, truth.is_some());
+    legend(&mut out, truth.is_some(), layout);
     out + "</svg>\n"
 }
 
+/// Returns how many sweeps further the next number stands, for columns of this width (pixels): 1, 2 or 5 times a power
+/// of ten.
+fn numbers_apart(width: f64) -> usize {
+    let steps = (0..6).flat_map(|power| [1, 2, 5].map(|step| step * 10_usize.pow(power)));
+    let mut far_enough = steps.filter(|step| *step as f64 * width >= NUMBER);
+    far_enough.next().unwrap_or(1_000_000)
+}
+
 /// Draws a grid line, labelled with its distance, every half metre.
-fn axes(out: &mut String) {
-    let [left, _, right, bottom] = AREA;
+fn axes(out: &mut String, layout: &StripLayout) {
+    let [left, _, right, bottom] = layout.area;
     for half in 0..=5 {
         let m = 0.5 * f64::from(half);
-        rectangle(out, [left, height(m) - 0.5, right - left, 1.0], "#d0d0d0");
+        rectangle(
+            out,
+            [left, layout.height(m) - 0.5, right - left, 1.0],
+            "#d0d0d0",
+        );
         text(
             out,
-            [left - 6.0, height(m) + 4.0],
+            [left - 6.0, layout.height(m) + 4.0],
             "end",
             &format!("{m:.1} m"),
         );
@@ -98,16 +142,19 @@ fn axes(out: &mut String) {
 }
 
 /// Draws the legend of the colours, with the true hazard's if `truth`.
-fn legend(out: &mut String, truth: bool) {
-    let [left, top, ..] = AREA;
+fn legend(out: &mut String, truth: bool, layout: &StripLayout) {
+    let ([left, top, ..], (columns, apart)) = (layout.area, layout.legend);
+    // The last row stands 20 pixels above the plot, as if all four entries were there.
+    let rows = (COLOURS.len() + 1).div_ceil(columns);
     let bars = COLOURS
         .iter()
         .map(|(_, colour, name)| (*colour, format!("free, {name}")));
     let line = truth.then(|| (TRUTH, "first hazard".to_owned()));
     for (k, (colour, name)) in bars.chain(line).enumerate() {
-        let x = left + 130.0 * k as f64;
-        rectangle(out, [x, top - 20.0, 12.0, 10.0], colour);
-        text(out, [x + 17.0, top - 11.0], "start", &name);
+        let x = left + apart * (k % columns) as f64;
+        let y = top - LEGEND_ROW * (rows - k / columns) as f64;
+        rectangle(out, [x, y, 12.0, 10.0], colour);
+        text(out, [x + 17.0, y + 9.0], "start", &name);
     }
 }
 
@@ -144,7 +191,7 @@ mod tests {
             at_m: 1.25,
             kind: HazardKind::Rise,
         };
-        let drawn = svg(&words, Some(&vec![Some(hazard), None]));
+        let drawn = svg(&words, Some(&vec![Some(hazard), None]), &StripLayout::WIDE);
         // Half of the height: 1.25 of 2.5 m.
         assert!(
             drawn.contains("y=\"143.0\" width=\"278.4\" height=\"113.0\" fill=\"#0072b2\""),
@@ -157,6 +204,56 @@ mod tests {
                 .count(),
             1
         );
-        assert!(!svg(&words, None).contains(TRUTH));
+        assert!(!svg(&words, None, &StripLayout::WIDE).contains(TRUTH));
+    }
+
+    /// Returns the numbers after `key="` in `drawn`.
+    fn numbers(drawn: &str, key: &str) -> Vec<f64> {
+        let mark = format!(" {key}=\"");
+        let values = drawn.split(&mark).skip(1);
+        values
+            .filter_map(|rest| rest.split('"').next()?.parse().ok())
+            .collect()
+    }
+
+    #[test]
+    fn a_phone_gets_a_drawing_of_its_width_with_text_of_full_size() {
+        let body = "PSTR,GUARD,1,ok,1250.0,rise,99.8,";
+        let sentence = format!("${body}*{:08X}", stairscan::report::sentence::crc32(body));
+        let word = Guarded::parse(0, vec![sentence]).unwrap().remove(0);
+        let words: Vec<Guarded> = (1..=120)
+            .map(|sweep| Guarded {
+                sweep,
+                ..word.clone()
+            })
+            .collect();
+        let truth = vec![None; 120];
+        let drawn = svg(&words, Some(&truth), &StripLayout::NARROW);
+        // 390 pixels less the page's margins.
+        assert!(drawn.contains("width=\"356\"") && drawn.contains("font-size=\"12\""));
+        assert!(
+            numbers(&drawn, "x")
+                .iter()
+                .all(|x| (0.0..=356.0).contains(x)),
+            "{drawn}"
+        );
+        // 7 pixels a character of 12 pixels: no entry of the legend runs into the next or out of the drawing.
+        let (_, apart) = StripLayout::NARROW.legend;
+        let longest = COLOURS
+            .iter()
+            .map(|(_, _, name)| "free, ".len() + name.len())
+            .max()
+            .unwrap();
+        assert!(17.0 + 7.0 * longest as f64 <= apart);
+        assert!(44.0 + apart + 17.0 + 7.0 * "first hazard".len() as f64 <= 356.0);
+        // Every tenth sweep has its number: 25 pixels from one to the next.
+        assert!(
+            drawn.contains(">11</text>") && !drawn.contains(">2</text>"),
+            "{drawn}"
+        );
+        assert_eq!(
+            [306.0, 116.0, 23.2, 6.2, 0.3].map(numbers_apart),
+            [1, 1, 1, 5, 100]
+        );
     }
 }
