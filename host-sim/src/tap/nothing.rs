@@ -4,6 +4,7 @@ use stairscan::signal::radar::wire::LINK_BAUD;
 
 use super::pace::Pace;
 use super::scans::Tap;
+use crate::live::talker::sender;
 use crate::live::trouble::UnexpectedData;
 
 /// Returns the reason, as text, why there is no scan to write.
@@ -41,7 +42,7 @@ pub fn instead(tap: &Tap, pace: &Pace) -> Option<String> {
         UnexpectedData::Silence | UnexpectedData::Damaged | UnexpectedData::Unknown(_) => {
             "sentences of the report: this is the report port, which --report reads".to_owned()
         }
-        UnexpectedData::Others(line) => format!("text of another device: {line}"),
+        UnexpectedData::Others(line) => format!("text of {}: {line}", sender(line)),
         UnexpectedData::Noise | UnexpectedData::Link => format!(
             "bytes of another speed or another device; the link's is {LINK_BAUD} baud until another is agreed on, \
              at most {}. Does the adapter support it?",
@@ -68,7 +69,11 @@ mod tests {
         assert!(said(b"").starts_with("nothing was received"));
         for (bytes, part) in [
             (&b"\xfe\x80\xf8"[..], "another speed"),
-            (b"login: ", "text of another device: login: "),
+            (b"hello: ", "text of another device: hello: "),
+            (
+                b"$GPGGA,1,2*47",
+                "text of a GPS receiver (NMEA 0183, talker GP): $GPGGA",
+            ),
             (b"$PSTR,DONE,stop*00", "this is the report port"),
         ] {
             let text = said(bytes);

@@ -190,7 +190,8 @@ fn what_is_no_log_is_explained() {
     let path = dir.path().join("boot.txt");
     for (bytes, part) in [
         (&b""[..], "it is empty"),
-        (b"U-Boot 2024\n", "another device sends"),
+        (b"hello\n", "another device sends"),
+        (b"U-Boot 2024\n", "the boot loader U-Boot sends"),
     ] {
         fs::write(&path, bytes).unwrap();
         for args in [

@@ -1,7 +1,7 @@
 //! One reader of the report: each of the program's readers, and the C parser, take the same sentences from the same bytes.
 
-use std::io::Write;
-use std::process::{Command, Stdio};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,8 @@ use host_sim::update::wire::{Link, Wire};
 use stairscan::report::Sentence;
 use stairscan::report::sentence::crc32;
 
-use crate::common::Scratch;
+use crate::common::scanner::Scanner;
+use crate::common::{Scratch, sim};
 
 const SCAN: &str = "$PSTR,SCAN,1,ok,up,3,0,,1000.0,98.9,0,100152FB,0*48425B4C";
 const STEPS: [&str; 3] = [
@@ -220,4 +221,56 @@ fn every_reader_takes_the_same_sentences() {
         let expected = format!("no crash in {} sentence{plural}:", sentences.len());
         assert!(crash.starts_with(&expected), "{name}: {crash}");
     }
+}
+
+/// A receiver's sentences, the second cut off and the last by which it is not recognised.
+const GPS: &str = "$GNRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*74\r\n\
+    $GPGGA,123519,4807.038,N,01131.\r\n+GPSRD:0";
+const NAMED: &str = "a GPS receiver (NMEA 0183, talker GP)";
+
+/// Starts a command that reads `port` until it is ended.
+fn started(args: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+fn every_reader_names_the_device_that_sends_in_place_of_a_scanner() {
+    let dir = Scratch::new("streams-gps");
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (settings, recording) = (path("a.toml"), path("a"));
+    let gps = Scanner::scripted(|| GPS.to_owned(), |_| Vec::new());
+    let port = gps.path.clone();
+    for args in [
+        &["doctor", &port][..],
+        &["settings", &port, "--get", &settings],
+        &["update", &port, "--show"],
+    ] {
+        let output = sim(args);
+        let all = [&output.stdout[..], &output.stderr].concat();
+        let text = String::from_utf8_lossy(&all);
+        assert!(!output.status.success(), "{args:?}");
+        assert!(text.contains(NAMED), "{args:?}: {text}");
+        assert!(!text.contains("another device"), "{args:?}: {text}");
+    }
+    let mut live = started(&["live", &port]);
+    let lines = BufReader::new(live.stdout.take().unwrap()).lines();
+    let mut lines = lines.map_while(Result::ok);
+    assert!(lines.any(|line| line.contains(NAMED)), "live");
+    live.kill().unwrap();
+    live.wait().unwrap();
+
+    let mut record = started(&["record", &port, "-o", &recording]);
+    std::thread::sleep(Duration::from_secs(3));
+    gps.unplug();
+    let mut text = String::new();
+    let errors = record.stderr.take().unwrap();
+    BufReader::new(errors).read_to_string(&mut text).unwrap();
+    assert!(!record.wait().unwrap().success());
+    assert!(text.contains(NAMED), "record: {text}");
 }

@@ -3,6 +3,7 @@
 use stairscan::report::{ParseError, Sentence};
 
 use super::lines::Splitter;
+use super::talker;
 use super::trouble::{REPORT_BAUD, UnexpectedData};
 
 /// Kind of a line that is no intact sentence.
@@ -42,7 +43,8 @@ pub struct Arrived {
     pub sentences: u64,
     /// Number of damaged sentences since the port was opened.
     pub damaged: u64,
-    /// Number of lines of each kind since the last intact sentence, and the last one.
+    /// Number of lines of each kind since the last intact sentence, and the last one, or the last by which its device is
+    /// recognised.
     counts: [(u64, String); 5],
     pending: String,
 }
@@ -62,7 +64,9 @@ impl Arrived {
                 self.damaged += u64::from(kind == Kind::Damaged);
                 let (count, last) = &mut self.counts[kind as usize];
                 *count += 1;
-                line.clone_into(last);
+                if talker::known(last).is_none() || talker::known(line).is_some() {
+                    line.clone_into(last);
+                }
                 false
             }
         }
@@ -150,6 +154,12 @@ mod tests {
         assert_eq!(kind(b"$PSTR,LIVE,sc"), "Damaged");
         // Its checksum is of two digits: no sentence of a scanner, and not a damaged one.
         assert!(kind(b"$GPGGA,1,2*47\r\n").starts_with("Others"));
+        // A line that names no device does not hide the one that does.
+        assert_eq!(
+            kind(b"x\n$GPGGA,1,2*47\r\ny\n"),
+            "Others(\"$GPGGA,1,2*47\")"
+        );
+        assert_eq!(kind(b"x\ny\n"), "Others(\"y\")");
         let done = framed("PSTR,DONE,stop");
         assert_eq!(kind(done.as_bytes()), "Silence");
         let (loader, noise) = (framed("PSTR,LOADER,,0,x"), b"\xf0\x82\xff\n");

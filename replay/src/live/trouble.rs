@@ -1,5 +1,7 @@
 //! Explanations and remedies for faults of a port.
 
+use super::talker::sender;
+
 /// Cause for which a port cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
@@ -72,7 +74,7 @@ pub enum UnexpectedData<'a> {
     Silence,
     /// Bytes that are not text: probably another baud rate.
     Noise,
-    /// Text lines of another device; the last one.
+    /// Text lines of another device; the last one, or the last by which the device is recognised.
     Others(&'a str),
     /// Sentences with a right checksum that this program does not know, such as the boot loader's; the last one.
     Unknown(&'a str),
@@ -117,7 +119,7 @@ impl UnexpectedData<'_> {
                 ],
             ),
             Self::Others(line) => (
-                "another device sends here: text, but no sentence of a scanner".to_owned(),
+                format!("{} sends here: text, but no sentence of a scanner", sender(line)),
                 vec![
                     format!("Received: {}", line.chars().take(70).collect::<String>()),
                     "A wrong port? `cargo sim live` without a port lists those there are.".to_owned(),

@@ -126,6 +126,7 @@ fn a_log_without_sentences_is_explained() {
     for (bytes, part) in [
         (&b""[..], "it is empty"),
         (b"boot\nlogin:\n", "another device"),
+        (b"$GPGGA,1,2*47\r\n", "a GPS receiver"),
         (b"$PSTR,DONE,stop*00000000\n", "damaged"),
         (b"\xff\xfe\x80\n", "not text"),
         (b"\xf0\xfe\x80\n", "not text"),
