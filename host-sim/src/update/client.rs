@@ -472,3 +472,19 @@ pub fn version(package: &Package) -> String {
         |header| format!("{}, number {}", header.name(), header.number),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_device_in_place_of_a_scanner_is_named() {
+        let mut arrived = Arrived::default();
+        arrived.line("$GPGGA,1,2*47");
+        let why = no_loader(&arrived);
+        assert!(
+            why.starts_with("a GPS receiver (NMEA 0183, talker GP) sends"),
+            "{why}"
+        );
+    }
+}
