@@ -1,5 +1,5 @@
 //! Output files of commands. A command never overwrites its inputs, overwrites other existing files only with
-//! `--force`, and writes each file completely or not at all.
+//! `--force`, and writes each file completely or not at all. While another program writes it, it is refused.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use crate::convert::suffix;
-use crate::recording::{DATA_SUFFIX, Readers, Recording, meta_path, write_together};
+use crate::recording::{Content, DATA_SUFFIX, Readers, Recording, meta_path, write_together};
 
 /// The option that all commands with an output share.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -102,6 +102,25 @@ impl Outputs {
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         self.check(path)?;
         write_together(&[(path, bytes, Readers::All)], || self.check(path))
+    }
+
+    /// Writes the files of a folder, by name: all of them or none, so that two programs do not mix theirs. Creates the
+    /// folder if it is missing.
+    ///
+    /// # Errors
+    /// Those of [`Self::check`] for each file, another program is writing one of them, or one cannot be written; the
+    /// message names it.
+    pub fn write_folder(&self, dir: &Path, files: &[(String, Vec<u8>)]) -> Result<()> {
+        no_stdout(dir)?;
+        let paths: Vec<PathBuf> = files.iter().map(|(name, _)| dir.join(name)).collect();
+        let check = || paths.iter().try_for_each(|path| self.check(path));
+        check()?;
+        fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+        let contents = paths.iter().zip(files);
+        let contents: Vec<Content<'_>> = contents
+            .map(|(path, (_, bytes))| (path.as_path(), &bytes[..], Readers::All))
+            .collect();
+        write_together(&contents, check)
     }
 
     /// Writes a file as [`Self::write`] does, and creates its directory if that is missing.

@@ -2,7 +2,6 @@
 //! meanings of the report's reasons. Completions and manual pages are generated from the same command.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -14,7 +13,7 @@ use clap_mangen::Man;
 use stairscan::verdict::Reason;
 
 use super::emit;
-use crate::output::{Overwrite, no_stdout};
+use crate::output::Overwrite;
 
 /// Name of the installed program; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
@@ -163,8 +162,6 @@ pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitC
 /// Writes the manual pages: one of the program, one of each command.
 pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     let dir = &args.dir;
-    no_stdout(dir)?;
-    fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
     let mut command = command
         .name(PROGRAM)
         .bin_name(PROGRAM)
@@ -177,14 +174,16 @@ pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     }
     ensure!(pages.len() > 1, "the program has no commands");
     let count = pages.len();
-    let outputs = args.overwrite.reading::<&PathBuf>([]);
+    let mut files = Vec::new();
     for (name, part) in pages {
         let mut text = Vec::new();
         Man::new(part).render(&mut text)?;
         // The examples use the alias of the repository.
         let text = String::from_utf8(text)?.replace("cargo sim", PROGRAM);
-        outputs.write(&dir.join(format!("{name}.1")), text.as_bytes())?;
+        files.push((format!("{name}.1"), text.into_bytes()));
     }
+    let outputs = args.overwrite.reading::<&PathBuf>([]);
+    outputs.write_folder(dir, &files)?;
     let first = dir.join(format!("{PROGRAM}.1"));
     emit(&format!(
         "{count} pages in {}: man {}\n",

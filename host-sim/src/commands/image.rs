@@ -38,20 +38,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         false => files("stairscan", &signed(args.key.as_deref())?)?,
     };
     let outputs = args.overwrite.reading(&args.key);
-    // All or none.
-    for (name, _, _) in &files {
-        outputs.check(&args.output.join(name))?;
-    }
+    let mut lines = String::new();
+    let mut contents = Vec::new();
     for (name, address, bytes) in files {
-        let path = args.output.join(name);
-        outputs.write_picture(&path, &bytes)?;
+        let path = args.output.join(&name);
         let place = address.map_or_else(String::new, |at| format!(", for address 0x{at:08x}"));
-        emit(&format!(
-            "{}: {} bytes{place}\n",
-            path.display(),
-            bytes.len()
-        ));
+        lines += &format!("{}: {} bytes{place}\n", path.display(), bytes.len());
+        contents.push((name, bytes));
     }
+    outputs.write_folder(&args.output, &contents)?;
+    emit(&lines);
     Ok(ExitCode::SUCCESS)
 }
 

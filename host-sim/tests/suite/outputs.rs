@@ -1,7 +1,7 @@
 //! Tests that outputs replace no input, and another existing file only with `--force`.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::common::{Scratch, sim};
@@ -123,6 +123,92 @@ fn an_existing_file_is_replaced_with_force_only() {
     }
     let parts = contents(&scratch);
     assert!(!parts.iter().any(|(name, _)| name.ends_with(".part")));
+}
+
+/// Takes the place of a program that is writing `path`: its temporary file, locked.
+fn writing(path: &Path) -> (fs::File, PathBuf) {
+    let part = PathBuf::from(format!("{}.part", path.display()));
+    let file = fs::File::create(&part).unwrap();
+    file.lock().unwrap();
+    (file, part)
+}
+
+#[test]
+fn of_two_writers_the_second_is_refused_and_nothing_is_mixed() {
+    let scratch = Scratch::new("outputs-two-writers");
+    let [name, ..] = &recording(&scratch);
+    let path = |file: &str| scratch.path().join(file);
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let [table, copy, manual] = ["table.csv", "copy", "manual"].map(path);
+    fs::create_dir(&manual).unwrap();
+    let [table_text, copy_text, manual_text] = [&table, &copy, &manual].map(|path| text(path));
+    for (args, busy) in [
+        (&["convert", name, "-o", &table_text][..], table.clone()),
+        // The second of both files, and one of many.
+        (
+            &["convert", name, "-o", &copy_text],
+            copy.with_extension("sigmf-data"),
+        ),
+        (&["man", &manual_text], manual.join("host-sim-web.1")),
+    ] {
+        let (file, part) = writing(&busy);
+        let args = [args, &["--force"]].concat();
+        let out = sim(&args);
+        let message = String::from_utf8(out.stderr).unwrap();
+        let expected = format!("error: {}: another program is writing it", busy.display());
+        assert_eq!(out.status.code(), Some(1), "{args:?}: {message}");
+        assert!(message.contains(&expected), "{args:?}: {message}");
+        drop(file);
+        fs::remove_file(part).unwrap();
+        // Of those that belong together, none was written.
+        assert_eq!(fs::read_dir(&manual).unwrap().count(), 0, "{args:?}");
+        assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 3, "{args:?}");
+    }
+}
+
+#[test]
+fn two_writers_at_once_leave_the_files_of_one() {
+    let scratch = Scratch::new("outputs-race");
+    let recordings = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let output = scratch.path().join("out");
+    let files = |path: &Path| {
+        ["sigmf-meta", "sigmf-data"].map(|suffix| fs::read(path.with_extension(suffix)).unwrap())
+    };
+    let start = |name: &str, to: &Path| {
+        Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(["convert", "--force", "-o"])
+            .args([to, &recordings.join(name)])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let names = ["stair_a", "stair_b"];
+    for name in names {
+        assert!(start(name, &output).wait().unwrap().success());
+        fs::create_dir(scratch.path().join(name)).unwrap();
+        for suffix in ["sigmf-meta", "sigmf-data"] {
+            let from = output.with_extension(suffix);
+            fs::rename(
+                &from,
+                scratch.path().join(name).join(from.file_name().unwrap()),
+            )
+            .unwrap();
+        }
+    }
+    let whole = names.map(|name| files(&scratch.path().join(name).join("out")));
+    for _ in 0..10 {
+        let both = names.map(|name| start(name, &output));
+        for child in both {
+            let done = child.wait_with_output().unwrap();
+            let message = String::from_utf8(done.stderr).unwrap();
+            let refused = message.contains("out.sigmf-") && message.contains("another program");
+            assert!(done.status.success() || refused, "{message}");
+        }
+        assert!(whole.contains(&files(&output)));
+    }
+    let left = fs::read_dir(scratch.path()).unwrap().count();
+    assert_eq!(left, 4, "a temporary file is left");
 }
 
 #[test]
