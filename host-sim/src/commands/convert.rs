@@ -30,12 +30,13 @@ pub struct Args {
     /// Output; its suffix selects the format: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Rows of a .csv: a step (or a scan without), an answer, an echo, or a cell of the polar map; reasons: docs/reasons.md
+    /// Rows of a .csv: a step (or a scan without), an answer, a guard sweep of a log, an echo, or a cell of the polar map;
+    /// reasons: docs/reasons.md
     #[arg(
         long,
         value_enum,
         default_value_t,
-        value_name = "steps|answers|echoes|map",
+        value_name = "steps|answers|sweeps|echoes|map",
         hide_possible_values = true
     )]
     table: Table,
@@ -102,6 +103,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if let Some(logs) = logs::all(&args.inputs)? {
         return of_logs(args, &output, &logs);
     }
+    ensure!(
+        args.table != Table::Sweeps,
+        "--table sweeps: expected a log of sentences, not a recording: cargo sim replay prints its guard sweeps"
+    );
     let paths = inputs(&args.inputs)?;
     ensure!(
         paths.len() == 1 || matches!(output, Output::Table),
@@ -147,6 +152,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.inputs);
     outputs.check(&args.output)?;
+    if args.table == Table::Sweeps {
+        return sweeps_of_logs(args, output, logs, &outputs);
+    }
     let mut all = Vec::new();
     for log in logs {
         all.extend(logs::scans(log)?);
@@ -161,11 +169,33 @@ fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
             summary(&all, "rows of")
         }
         _ => bail!(
-            "{}: a log has sentences only, no chirps: expected .mcap, or .csv with --table answers or steps",
+            "{}: a log has sentences only, no chirps: expected .mcap, or .csv with --table answers, steps or sweeps",
             logs.first().map_or("", |log| &log.name)
         ),
     };
     emit(&format!("{}: {summary}\n", args.output.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the guard sweeps of logs, and prints their number.
+fn sweeps_of_logs(
+    args: &Args,
+    output: &Output,
+    logs: &[Log],
+    outputs: &Outputs,
+) -> Result<ExitCode> {
+    let file = args.output.display();
+    ensure!(
+        matches!(output, Output::Table),
+        "{file}: --table sweeps: expected .csv"
+    );
+    let mut all = Vec::new();
+    for log in logs {
+        all.extend(logs::sweeps(log)?);
+    }
+    outputs.write(&args.output, &tables::sweeps(&all)?)?;
+    let count = counted(all.len(), "guard sweep");
+    emit(&format!("{file}: rows of {count}\n"));
     Ok(ExitCode::SUCCESS)
 }
 

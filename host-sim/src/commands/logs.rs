@@ -4,10 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use stairscan::report::GuardLine;
 
 use crate::convert::scans::{SECOND_NS, Scan};
 use crate::convert::suffix;
-use crate::live::log::{self, Log};
+use crate::counted::counted;
+use crate::guarded::Guarded;
+use crate::live::log::{self, Log, Logged};
 use crate::recording::{self, DATA_SUFFIX, META_SUFFIX};
 
 /// Suffixes of files that are no logs.
@@ -98,13 +101,45 @@ pub fn all(paths: &[PathBuf]) -> Result<Option<Vec<Log>>> {
 pub fn scans(log: &Log) -> Result<Vec<Scan>> {
     let begun_ms = log.begun_ms.unwrap_or(0);
     let answers = log.answers();
-    let sweeps = log.sweeps().count();
+    let sweeps = match log.sweeps().count() {
+        0 => "no guard sweep".to_owned(),
+        some => format!(
+            "{}: cargo sim convert --table sweeps -o FILE.csv",
+            counted(some, "guard sweep")
+        ),
+    };
     ensure!(
         !answers.is_empty(),
-        "{}: no complete answer in {} lines ({sweeps} guard sweeps)",
+        "{}: no complete answer in {} lines ({sweeps})",
         log.name,
         log.lines.len()
     );
     let scan = |(at, answer)| Scan::from_sentences(&answer, (begun_ms + at) * (SECOND_NS / 1000));
     Ok(answers.into_iter().map(scan).collect())
+}
+
+/// Returns the guard sweeps of a log, with their times, ns, as [`scans`] counts them.
+///
+/// # Errors
+/// The log has no guard sweep.
+pub fn sweeps(log: &Log) -> Result<Vec<(u64, Guarded)>> {
+    let begun_ms = log.begun_ms.unwrap_or(0);
+    let sweep = |(line, contents): (&Logged, GuardLine)| {
+        let stamp_ns = (begun_ms + line.at) * (SECOND_NS / 1000);
+        let guarded = Guarded {
+            recording: log.name.clone(),
+            sentence: line.text.clone(),
+            sweep: contents.sweep,
+            line: contents,
+        };
+        (stamp_ns, guarded)
+    };
+    let sweeps: Vec<_> = log.sweeps().map(sweep).collect();
+    ensure!(
+        !sweeps.is_empty(),
+        "{}: --table sweeps: no guard sweep in {} lines",
+        log.name,
+        log.lines.len()
+    );
+    Ok(sweeps)
 }

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use stairscan::report::sentence::crc32;
+
 use crate::common::scanner::Scanner;
 use crate::common::{Scratch, sim};
 
@@ -168,6 +170,67 @@ fn the_page_of_a_log_shows_answers_and_faults_over_time() {
         ["damaged", "silence", "silence", "fault", "damaged"]
     );
     assert_eq!(log["begun_ms"], 1_795_770_000_500_u64);
+}
+
+/// A log with guard sweeps only, of which the third fails.
+const SWEEPS: [&str; 3] = [
+    "PSTR,GUARD,7,ok,1000.0,rise,99.8,",
+    "PSTR,GUARD,8,degraded,912.5,unknown,97.3,lost-rows+weak-echoes",
+    "PSTR,GUARD,9,fault,,unknown,0.0,motor-stall",
+];
+
+#[test]
+fn a_log_of_guard_sweeps_becomes_a_table() {
+    let dir = Scratch::new("logs-sweeps");
+    let [log, table, other] =
+        ["guard.log", "sweeps.csv", "sweeps.mcap"].map(|name| dir.path().join(name));
+    let lines = SWEEPS.iter().zip([100, 350, 600]);
+    let lines = lines.map(|(body, at)| format!("{at} < ${body}*{:08X}\n", crc32(body)));
+    fs::write(&log, lines.collect::<String>()).unwrap();
+    let convert = ["convert", text(&log), "--table", "sweeps", "-o"];
+    let said = printed(&[&convert[..], &[text(&table)]].concat());
+    assert!(said.ends_with("rows of 3 guard sweeps\n"), "{said}");
+    assert_eq!(
+        fs::read_to_string(&table).unwrap(),
+        "time_s,recording,sweep,status,free_m,ending,confidence,reasons\n\
+         0.100,guard.log,7,ok,1.0,rise,0.998,\n\
+         0.350,guard.log,8,degraded,0.9125,unknown,0.973,lost-rows weak-echoes\n\
+         0.600,guard.log,9,fault,,unknown,0.0,motor-stall\n"
+    );
+    let refused = |args: &[&str], part: &str| {
+        let output = sim(args);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            !output.status.success() && error.contains(part),
+            "{args:?} {error}"
+        );
+    };
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
+    refused(
+        &[&convert[..], &[text(&other)]].concat(),
+        "--table sweeps: expected .csv",
+    );
+    // Without the option, it is named.
+    refused(
+        &["convert", text(&log), "-o", text(&other)],
+        "--table sweeps",
+    );
+    refused(
+        &["convert", recording, "--table", "sweeps", "-o", "x.csv"],
+        "expected a log of sentences",
+    );
+    let answers = self::log(dir.path());
+    refused(
+        &[
+            "convert",
+            text(&answers),
+            "--table",
+            "sweeps",
+            "-o",
+            "x.csv",
+        ],
+        "no guard sweep",
+    );
 }
 
 #[test]

@@ -1,10 +1,11 @@
-//! CSV files (RFC 4180) of steps, echoes or map cells, with a heading.
+//! CSV files (RFC 4180) of steps, answers, guard sweeps, echoes or map cells, with a heading.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::ValueEnum;
 use serde_json::Value;
 
 use super::scans::{SECOND_NS, Scan};
+use crate::guarded::Guarded;
 
 /// What a table holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -14,6 +15,8 @@ pub enum Table {
     Steps,
     /// One row per answer, with its time and the number of its steps
     Answers,
+    /// One row per guard sweep of a log, with its time
+    Sweeps,
     /// One row per echo
     Echoes,
     /// One row per cell of the polar map
@@ -63,6 +66,17 @@ const ECHO: [&str; 10] = [
     "role",
     "against",
 ];
+/// Columns of a guard sweep.
+const SWEEP: [&str; 8] = [
+    "time_s",
+    "recording",
+    "sweep",
+    "status",
+    "free_m",
+    "ending",
+    "confidence",
+    "reasons",
+];
 /// Columns of a map cell.
 const CELL: [&str; 7] = [
     "row",
@@ -90,7 +104,7 @@ fn pick(value: &Value, keys: &[&str]) -> Vec<String> {
 /// Returns the CSV file with a table of these scans.
 ///
 /// # Errors
-/// None: writing to memory does not fail.
+/// The table is of guard sweeps, which [`sweeps`] writes.
 pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Result<Vec<u8>> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     match table {
@@ -104,6 +118,7 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
         Table::Answers => {
             csv.write_record(["time_s"].iter().chain(&SCAN).chain(&ANSWER).chain(&GROUND))?;
         }
+        Table::Sweeps => bail!("--table sweeps: expected guard sweeps, found scans"),
         Table::Echoes => csv.write_record(SCAN[..2].iter().chain(&ECHO))?,
         Table::Map => csv.write_record(SCAN[..2].iter().chain(&CELL))?,
     }
@@ -116,6 +131,7 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
                 echoes.iter().map(|echo| pick(echo, &ECHO)).collect()
             }
             Table::Map => cells(scan),
+            Table::Sweeps => Vec::new(),
         };
         let head = match table {
             Table::Steps => pick(&scan.json, &SCAN),
@@ -125,6 +141,29 @@ pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Res
         for row in rows {
             csv.write_record(head.iter().chain(&row))?;
         }
+    }
+    Ok(csv.into_inner()?)
+}
+
+/// Returns the CSV file of guard sweeps, each with its time, ns.
+///
+/// # Errors
+/// None: writing to memory does not fail.
+pub fn sweeps(sweeps: &[(u64, Guarded)]) -> Result<Vec<u8>> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    csv.write_record(SWEEP)?;
+    for (stamp_ns, sweep) in sweeps {
+        let json = sweep.json();
+        csv.write_record([
+            seconds(*stamp_ns),
+            cell(&json["recording"]),
+            cell(&json["guard"]),
+            cell(&json["status"]),
+            cell(&json["free_m"]),
+            cell(&json["what"]),
+            cell(&json["confidence"]),
+            words(&json["reasons"]),
+        ])?;
     }
     Ok(csv.into_inner()?)
 }
@@ -145,14 +184,22 @@ fn answer(scan: &Scan) -> Vec<String> {
 
 /// Returns the time of a scan's answer, s.
 fn time_s(scan: &Scan) -> String {
-    format!("{:.3}", scan.stamp_ns as f64 / SECOND_NS as f64)
+    seconds(scan.stamp_ns)
+}
+
+/// Formats a time as seconds.
+fn seconds(stamp_ns: u64) -> String {
+    format!("{:.3}", stamp_ns as f64 / SECOND_NS as f64)
 }
 
 /// Returns the reasons of a scan's answer, separated by spaces.
 fn reasons(scan: &Scan) -> String {
-    let list = scan.json["reasons"]
-        .as_array()
-        .map_or(&[][..], Vec::as_slice);
+    words(&scan.json["reasons"])
+}
+
+/// Formats a list of words, separated by spaces.
+fn words(list: &Value) -> String {
+    let list = list.as_array().map_or(&[][..], Vec::as_slice);
     list.iter().map(cell).collect::<Vec<_>>().join(" ")
 }
 
