@@ -172,6 +172,39 @@ mod tests {
         }
     }
 
+    /// Beginnings of commands in running text that are not checked, and what in them is no argument.
+    const NOT_CHECKED: &[(&str, &str)] = &[
+        ("COMMAND ", "a placeholder of the command"),
+        ("emulate --fault …", "an elided value"),
+        (
+            "replay REC --motion-fault FAULT",
+            "a placeholder of the value",
+        ),
+        ("simulate random:KIND ", "placeholders of numbers"),
+        ("timing [KEY=VALUE…]", "a placeholder of settings"),
+    ];
+
+    #[test]
+    fn every_command_in_running_text_is_what_the_program_takes() {
+        let names = ["cargo sim", "host-sim"];
+        let count = shared_documents::check_inline(&program(), &names, NOT_CHECKED);
+        assert!(count > 50, "only {count}");
+    }
+
+    #[test]
+    fn a_wrong_command_in_running_text_is_found() {
+        let document = "See `x` and `cargo sim replay\n--no-such REC`, `cargo sim no-such`; `cargo sim live`.\n\n\
+            ```sh\ncargo sim fenced\n```\n\nAn odd ` here.\n\n| `cargo sim inspect REC \\| wc` |\n";
+        let found = shared_documents::inline_commands(document, "cargo sim");
+        assert_eq!(
+            found,
+            ["replay --no-such REC", "no-such", "live", "inspect REC"]
+        );
+        let refused = |words: &str| shared_documents::refusal(&program(), words).is_some();
+        let refused: Vec<bool> = found.iter().map(|words| refused(words)).collect();
+        assert_eq!(refused, [true, true, false, false]);
+    }
+
     /// Every text in which users read answers contains all reasons with their meanings, from the library's table.
     #[test]
     fn every_reason_is_explained_wherever_answers_are_read() {

@@ -122,6 +122,18 @@ mod tests {
         }
     }
 
+    /// Beginnings of commands in running text that are not checked, and what in them is no argument.
+    const NOT_CHECKED: &[(&str, &str)] = &[
+        ("COMMAND ", "a placeholder of the command"),
+        ("ablate RULE", "a placeholder of the rule"),
+    ];
+
+    #[test]
+    fn every_command_in_running_text_is_what_the_program_takes() {
+        let count = shared_documents::check_inline(&program(), &["cargo study"], NOT_CHECKED);
+        assert!(count > 30, "only {count}");
+    }
+
     #[test]
     fn every_command_stands_in_one_group_and_has_examples_that_parse() {
         let command = Cli::command();

@@ -125,6 +125,82 @@ pub fn commands_of(alias: &str) -> Vec<Vec<String>> {
     .collect()
 }
 
+/// Returns the commands of `program` in the running text of a document: in backquotes, with their arguments, without pipes.
+pub fn inline_commands(document: &str, program: &str) -> Vec<String> {
+    let (mut text, mut fenced) = (String::new(), false);
+    for line in document.lines().map(str::trim) {
+        if line.starts_with("```") {
+            fenced = !fenced;
+        } else if !fenced {
+            // An odd backquote reaches to the end of its paragraph only.
+            text += if line.is_empty() { "\n" } else { " " };
+            text += line;
+        }
+    }
+    let quoted = text
+        .lines()
+        .flat_map(|paragraph| paragraph.split('`').skip(1).step_by(2));
+    let own = quoted.filter_map(|code| code.strip_prefix(program)?.strip_prefix(' '));
+    // A table's pipe has a backslash before it.
+    own.map(|words| {
+        let end = [" |", " \\|"].iter().filter_map(|pipe| words.find(pipe));
+        words[..end.min().unwrap_or(words.len())].to_owned()
+    })
+    .collect()
+}
+
+/// Returns why `program` does not take the words of a command in running text; `None` if it does. Such text may name a
+/// command without all its arguments.
+pub fn refusal(program: &clap::Command, words: &str) -> Option<clap::Error> {
+    use clap::error::ErrorKind;
+
+    let all = [program.get_name()]
+        .into_iter()
+        .chain(words.split_whitespace());
+    let error = program.clone().try_get_matches_from(all).err()?;
+    let short = matches!(
+        error.kind(),
+        ErrorKind::MissingRequiredArgument
+            | ErrorKind::MissingSubcommand
+            | ErrorKind::DisplayHelp
+            | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+    );
+    (!short).then_some(error)
+}
+
+/// Asserts that `program` takes every command in running text that begins with one of `names`, except those that begin
+/// with an entry of `not_checked`; and that each entry stands in a document. Returns the number of commands.
+pub fn check_inline(
+    program: &clap::Command,
+    names: &[&str],
+    not_checked: &[(&str, &str)],
+) -> usize {
+    let (mut count, mut left) = (0, Vec::new());
+    let mut failures = Vec::new();
+    for (path, text) in instructions() {
+        for words in names.iter().flat_map(|name| inline_commands(&text, name)) {
+            let entry = not_checked
+                .iter()
+                .position(|(begin, _)| words.starts_with(begin));
+            left.extend(entry);
+            if entry.is_some() {
+                continue;
+            }
+            count += 1;
+            let refused = refusal(program, &words);
+            failures.extend(refused.map(|error| format!("{}: `{words}`: {error}", path.display())));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    for (k, (begin, why)) in not_checked.iter().enumerate() {
+        assert!(
+            !why.is_empty() && left.contains(&k),
+            "{begin}: in no document"
+        );
+    }
+    count
+}
+
 pub fn name(path: &Path) -> String {
     path.file_name().unwrap().to_string_lossy().into_owned()
 }
