@@ -304,6 +304,27 @@ fn a_narrow_sector_gives_the_same_both_ways() {
     );
 }
 
+/// The distance of an edge that nothing shows was not a number.
+#[test]
+fn an_edge_that_nothing_shows_has_a_distance() {
+    const SEED: u64 = 6_607_558_781_853_071_796;
+    let mut config = Config::default();
+    config.sweep.angle_count = 185;
+    config.seed = SEED as u32;
+    config.mount.plane = crate::config::Planes::Height;
+    let steps = estimate(&blocks(&config, SEED, 2, 79), &config, false)
+        .answer
+        .steps;
+    assert!(steps.len() > 7, "{steps:?}");
+    assert!(
+        steps
+            .windows(2)
+            .all(|pair| pair[0].distance_m < pair[1].distance_m),
+        "{steps:?}"
+    );
+    assert!(steps.iter().all(|s| s.distance_sigma_m > 0.0), "{steps:?}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     #[test]

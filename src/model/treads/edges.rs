@@ -17,7 +17,7 @@ pub(super) const PER_NAT: f32 = 64.0;
 /// Minimum log-density of an edge relative to its largest one, nats: smaller ones count as this.
 pub(super) const MIN_NATS: f32 = -20.0;
 /// Density of an edge, relative to its largest one, at [`MIN_NATS`].
-const MIN_DENSITY: f32 = 2e-9;
+pub(super) const MIN_DENSITY: f32 = 2e-9;
 /// Maximum deviation of an edge from equal goings, in places of 1 cm.
 const ODD_PLACES: usize = 7;
 /// Share of all edges, by those that deviate, at each place within [`ODD_PLACES`] of equal goings.
@@ -45,7 +45,7 @@ impl EdgeSpread<'_> {
     pub fn at(&self, place: usize) -> f32 {
         let mut sum = 0.0;
         self.each(place, &mut |_, density| sum += density);
-        math::max(sum, f32::MIN_POSITIVE)
+        sum
     }
 
     /// For flights whose equal goings put the edge at `place`: calls `part` with each place where it may really lie,

@@ -3,7 +3,9 @@
 //! In: the density of each edge's place, given the levels of the treads. Out: the weight of these levels, and mean
 //! and variance of each edge's place. Log-densities are integers; their exponentials are in a table.
 
-use super::edges::{EdgeDensity, EdgeSpread, FIRST_PLACE_M, PER_NAT, PLACE_M, PLACES, place_m};
+use super::edges::{
+    EdgeDensity, EdgeSpread, FIRST_PLACE_M, MIN_DENSITY, PER_NAT, PLACE_M, PLACES, place_m,
+};
 use super::{Descending, TreadAt, WeighedTreads};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
@@ -130,12 +132,18 @@ impl Descending {
         let spread = EdgeSpread { density: &density };
         let mut places = [0.0; PLACES];
         for (place, &weight) in flights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-            let per = weight / spread.at(place);
-            spread.each(place, &mut |near, density| {
-                if let Some(sum) = places.get_mut(near) {
-                    *sum += per * density;
-                }
-            });
+            let sum = spread.at(place);
+            if sum > MIN_DENSITY {
+                let per = weight / sum;
+                spread.each(place, &mut |near, density| {
+                    if let Some(sum) = places.get_mut(near) {
+                        *sum += per * density;
+                    }
+                });
+            } else if let Some(sum) = places.get_mut(place) {
+                // An edge that nothing shows where a flight has it is where the flight has it.
+                *sum += weight;
+            }
         }
         self.estimate(&places)
     }
