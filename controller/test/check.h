@@ -1,4 +1,4 @@
-/* For the tests of stairscan.h: a scanner, the clock, the chair's travel, and how to send it sentences. */
+/* For the tests of stairscan.h: a scanner, the clock, the chair's travel, and how to send it sentences; random numbers. */
 #ifndef STAIRSCAN_CHECK_H
 #define STAIRSCAN_CHECK_H
 
@@ -49,6 +49,16 @@ static void start(void) {
     stairscan_init(&scanner, &rules);
     now = 0xFFFFF000u; /* the clock is about to wrap */
     travel = 1000;
+}
+
+static uint32_t seed = 1;
+
+/* Returns a random number below `end` (xorshift). */
+static uint32_t below(uint32_t end) {
+    seed ^= seed << 13;
+    seed ^= seed >> 17;
+    seed ^= seed << 5;
+    return seed % end;
 }
 
 #endif

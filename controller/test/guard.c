@@ -153,15 +153,6 @@ static void settings_are_compared(void) {
 
 /* ---- random damage ---- */
 
-static uint32_t seed = 1;
-
-static uint32_t below(uint32_t end) {
-    seed ^= seed << 13;
-    seed ^= seed >> 17;
-    seed ^= seed << 5;
-    return seed % end;
-}
-
 /* Sweeps in order, some lost, damaged or doubled, with arbitrary time and travel: the chair never drives on but by
  * the newest sweep, and never farther than that. */
 static void damaged_streams(uint32_t rounds) {

@@ -384,15 +384,6 @@ static void commands_are_written(void) {
 
 /* ---- random damage ---- */
 
-static uint32_t seed = 1;
-
-static uint32_t below(uint32_t end) {
-    seed ^= seed << 13;
-    seed ^= seed >> 17;
-    seed ^= seed << 5;
-    return seed % end;
-}
-
 /* Checks the invariants after any input. */
 static void holds(enum stairscan_event event) {
     stairscan_permit_t permit = stairscan_may(&scanner, now, travel);

@@ -349,15 +349,7 @@ mod tests {
             panic!("{silent:?}");
         };
         let verdict = stairscan::verdict::verdict(&Evidence {
-            assessment: Some(Assessment {
-                echo_found: true,
-                valid: Some(Validity {
-                    horizon_m: 2.0,
-                    confidence: 0.999,
-                    first_step: 1.0,
-                }),
-                ..Assessment::nothing(Agreement::STANDING)
-            }),
+            assessment: Some(testbed::sure()),
             ..Evidence::default()
         });
         (head.status, head.reasons, head.horizon) = (verdict.status, verdict.reasons, None);

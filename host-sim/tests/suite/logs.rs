@@ -3,13 +3,13 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
 use stairscan::report::sentence::crc32;
 
 use crate::common::scanner::Scanner;
-use crate::common::{Scratch, sim};
+use crate::common::{Scratch, sim, started};
 
 const ANSWER: [&str; 4] = [
     "$PSTR,SCAN,1,ok,up,3,0,,1000.0,98.9,0,100152FB,0*48425B4C",
@@ -41,14 +41,8 @@ fn log(dir: &Path) -> std::path::PathBuf {
 }
 
 /// Starts `live PORT --record DIR` without a terminal.
-fn recording(port: &Path, dir: &Path) -> std::process::Child {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["live", text(port), "--record", text(dir)])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+fn recording(port: &Path, dir: &Path) -> Child {
+    started(&["live", text(port), "--record", text(dir)])
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! One reader of the report: each of the program's readers, and the C parser, take the same sentences from the same bytes.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ use stairscan::report::Sentence;
 use stairscan::report::sentence::crc32;
 
 use crate::common::scanner::Scanner;
-use crate::common::{Scratch, sim};
+use crate::common::{Scratch, sim, started};
 
 const SCAN: &str = "$PSTR,SCAN,1,ok,up,3,0,,1000.0,98.9,0,100152FB,0*48425B4C";
 const STEPS: [&str; 3] = [
@@ -227,17 +227,6 @@ fn every_reader_takes_the_same_sentences() {
 const GPS: &str = "$GNRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*74\r\n\
     $GPGGA,123519,4807.038,N,01131.\r\n+GPSRD:0";
 const NAMED: &str = "a GPS receiver (NMEA 0183, talker GP)";
-
-/// Starts a command that reads `port` until it is ended.
-fn started(args: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(args)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
-}
 
 #[test]
 fn every_reader_names_the_device_that_sends_in_place_of_a_scanner() {

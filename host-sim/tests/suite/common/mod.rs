@@ -5,7 +5,7 @@ pub mod shared;
 pub mod shared_documents;
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
 
 pub use shared::*;
 
@@ -14,6 +14,17 @@ pub fn sim(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(args)
         .output()
+        .unwrap()
+}
+
+/// Starts the program without a terminal; it runs until it is ended.
+pub fn started(args: &[&str]) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(args)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
         .unwrap()
 }
 
