@@ -96,9 +96,11 @@ mod app {
         let saved = Some(board::demo::settings());
         identity.serial = board::serial_number::read();
         if let Some(mpu) = mpu.take() {
-            // Nothing uses its words yet.
-            let (state, _words) = board::second_memory::find(mpu, identity.health.internal_clock);
+            let (state, words) = board::second_memory::find(mpu, identity.health.internal_clock);
             identity.second_memory = state;
+            if let Some(words) = words {
+                cx.local.pipeline.memory_mut().lend(words);
+            }
         }
         let mirror = EncodedMirror::new(
             Stepper::with_driver(Locked(cx.shared.motor), driver),

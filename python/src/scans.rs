@@ -140,7 +140,7 @@ impl Scan {
         let mut onlooker = Onlooker::default();
         if scanned.config.estimator == EstimatorKind::Likelihood {
             let number = scanned.answer.scan.scan;
-            inspect::repeat(map, scanned.config, number, &scanned.drive, &mut onlooker);
+            inspect::repeat(scanned, &mut onlooker);
         }
         Self {
             answer: scanned.answer.clone(),

@@ -254,6 +254,14 @@ impl Posterior {
         let top = weights.fold(f32::NEG_INFINITY, math::max);
         for base in hypotheses.iter() {
             cloud.add(&base.staircase, base.log_weight, &base.sigmas, reported);
+            if base.staircase.kind.direction() == Direction::Up {
+                let mut variants = Variants {
+                    model,
+                    reported,
+                    cloud,
+                };
+                variants.regular(base);
+            }
         }
         let mut varied: Vec<&Hypothesis, MAX_VARIED> = Vec::new();
         while !varied.is_full() && model.view.plane == Plane::Depth {

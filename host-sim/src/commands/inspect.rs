@@ -76,11 +76,10 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
             config,
             pipeline,
             answer,
-            drive,
             ..
         } = *scanned;
         let map = pipeline.map();
-        let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
+        let inspection = Inspection::of(scanned);
         let coherent = CoherentView::of(scanned);
         match args.format {
             Format::Json => {

@@ -7,8 +7,6 @@ use crate::math;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::packed::{Native, Packed, turn};
 
-/// Number of 32-bit words of the memory that an image needs: 64 KB.
-pub const WORDS: usize = 16 * 1024;
 /// Bits of the sums below amplitude 1: a point of full scale gains less than 2³ (√2 · 5.5 with the default beam), and
 /// the noise of a 16-bit converter is some 2¹⁴.
 const FRACTION_BITS: i32 = 27;
@@ -32,6 +30,8 @@ pub struct CoherentImage {
     /// Nodes that are open: the first, and the one behind the last.
     open: (usize, usize),
     drift: Drift,
+    /// Whether the chair moves, so that echoes turn from row to row.
+    pub moving: bool,
     /// Whether a row has been added.
     begun: bool,
     /// Exponent of each node's cells: a mantissa of 1 is 2^exponent units of the sums.
@@ -54,6 +54,7 @@ impl CoherentImage {
             bins: 0,
             open: (0, 0),
             drift: Drift::new(),
+            moving: false,
             begun: false,
             exponents: [0; MAX_NODES],
             histogram: [0; 256],
@@ -62,6 +63,7 @@ impl CoherentImage {
 
     /// Prepares for the first row of a scan with the shape of `map`, in a memory of `words` words.
     pub fn begin(&mut self, map: &PolarMap, words: usize) {
+        self.moving = false;
         let bins = map.bins().max(1);
         let most = (words / bins).saturating_sub(2 * MAX_OPEN);
         self.nodes = Nodes::of(map, most);
@@ -87,7 +89,10 @@ impl CoherentImage {
     pub fn add(&mut self, words: &mut [u32], angle_rad: f32, row: &mut CoherentRow<'_>) {
         let around = self.nodes.around(angle_rad);
         self.advance(words, around);
-        let turned_rad = self.drift.row(row);
+        let turned_rad = match self.moving || !row.referenced {
+            true => self.drift.row(row),
+            false => 0.0,
+        };
         if turned_rad != 0.0 {
             let (sin, cos) = math::sin_cos(-turned_rad);
             turn::<Native>(
@@ -210,7 +215,8 @@ impl CoherentImage {
     /// Returns the amplitude of a mantissa of 1 in node `j`.
     pub fn unit(&self, j: usize) -> f32 {
         let exponent = self.exponents.get(j).copied().unwrap_or(0);
-        math::exp2((i32::from(exponent) - FRACTION_BITS) as f32)
+        // 2^(exponent - FRACTION_BITS).
+        f32::from_bits(((i32::from(exponent) - FRACTION_BITS + 127) as u32) << 23)
     }
 
     /// Returns the gain in power of a point over one cell of the map.

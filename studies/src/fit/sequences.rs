@@ -129,17 +129,7 @@ pub fn sequence_samples(recording: &Recording) -> Result<SequenceSamples> {
         let drive = &scanned.drive;
         let run = |estimator: &mut Likelihood, past: Option<&mut History>| -> (Outcome, Listener) {
             let mut listener = Listener::default();
-            estimator.begin(map);
-            for k in 0..map.rows() {
-                estimator.row(map, k);
-            }
-            let scan = MappedScan {
-                map,
-                config,
-                number,
-                drive,
-            };
-            let mut outcome = estimator.outcome(&scan, past, &mut listener);
+            let mut outcome = estimator.outcome(&scanned.mapped(), past, &mut listener);
             outcome.answer.link();
             (outcome, listener)
         };
