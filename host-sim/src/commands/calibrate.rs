@@ -7,7 +7,6 @@ use anyhow::{Context, Result, ensure};
 use serde_json::json;
 use stairscan::estimate::Estimate;
 use stairscan::health::Expected;
-use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
 use stairscan::mount::command::{Refusal, calibrate};
 use stairscan::params::Params;
