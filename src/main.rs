@@ -18,6 +18,7 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
     use defmt_rtt as _;
     use stairscan::motion::Odometry;
     use stairscan::pipeline::Pipeline;
@@ -71,8 +72,9 @@ mod app {
         local = [
             parts,
             pipeline: Pipeline = Pipeline::new(),
-            reports: Reports = Reports::new(),
-            odometry: Odometry = Odometry::new(),
+            // Not all zero: initialised values would lie in flash, too.
+            reports: MaybeUninit<Reports> = MaybeUninit::uninit(),
+            odometry: MaybeUninit<Odometry> = MaybeUninit::uninit(),
         ]
     )]
     fn idle(cx: idle::Context) -> ! {
@@ -122,8 +124,8 @@ mod app {
             hardware,
             cx.local.pipeline,
             LentParts {
-                reports: cx.local.reports,
-                odometry: cx.local.odometry,
+                reports: cx.local.reports.write(Reports::new()),
+                odometry: cx.local.odometry.write(Odometry::new()),
             },
             saved,
             *identity,

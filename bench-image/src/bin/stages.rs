@@ -42,17 +42,20 @@ mod image {
 
     #[entry]
     fn main() -> ! {
-        stack::enlarge(run)
+        if let Some(peripherals) = cortex_m::Peripherals::take() {
+            scans(&mut Counter::new(peripherals.SYST));
+        }
+        // The single stages need a larger stack, where the image of the scans was.
+        stack::enlarge(single_stages)
     }
 
-    extern "C" fn run() -> ! {
-        if let Some(peripherals) = cortex_m::Peripherals::take() {
-            let mut counter = Counter::new(peripherals.SYST);
-            transforms(&mut counter);
-            chirp_stages(&mut counter);
-            scans(&mut counter);
-            debug::exit(EXIT_SUCCESS);
-        }
+    extern "C" fn single_stages() -> ! {
+        // SAFETY: the counter of the scans, which used the timer, is gone.
+        let peripherals = unsafe { cortex_m::Peripherals::steal() };
+        let mut counter = Counter::new(peripherals.SYST);
+        transforms(&mut counter);
+        chirp_stages(&mut counter);
+        debug::exit(EXIT_SUCCESS);
         loop {
             cortex_m::asm::wfi();
         }

@@ -275,8 +275,10 @@ impl<'a> Clean<'a> {
         let (mut sum, mut norm) = ([0.0f32; 2], 0.0);
         let first = place.node.saturating_sub(1);
         let lobes: [f32; 3] = core::array::from_fn(|k| self.lobe(point, first + k));
-        for bin in place.bin.saturating_sub(1)..=place.bin + 1 {
-            let [along_re, along_im] = self.range.at(bin as f32 - point.bin);
+        let nearest = place.bin.saturating_sub(1);
+        let mut along = [[0.0; 2]; 3];
+        self.range.along(nearest as f32 - point.bin, &mut along);
+        for (bin, [along_re, along_im]) in (nearest..=place.bin + 1).zip(along) {
             for (k, lobe) in lobes.into_iter().enumerate() {
                 let node = first + k;
                 let [re, im] = self.cell(Place { node, bin });
@@ -304,36 +306,76 @@ impl<'a> Clean<'a> {
             math::round(point.node) as usize,
             math::round(point.bin) as usize,
         );
-        let least = NEGLIGIBLE * math::sqrt(self.noise);
-        let mut first = bin.saturating_sub(response::REACH);
-        let mut responses = Vec::<[f32; 2], RESPONSE_BINS>::new();
-        for b in first..(bin + response::REACH + 1).min(width) {
-            let [re, im] = self.range.at(b as f32 - point.bin);
-            let [a, b] = point.amplitude;
-            // There is room.
-            let _ = responses.push([re * a - im * b, re * b + im * a]);
+        let size = math::sqrt(point.power);
+        let least = NEGLIGIBLE * math::sqrt(self.noise) / size;
+        let first = bin.saturating_sub(response::REACH);
+        let end = (bin + response::REACH + 1).min(width);
+        let mut responses = [Response::default(); RESPONSE_BINS];
+        let mut along = [[0.0; 2]; RESPONSE_BINS];
+        self.range.along(first as f32 - point.bin, &mut along);
+        let [a, b] = point.amplitude.map(|part| part / size);
+        for (response, [re, im]) in responses.iter_mut().zip(along).take(end - first) {
+            *response = Response::new(re * a - im * b, re * b + im * a);
         }
-        let seen = |response: &[f32; 2]| math::hypot(response[0], response[1]) > least;
+        // Below the noise from the same bin on at both ends.
+        let seen = |response: &Response| !response.is_below(least);
         let begin = responses.iter().position(seen).unwrap_or(0);
         let end = responses.iter().rposition(seen).map_or(0, |last| last + 1);
         let responses = responses.get(begin..end).unwrap_or(&[]);
-        first += begin;
-        let size = math::sqrt(point.power);
+        let first = first + begin;
         let from = node.saturating_sub(REACH_NODES);
         for n in (from..self.image.nodes().count()).take(LOBE_NODES) {
             let lobe = self.lobe(point, n);
-            if lobe * size < least {
+            if lobe < least {
                 continue;
             }
-            let scale = lobe / self.image.unit(n);
+            // A mantissa has 15 bits, so that this fits. The cast saturates.
+            let scale = (lobe * size * Response::SCALE / self.image.unit(n)) as i32;
             let cells = self.words.get_mut(n * width + first..).unwrap_or(&mut []);
-            for (word, [re, im]) in cells.iter_mut().zip(responses) {
-                let x = Packed(*word);
-                // The casts saturate.
-                let part = |x: i16, r: f32| math::round(f32::from(x) - scale * r) as i16;
-                *word = Packed::new(part(x.re(), *re), part(x.im(), *im)).0;
+            for (word, response) in cells.iter_mut().zip(responses) {
+                *word = response.subtracted(Packed(*word), scale).0;
             }
         }
+    }
+}
+
+/// Response of a point in one bin, relative to the point's amplitude, in units of 2⁻¹⁴.
+#[derive(Clone, Copy, Default)]
+struct Response {
+    re: i32,
+    im: i32,
+}
+
+impl Response {
+    /// Bits of the parts.
+    const BITS: u32 = 14;
+    /// Factor of a scale: with it, the product of scale and part is in mantissas times 2¹⁶.
+    const SCALE: f32 = 4.0;
+
+    fn new(re: f32, im: f32) -> Self {
+        let part = |x: f32| (x * (1 << Self::BITS) as f32) as i32;
+        Self {
+            re: part(re),
+            im: part(im),
+        }
+    }
+
+    /// Whether both parts are below a share of the point's amplitude.
+    fn is_below(&self, least: f32) -> bool {
+        // The cast saturates.
+        let least = (least * (1 << Self::BITS) as f32) as i32;
+        self.re.abs() < least && self.im.abs() < least
+    }
+
+    /// Returns a cell less this response times a scale.
+    #[inline(always)]
+    fn subtracted(&self, x: Packed, scale: i32) -> Packed {
+        let part = |x: i16, r: i32| {
+            let product = (i64::from(scale) * i64::from(r) + (1 << 15)) >> 16;
+            let left = i32::from(x) - product as i32;
+            left.clamp(i16::MIN.into(), i16::MAX.into()) as i16
+        };
+        Packed::new(part(x.re(), self.re), part(x.im(), self.im))
     }
 }
 

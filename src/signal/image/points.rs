@@ -66,7 +66,7 @@ impl KeptImage {
     /// 1, or `None` without rows.
     pub fn finish(&mut self) -> Option<f32> {
         self.image.finish(self.memory.words_mut());
-        self.image.noise()
+        self.image.noise(self.memory.words())
     }
 
     /// Returns the power of a finished image at an angle and a stored bin, interpolated between the nodes; 0 outside.
@@ -92,7 +92,7 @@ impl KeptImage {
     pub fn detect(&mut self, map: &PolarMap, config: &Config, found: &mut FoundEchoes) {
         let echoes = &mut found.echoes;
         echoes.clear();
-        let Some(noise) = self.image.noise() else {
+        let Some(noise) = self.image.noise(self.memory.words()) else {
             found.noise = 0.0;
             return;
         };

@@ -5,6 +5,8 @@ use crate::math;
 /// Half-extent of the response that is subtracted, stored bins.
 pub const REACH: usize = 8;
 
+/// Distance from its limits within which the response is computed from its own sine.
+const NEAR_LIMIT: f32 = 0.1;
 /// Entries of the table of the response's power per native bin.
 const PER_NATIVE: f32 = 16.0;
 /// Entries of that table: up to 4 native bins.
@@ -41,11 +43,24 @@ impl RangeResponse {
         self.first_native + bin * self.native_per_bin
     }
 
-    /// Returns the response `off` stored bins behind a point, relative to the point's amplitude, `[re, im]`.
-    pub fn at(&self, off: f32) -> [f32; 2] {
-        let (sin, cos) = math::sin_cos(-self.radians_per_bin * off);
-        let size = hann(off * self.native_per_bin);
-        [size * cos, size * sin]
+    /// Writes to `out` the response in each bin from `off` stored bins behind a point on, relative to the point's amplitude,
+    /// `[re, im]`.
+    #[inline(never)]
+    pub fn along(&self, off: f32, out: &mut [[f32; 2]]) {
+        let mut phase = Turning::new(-self.radians_per_bin, off);
+        let mut sine = Turning::new(core::f32::consts::PI * self.native_per_bin, off);
+        let mut x = off * self.native_per_bin;
+        for out in out {
+            let ([cos, sin], [_, wave]) = (phase.next(), sine.next());
+            let left = 1.0 - x * x;
+            let size = if x.abs() < NEAR_LIMIT || left.abs() < NEAR_LIMIT {
+                hann(x)
+            } else {
+                wave / (core::f32::consts::PI * x * left)
+            };
+            *out = [size * cos, size * sin];
+            x += self.native_per_bin;
+        }
     }
 
     /// Returns the power of the response `off` stored bins beside a point, relative to the point's.
@@ -57,6 +72,33 @@ impl RangeResponse {
             Some(&[low, high]) => low + (at - k as f32) * (high - low),
             _ => 0.0,
         }
+    }
+}
+
+/// A phasor that turns by the same angle from place to place.
+struct Turning {
+    now: [f32; 2],
+    step: [f32; 2],
+}
+
+impl Turning {
+    /// Returns the phasor at `from` times an angle, which turns by that angle, radians.
+    fn new(angle_rad: f32, from: f32) -> Self {
+        let phasor = |angle_rad| {
+            let (sin, cos) = math::sin_cos(angle_rad);
+            [cos, sin]
+        };
+        Self {
+            now: phasor(angle_rad * from),
+            step: phasor(angle_rad),
+        }
+    }
+
+    /// Returns the phasor, `[cos, sin]`, and turns it.
+    fn next(&mut self) -> [f32; 2] {
+        let ([a, b], [c, d]) = (self.now, self.step);
+        self.now = [a * c - b * d, a * d + b * c];
+        [a, b]
     }
 }
 

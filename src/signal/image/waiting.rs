@@ -53,8 +53,12 @@ impl Waiting {
 
     /// Removes and returns the strongest maximum.
     pub fn pop(&mut self) -> Option<(u16, Place)> {
-        let (at, &word) = self.0.iter().enumerate().max_by_key(|(_, word)| **word)?;
-        self.0.swap_remove(at);
+        let word = *self.0.iter().max()?;
+        let last = self.0.pop()?;
+        // No two words are equal.
+        if let Some(place) = self.0.iter_mut().find(|other| **other == word) {
+            *place = last;
+        }
         let place = Place {
             node: (word >> 8 & 0xff) as usize,
             bin: (word & 0xff) as usize,
