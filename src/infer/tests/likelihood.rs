@@ -1,6 +1,6 @@
 //! The estimator on synthetic maps: known answers for some, plausibility for the rest.
 
-use crate::answer::{Direction, PossibleStep};
+use crate::answer::{Direction, PossibleStep, Step};
 use crate::config::Config;
 use crate::estimate::expanded;
 use crate::infer::propose::scene::Scene;
@@ -301,27 +301,6 @@ fn a_narrow_sector_gives_the_same_both_ways() {
     );
 }
 
-/// The distance of an edge that nothing shows was not a number.
-#[test]
-fn an_edge_that_nothing_shows_has_a_distance() {
-    const SEED: u64 = 6_607_558_781_853_071_796;
-    let mut config = Config::default();
-    config.sweep.angle_count = 185;
-    config.seed = SEED as u32;
-    config.mount.plane = crate::config::Planes::Height;
-    let steps = estimate(&blocks(&config, SEED, 2, 79), &config, false)
-        .answer
-        .steps;
-    assert!(steps.len() > 7, "{steps:?}");
-    assert!(
-        steps
-            .windows(2)
-            .all(|pair| pair[0].distance_m < pair[1].distance_m),
-        "{steps:?}"
-    );
-    assert!(steps.iter().all(|s| s.distance_sigma_m > 0.0), "{steps:?}");
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     #[test]
@@ -365,7 +344,9 @@ fn an_answer_is_not_valid_beyond_a_kerb_that_shows_only_its_corner() {
         assert!(floor.answer.possible_steps.iter().all(behind), "{floor:?}");
         points.push((x, 0.0, 36.0));
         let kerb = answer(&points);
-        assert!(kerb.answer.steps.is_empty(), "{kerb:?}");
+        // A step of unknown height may be told where the corner is.
+        let told = |step: &Step| (step.distance_m - x).abs() < 0.03;
+        assert!(kerb.answer.steps.iter().all(told), "{kerb:?}");
         assert!(kerb.horizon_m().is_some_and(|end| end < x), "{kerb:?}");
         let reported = |m: &PossibleStep| (m.distance_m - x).abs() < 0.03;
         let mut maybes = kerb.answer.possible_steps.iter();
