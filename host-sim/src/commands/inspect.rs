@@ -26,7 +26,7 @@ pub struct Args {
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// Show the coherent image and its echoes, too, which the estimator does not use yet
+    /// Show the coherent image and its echoes, too
     #[arg(long)]
     coherent: bool,
     /// Draw scatterers, best hypothesis and runners-up into this directory, one picture a scan

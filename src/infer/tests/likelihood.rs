@@ -344,9 +344,9 @@ fn an_answer_is_not_valid_beyond_a_kerb_that_shows_only_its_corner() {
         assert!(floor.answer.possible_steps.iter().all(behind), "{floor:?}");
         points.push((x, 0.0, 36.0));
         let kerb = answer(&points);
-        // A step of unknown height may be told where the corner is.
-        let told = |step: &Step| (step.distance_m - x).abs() < 0.03;
-        assert!(kerb.answer.steps.iter().all(told), "{kerb:?}");
+        // A step of unknown height may be reported where the corner is.
+        let there = |step: &Step| (step.distance_m - x).abs() < 0.03;
+        assert!(kerb.answer.steps.iter().all(there), "{kerb:?}");
         assert!(kerb.horizon_m().is_some_and(|end| end < x), "{kerb:?}");
         let reported = |m: &PossibleStep| (m.distance_m - x).abs() < 0.03;
         let mut maybes = kerb.answer.possible_steps.iter();

@@ -3,15 +3,16 @@
 /// Number of 32-bit words of the memory that an image needs: 64 KB.
 pub const WORDS: usize = 16 * 1024;
 
-/// Memory of an image on the chip: the second memory, once it has been found and lent.
+/// The words: on the chip those of the second memory, once it has been found and lent; all bits are zero before.
 #[cfg(target_os = "none")]
-#[derive(Debug)]
-pub struct ImageMemory(Option<&'static mut [u32; WORDS]>);
-
-/// Memory of an image on a host.
+type ImageWords = Option<&'static mut [u32; WORDS]>;
 #[cfg(not(target_os = "none"))]
-#[derive(Clone, Debug)]
-pub struct ImageMemory([u32; WORDS]);
+type ImageWords = [u32; WORDS];
+
+/// Memory of an image.
+#[derive(Debug)]
+#[cfg_attr(not(target_os = "none"), derive(Clone))]
+pub struct ImageMemory(ImageWords);
 
 impl Default for ImageMemory {
     fn default() -> Self {
@@ -21,7 +22,7 @@ impl Default for ImageMemory {
 
 #[cfg(target_os = "none")]
 impl ImageMemory {
-    /// Returns no memory. All bits are zero.
+    /// Returns no memory.
     pub const fn new() -> Self {
         Self(None)
     }

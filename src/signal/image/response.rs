@@ -47,8 +47,8 @@ impl RangeResponse {
     /// `[re, im]`.
     #[inline(never)]
     pub fn along(&self, off: f32, out: &mut [[f32; 2]]) {
-        let mut phase = Turning::new(-self.radians_per_bin, off);
-        let mut sine = Turning::new(core::f32::consts::PI * self.native_per_bin, off);
+        let mut phase = Phasor::new(-self.radians_per_bin, off);
+        let mut sine = Phasor::new(core::f32::consts::PI * self.native_per_bin, off);
         let mut x = off * self.native_per_bin;
         for out in out {
             let ([cos, sin], [_, wave]) = (phase.next(), sine.next());
@@ -76,12 +76,12 @@ impl RangeResponse {
 }
 
 /// A phasor that turns by the same angle from place to place.
-struct Turning {
+struct Phasor {
     now: [f32; 2],
     step: [f32; 2],
 }
 
-impl Turning {
+impl Phasor {
     /// Returns the phasor at `from` times an angle, which turns by that angle, radians.
     fn new(angle_rad: f32, from: f32) -> Self {
         let phasor = |angle_rad| {
