@@ -7,9 +7,9 @@ use super::settings::{MotorConfig, Settings};
 use crate::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use crate::signal::radar::wire::{RowTimes, SLACK_US};
 
-/// Time for processing a row, µs, with a module that takes one request at a time: its budget of 25,000
+/// Time for processing a row, µs, with a module that takes one request at a time: its budget of 75,000
 /// instructions at 168 MHz, and a third more.
-const WORK_US: u32 = 200;
+const WORK_US: u32 = 600;
 /// Reciprocal of the share, 5 %, by which the time of a row exceeds that which the wire needs: the baud rates of
 /// both ends may be 2 % off. The motor's steps come later than their timer by the interrupt's own time, which
 /// adds margin.
